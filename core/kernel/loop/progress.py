@@ -27,6 +27,7 @@ MAX_SLIP_STATES = 108
 ROW_CAPACITY = ROWS_BEFORE_PAUSE + ROWS_PER_STEP + 2 * MAX_SLIP_STATES + ROOM_TO_SPARE
 OUTPUT_ROUNDING = 1e-12
 FIRST_STEP = 5e-4
+AT_POLE = 2  # of ``fired`` below: there the law asks for forces without bound
 
 
 class Layouts(NamedTuple):

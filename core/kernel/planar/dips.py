@@ -7,10 +7,10 @@ from numba import types
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import Record
 from slipgrasp.core.kernel.loop.dip_search import NEAR, comes_near, search_step
+from slipgrasp.core.kernel.loop.guards import NEAR_SINGULAR
 from slipgrasp.core.kernel.numerics.methods import method_of
 from slipgrasp.core.kernel.planar.flow import flow
 from slipgrasp.core.kernel.planar.guards import (
-    NEAR_SINGULAR,
     NORMAL_FORCE,
     PER_CONTACT,
     PHASE,

@@ -2,39 +2,27 @@
 
 from __future__ import annotations
 
-import numpy as np
 from numba import types
 
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import Record
-from slipgrasp.core.kernel.loop.extreme_search import least_inside, nears_record
+from slipgrasp.core.kernel.loop.extremes import make_count_extremes
+from slipgrasp.core.kernel.numerics.methods import method_of
 from slipgrasp.core.kernel.planar.dips import value_inside
-from slipgrasp.core.kernel.planar.guards import NORMAL_FORCE, PER_CONTACT, PHASE, evaluate_ends
+from slipgrasp.core.kernel.planar.guards import PER_CONTACT, evaluate_ends
 from slipgrasp.core.kernel.planar.model import MODEL
-from slipgrasp.core.kernel.planar.run import PROGRESS
+from slipgrasp.core.kernel.planar.run import LAYOUTS, PROGRESS
 from slipgrasp.core.kernel.planar.stepper import take_step
-from slipgrasp.core.kernel.planar.tally import add_step, count_force, count_forces, count_margin
-
-_LEAST = types.float64, types.int64, types.float64, types.float64, types.float64
-
-
-@compiled_apart(types.float64, MODEL, PROGRESS, *_LEAST)
-def find_extreme(
-    model: Record, run: Record, h: float, j: int, sign: float, start: float, record: float
-) -> float:
-    """The least value of ``sign`` times guard ``j`` in the step; inf if it is no new extreme."""
-    end = run.guards.ends[j]
-    return least_inside(model, run, h, j, sign, start, end, record, value_inside)
+from slipgrasp.core.kernel.planar.tally import add_step
 
 
 @compiled
-def _extreme_of(
-    model: Record, run: Record, h: float, j: int, sign: float, start: float, record: float
-) -> float:
-    """The same where one is possible."""
-    if not nears_record(model, run.step, j, sign, start, run.guards.ends[j], record):
-        return np.inf
-    return find_extreme(model, run, h, j, sign, start, record)
+def _count_ways(_model: Record) -> int:
+    """A planar contact slips one way at a time."""
+    return 1
+
+
+_count_extremes = make_count_extremes(LAYOUTS, PER_CONTACT, _count_ways, value_inside)
 
 
 @compiled_apart(types.void, MODEL, PROGRESS, types.float64)
@@ -55,18 +43,4 @@ def count_step(model: Record, run: Record, h: float) -> None:
         take_step(model, discrete, run.now, h, step, work)
     else:
         _count_extremes(model, run, h)
-
-
-@compiled
-def _count_extremes(model: Record, run: Record, h: float) -> None:
-    """Counts the forces in the step of size ``h`` and at its end."""
-    discrete, tally = run.discrete, run.tally
-    for i in range(model.num_fingers):
-        base, peak = PER_CONTACT * i, tally.peak_normal_force[i]
-        least = _extreme_of(model, run, h, base + NORMAL_FORCE, -1.0, tally.force[i], -peak)
-        count_force(tally.peak_normal_force, i, -least)
-        if discrete.phases[i] == 0:
-            record = tally.least_margin[i]
-            least = _extreme_of(model, run, h, base + PHASE, 1.0, tally.margin[i], record)
-            count_margin(tally.least_margin, i, least)
-    count_forces(model, discrete, run.guards.ends, tally)
+    step.efforts[0] = step.efforts[method_of(model, step).last]

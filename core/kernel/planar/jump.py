@@ -17,8 +17,16 @@ from slipgrasp.core.kernel.loop.status import (
     SEPARATED,
     SINGULAR,
 )
+from slipgrasp.core.kernel.loop.tally import count_forces
 from slipgrasp.core.kernel.planar.flow import flow
-from slipgrasp.core.kernel.planar.guards import ESTIMATE_BAND, FACE, PER_CONTACT, PHASE, arm_guards
+from slipgrasp.core.kernel.planar.guards import (
+    ESTIMATE_BAND,
+    FACE,
+    PER_CONTACT,
+    PHASE,
+    arm_guards,
+    is_infeasible,
+)
 from slipgrasp.core.kernel.planar.model import MODEL
 from slipgrasp.core.kernel.planar.opening import find_opening
 from slipgrasp.core.kernel.planar.run import OUTLET, PROGRESS, emit, keep_old
@@ -33,7 +41,6 @@ from slipgrasp.core.kernel.planar.selection import (
 from slipgrasp.core.kernel.planar.slip_rows import leave_slip
 from slipgrasp.core.kernel.planar.state import estimate_at, slip_at, slip_velocity_at
 from slipgrasp.core.kernel.planar.stepper import effort_rate
-from slipgrasp.core.kernel.planar.tally import count_forces
 
 # Sin^2 q2 beyond its least value: forces go with its inverse, their errors with its square.
 LOST_FORCES = 1e-4
@@ -108,8 +115,9 @@ def set_first_slope(model: Record, run: Record) -> None:
 @compiled
 def arm(model: Record, run: Record) -> None:
     """Guards and metrics after a jump, at the present state, which ``work`` holds."""
+    run.guards.infeasible = is_infeasible(run.work.room.violation)
     arm_guards(model, run.discrete, run.step.start, run.work, run.guards)
-    count_forces(model, run.discrete, run.guards.starts, run.tally)
+    count_forces(model, run.discrete, run.guards.starts, run.tally, PER_CONTACT, 1)
 
 
 @compiled_apart(types.void, MODEL, PROGRESS)

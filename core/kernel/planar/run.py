@@ -20,6 +20,7 @@ from slipgrasp.core.kernel.loop.progress import (
     progress_layout,
     slip_states_layout,
 )
+from slipgrasp.core.kernel.loop.tally import begin_tally
 from slipgrasp.core.kernel.planar.guards import GUARDS
 from slipgrasp.core.kernel.planar.laws.composite import COMPOSITE_MEMORY
 from slipgrasp.core.kernel.planar.laws.own_law import OWN_LAW
@@ -30,7 +31,7 @@ from slipgrasp.core.kernel.planar.selection import SELECTION_ROOM
 from slipgrasp.core.kernel.planar.sensing import SENSES
 from slipgrasp.core.kernel.planar.state import STATE, estimate_at
 from slipgrasp.core.kernel.planar.stepper import STEP
-from slipgrasp.core.kernel.planar.tally import TALLY, add_to_tally, begin_tally
+from slipgrasp.core.kernel.planar.tally import TALLY, add_to_tally
 from slipgrasp.core.kernel.planar.workspace import DISCRETE, WORKSPACE
 from slipgrasp.core.scenario.table import TABLE
 from slipgrasp.core.trace.trace import JOINTS_PER_FINGER

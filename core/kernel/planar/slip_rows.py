@@ -18,13 +18,13 @@ from numba import types
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import Record
 from slipgrasp.core.kernel.loop.progress import OUTPUT_ROUNDING
+from slipgrasp.core.kernel.loop.tally import count_row_forces
 from slipgrasp.core.kernel.planar.flow import forget_mechanics
-from slipgrasp.core.kernel.planar.guards import is_past_event
+from slipgrasp.core.kernel.planar.guards import friction_margin, is_past_event
 from slipgrasp.core.kernel.planar.model import MODEL
 from slipgrasp.core.kernel.planar.rows import AT, column_of, evaluate_row, fill_row
 from slipgrasp.core.kernel.planar.run import OUTLET, PROGRESS, copy_discrete
 from slipgrasp.core.kernel.planar.stepper import interpolate, prepare_interpolant
-from slipgrasp.core.kernel.planar.tally import count_row_forces
 
 LEAST_ROWS = 49  # of every slip, beside the one at its beginning
 LEAST_DISTANCE = 1e-6  # of two instants [s]
@@ -63,7 +63,7 @@ def _evaluate(model: Record, run: Record, row: Record) -> int:
     if is_past_event(model, row.discrete, row.state, work, run.guards) == 1:
         return 0
     fill_row(model, row, work)
-    count_row_forces(model, row, work, run.tally)
+    count_row_forces(model, row, work, run.tally, friction_margin)
     return 1
 
 

@@ -7,8 +7,8 @@ from numba import types
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import Record
 from slipgrasp.core.kernel.loop.dip_search import comes_near, search_step
+from slipgrasp.core.kernel.loop.guards import NEAR_SINGULAR
 from slipgrasp.core.kernel.numerics.methods import method_of
-from slipgrasp.core.kernel.planar.guards import NEAR_SINGULAR
 from slipgrasp.core.kernel.spatial.flow import spatial_plant
 from slipgrasp.core.kernel.spatial.guards import (
     FACE,
@@ -39,14 +39,14 @@ def value_inside(model: Record, run: Record, h: float, j: int, share: float) -> 
 @compiled_apart(types.float64, MODEL, PROGRESS, types.float64, types.int64)
 def _spatial_least(model: Record, run: Record, h: float, j: int) -> float:
     """The share of the step at which guard ``j`` is past its level; 0 if it is nowhere."""
-    noise, _ = band_of(model, run.discrete, run.work, j)
+    noise, _ = band_of(model, run.discrete, run.guards.ends, j)
     return search_step(model, run, h, j, noise, value_inside)
 
 
 @compiled
 def _dip_of(model: Record, run: Record, h: float, j: int) -> float:
     guards = run.guards
-    if not comes_near(model, run.step, j, guards.starts[j], guards.values[j], guards.levels[j]):
+    if not comes_near(model, run.step, j, guards.starts[j], guards.ends[j], guards.levels[j]):
         return 0.0
     return _spatial_least(model, run, h, j)
 
@@ -68,7 +68,7 @@ def spatial_dip(model: Record, run: Record, h: float) -> float:
             slips = True
             found = max(found, _dip_of(model, run, h, base + NORMAL_FORCE))
             found = max(found, _dip_of(model, run, h, base + FACE))
-        if min(guards.starts[base + SINGULAR], guards.values[base + SINGULAR]) < NEAR_SINGULAR:
+        if min(guards.starts[base + SINGULAR], guards.ends[base + SINGULAR]) < NEAR_SINGULAR:
             found = max(found, _dip_of(model, run, h, base + SINGULAR))
     if slips:
         found = max(found, _dip_of(model, run, h, PER_CONTACT * model.num_fingers))

@@ -116,5 +116,5 @@ def set_derivative(model: Record, state: Record, derivative: Record, work: Recor
         dissipated += model.truth.friction[i] * work.forces[i, 2] * along
     if model.hand.joints_rub == 1:
         dissipated += joint_friction_power(model.hand, work.kin)
-    rate[supplied_at(n)] = supplied
-    rate[dissipated_at(n)] = dissipated
+    rate[supplied_at(model)] = supplied
+    rate[dissipated_at(model)] = dissipated

@@ -13,20 +13,20 @@ from slipgrasp.core.kernel.loop.status import (
     RUNNING,
     SEPARATED,
 )
+from slipgrasp.core.kernel.loop.tally import count_forces
 from slipgrasp.core.kernel.spatial.flow import set_derivative, set_directions
-from slipgrasp.core.kernel.spatial.guards import spatial_arm
+from slipgrasp.core.kernel.spatial.guards import PER_CONTACT, arm_guards
 from slipgrasp.core.kernel.spatial.run import copy_discrete, emit
 from slipgrasp.core.kernel.spatial.selection import NONE_REGULAR, OPENS, SELECTED, spatial_select
 from slipgrasp.core.kernel.spatial.slip_rows import spatial_leave_slip
-from slipgrasp.core.kernel.spatial.tally import count_forces
 
 
 @compiled
 def restart(model: Record, run: Record) -> None:
     """First slope in the present phases, whose evaluation is at hand; guards armed."""
     set_derivative(model, run.step.start, run.step.slopes[0], run.work)
-    spatial_arm(model, run.discrete, run.step.start, run.work, run.guards)
-    count_forces(model, run.discrete, run.guards.values, run.tally)
+    arm_guards(model, run.discrete, run.step.start, run.work, run.guards)
+    count_forces(model, run.discrete, run.guards.starts, run.tally, PER_CONTACT, model.ways)
     run.work.at_start = 1
 
 

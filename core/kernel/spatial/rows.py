@@ -166,8 +166,8 @@ def spatial_fill(model: Record, row: Record, work: Record) -> None:
     _set_controller(model, row, work)
     _set(model, row, AT.kinetic_energy, 0, row.kinetic_energy)
     _set(model, row, AT.potential_energy, 0, row.potential_energy)
-    _set(model, row, AT.supplied_energy, 0, x[supplied_at(n)])
-    _set(model, row, AT.dissipated_energy, 0, x[dissipated_at(n)])
+    _set(model, row, AT.supplied_energy, 0, x[supplied_at(model)])
+    _set(model, row, AT.dissipated_energy, 0, x[dissipated_at(model)])
     row.length = column_of(model, END)
 
 

@@ -6,13 +6,14 @@ from numba import types
 
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import Record
+from slipgrasp.core.kernel.loop.tally import count_row_forces
 from slipgrasp.core.kernel.planar.slip_rows import follow, leave
-from slipgrasp.core.kernel.spatial.guards import spatial_fired
+from slipgrasp.core.kernel.spatial.guards import is_past_event
 from slipgrasp.core.kernel.spatial.model import MODEL
 from slipgrasp.core.kernel.spatial.rows import AT, column_of, spatial_evaluate, spatial_fill
 from slipgrasp.core.kernel.spatial.run import OUTLET, PROGRESS, copy_discrete
 from slipgrasp.core.kernel.spatial.stepper import state_inside
-from slipgrasp.core.kernel.spatial.tally import count_row_forces
+from slipgrasp.core.kernel.spatial.ways import least_margin
 
 
 @compiled_apart(types.void, MODEL, PROGRESS, OUTLET, types.float64)
@@ -40,8 +41,8 @@ def _evaluate(model: Record, run: Record, row: Record) -> int:
     work = run.slip.work
     if spatial_evaluate(model, row, work) == 0:
         return 0
-    if spatial_fired(model, row.discrete, row.state, work, run.guards) == 1:
+    if is_past_event(model, row.discrete, row.state, work, run.guards) == 1:
         return 0
     spatial_fill(model, row, work)
-    count_row_forces(model, row.discrete, work, run.tally)
+    count_row_forces(model, row, work, run.tally, least_margin)
     return 1

@@ -51,15 +51,15 @@ def rate_at(n: int, k: int) -> int:
 
 
 @compiled
-def supplied_at(n: int) -> int:
+def supplied_at(model: Record) -> int:
     """Where the energy supplied stands."""
-    return SLIP + 4 * n
+    return SLIP + 4 * model.num_fingers
 
 
 @compiled
-def dissipated_at(n: int) -> int:
+def dissipated_at(model: Record) -> int:
     """Where the energy dissipated stands."""
-    return SLIP + 4 * n + 1
+    return SLIP + 4 * model.num_fingers + 1
 
 
 @compiled
