@@ -16,13 +16,13 @@ from numba import types
 from numba.extending import intrinsic
 
 from slipgrasp.core.kernel.compilation.compiler import INTERPRETED, address_of, compiled
-from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Record
+from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Layout, Record
 from slipgrasp.core.scenario import MAX_DIAGNOSTICS, MAX_UNKNOWNS
 
 NOTHING, ASKED, ANSWERED = range(3)
 
 
-def answer_layout(num_joints: int) -> np.dtype[np.void]:
+def answer_layout(num_joints: int) -> Layout:
     """What the law answers with."""
     fields = [
         ("torque", np.float64, (MAX_FINGERS, num_joints)),  # [N m]
@@ -32,7 +32,7 @@ def answer_layout(num_joints: int) -> np.dtype[np.void]:
     return np.dtype(fields, align=True)
 
 
-def own_law_layout(seen: np.dtype[np.void], answer: np.dtype[np.void]) -> np.dtype[np.void]:
+def own_law_layout(seen: Layout, answer: Layout) -> Layout:
     """The law in a run, with what it is shown."""
     fields = [
         ("address", np.int64),  # of its code; 0: the run pauses for its answer

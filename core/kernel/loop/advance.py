@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
 from numba import types
 
@@ -31,10 +31,30 @@ from slipgrasp.core.kernel.numerics.methods import method_of
 STALLED, MAX_STALLS = 1e-9, 20
 
 
-class LoopParts(NamedTuple):
-    """What the loop asks of a mechanics; functions of the model, the run and more.
+def make_advance(
+    layouts: Layouts,
+    *,
+    emit: Any,
+    emit_end: Any,
+    emit_due: Any,
+    begin: Any,
+    next_stop: Any,
+    pass_instant: Any,
+    take_step: Any,
+    cut: Any,
+    count_step: Any,
+    emit_inside: Any,
+    follow_slip: Any,
+    leave_slip: Any,
+    pass_event: Any,
+    finish_step: Any,
+    pace_steps: int,
+    least_pace: float,
+) -> tuple[Any, Any]:
+    """The loop of a mechanics: as a unit, and as a function that calls it.
 
-    Attributes:
+    Args:
+        layouts: Its records.
         emit: Appends a row for the present state.
         emit_end: Appends the row at the end of the segment.
         emit_due: Appends the rows at output times up to now.
@@ -52,45 +72,6 @@ class LoopParts(NamedTuple):
         pace_steps: Number of steps in a row that are looked at for their size.
         least_pace: A loop whose steps are shorter on the average is too stiff to follow [s].
     """
-
-    emit: Any
-    emit_end: Any
-    emit_due: Any
-    begin: Any
-    next_stop: Any
-    pass_instant: Any
-    take_step: Any
-    cut: Any
-    count_step: Any
-    emit_inside: Any
-    follow_slip: Any
-    leave_slip: Any
-    pass_event: Any
-    finish_step: Any
-    pace_steps: int
-    least_pace: float
-
-
-def make_advance(layouts: Layouts, parts: LoopParts) -> tuple[Any, Any]:
-    """The loop of a mechanics: as a unit, and as a function that calls it."""
-    (
-        emit,
-        emit_end,
-        emit_due,
-        begin,
-        next_stop,
-        pass_instant,
-        take_step,
-        cut,
-        count_step,
-        emit_inside,
-        follow_slip,
-        leave_slip,
-        pass_event,
-        finish_step,
-        pace_steps,
-        least_pace,
-    ) = parts
 
     @compiled
     def _is_stiff(run: Record) -> bool:

@@ -7,14 +7,13 @@ stand those of its phases. Behind all contacts stands the determinant of M~.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numba import types
 
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
-from slipgrasp.core.kernel.compilation.records import Record
-from slipgrasp.core.kernel.loop.progress import Layout
+from slipgrasp.core.kernel.compilation.records import Layout, Record
 from slipgrasp.core.kernel.loop.status import LEFT_FACE, PAINLEVE, RUNNING, SEPARATED, SINGULAR
 
 FORCE_BAND, FORCE_NOISE = 4e-10, 1e-11
@@ -41,22 +40,9 @@ def guards_layout(count: int) -> Layout:
     return np.dtype(fields, align=True)
 
 
-class Guards(NamedTuple):
-    """How a mechanics arms its guards and asks them."""
-
-    arm: Any
-    is_past_event: Any
-    find_fired: Any
-    evaluate_ends: Any
-    find_overlooked: Any
-    least_fired: Any
-    pass_step: Any
-    keep_first_fired: Any
-
-
 def make_guards(
     prefix: str, layouts: Sequence[Layout], update_values: Any, band_of: Any, is_beyond: Any
-) -> Guards:
+) -> tuple[Any, ...]:
     """The guards of a mechanics.
 
     Args:
@@ -65,6 +51,11 @@ def make_guards(
         update_values: Writes the values of all guards at the state that the workspace holds.
         band_of: Noise and band of a guard: within its band a value does not give its sign.
         is_beyond: Whether a value is below a level by more than noise.
+
+    Returns:
+        What arms them, asks whether any is past its level, finds those that fired at the end of a
+        step, evaluates them there, finds overlooked ones, gives the least distance of the fired
+        ones, passes a step, and keeps those that fired first.
     """
     model_type, discrete_type, _, _, guards_type = layouts
     asked = model_type, discrete_type, guards_type
@@ -168,16 +159,8 @@ def make_guards(
             if guards.values[j] - guards.levels[j] > max(0.0, least):
                 guards.fired[j] = 0
 
-    return Guards(
-        arm,
-        is_past_event,
-        find_fired,
-        evaluate_ends,
-        find_overlooked,
-        least_fired,
-        pass_step,
-        keep_first_fired,
-    )
+    ends = find_fired, evaluate_ends, find_overlooked
+    return arm, is_past_event, *ends, least_fired, pass_step, keep_first_fired
 
 
 @compiled

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
 from numba import types
 
@@ -14,10 +14,21 @@ LOCATION_WIDTH = 2e-14
 LOCATION_SHARE = 1e-13  # a value so small, as a share of the value at an end of the step, is zero
 
 
-class LocationParts(NamedTuple):
-    """What the search asks of a mechanics.
+def make_locate(
+    layouts: Layouts,
+    *,
+    step_to: Any,
+    least_fired: Any,
+    is_past_band: Any,
+    keep_first_fired: Any,
+    size_of_zero: Any,
+    finish: Any,
+    bisect_every: int,
+) -> Any:
+    """The search of a mechanics.
 
-    Attributes:
+    Args:
+        layouts: Its records.
         step_to: Takes the step again in another size.
         least_fired: The least distance of the guards that fired to their levels.
         is_past_band: 1 if one of them is below its level by more than its band.
@@ -26,19 +37,6 @@ class LocationParts(NamedTuple):
         finish: Takes the step to the event, given the sizes between which it lies.
         bisect_every: Trials, of which the last is a bisection.
     """
-
-    step_to: Any
-    least_fired: Any
-    is_past_band: Any
-    keep_first_fired: Any
-    size_of_zero: Any
-    finish: Any
-    bisect_every: int
-
-
-def make_locate(layouts: Layouts, parts: LocationParts) -> Any:
-    """The search of a mechanics."""
-    step_to, least_fired, is_past_band, keep_first_fired, size_of_zero, finish, bisect_every = parts
 
     @compiled_apart(
         types.float64, layouts.model, layouts.progress, types.float64, prefix=layouts.prefix

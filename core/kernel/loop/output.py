@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
 from numba import types
 
@@ -11,20 +11,9 @@ from slipgrasp.core.kernel.compilation.records import Floats, Record
 from slipgrasp.core.kernel.loop.progress import OUTPUT_ROUNDING, Layouts
 
 
-class Output(NamedTuple):
-    """How a mechanics evaluates a state and writes it as a row."""
-
-    evaluate_at: Any
-    store_row: Any
-    emit_as_of: Any
-    emit_or_end: Any
-    emit: Any
-    emit_due: Any
-
-
 def make_output(
     layouts: Layouts, evaluate_row: Any, fill_row: Any, add_to_tally: Any, copy_discrete: Any
-) -> Output:
+) -> tuple[Any, ...]:
     """The output of a mechanics.
 
     Args:
@@ -33,6 +22,11 @@ def make_output(
         fill_row: Writes the values of an evaluated row.
         add_to_tally: Adds an evaluated row to the accumulators of the metrics.
         copy_discrete: Copies what stays fixed between two jumps.
+
+    Returns:
+        How it evaluates a state, stores the row just evaluated, writes a row as of another time, or
+        ends the run if it cannot; writes the present state, and the rows that are due; for Python,
+        the last row of a run that keeps none.
     """
     prefix, model_type, state_type, discrete_type, run_type, outlet_type = layouts
     parts = model_type, run_type, outlet_type
@@ -125,7 +119,15 @@ def make_output(
             emit_or_end(model, run, outlet, run.discrete, run.now, run.step.start, t)
             run.outputs += 1
 
-    return Output(evaluate_at, store_row, emit_as_of, emit_or_end, emit, emit_due)
+    def last_row(model: Record, run: Record) -> Floats:
+        """The last row of a run that keeps none, ``(1, num_columns)``."""
+        row = run.last_row
+        call(evaluate_row, model, row, run.work)
+        call(fill_row, model, row, run.work)
+        values: Floats = row.values[None, : row.length].copy()
+        return values
+
+    return evaluate_at, store_row, emit_as_of, emit_or_end, emit, emit_due, last_row
 
 
 @compiled
@@ -178,15 +180,6 @@ def phases_changed(model: Record, run: Record) -> bool:
         if run.discrete.phases[i] != run.old.phases[i]:
             return True
     return False
-
-
-def evaluated_last_row(evaluate_row: Any, fill_row: Any, model: Record, run: Record) -> Floats:
-    """The last row of a run that keeps none, ``(1, num_columns)``."""
-    row = run.last_row
-    call(evaluate_row, model, row, run.work)
-    call(fill_row, model, row, run.work)
-    values: Floats = row.values[None, : row.length].copy()
-    return values
 
 
 def rows_in(outlet: Record, num_columns: int) -> Floats:

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 
 from slipgrasp.core.kernel.compilation.compiler import compiled
-from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Record
+from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Layout, Record
 from slipgrasp.core.scenario import MAX_CHATTER_CHANGES, MAX_DIAGNOSTICS, MAX_UNKNOWNS
-
-Layout: TypeAlias = np.dtype[np.void]
 
 # Warnings, counted with their first time.
 AMBIGUITIES, HOLDS, CLAMPED, SATURATED, FREE_ROTATION, RESTARTS, SOFTENED = range(7)
@@ -110,11 +108,11 @@ def tick_columns(num_joints: int) -> int:
     return 1 + num_joints * MAX_FINGERS + MAX_UNKNOWNS + MAX_DIAGNOSTICS
 
 
-def outlet_layout(num_columns: int, num_joints: int) -> Layout:
+def outlet_layout(row: Layout, num_joints: int) -> Layout:
     """What a run writes for the caller to take away.
 
     Args:
-        num_columns: Of the longest row.
+        row: One with its values.
         num_joints: Of a finger.
     """
     fields = [
@@ -122,7 +120,8 @@ def outlet_layout(num_columns: int, num_joints: int) -> Layout:
         ("num_rows", np.int64),
         ("changes", np.float64, (CHANGE_CAPACITY, 4)),  # time, contact, from, to
         ("history", np.float64, (MAX_CHATTER_CHANGES,)),  # times of the latest phase changes [s]
-        ("rows", np.float64, (ROW_CAPACITY * num_columns,)),  # of the trace, one after another
+        # Of the trace, one after another.
+        ("rows", np.float64, (ROW_CAPACITY * row["values"].shape[0],)),
         ("num_ticks", np.int64),
         # One after another.
         ("ticks", np.float64, ((TICKS_BEFORE_PAUSE + 1) * tick_columns(num_joints),)),

@@ -1,9 +1,9 @@
 """Accumulators of the metrics of a run, so that no trace need be kept for them.
 
 Forces count at both ends of every accepted step and at their extremes inside it
-(`slipgrasp.core.kernel.loop.extremes`); integrals are summed over the accepted steps. The forces of
-rows count apart, so that output times have no part in where extremes are searched for: rows exceed
-these by no more than the accuracy with which they are located.
+(`slipgrasp.core.kernel.loop.extreme_search`); integrals are summed over the accepted steps. The
+forces of rows count apart, so that output times have no part in where extremes are searched for:
+rows exceed these by no more than the accuracy with which they are located.
 """
 
 from __future__ import annotations
@@ -13,8 +13,7 @@ from typing import Any
 import numpy as np
 
 from slipgrasp.core.kernel.compilation.compiler import compiled
-from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Floats, Record
-from slipgrasp.core.kernel.loop.progress import Layout
+from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Floats, Layout, Record
 
 
 def tally_layout(num_coordinates: int) -> Layout:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numba import types
@@ -142,10 +142,23 @@ def make_estimates(get_estimate: Any, put_estimate: Any) -> tuple[Any, Any]:
     return set_estimate, advance_estimates
 
 
-class TickParts(NamedTuple):
-    """What a tick asks of a mechanics.
+def make_control_tick(
+    layouts: Layouts,
+    *,
+    get_estimate: Any,
+    set_estimate: Any,
+    sense: Any,
+    show: Any,
+    evaluate_law: Any,
+    emit_before: Any,
+    learn: Any,
+    settle: Any,
+    finish: Any,
+) -> Any:
+    """The tick of a mechanics, as a unit.
 
-    Attributes:
+    Args:
+        layouts: Its records.
         get_estimate: The estimate of an unknown.
         set_estimate: Sets it, projected on its bounds.
         sense: New estimates, and what is measured.
@@ -156,23 +169,6 @@ class TickParts(NamedTuple):
         settle: Selects the phases under the new torque; a status.
         finish: The end of the jump, with that status; a status.
     """
-
-    get_estimate: Any
-    set_estimate: Any
-    sense: Any
-    show: Any
-    evaluate_law: Any
-    emit_before: Any
-    learn: Any
-    settle: Any
-    finish: Any
-
-
-def make_control_tick(layouts: Layouts, parts: TickParts) -> Any:
-    """The tick of a mechanics, as a unit."""
-    get_estimate, set_estimate, sense, show, evaluate_law, emit_before, learn, settle, finish = (
-        parts
-    )
 
     @compiled
     def _answer(model: Record, run: Record) -> int:

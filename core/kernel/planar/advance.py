@@ -10,7 +10,6 @@ from slipgrasp.core.kernel.compilation.records import Record
 from slipgrasp.core.kernel.laws.own_law import ANSWERED
 from slipgrasp.core.kernel.loop.advance import (
     MAX_STALLS,
-    LoopParts,
     book_energy,
     count_stall,
     make_advance,
@@ -25,9 +24,9 @@ from slipgrasp.core.kernel.loop.status import (
 )
 from slipgrasp.core.kernel.loop.ticks import next_command, next_tick, restart_ticks
 from slipgrasp.core.kernel.planar.dynamics import stored_energy
-from slipgrasp.core.kernel.planar.extremes import count_step
 from slipgrasp.core.kernel.planar.flow import forget_mechanics, update_mechanics
 from slipgrasp.core.kernel.planar.guards import NORMAL_FORCE, PER_CONTACT, PHASE
+from slipgrasp.core.kernel.planar.interior import count_step
 from slipgrasp.core.kernel.planar.jump import (
     consume_events,
     recognise,
@@ -44,9 +43,10 @@ from slipgrasp.core.kernel.planar.run import (
     emit_due,
     emit_or_end,
     evaluate_at,
+    follow_slip,
     keep_old,
+    leave_slip,
 )
-from slipgrasp.core.kernel.planar.slip_rows import follow_slip, leave_slip
 from slipgrasp.core.kernel.planar.state import supplied_at
 from slipgrasp.core.kernel.planar.steps import (
     cut_at_event,
@@ -216,22 +216,20 @@ def _finish_step(model: Record, run: Record, outlet: Record, t_stop: float, reac
 
 advance, advance_run = make_advance(
     LAYOUTS,
-    LoopParts(
-        emit=emit,
-        emit_end=_emit_end,
-        emit_due=emit_due,
-        begin=begin_stretch,
-        next_stop=_next_break,
-        pass_instant=pass_break,
-        take_step=take_accepted_step,
-        cut=cut_at_event,
-        count_step=count_step,
-        emit_inside=emit_inside,
-        follow_slip=follow_slip,
-        leave_slip=leave_slip,
-        pass_event=pass_event,
-        finish_step=_finish_step,
-        pace_steps=5000,
-        least_pace=1e-6,
-    ),
+    emit=emit,
+    emit_end=_emit_end,
+    emit_due=emit_due,
+    begin=begin_stretch,
+    next_stop=_next_break,
+    pass_instant=pass_break,
+    take_step=take_accepted_step,
+    cut=cut_at_event,
+    count_step=count_step,
+    emit_inside=emit_inside,
+    follow_slip=follow_slip,
+    leave_slip=leave_slip,
+    pass_event=pass_event,
+    finish_step=_finish_step,
+    pace_steps=5000,
+    least_pace=1e-6,
 )

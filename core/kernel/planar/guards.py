@@ -12,6 +12,7 @@ from numba import types
 
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Floats, Record
+from slipgrasp.core.kernel.loop.friction import present_friction
 from slipgrasp.core.kernel.loop.guards import (
     ENDING_BAND,
     FORCE_BAND,
@@ -36,13 +37,6 @@ VIOLATION_BAND = 1e-9  # [N]
 
 GUARDS = guards_layout(PER_CONTACT * MAX_FINGERS + 1 + MAX_UNKNOWNS + 1)
 MAX_GUARDS = GUARDS["values"].shape[0]
-
-
-@compiled
-def present_friction(model: Record, discrete: Record, i: int) -> float:
-    """The friction coefficient that bounds, or sets, the force of contact i in its phase."""
-    truth = model.truth
-    return truth.static_friction[i] if discrete.phases[i] == 0 else truth.friction[i]
 
 
 @compiled

@@ -29,7 +29,7 @@ from slipgrasp.core.kernel.planar.guards import (
 )
 from slipgrasp.core.kernel.planar.model import MODEL
 from slipgrasp.core.kernel.planar.opening import find_opening
-from slipgrasp.core.kernel.planar.run import OUTLET, PROGRESS, emit, keep_old
+from slipgrasp.core.kernel.planar.run import OUTLET, PROGRESS, emit, keep_old, leave_slip
 from slipgrasp.core.kernel.planar.selection import (
     AMBIGUOUS,
     NONE_CONSISTENT,
@@ -38,7 +38,6 @@ from slipgrasp.core.kernel.planar.selection import (
     is_consistent,
     select_phases,
 )
-from slipgrasp.core.kernel.planar.slip_rows import leave_slip
 from slipgrasp.core.kernel.planar.state import estimate_at, slip_at, slip_velocity_at
 from slipgrasp.core.kernel.planar.stepper import effort_rate
 

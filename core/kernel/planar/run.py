@@ -7,12 +7,11 @@ from numba import types
 
 from slipgrasp.core.kernel.compilation.compiler import call, compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import (
-    Floats,
     Record,
     make_record,
     make_unset_record,
 )
-from slipgrasp.core.kernel.loop.output import evaluated_last_row, make_output
+from slipgrasp.core.kernel.loop.output import make_output
 from slipgrasp.core.kernel.loop.progress import (
     FIRST_STEP,
     Layouts,
@@ -20,17 +19,20 @@ from slipgrasp.core.kernel.loop.progress import (
     progress_layout,
     slip_states_layout,
 )
+from slipgrasp.core.kernel.loop.slip_rows import make_slip_rows
+from slipgrasp.core.kernel.loop.stages import interpolate
 from slipgrasp.core.kernel.loop.tally import begin_tally
-from slipgrasp.core.kernel.planar.guards import GUARDS
+from slipgrasp.core.kernel.planar.flow import forget_mechanics
+from slipgrasp.core.kernel.planar.guards import GUARDS, friction_margin, is_past_event
 from slipgrasp.core.kernel.planar.laws.composite import COMPOSITE_MEMORY
 from slipgrasp.core.kernel.planar.laws.own_law import OWN_LAW
 from slipgrasp.core.kernel.planar.model import MODEL
 from slipgrasp.core.kernel.planar.prediction import PREDICTION
-from slipgrasp.core.kernel.planar.rows import MAX_COLUMNS, ROW, evaluate_row, fill_row
+from slipgrasp.core.kernel.planar.rows import AT, ROW, evaluate_row, fill_row
 from slipgrasp.core.kernel.planar.selection import SELECTION_ROOM
 from slipgrasp.core.kernel.planar.sensing import SENSES
 from slipgrasp.core.kernel.planar.state import STATE, estimate_at
-from slipgrasp.core.kernel.planar.stepper import STEP
+from slipgrasp.core.kernel.planar.stepper import STEP, prepare_interpolant
 from slipgrasp.core.kernel.planar.tally import TALLY, add_to_tally
 from slipgrasp.core.kernel.planar.workspace import DISCRETE, WORKSPACE
 from slipgrasp.core.scenario.table import TABLE
@@ -56,7 +58,7 @@ PROGRESS = progress_layout(
     ],
     JOINTS_PER_FINGER,
 )
-OUTLET = outlet_layout(MAX_COLUMNS, JOINTS_PER_FINGER)
+OUTLET = outlet_layout(ROW, JOINTS_PER_FINGER)
 LAYOUTS = Layouts("", MODEL, STATE, DISCRETE, PROGRESS, OUTLET)
 
 
@@ -112,7 +114,7 @@ def copy_discrete(model: Record, source: Record, target: Record) -> None:
     target.piece = source.piece
 
 
-evaluate_at, store_row, emit_as_of, emit_or_end, emit, emit_due = make_output(
+evaluate_at, store_row, _, emit_or_end, emit, emit_due, last_row = make_output(
     LAYOUTS, evaluate_row, fill_row, add_to_tally, copy_discrete
 )
 
@@ -129,6 +131,22 @@ def keep_old(model: Record, run: Record) -> None:
     copy_discrete(model, run.discrete, run.old)
 
 
-def last_row(model: Record, run: Record) -> Floats:
-    """The last row of a run that keeps none, ``(1, num_columns)``."""
-    return evaluated_last_row(evaluate_row, fill_row, model, run)
+@compiled
+def _state_inside(model: Record, run: Record, h: float, fraction: float, state: Record) -> None:
+    """The state inside the step just taken."""
+    # The constants may be others than those of the slip before.
+    forget_mechanics(run.slip.work)
+    prepare_interpolant(model, run.discrete, run.now, h, run.step, run.slip.work)
+    interpolate(model, run.step, fraction, state)
+
+
+follow_slip, leave_slip = make_slip_rows(
+    LAYOUTS,
+    sample=_state_inside,
+    copy_discrete=copy_discrete,
+    evaluate_row=evaluate_row,
+    is_past_event=is_past_event,
+    fill_row=fill_row,
+    friction_margin=friction_margin,
+    dissipated=AT.dissipated_energy,
+)

@@ -7,13 +7,17 @@ from numba import types
 
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import Record
-from slipgrasp.core.kernel.loop.ledger import FAST_RATE, LEAST_LEDGER_STEP, allowed_imbalance
-from slipgrasp.core.kernel.loop.location import LOCATION_SHARE, LocationParts, make_locate
+from slipgrasp.core.kernel.loop.ledger import (
+    FAST_RATE,
+    LEAST_LEDGER_STEP,
+    allowed_imbalance,
+)
+from slipgrasp.core.kernel.loop.location import LOCATION_SHARE, make_locate
 from slipgrasp.core.kernel.loop.output import next_output
 from slipgrasp.core.kernel.loop.progress import AT_POLE, OUTPUT_ROUNDING
+from slipgrasp.core.kernel.loop.stages import interpolate
 from slipgrasp.core.kernel.numerics.elementary import root
 from slipgrasp.core.kernel.numerics.methods import method_of
-from slipgrasp.core.kernel.planar.dips import find_dip
 from slipgrasp.core.kernel.planar.dynamics import stored_energy
 from slipgrasp.core.kernel.planar.flow import flow, update_mechanics
 from slipgrasp.core.kernel.planar.guards import (
@@ -27,6 +31,7 @@ from slipgrasp.core.kernel.planar.guards import (
     least_fired,
     pass_step,
 )
+from slipgrasp.core.kernel.planar.interior import find_dip
 from slipgrasp.core.kernel.planar.model import MODEL
 from slipgrasp.core.kernel.planar.run import (
     LAYOUTS,
@@ -38,6 +43,7 @@ from slipgrasp.core.kernel.planar.run import (
 )
 from slipgrasp.core.kernel.planar.state import (
     ANGLE,
+    count_coordinates,
     dissipated_at,
     slip_velocity_at,
     supplied_at,
@@ -45,7 +51,6 @@ from slipgrasp.core.kernel.planar.state import (
 )
 from slipgrasp.core.kernel.planar.stepper import (
     QUIET,
-    interpolate,
     is_quiet,
     prepare_interpolant,
     step_error,
@@ -184,15 +189,13 @@ def _finish_location(model: Record, run: Record, low: float, high: float) -> Non
 
 locate = make_locate(
     LAYOUTS,
-    LocationParts(
-        step_to=_step_to,
-        least_fired=least_fired,
-        is_past_band=is_past_band,
-        keep_first_fired=keep_first_fired,
-        size_of_zero=_size_of_zero,
-        finish=_finish_location,
-        bisect_every=8,
-    ),
+    step_to=_step_to,
+    least_fired=least_fired,
+    is_past_band=is_past_band,
+    keep_first_fired=keep_first_fired,
+    size_of_zero=_size_of_zero,
+    finish=_finish_location,
+    bisect_every=8,
 )
 
 
@@ -253,7 +256,7 @@ def _goes_on(model: Record, run: Record) -> bool:
     if run.guards.fired[run.guards.count - 1] == 0:
         return True
     n, relative = model.num_fingers, model.numerics.relative_tolerance
-    for k in range(3 + n):
+    for k in range(count_coordinates(n)):
         at = velocity_at(k) if k < 3 else slip_velocity_at(n, k - 3)
         before, after = run.before.x[at], run.step.end.x[at]
         if not abs(after - before) <= VELOCITY_JUMP + relative * abs(before):

@@ -9,9 +9,9 @@ from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import Record
 from slipgrasp.core.kernel.loop.motion import pass_breaks
 from slipgrasp.core.kernel.loop.output import phases_changed
+from slipgrasp.core.kernel.loop.sensing import trust, trust_in_contact
 from slipgrasp.core.kernel.loop.status import MODEL_SINGULAR, RUNNING, TORQUE_NOT_FINITE
 from slipgrasp.core.kernel.loop.ticks import (
-    TickParts,
     add_up_impulses,
     make_control_tick,
     make_estimates,
@@ -38,10 +38,8 @@ from slipgrasp.core.kernel.planar.sensing import (
     measure,
     measure_acceleration,
     measure_forces,
-    trust,
-    trust_in_contact,
 )
-from slipgrasp.core.kernel.planar.state import estimate_at
+from slipgrasp.core.kernel.planar.state import count_coordinates, estimate_at
 
 
 @compiled
@@ -97,7 +95,7 @@ def _learn(model: Record, run: Record) -> None:
         measure_acceleration(model, senses, discrete, work)
         update_seen_mechanics(model, senses.measured, work)
         update_command(model, discrete, run.now, senses.measured, work)
-        for k in range(3 + n):
+        for k in range(count_coordinates(n)):
             work.acceleration[k] = senses.acceleration[k]
             if k >= 3 and model.sensors.true_accelerations == 0 and discrete.beliefs[k - 3] == 0:
                 work.acceleration[k] = 0.0  # believed to be 0, and not just by the filter's noise
@@ -227,15 +225,13 @@ def _finish(
 
 control_tick = make_control_tick(
     LAYOUTS,
-    TickParts(
-        get_estimate=_get_estimate,
-        set_estimate=_set_estimate,
-        sense=_sense,
-        show=look,
-        evaluate_law=_evaluate_law,
-        emit_before=_emit_before,
-        learn=_learn,
-        settle=_settle,
-        finish=_finish,
-    ),
+    get_estimate=_get_estimate,
+    set_estimate=_set_estimate,
+    sense=_sense,
+    show=look,
+    evaluate_law=_evaluate_law,
+    emit_before=_emit_before,
+    learn=_learn,
+    settle=_settle,
+    finish=_finish,
 )

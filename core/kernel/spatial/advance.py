@@ -14,7 +14,6 @@ from slipgrasp.core.kernel.compilation.records import Record
 from slipgrasp.core.kernel.laws.own_law import ANSWERED
 from slipgrasp.core.kernel.loop.advance import (
     MAX_STALLS,
-    LoopParts,
     book_energy,
     count_stall,
     make_advance,
@@ -26,12 +25,12 @@ from slipgrasp.core.kernel.loop.status import (
 )
 from slipgrasp.core.kernel.loop.ticks import next_command, next_tick
 from slipgrasp.core.kernel.spatial.dynamics import stored_energy
-from slipgrasp.core.kernel.spatial.extremes import spatial_count
 from slipgrasp.core.kernel.spatial.flow import SURE_SPEED, spatial_plant
 from slipgrasp.core.kernel.spatial.guards import (
     PER_CONTACT,
     PHASE,
 )
+from slipgrasp.core.kernel.spatial.interior import spatial_count
 from slipgrasp.core.kernel.spatial.jump import (
     finish_jump,
     forget_leaving,
@@ -47,8 +46,9 @@ from slipgrasp.core.kernel.spatial.run import (
     PROGRESS,
     emit,
     emit_due,
+    follow_slip,
+    leave_slip,
 )
-from slipgrasp.core.kernel.spatial.slip_rows import spatial_follow_slip, spatial_leave_slip
 from slipgrasp.core.kernel.spatial.state import slip_velocity_at, supplied_at
 from slipgrasp.core.kernel.spatial.steps import (
     spatial_accept,
@@ -181,22 +181,20 @@ def _emit_end(model: Record, run: Record, outlet: Record, _t_stop: float) -> Non
 
 advance, advance_run = make_advance(
     LAYOUTS,
-    LoopParts(
-        emit=emit,
-        emit_end=_emit_end,
-        emit_due=emit_due,
-        begin=_begin_stretch,
-        next_stop=_next_stop,
-        pass_instant=_pass_instant,
-        take_step=spatial_accept,
-        cut=_cut,
-        count_step=spatial_count,
-        emit_inside=spatial_emit_inside,
-        follow_slip=spatial_follow_slip,
-        leave_slip=spatial_leave_slip,
-        pass_event=spatial_event,
-        finish_step=_finish_step,
-        pace_steps=50_000,
-        least_pace=1e-9,
-    ),
+    emit=emit,
+    emit_end=_emit_end,
+    emit_due=emit_due,
+    begin=_begin_stretch,
+    next_stop=_next_stop,
+    pass_instant=_pass_instant,
+    take_step=spatial_accept,
+    cut=_cut,
+    count_step=spatial_count,
+    emit_inside=spatial_emit_inside,
+    follow_slip=follow_slip,
+    leave_slip=leave_slip,
+    pass_event=spatial_event,
+    finish_step=_finish_step,
+    pace_steps=50_000,
+    least_pace=1e-9,
 )

@@ -16,9 +16,8 @@ from slipgrasp.core.kernel.loop.status import (
 from slipgrasp.core.kernel.loop.tally import count_forces
 from slipgrasp.core.kernel.spatial.flow import set_derivative, set_directions
 from slipgrasp.core.kernel.spatial.guards import PER_CONTACT, arm_guards
-from slipgrasp.core.kernel.spatial.run import copy_discrete, emit
+from slipgrasp.core.kernel.spatial.run import copy_discrete, emit, leave_slip
 from slipgrasp.core.kernel.spatial.selection import NONE_REGULAR, OPENS, SELECTED, spatial_select
-from slipgrasp.core.kernel.spatial.slip_rows import spatial_leave_slip
 
 
 @compiled
@@ -70,7 +69,7 @@ def finish_jump(model: Record, run: Record, outlet: Record, status: int, before:
     if status != RUNNING:
         return status
     chatters = log_changes(model, run, outlet)
-    spatial_leave_slip(model, run, outlet, 0)
+    leave_slip(model, run, outlet, 0)
     emit(model, run, outlet, run.discrete)
     pass_output_times(model, run)
     restart(model, run)

@@ -7,12 +7,11 @@ from numba import types
 
 from slipgrasp.core.kernel.compilation.compiler import call, compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import (
-    Floats,
     Record,
     make_record,
     make_unset_record,
 )
-from slipgrasp.core.kernel.loop.output import evaluated_last_row, make_output
+from slipgrasp.core.kernel.loop.output import make_output
 from slipgrasp.core.kernel.loop.progress import (
     FIRST_STEP,
     Layouts,
@@ -20,13 +19,14 @@ from slipgrasp.core.kernel.loop.progress import (
     progress_layout,
     slip_states_layout,
 )
-from slipgrasp.core.kernel.spatial.guards import GUARDS
+from slipgrasp.core.kernel.loop.slip_rows import make_slip_rows
+from slipgrasp.core.kernel.spatial.guards import GUARDS, is_past_event
 from slipgrasp.core.kernel.spatial.learning import MEMORY
 from slipgrasp.core.kernel.spatial.model import MODEL
 from slipgrasp.core.kernel.spatial.own_law import OWN_LAW
 from slipgrasp.core.kernel.spatial.prediction import PREDICTION
 from slipgrasp.core.kernel.spatial.rows import (
-    MAX_COLUMNS,
+    AT,
     ROW,
     spatial_evaluate,
     spatial_fill,
@@ -34,8 +34,9 @@ from slipgrasp.core.kernel.spatial.rows import (
 from slipgrasp.core.kernel.spatial.selection import SELECTION_ROOM, normalise
 from slipgrasp.core.kernel.spatial.sensing import SENSES
 from slipgrasp.core.kernel.spatial.state import STATE, parts_of
-from slipgrasp.core.kernel.spatial.stepper import STEP
+from slipgrasp.core.kernel.spatial.stepper import STEP, state_inside
 from slipgrasp.core.kernel.spatial.tally import TALLY, spatial_tally
+from slipgrasp.core.kernel.spatial.ways import least_margin
 from slipgrasp.core.kernel.spatial.workspace import DISCRETE, WORKSPACE
 from slipgrasp.core.scenario.spatial import SpatialScenario
 from slipgrasp.core.trace.trace import JOINTS_IN_SPACE
@@ -59,7 +60,7 @@ PROGRESS = progress_layout(
     ],
     JOINTS_IN_SPACE,
 )
-OUTLET = outlet_layout(MAX_COLUMNS, JOINTS_IN_SPACE)
+OUTLET = outlet_layout(ROW, JOINTS_IN_SPACE)
 LAYOUTS = Layouts("spatial_", MODEL, STATE, DISCRETE, PROGRESS, OUTLET)
 
 
@@ -108,7 +109,7 @@ def copy_discrete(model: Record, source: Record, target: Record) -> None:
         target.diagnostics[k] = source.diagnostics[k]
 
 
-_, _, emit_as_of, _, _emit, emit_due = make_output(
+_, _, emit_as_of, _, _emit, emit_due, last_row = make_output(
     LAYOUTS, spatial_evaluate, spatial_fill, spatial_tally, copy_discrete
 )
 
@@ -120,6 +121,19 @@ def emit(model: Record, run: Record, outlet: Record, discrete: Record) -> None:
     _emit(model, run, outlet, discrete)
 
 
-def last_row(model: Record, run: Record) -> Floats:
-    """The last row of a run that keeps none, ``(1, num_columns)``."""
-    return evaluated_last_row(spatial_evaluate, spatial_fill, model, run)
+@compiled
+def _state_inside(model: Record, run: Record, h: float, fraction: float, state: Record) -> None:
+    """The state inside the step just taken."""
+    state_inside(model, run.step, h, fraction, state)
+
+
+follow_slip, leave_slip = make_slip_rows(
+    LAYOUTS,
+    sample=_state_inside,
+    copy_discrete=copy_discrete,
+    evaluate_row=spatial_evaluate,
+    is_past_event=is_past_event,
+    fill_row=spatial_fill,
+    friction_margin=least_margin,
+    dissipated=AT.dissipated_energy,
+)

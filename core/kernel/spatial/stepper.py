@@ -13,12 +13,12 @@ from numba import types
 
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import Record
+from slipgrasp.core.kernel.loop.stages import fill_terms, interpolate, weigh_slopes
 from slipgrasp.core.kernel.numerics.elementary import square
 from slipgrasp.core.kernel.numerics.methods import DENSE_ROWS, MAX_SLOPES, method_of
-from slipgrasp.core.kernel.planar.stepper import fill_terms, interpolate, weigh_slopes
 from slipgrasp.core.kernel.spatial.flow import flow, slip_speed
 from slipgrasp.core.kernel.spatial.guards import MAX_GUARDS, sample_guards
-from slipgrasp.core.kernel.spatial.implicit import STIFFNESS, implicit_step, set_stage
+from slipgrasp.core.kernel.spatial.implicit import STIFFNESS, implicit_step, set_normal_stage
 from slipgrasp.core.kernel.spatial.model import IMPLICIT, MODEL
 from slipgrasp.core.kernel.spatial.selection import normalise
 from slipgrasp.core.kernel.spatial.state import MAX_STATE, STATE, slip_velocity_at
@@ -56,7 +56,7 @@ def spatial_step(model: Record, discrete: Record, h: float, step: Record, work: 
         implicit_step(model, discrete, h, step, work)
         return
     for row in range(1, method_of(model, step).last + 1):
-        set_stage(model, h, row, step)
+        set_normal_stage(model, h, row, step)
         flow(model, discrete, step.end, step.slopes[row], work)
         sample_guards(model, discrete, step.end, work, step.samples, row)
 

@@ -8,11 +8,10 @@ from numba import types
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import Record
 from slipgrasp.core.kernel.loop.ledger import LEAST_LEDGER_STEP
-from slipgrasp.core.kernel.loop.location import LOCATION_SHARE, LocationParts, make_locate
+from slipgrasp.core.kernel.loop.location import LOCATION_SHARE, make_locate
 from slipgrasp.core.kernel.loop.output import next_output
 from slipgrasp.core.kernel.loop.progress import OUTPUT_ROUNDING
 from slipgrasp.core.kernel.numerics.elementary import root, square
-from slipgrasp.core.kernel.spatial.dips import spatial_dip
 from slipgrasp.core.kernel.spatial.guards import (
     find_fired,
     find_overlooked,
@@ -22,6 +21,7 @@ from slipgrasp.core.kernel.spatial.guards import (
     spatial_past_band,
 )
 from slipgrasp.core.kernel.spatial.implicit import find_stiffness
+from slipgrasp.core.kernel.spatial.interior import spatial_dip
 from slipgrasp.core.kernel.spatial.ledger import spatial_imbalance, turns_fast
 from slipgrasp.core.kernel.spatial.model import IMPLICIT, MODEL
 from slipgrasp.core.kernel.spatial.run import LAYOUTS, OUTLET, PROGRESS, emit_as_of
@@ -180,15 +180,13 @@ def _finish_location(model: Record, run: Record, _low: float, high: float) -> No
 
 locate = make_locate(
     LAYOUTS,
-    LocationParts(
-        step_to=_step_to,
-        least_fired=least_fired,
-        is_past_band=spatial_past_band,
-        keep_first_fired=keep_first_fired,
-        size_of_zero=_size_of_zero,
-        finish=_finish_location,
-        bisect_every=3,
-    ),
+    step_to=_step_to,
+    least_fired=least_fired,
+    is_past_band=spatial_past_band,
+    keep_first_fired=keep_first_fired,
+    size_of_zero=_size_of_zero,
+    finish=_finish_location,
+    bisect_every=3,
 )
 
 

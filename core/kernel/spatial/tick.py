@@ -9,15 +9,14 @@ from slipgrasp.core.kernel.compilation.records import Record
 from slipgrasp.core.kernel.loop.motion import pass_breaks
 from slipgrasp.core.kernel.loop.output import phases_changed
 from slipgrasp.core.kernel.loop.progress import FREE_ROTATION, SOFTENED, warn
+from slipgrasp.core.kernel.loop.sensing import trust, trust_in_contact
 from slipgrasp.core.kernel.loop.status import RUNNING
 from slipgrasp.core.kernel.loop.ticks import (
-    TickParts,
     add_up_impulses,
     make_control_tick,
     make_estimates,
     take_command,
 )
-from slipgrasp.core.kernel.planar.sensing import trust, trust_in_contact
 from slipgrasp.core.kernel.spatial.command import spatial_believe, spatial_command
 from slipgrasp.core.kernel.spatial.flow import spatial_plant
 from slipgrasp.core.kernel.spatial.jump import (
@@ -39,6 +38,7 @@ from slipgrasp.core.kernel.spatial.sensing import (
     measure_acceleration,
     measure_forces,
 )
+from slipgrasp.core.kernel.spatial.state import slip_coordinate
 
 
 @compiled
@@ -95,7 +95,7 @@ def _take_measured(model: Record, senses: Record, work: Record) -> None:
         for axis in range(2):
             # In stick it is believed to be 0, and not just by the filter's noise.
             known = model.sensors.true_accelerations == 0 and senses.slips[i, axis] == 0.0
-            measured = senses.acceleration[6 + 2 * i + axis]
+            measured = senses.acceleration[slip_coordinate(i, axis)]
             work.slip_acceleration[i, axis] = 0.0 if known else measured
     torques_to_forces(model.hand, work.kin, senses.torques, work.tip_forces)
 
@@ -216,15 +216,13 @@ def _finish(
 
 control_tick = make_control_tick(
     LAYOUTS,
-    TickParts(
-        get_estimate=_get_estimate,
-        set_estimate=_set_estimate,
-        sense=_sense,
-        show=spatial_look,
-        evaluate_law=_evaluate_law,
-        emit_before=_emit_before,
-        learn=_learn,
-        settle=_settle,
-        finish=_finish,
-    ),
+    get_estimate=_get_estimate,
+    set_estimate=_set_estimate,
+    sense=_sense,
+    show=spatial_look,
+    evaluate_law=_evaluate_law,
+    emit_before=_emit_before,
+    learn=_learn,
+    settle=_settle,
+    finish=_finish,
 )
