@@ -20,7 +20,7 @@ from slipgrasp.core.kernel.compilation.cache import read_code, write_code
 from slipgrasp.core.kernel.compilation.compiler import OPTIONS, call
 from slipgrasp.core.kernel.compilation.entry import compile_entry
 from slipgrasp.core.kernel.compilation.normal_form import NormalForm
-from slipgrasp.core.kernel.planar.laws.own_law import call_law
+from slipgrasp.core.kernel.laws.own_law import call_law
 from slipgrasp.core.run.engine import PlanarEngine, make_engine
 from slipgrasp.core.run.metrics import compute_metrics
 from slipgrasp.core.scenario.loading import with_values

@@ -7,9 +7,9 @@ from numba import types
 
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import Floats, Record
+from slipgrasp.core.kernel.loop.links import joint_friction_power
 from slipgrasp.core.kernel.spatial.dynamics import (
     add_joint_friction,
-    joint_friction_power,
     update_tip_dynamics,
 )
 from slipgrasp.core.kernel.spatial.kinematics import torques_to_forces, update_kinematics
@@ -115,6 +115,6 @@ def set_derivative(model: Record, state: Record, derivative: Record, work: Recor
         rate[path_at(n, i)] = slip_speed(n, state, i) if both else along
         dissipated += model.truth.friction[i] * work.forces[i, 2] * along
     if model.hand.joints_rub == 1:
-        dissipated += joint_friction_power(model.hand, work.kin)
-    rate[supplied_at(n)] = supplied
-    rate[dissipated_at(n)] = dissipated
+        dissipated += joint_friction_power(model.hand, work.kin.rates)
+    rate[supplied_at(model)] = supplied
+    rate[dissipated_at(model)] = dissipated

@@ -13,12 +13,12 @@ from numba import types
 
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import Record
+from slipgrasp.core.kernel.loop.stages import fill_terms, interpolate, weigh_slopes
 from slipgrasp.core.kernel.numerics.elementary import square
-from slipgrasp.core.kernel.numerics.methods import DENSE_ROWS, MAX_SLOPES
-from slipgrasp.core.kernel.planar.stepper import fill_terms, interpolate, weigh_slopes
+from slipgrasp.core.kernel.numerics.methods import DENSE_ROWS, MAX_SLOPES, method_of
 from slipgrasp.core.kernel.spatial.flow import flow, slip_speed
 from slipgrasp.core.kernel.spatial.guards import MAX_GUARDS, sample_guards
-from slipgrasp.core.kernel.spatial.implicit import STIFFNESS, implicit_step, set_stage
+from slipgrasp.core.kernel.spatial.implicit import STIFFNESS, implicit_step, set_normal_stage
 from slipgrasp.core.kernel.spatial.model import IMPLICIT, MODEL
 from slipgrasp.core.kernel.spatial.selection import normalise
 from slipgrasp.core.kernel.spatial.state import MAX_STATE, STATE, slip_velocity_at
@@ -36,7 +36,6 @@ CREEP_STEP, CREEP_STEPS = 1e-6, 100.0  # a shorter step [s], of which the speed 
 STEP = np.dtype(
     [
         ("rank", np.int64),  # of the method by which it is taken
-        ("last", np.int64),  # number of the slope at its end
         ("start", STATE),
         ("end", STATE),
         ("slopes", STATE, (MAX_SLOPES,)),
@@ -52,12 +51,12 @@ STEP = np.dtype(
 @compiled_apart(types.void, MODEL, DISCRETE, types.float64, STEP, WORKSPACE)
 def spatial_step(model: Record, discrete: Record, h: float, step: Record, work: Record) -> None:
     """Fills ``end`` and ``slopes``; ``work`` is left at the end of the step."""
-    step.prepared, step.last = 0, model.methods[step.rank].last
+    step.prepared = 0
     if step.rank == IMPLICIT:
         implicit_step(model, discrete, h, step, work)
         return
-    for row in range(1, step.last + 1):
-        set_stage(model, h, row, step)
+    for row in range(1, method_of(model, step).last + 1):
+        set_normal_stage(model, h, row, step)
         flow(model, discrete, step.end, step.slopes[row], work)
         sample_guards(model, discrete, step.end, work, step.samples, row)
 

@@ -15,7 +15,7 @@ from slipgrasp.core.scenario import MAX_DIAGNOSTICS, MAX_UNKNOWNS
 # `slipgrasp.core.trace.types.ContactPhase`; to the last the signs (3, 1) of both slips are added.
 STICK, SLIP, SLIPS_ALONG_TANGENTS = 0, 2, 7
 MAX_FORCES = 3 * MAX_FINGERS
-MAX_ROWS = 6 + 2 * MAX_FINGERS
+MAX_ROWS = MAX_COORDINATES
 
 # What stays fixed between two jumps.
 DISCRETE = np.dtype(
