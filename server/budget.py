@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from slipgrasp.core.executors.limits import machine_memory
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario import Scenario
-from slipgrasp.core.scenario.own_laws import diagnostics_of
+from slipgrasp.core.scenario.chosen_laws import diagnostics_of
 from slipgrasp.core.trace.trace import TraceShape
 from slipgrasp.recordings.file.size import RecordingSize, size_of_run
 from slipgrasp.server.exceptions import MemoryBusyError, MemoryHeldError, MemoryLimitError
@@ -85,7 +85,7 @@ class Need:
             len(scenario.fingers),
             tuple(estimate.parameter for estimate in scenario.estimates),
             diagnostics_of(scenario),
-            scenario.in_space,
+            scenario.space,
         )
         size = RecordingSize(shape, round(samples) + SPARE_SAMPLES, round(ticks))
         return cls(

@@ -14,8 +14,9 @@ from slipgrasp.core.kernel.compilation.records import MAX_COORDINATES, MAX_FINGE
 from slipgrasp.core.kernel.loop.motion import MOTION
 from slipgrasp.core.kernel.numerics.methods import MAX_METHODS, METHOD
 from slipgrasp.core.scenario import CONTROL_LAWS, MAX_UNKNOWNS
-from slipgrasp.core.scenario.laws import PLANAR, facts_read_for
+from slipgrasp.core.scenario.laws import facts_read_for
 from slipgrasp.core.scenario.own_laws import OUTSIDE, law_of
+from slipgrasp.core.scenario.space import PLANAR
 
 OBJECT_MASS, OBJECT_INERTIA, FRICTION, LINK_MASS = range(4)
 

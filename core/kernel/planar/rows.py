@@ -37,7 +37,8 @@ from slipgrasp.core.kernel.planar.state import (
 from slipgrasp.core.kernel.planar.workspace import DISCRETE, WORKSPACE
 from slipgrasp.core.scenario import MAX_DIAGNOSTICS, MAX_UNKNOWNS
 from slipgrasp.core.scenario.own_laws import Diagnostic
-from slipgrasp.core.trace.trace import JOINTS_PER_FINGER, SIGNALS, Signal, TraceShape
+from slipgrasp.core.scenario.space import PLANAR
+from slipgrasp.core.trace.trace import SIGNALS, Signal, TraceShape
 
 
 def _columns_before(signals: Sequence[Signal]) -> tuple[int, int, int, int]:
@@ -57,6 +58,7 @@ AT = _Places._make(_columns_before(SIGNALS[:index]) for index in range(len(SIGNA
 END = _columns_before(SIGNALS)
 
 LARGEST = 1e300
+JOINTS_PER_FINGER = PLANAR.joints_per_finger
 MAX_COLUMNS = TraceShape(
     MAX_FINGERS, ("",) * MAX_UNKNOWNS, (Diagnostic("", "", ""),) * MAX_DIAGNOSTICS
 ).num_columns

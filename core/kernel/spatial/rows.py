@@ -49,11 +49,12 @@ from slipgrasp.core.kernel.spatial.workspace import (
 )
 from slipgrasp.core.scenario import MAX_DIAGNOSTICS, MAX_UNKNOWNS
 from slipgrasp.core.scenario.own_laws import Diagnostic
+from slipgrasp.core.scenario.space import SPATIAL
 from slipgrasp.core.trace.trace import SIGNALS, Signal, TraceShape
 
 
 def _shape(n: int, p: int, d: int) -> TraceShape:
-    return TraceShape(n, ("",) * p, (Diagnostic("", "", ""),) * d, in_space=True)
+    return TraceShape(n, ("",) * p, (Diagnostic("", "", ""),) * d, space=SPATIAL)
 
 
 def _columns_before(signals: Sequence[Signal]) -> tuple[int, int, int, int]:
