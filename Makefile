@@ -34,9 +34,11 @@ test: $(VENV)/.develop
 	$(BIN)/python -m pytest -n logical --dist worksteal -m "not browser"
 	$(BIN)/python -m pytest -n logical --dist loadfile -m browser
 
-# Compiles the simulation, which otherwise the first run does: planar and spatial.
+# Compiles the simulation of all hands, which otherwise the first run does.
+PREPARE := from slipgrasp.core.run.simulator import prepare_kernel; \
+  from slipgrasp.core.scenario.space import SPATIAL; prepare_kernel(space=SPATIAL)
 kernel: $(VENV)/.develop
-	$(BIN)/python -c "from slipgrasp.core.run.simulator import prepare_kernel as p; p(in_space=True)"
+	$(BIN)/python -c "$(PREPARE)"
 
 lint: $(VENV)/.develop
 	$(BIN)/ruff check

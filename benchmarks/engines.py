@@ -21,14 +21,14 @@ from slipgrasp.core.kernel.loop.status import RUNNING
 from slipgrasp.core.kernel.planar.packing import whole_faces
 from slipgrasp.core.kernel.planar.rows import ROW
 from slipgrasp.core.kernel.planar.run import OUTLET, PROGRESS
-from slipgrasp.core.trace.trace import JOINTS_PER_FINGER
+from slipgrasp.core.scenario.space import PLANAR
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
 
 SCRIPT = Path(__file__).parents[1] / "docs" / "webassembly.js"
 
-_TICK_BYTES = 8 * tick_columns(JOINTS_PER_FINGER)
+_TICK_BYTES = 8 * tick_columns(PLANAR.joints_per_finger)
 
 # Steps of a run in one call.
 STEPS = 1000
@@ -174,7 +174,7 @@ class Engine(ABC):
         rows = self.read(at + _ROWS, 8 * count * length)
         ctypes.memmove(outlet + _ROWS, rows, len(rows))
         ticks = self.read(
-            at + _TICKS, 8 * tick_columns(JOINTS_PER_FINGER) * self._long(at + _NUM_TICKS)
+            at + _TICKS, 8 * tick_columns(PLANAR.joints_per_finger) * self._long(at + _NUM_TICKS)
         )
         ctypes.memmove(outlet + _TICKS, ticks, len(ticks))
 

@@ -100,7 +100,7 @@ def _outside_friction(run: RunResult) -> float:
     directions = _directions(run, phases, rows)
     against = -bound * directions
     slips = (phases != 0.0)[:, :, None]
-    if scenario.has_pyramid:
+    if scenario.friction_cone == "pyramid":
         # Beside a slip along one tangent, the other one sticks with static friction.
         ratios = np.where(slips, _static_over_kinetic(run)[rows][:, :, None], 1.0)
         known = np.isfinite(ratios)  # with no friction in slip the trace does not show the other

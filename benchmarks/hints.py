@@ -29,6 +29,7 @@ from slipgrasp.core.run.verdict import describe_run
 from slipgrasp.core.scenario import CONTROL_LAWS, Scenario
 from slipgrasp.core.scenario.law_choice import LAW, with_law
 from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.core.scenario.space import SPATIAL
 from slipgrasp.core.trace.types import ContactPhase, Outcome
 from slipgrasp.core.words.hints import Goal
 from slipgrasp.core.words.options import Option
@@ -203,14 +204,14 @@ def _near(found: re.Match[str], *lengths: float) -> bool:
 def slip_of(result: RunResult) -> float:
     """How far the fingertip that slid the most slid, from the trace [m]."""
     trace = result.trace
-    if trace.shape.in_space:
+    if trace.shape.space is SPATIAL:
         return float(trace.slip_path[-1].max())
     return float(np.abs(np.diff(trace.slip, axis=0)).sum(axis=0).max(initial=0.0))
 
 
 def offset_of(result: RunResult) -> float:
     """How far the object is from where it was wanted at the end, from the trace [m]."""
-    ways = 3 if result.trace.shape.in_space else 2
+    ways = result.trace.shape.space.num_positions
     return float(np.linalg.norm(result.trace.tracking_error[-1, :ways]))
 
 
@@ -246,7 +247,7 @@ def _usual(presets: tuple[str, ...], seed: str) -> Scenario:
 def _object(base: Scenario, rng: Random) -> Iterator[tuple[str, Any]]:
     mass = rng.uniform(0.3, 2.5)
     yield "object.mass", mass
-    for name in ("inertias.0", "inertias.1", "inertias.2") if base.in_space else ("inertia",):
+    for name in (key.partition(".")[2] for key in base.space.inertias):
         head, _, axis = name.partition(".")
         inertia = getattr(base.object, head)
         before = inertia[int(axis)] if axis else inertia

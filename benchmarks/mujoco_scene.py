@@ -63,7 +63,7 @@ def build_model(scenario: Scenario, step: float) -> tuple[mujoco.MjModel, mujoco
 
 def start_coordinates(scenario: Scenario, angles: NDArray[np.float64]) -> NDArray[np.float64]:
     """MuJoCo's coordinates in the start pose: all joints, then the object's, then out of plane."""
-    out_of_plane = [] if scenario.in_space else [0.0]
+    out_of_plane = [0.0] * (3 - scenario.space.num_positions)
     return np.concatenate((angles, scenario.trajectory.start, out_of_plane))
 
 
@@ -104,7 +104,7 @@ def _bodies(scenario: Scenario, angles: list[float], contact: Contact) -> Iterat
 
 
 def _joint_names(scenario: Scenario) -> list[str]:
-    joints = 3 if scenario.in_space else 2
+    joints = scenario.space.joints_per_finger
     return [f"q{i}{joint}" for i in range(len(scenario.fingers)) for joint in range(joints)]
 
 

@@ -274,7 +274,7 @@ def _metrics_hold(run: RunResult) -> bool:
 
 def _slip_paths(trace: Trace) -> np.ndarray:
     """Length of the way between the rows, ``(n,)`` [m]."""
-    tangents = 2 if trace.shape.in_space else 1
+    tangents = trace.shape.space.num_tangents
     ways = np.diff(trace.slip, axis=0).reshape(len(trace) - 1, trace.phase.shape[1], tangents)
     return np.linalg.norm(ways, axis=2).sum(axis=0)
 

@@ -22,6 +22,7 @@ from benchmarks.wasm_speed import compare_engines
 from slipgrasp.core.kernel.compilation.compiler import entered_by
 from slipgrasp.core.kernel.compilation.webassembly import build
 from slipgrasp.core.run.provenance import present_provenance
+from slipgrasp.core.scenario.space import SPATIAL
 from tests.ensure_programs import FLAGS, find_chromium
 
 NATIVE = "this processor"
@@ -55,7 +56,7 @@ def tabulate(hashes: dict[str, dict[str, str]]) -> Table:
     note = (
         f"{total - different} of {total} hashes equal that of the first column. "
         f"Run on {platform.system()}, {platform.machine()}, {binding.get_host_cpu_name()}, with "
-        f"{present_provenance().kernel}, in space {present_provenance(in_space=True).kernel}."
+        f"{present_provenance().kernel}, in space {present_provenance(SPATIAL).kernel}."
     )
     return Table("portability", ("runs", *hashes), tuple(rows), (note,), PORTABILITY)
 

@@ -22,6 +22,7 @@ from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.geometry import contact_frame
 from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.core.scenario.space import PLANAR, SPATIAL
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.trace.types import ContactPhase
 
@@ -63,7 +64,7 @@ def record_case(name: str, duration: float) -> RunResult:
     """
     scenario = load_scenario(name)
     values = {"simulation.output_rate": OUTPUT_RATE, "simulation.duration": duration}
-    if not scenario.in_space:
+    if scenario.space is PLANAR:
         values["controller.control_period"] = 0.0
     return simulate(with_values(scenario, values))
 
@@ -140,9 +141,9 @@ def compare(result: RunResult, replay: Replay, step: float) -> Differences:
     trace, ends = result.trace, slip_ends(result)
     pose = _interpolate(trace, trace.object_pose, replay.times)
     pose_error = np.abs(replay.object_pose - pose)
-    ways = 3 if trace.shape.in_space else 2
+    ways = trace.shape.space.num_positions
     turn = pose_error[:, ways:]
-    if trace.shape.in_space:
+    if trace.shape.space is SPATIAL:
         turn = 2.0 * np.linalg.norm(turn, axis=1)  # of a small difference of unit quaternions
     slip = _interpolate(trace, trace.slip, replay.times)
     slip_error = np.abs(replay.slip - slip)

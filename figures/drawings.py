@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 from matplotlib.figure import Figure
 
 from slipgrasp.core.run.premises import has_premises
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario import PLANAR, SPATIAL, PlanarScenario, Scenario, Space
 from slipgrasp.core.scenario.loading import load_scenario
 from slipgrasp.figures.panels import Panel, estimate_panels, force_panels, tracking_panels
 from slipgrasp.figures.panels_in_space import spatial_force_panels, spatial_tracking_panels
@@ -21,17 +21,18 @@ from slipgrasp.figures.style import paper_style
 SCHEMATIC, SLIPS = "schematic", "slips"
 
 _Panels = dict[str, Callable[[RunResult], tuple[Panel, ...]]]
-_PANELS: _Panels = {
-    "tracking": tracking_panels,
-    "estimates": estimate_panels,
-    "forces": force_panels,
-    "premises": premise_panels,
-}
-_PANELS_IN_SPACE: _Panels = {
-    "tracking": spatial_tracking_panels,
-    "estimates": estimate_panels,
-    "forces": spatial_force_panels,
-    "premises": premise_panels,
+_TRACKING = {PLANAR: tracking_panels, SPATIAL: spatial_tracking_panels}
+_FORCES = {PLANAR: force_panels, SPATIAL: spatial_force_panels}
+
+
+def _draw_hand(result: RunResult) -> Figure:
+    assert isinstance(result.scenario, PlanarScenario), "spatial hands have no schematic"
+    return draw_schematic(result.scenario)
+
+
+_FIRST: Mapping[Space, tuple[str, Callable[[RunResult], Figure]]] = {
+    PLANAR: (SCHEMATIC, _draw_hand),
+    SPATIAL: (SLIPS, draw_slip_planes),
 }
 
 _PAPER_KINDS = (SCHEMATIC, "tracking", "estimates", "forces")
@@ -45,10 +46,10 @@ def figure_names(scenario: Scenario) -> dict[str, str]:
         Full name by kind, in order: ``schematic``, ``tracking``, ``estimates`` (if
         anything is estimated), ``forces`` and ``premises`` (of the paper's theorems, where they
         speak of it); in a scenario equal to one of the paper's presets ``fig-4-schematic`` and
-        so on, where the paper has such a figure. Of a hand in space ``slips`` in place of the
+        so on, where the paper has such a figure. Of a spatial hand ``slips`` in place of the
         schematic.
     """
-    first = SLIPS if scenario.in_space else SCHEMATIC
+    first, _ = _FIRST[scenario.space]
     names = {kind: kind for kind in (first, *_panels(scenario))}
     for preset, numbers in _PAPER_NUMBERS.items():
         if scenario == load_scenario(preset):
@@ -68,10 +69,8 @@ def draw_figures(result: RunResult) -> dict[str, Figure]:
     """
     names = figure_names(result.scenario)
     with paper_style():
-        if result.scenario.in_space:
-            figures = {names[SLIPS]: draw_slip_planes(result)}
-        else:
-            figures = {names[SCHEMATIC]: draw_schematic(result.scenario)}
+        first, draw = _FIRST[result.scenario.space]
+        figures = {names[first]: draw(result)}
         for kind, panels in _panels(result.scenario).items():
             figures[names[kind]] = draw_sheet(result, panels(result))
     return figures
@@ -79,7 +78,12 @@ def draw_figures(result: RunResult) -> dict[str, Figure]:
 
 def _panels(scenario: Scenario) -> _Panels:
     """What each figure made of panels draws, by kind."""
-    panels = dict(_PANELS_IN_SPACE if scenario.in_space else _PANELS)
+    panels: _Panels = {
+        "tracking": _TRACKING[scenario.space],
+        "estimates": estimate_panels,
+        "forces": _FORCES[scenario.space],
+        "premises": premise_panels,
+    }
     if not scenario.estimates:
         del panels["estimates"]
     if not has_premises(scenario):

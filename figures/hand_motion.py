@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.spatial_geometry import friction_outline
 from slipgrasp.scene import parts, rotations, skeleton
 from slipgrasp.scene.states import States, drawable, states_at
 
@@ -68,11 +69,12 @@ def motion_of(result: RunResult, times: Values) -> HandMotion:
     trace, scenario = result.trace, result.scenario
     states, contacts = states_at(trace, times), skeleton.contacts_of(scenario)
     poses = skeleton.world_poses(skeleton.frames_of(scenario), states)
-    start = rotations.matrices(trace.object_pose[0, 3:]) if scenario.in_space else np.eye(3)
-    flat = _view(contacts, start) if scenario.in_space else _FRONT
+    flat = _FRONT
+    if scenario.space.num_positions == 3:
+        flat = _view(contacts, rotations.matrices(trace.object_pose[0, 3:]))
     axes = np.stack([poses[skeleton.contact_name(i)][1] for i in range(len(contacts))], axis=1)
     pairs = list(enumerate(contacts))
-    rim = parts.friction_rim(scenario, _CONE_CORNERS)
+    rim = friction_outline(scenario, _CONE_CORNERS)
     rims = np.stack([parts.cone_rim(each, rim, i, states) for i, each in pairs], axis=1)
     cones = np.concatenate([np.zeros_like(rims[:, :, :1]), rims], axis=2)
     forces = np.stack([parts.force_in(each, i, states) for i, each in pairs], axis=1)
@@ -80,7 +82,7 @@ def motion_of(result: RunResult, times: Values) -> HandMotion:
     corners, desired = (
         _corners(scenario, *poses[name]) @ flat for name in (skeleton.OBJECT, skeleton.DESIRED)
     )
-    slips = drawable(trace.slip_path if scenario.in_space else trace.slip)
+    slips = drawable(trace.slip_of_contacts)
     return HandMotion(
         states=states,
         corners=_outlines(corners),

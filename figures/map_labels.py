@@ -6,8 +6,8 @@ import json
 import re
 from typing import Any
 
+from slipgrasp.core.scenario.space import PLANAR
 from slipgrasp.core.study.definition import Study
-from slipgrasp.core.trace.trace import JOINTS_PER_FINGER
 from slipgrasp.recordings.study.map_axes import parameter_of
 
 _SYMBOLS = {
@@ -84,7 +84,7 @@ def _symbol(key: str) -> str:
     if match := _FRICTION.fullmatch(key):
         return rf"$\mu_{{{int(match[1]) + 1}}}$"
     if match := _LINK_MASS.fullmatch(key):
-        return rf"$m_{{{JOINTS_PER_FINGER * int(match[1]) + int(match[2]) + 1}}}$"
+        return rf"$m_{{{PLANAR.joints_per_finger * int(match[1]) + int(match[2]) + 1}}}$"
     return _SYMBOLS.get(key, "")
 
 

@@ -131,7 +131,7 @@ class MovingHand:
         sizes = _Sizes(points_per_metre * width, points_per_metre * dot)
         self._fingers = [_add_finger(hand, chart, i, sizes) for i in range(count)]
         self._lenses: list[MovingLens] = []
-        if result.scenario.in_space:
+        if result.scenario.space.num_positions == 3:
             self._body.set_alpha(_GLASS)
             for part in (p for i in np.flatnonzero(motion.behind) for p in self._fingers[i][:3]):
                 part.set_zorder(part.get_zorder() - _BEHIND)
@@ -257,8 +257,7 @@ def _draw_chart(figure: Figure, result: RunResult, window: Window) -> Axes:
     name_lanes(strip, result, contacts, offset=0.008)
     chart = figure.add_axes((0.1, 0.125, 0.87, 0.19))
     rows = rows_from_start(result.trace)
-    in_space = result.scenario.in_space
-    slips = result.trace.slip_path if in_space else result.trace.slip
+    slips = result.trace.slip_of_contacts
     for i in contacts:
         colour = paint(lighter(finger_colour(i), 0.2))
         values = 1e3 * drawable(slips[rows, i])
@@ -268,7 +267,7 @@ def _draw_chart(figure: Figure, result: RunResult, window: Window) -> Axes:
     chart.set_xlim(*window)
     chart.margins(y=0.15)
     chart.set_xlabel("$t$ [s]", labelpad=1.0)
-    chart.set_ylabel("way slid [mm]" if in_space else "slip [mm]")
+    chart.set_ylabel(f"{result.scenario.space.slip_words} [mm]")
     chart.legend(loc="best", ncols=3)
     patches = phase_patches(result)
     figure.legend(handles=patches, loc="lower center", ncols=3, handlelength=1.2, fontsize=8.5)

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.space import PLANAR
 from slipgrasp.core.scenario.unknowns import Unknown, parse_unknown
-from slipgrasp.core.trace.trace import JOINTS_PER_FINGER
 from slipgrasp.recordings.palette import CONE, FINGERS, MARK, Rgb
 
 Values = NDArray[np.float64]
@@ -143,7 +143,7 @@ def force_panels(result: RunResult) -> tuple[Panel, ...]:
 
 def _forces(result: RunResult, finger: int) -> Iterator[Panel]:
     trace = result.trace
-    links = [link_colour(finger, joint) for joint in range(JOINTS_PER_FINGER)]
+    links = [link_colour(finger, joint) for joint in range(PLANAR.joints_per_finger)]
     yield torque_panel(result, finger, links)
     limit = (trace.friction_coefficient * trace.normal_force)[:, finger]
     yield contact_force_panel(
@@ -273,7 +273,8 @@ def _estimate_title(scenario: Scenario, unknown: Unknown) -> str:
         "link_mass": f"masses of the {name} finger links",
         "friction": f"friction at the {name} fingertip",
         "object_mass": "mass of the object",
-        "object_inertia": f"moment{'s' if scenario.in_space else ''} of inertia of the object",
+        "object_inertia": f"moment{'s' * (len(scenario.space.inertias) > 1)} of inertia of "
+        "the object",
     }[unknown.kind]
 
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.core.trace.trace import JOINTS_IN_SPACE
+from slipgrasp.core.scenario.space import SPATIAL
 from slipgrasp.figures.panels import (
     Curve,
     Panel,
@@ -87,9 +87,8 @@ def spatial_force_panels(result: RunResult) -> tuple[Panel, ...]:
 
 def _forces(result: RunResult, finger: int) -> Iterator[Panel]:
     trace, colour = result.trace, finger_colour(finger)
-    yield torque_panel(
-        result, finger, [lighter(colour, 0.33 * joint) for joint in range(JOINTS_IN_SPACE)]
-    )
+    joints = range(SPATIAL.joints_per_finger)
+    yield torque_panel(result, finger, [lighter(colour, 0.33 * joint) for joint in joints])
     normal = trace.normal_force[:, finger]
     limit = trace.friction_coefficient[:, finger] * normal
     yield contact_force_panel(

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
-from slipgrasp.core.scenario import FingerParameters, Scenario
+from slipgrasp.core.scenario import FingerParameters, PlanarScenario
 from slipgrasp.core.scenario.geometry import ContactFrame, contact_frame, outline
 from slipgrasp.figures.marks import Drawing, Frame, Point, new_drawing, unit
 from slipgrasp.figures.panels import finger_colour, lighter
@@ -46,7 +46,7 @@ class FingerPose(NamedTuple):
     second: float
 
 
-def draw_schematic(scenario: Scenario) -> Figure:
+def draw_schematic(scenario: PlanarScenario) -> Figure:
     """Draws the hand in its start pose and, enlarged, the object with its contact frames.
 
     Args:
@@ -71,7 +71,7 @@ def draw_schematic(scenario: Scenario) -> Figure:
     return figure
 
 
-def start_pose(scenario: Scenario, index: int) -> FingerPose:
+def start_pose(scenario: PlanarScenario, index: int) -> FingerPose:
     """Where a finger stands when its tip touches the object in its start pose.
 
     The second joint angle follows from the distance d between base and tip,
@@ -88,14 +88,14 @@ def start_pose(scenario: Scenario, index: int) -> FingerPose:
     return FingerPose(base, base + l1 * unit(first), tip, first, second)
 
 
-def _to_world(scenario: Scenario, point: Point) -> Point:
+def _to_world(scenario: PlanarScenario, point: Point) -> Point:
     """A point of the object frame in the plane of the hand, in the start pose."""
     x, y, angle = scenario.trajectory.start
     along, across = unit(angle), unit(angle + 0.5 * math.pi)
     return np.array([x, y]) + point[0] * along + point[1] * across
 
 
-def _draw_hand(figure: Figure, frame: Frame, scenario: Scenario) -> None:
+def _draw_hand(figure: Figure, frame: Frame, scenario: PlanarScenario) -> None:
     poses = [start_pose(scenario, i) for i in range(len(scenario.fingers))]
     corners = np.stack([_to_world(scenario, corner) for corner in outline(scenario.object)])
     points = np.concatenate([corners, *([p.base, p.elbow, p.tip] for p in poses)])
@@ -170,7 +170,7 @@ def _draw_world_frame(drawing: Drawing) -> None:
     drawing.write(start + mm * np.array([3.0, -4.5]), "$g$")
 
 
-def _draw_object(figure: Figure, frame: Frame, scenario: Scenario) -> None:
+def _draw_object(figure: Figure, frame: Frame, scenario: PlanarScenario) -> None:
     body, corners = scenario.object, outline(scenario.object)
     below, above = (_clearance(scenario, side) for side in ("bottom", "top"))
     borders = (_OBJECT_BORDER, below + 6.0, _OBJECT_BORDER, above + 8.0)
@@ -186,7 +186,7 @@ def _draw_object(figure: Figure, frame: Frame, scenario: Scenario) -> None:
     _write_properties(drawing, scenario)
 
 
-def _write_properties(drawing: Drawing, scenario: Scenario) -> None:
+def _write_properties(drawing: Drawing, scenario: PlanarScenario) -> None:
     """Mass, inertia and start pose above the object."""
     body, mm = scenario.object, drawing.mm
     x, y, angle = scenario.trajectory.start
@@ -209,7 +209,7 @@ def _draw_object_frame(drawing: Drawing) -> None:
     drawing.dot(np.zeros(2), 3.0, MARK, MARK)
 
 
-def _draw_dimensions(drawing: Drawing, scenario: Scenario) -> None:
+def _draw_dimensions(drawing: Drawing, scenario: PlanarScenario) -> None:
     """Half width below the object and half length beside it, clear of any fingers there."""
     mm, body = drawing.mm, scenario.object
     width, length = body.half_width, body.face_half_length
@@ -227,12 +227,12 @@ def _draw_dimensions(drawing: Drawing, scenario: Scenario) -> None:
     drawing.write(label, f"{length:.4g} m", turn=0.5 * math.pi)
 
 
-def _clearance(scenario: Scenario, side: str) -> float:
+def _clearance(scenario: PlanarScenario, side: str) -> float:
     """How far a label must stay from a side of the object [mm]."""
     return 15.0 if any(_side(scenario, finger) == side for finger in scenario.fingers) else 5.0
 
 
-def _side(scenario: Scenario, finger: FingerParameters) -> str:
+def _side(scenario: PlanarScenario, finger: FingerParameters) -> str:
     """The side of the object from which a finger comes."""
     x, y = contact_frame(scenario.object, finger).normal
     if abs(x) > abs(y):

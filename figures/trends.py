@@ -91,15 +91,15 @@ def _columns(run: RunResult) -> dict[str, NDArray[np.float64]]:
     return {column.name: drawable(column.values.astype(float)) for column in columns_of(run.trace)}
 
 
+_SLIP_TITLES = {"slip": "fingertip slips", "slip_path": "ways that fingertips slid"}
+
+
 def trends_of(a: RunResult, b: RunResult) -> tuple[Trend, ...]:
     """Slips, forces, margins, tracking errors, and the estimates that both runs have."""
-    in_space = a.scenario.in_space
-    slip, way = (
-        ("slip_path", "ways that fingertips slid") if in_space else ("slip", "fingertip slips")
-    )
-    margin = r"$\mu F_n - |F_t|$ [N]" if in_space else r"$\mu F_n - |F_x|$ [N]"
+    slip = a.trace.shape.space.slip_signal
+    margin = rf"$\mu F_n - |F_{a.trace.shape.space.force_index}|$ [N]"
     return (
-        _contact_trend(a, way, slip, "$s$ [mm]", 1e3),
+        _contact_trend(a, _SLIP_TITLES[slip], slip, "$s$ [mm]", 1e3),
         _contact_trend(a, "normal forces", "normal_force", "$F_n$ [N]", 1.0),
         _contact_trend(a, "distance to slip", "friction_margin", margin, 1.0),
         *_error_trends(a),
@@ -108,8 +108,7 @@ def trends_of(a: RunResult, b: RunResult) -> tuple[Trend, ...]:
 
 
 def _error_trends(run: RunResult) -> Iterator[Trend]:
-    names = run.trace.shape.coordinates
-    positions, turns = (names[:3], names[3:]) if run.scenario.in_space else (names[:2], names[2:])
+    positions, turns = run.trace.shape.space.positions, run.trace.shape.space.turns
     for title, label, symbol, group in (
         ("object position errors", "$e$ [mm]", "$e_{}$", positions),
         ("object orientation error", r"$e_\theta$ [mrad]", r"$e_{{\theta {}}}$", turns),

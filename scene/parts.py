@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from enum import StrEnum
 from functools import partial
@@ -11,9 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipgrasp.core.scenario import Scenario
-from slipgrasp.core.scenario.geometry import outline
-from slipgrasp.core.scenario.spatial import SpatialScenario
-from slipgrasp.core.scenario.spatial_geometry import base_corners, friction_outline
+from slipgrasp.core.scenario.geometry import inner_radius, outline
+from slipgrasp.core.scenario.spatial_geometry import friction_outline
 from slipgrasp.core.trace.types import ContactPhase
 from slipgrasp.scene import skeleton
 from slipgrasp.scene.skeleton import Contact, Moving
@@ -146,14 +146,15 @@ def sizes_of(scenario: Scenario) -> Sizes:
     Args:
         scenario: Hand and object.
     """
-    unit = _inner_radius(scenario)
+    unit = inner_radius(scenario.object)
     lengths = [each.link_lengths for each in scenario.fingers]
     weight = scenario.object.mass * max(scenario.simulation.gravity, _LEAST_GRAVITY)
-    spatial = isinstance(scenario, SpatialScenario)
+    height = scenario.object.half_height
+    is_flat = math.isinf(height)
     return Sizes(
         inner_radius=unit,
-        half_depth=0.5 * scenario.object.height if spatial else 0.5 * unit,
-        front=0.0 if spatial else 0.6 * unit,
+        half_depth=0.5 * unit if is_flat else height,
+        front=0.6 * unit if is_flat else 0.0,
         link_radius=min(0.05 * float(np.mean(lengths)), unit),
         tip_radius=0.2 * unit,
         mark=0.9 * unit,
@@ -164,8 +165,6 @@ def sizes_of(scenario: Scenario) -> Sizes:
 
 def outline_of(scenario: Scenario) -> Values:
     """Corners of the base of the prism that the object is, counterclockwise, ``(k, 2)`` [m]."""
-    if isinstance(scenario, SpatialScenario):
-        return np.array(base_corners(scenario.object))
     return outline(scenario.object)
 
 
@@ -229,29 +228,6 @@ def cone_rim(contact: Contact, rim: Values, i: int, states: States) -> Values:
     return contact.inward + states.friction[:, i, None, None] * contact.across(rim)
 
 
-def friction_rim(scenario: Scenario, corners: int) -> Values:
-    """The edge of what friction can be, in shares of mu F_n, shape ``(k, d - 1)``.
-
-    Args:
-        scenario: A planar hand has two directions; a spatial one a circle, or a square.
-        corners: Of the outline in space, a multiple of 8.
-    """
-    if not scenario.in_space:
-        return np.array([[1.0], [-1.0]])
-    return friction_outline(scenario, corners)
-
-
-def _inner_radius(scenario: Scenario) -> float:
-    """Distance from the centre of mass to the nearest face of the object [m]."""
-    corners = outline_of(scenario)
-    sides = np.roll(corners, -1, axis=0) - corners
-    areas = corners[:, 0] * sides[:, 1] - corners[:, 1] * sides[:, 0]
-    nearest = float((areas / np.hypot(*sides.T)).min())
-    if isinstance(scenario, SpatialScenario):
-        return min(0.5 * scenario.object.height, nearest)
-    return nearest
-
-
 def _finger(i: int, scenario: Scenario, sizes: Sizes, up: Values) -> Iterator[Entity]:
     """The mount, and every link with the axle that it turns about; the last ends at the tip."""
     radius, lengths = sizes.link_radius, scenario.fingers[i].link_lengths
@@ -259,7 +235,7 @@ def _finger(i: int, scenario: Scenario, sizes: Sizes, up: Values) -> Iterator[En
     foot = Rod(Role.MOUNT, -2.9 * radius * up, -2.4 * radius * up, (wide, wide))
     neck = Rod(Role.MOUNT, foot.end, -0.7 * radius * up, (wide, narrow))
     yield Entity(f"finger_{i}/mount", skeleton.base_frame(i), (foot, neck))
-    axle = np.array([0.0, -1.0, 0.0]) if scenario.in_space else np.array([0.0, 0.0, 1.0])
+    axle = skeleton.JOINT_AXES[scenario.space][-1]
     for k, length in enumerate(lengths):
         end, reach = _TAPER * radius, length
         if k == len(lengths) - 1:
@@ -290,7 +266,7 @@ def _contact(scenario: Scenario, contact: Contact, i: int, sizes: Sizes) -> Iter
         head_length=0.3 * sizes.mark,
         head_diameter=0.25 * sizes.mark,
     )
-    if scenario.in_space and not scenario.has_pyramid:
+    if scenario.friction_cone == "cone":
         yield Cone(Role.CONE, lambda states: np.arctan(states.friction[:, i]), sizes.mark)
     else:
         yield _cone_lines(scenario, contact, i, sizes, front)
@@ -312,7 +288,9 @@ def _arrow(forces: Values, sizes: Sizes) -> Values:
 def _cone_lines(scenario: Scenario, contact: Contact, i: int, sizes: Sizes, front: Values) -> Lines:
     """Edges of a planar cone or of a pyramid, whose ends are joined around it."""
     # Of the outline of a square every other point is a corner.
-    rim = friction_rim(scenario, 8)[1::2] if scenario.in_space else friction_rim(scenario, 2)
+    rim = friction_outline(scenario, 8)
+    is_flat = rim.shape[1] == 1
+    rim = rim if is_flat else rim[1::2]
 
     def points(states: States) -> Values:
         ends = cone_rim(contact, rim, i, states)
@@ -321,7 +299,7 @@ def _cone_lines(scenario: Scenario, contact: Contact, i: int, sizes: Sizes, fron
 
     index = np.arange(1, len(rim) + 1)
     edges = np.column_stack([np.zeros(len(rim), int), index])
-    around = np.column_stack([index, np.roll(index, -1)]) if scenario.in_space else edges[:0]
+    around = edges[:0] if is_flat else np.column_stack([index, np.roll(index, -1)])
     return Lines(Role.CONE, points, np.concatenate([edges, around]), sizes.thickness)
 
 

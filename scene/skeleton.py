@@ -22,7 +22,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario import PLANAR, SPATIAL, Scenario
 from slipgrasp.core.scenario.geometry import contact_frame
 from slipgrasp.core.scenario.spatial import SpatialScenario
 from slipgrasp.core.scenario.spatial_geometry import spatial_contact
@@ -42,6 +42,12 @@ UPRIGHT = (math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0)
 LYING = (math.sqrt(0.5), -math.sqrt(0.5), 0.0, 0.0)
 """Its inverse."""
 _Z, _MINUS_Y = np.array([0.0, 0.0, 1.0]), np.array([0.0, -1.0, 0.0])
+
+
+ROOTS = {PLANAR: PLANE, SPATIAL: WORLD}
+"""The frame that a hand stands in."""
+JOINT_AXES = {PLANAR: (_Z, _Z), SPATIAL: (_Z, _MINUS_Y, _MINUS_Y)}
+"""The axes of the joints of a finger, each in the frame before it."""
 
 
 class Frame(NamedTuple):
@@ -103,8 +109,8 @@ def contacts_of(scenario: Scenario) -> tuple[Contact, ...]:
 
 def frames_of(scenario: Scenario) -> list[Frame]:
     """All frames of a hand and its object, parents first."""
-    root = WORLD if scenario.in_space else PLANE
-    frames = [] if scenario.in_space else [Frame(PLANE, WORLD, _ORIGIN, UPRIGHT)]
+    root = ROOTS[scenario.space]
+    frames = [Frame(PLANE, WORLD, _ORIGIN, UPRIGHT)] if root == PLANE else []
     frames += [
         Frame(OBJECT, root, lambda s: s.object_pose[:, :3], lambda s: s.object_pose[:, 3:]),
         Frame(DESIRED, root, lambda s: s.desired_pose[:, :3], lambda s: s.desired_pose[:, 3:]),
@@ -157,11 +163,11 @@ def _finger(scenario: Scenario, root: str, i: int) -> Iterator[Frame]:
     finger = scenario.fingers[i]
     base = (*finger.base, 0.0)[:3]
     yield Frame(base_frame(i), root, base)
-    reach = [0.0, *finger.link_lengths[:-1]]
-    names = [link_frame(i, k) for k in range(len(reach))]
-    axes = [_MINUS_Y if scenario.in_space else _Z] * len(reach)
-    if scenario.in_space:
-        reach, names, axes = [0.0, *reach], [f"finger_{i}/yaw", *names], [_Z, *axes]
+    links = len(finger.link_lengths)
+    axes = JOINT_AXES[scenario.space]
+    at_base = len(axes) - links
+    reach = [0.0] * at_base + [0.0, *finger.link_lengths[:-1]]
+    names = [f"finger_{i}/yaw"] * at_base + [link_frame(i, k) for k in range(links)]
     parent = base_frame(i)
     for joint, (name, x, axis) in enumerate(zip(names, reach, axes, strict=True)):
         yield Frame(name, parent, (x, 0.0, 0.0), partial(_turned, i, joint, axis))

@@ -51,10 +51,9 @@ def states_of(samples: Trace) -> States:
         samples: The rows, of a planar or a spatial hand.
     """
     shape, n = samples.shape, len(samples)
-    contacts, tangents = shape.num_contacts, 2 if shape.in_space else 1
-    pose, error = samples.object_pose, samples.tracking_error
-    actual = in_three_dimensions(pose)
-    desired = _wanted(actual, error) if shape.in_space else in_three_dimensions(pose + error)
+    contacts, tangents = shape.num_contacts, shape.space.num_tangents
+    actual = in_three_dimensions(samples.object_pose)
+    desired = _desired(samples.object_pose, samples.tracking_error)
     return States(
         times=samples.times,
         object_pose=actual,
@@ -101,7 +100,10 @@ def in_three_dimensions(poses: Values) -> Values:
     return found
 
 
-def _wanted(actual: Values, error: Values) -> Values:
+def _desired(pose: Values, error: Values) -> Values:
     """Desired poses; errors of the attitude are rotation vectors in world axes."""
+    if pose.shape == error.shape:
+        return in_three_dimensions(pose + error)
+    actual = in_three_dimensions(pose)
     turned = rotations.product(rotations.from_vectors(error[:, 3:]), actual[:, 3:])
     return np.hstack([actual[:, :3] + error[:, :3], turned])

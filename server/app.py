@@ -35,7 +35,7 @@ from slipgrasp.server.http.events import EventSlots
 from slipgrasp.server.http.file_cache import FileCache
 from slipgrasp.server.http.identity import Gate
 from slipgrasp.server.http.log_limit import log_config
-from slipgrasp.server.http.openapi import add_openapi, operation_id
+from slipgrasp.server.http.openapi import DescribedApi, operation_id
 from slipgrasp.server.http.protocol import GuardedProtocol
 from slipgrasp.server.http.root_path import RootPath
 from slipgrasp.server.reading import RecordingReads
@@ -82,7 +82,7 @@ def create_app(settings: Settings, lifespan: Lifespan | None = None) -> FastAPI:
         is_encrypted=settings.is_encrypted,
     )
     stopping = asyncio.Event()
-    app = FastAPI(
+    app = DescribedApi(
         title="slipgrasp",
         version=program_version(),
         description="Simulate grasping with slip. Quantities are SI; errors are problem details.",
@@ -117,7 +117,6 @@ def create_app(settings: Settings, lifespan: Lifespan | None = None) -> FastAPI:
 
         Metrics().add_to(app)
     add_error_handlers(app)
-    add_openapi(app)
     return app
 
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 from slipgrasp.core.executors.limits import machine_memory
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario import Scenario
-from slipgrasp.core.scenario.own_laws import diagnostics_of
+from slipgrasp.core.scenario.chosen_laws import diagnostics_of
 from slipgrasp.core.trace.trace import TraceShape
 from slipgrasp.recordings.export import ROWS_PER_GROUP
 from slipgrasp.recordings.file.size import RecordingSize, size_of_run
@@ -92,7 +92,7 @@ class Need:
             len(scenario.fingers),
             tuple(estimate.parameter for estimate in scenario.estimates),
             diagnostics_of(scenario),
-            scenario.in_space,
+            scenario.space,
         )
         size = RecordingSize(shape, round(samples) + SPARE_SAMPLES, round(ticks))
         return cls(

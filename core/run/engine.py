@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, Protocol
 
 import numpy as np
@@ -11,7 +12,7 @@ from slipgrasp.core.kernel.planar import advance as kernel
 from slipgrasp.core.kernel.planar.run import last_row, make_run
 from slipgrasp.core.kernel.planar.state import StateParts, parts_of
 from slipgrasp.core.run.schedule import Schedule, Timetable
-from slipgrasp.core.scenario import Change, Scenario
+from slipgrasp.core.scenario import PLANAR, Change, PlanarScenario, Scenario, Space
 
 
 class Engine(Protocol):
@@ -23,7 +24,7 @@ class Engine(Protocol):
         outlet: Buffers for rows, phase changes and ticks.
     """
 
-    timetable: Timetable
+    timetable: Timetable[Any]
     run: Any
     outlet: Any
 
@@ -55,25 +56,25 @@ class Engine(Protocol):
 
 def make_engine(scenario: Scenario, *, keeps_rows: bool) -> Engine:
     """The engine of a run that has not begun."""
-    if not scenario.in_space:
-        return PlanarEngine(scenario, keeps_rows=keeps_rows)
-    # Compiled, and loaded, where someone asks for a hand in space only.
+    return engine_of(scenario.space)(scenario, keeps_rows=keeps_rows)
+
+
+def engine_of(space: Space) -> Callable[..., Engine]:
+    """The kernel of a kind of hand, whose units the compiler knows from then on."""
+    if space is PLANAR:
+        return PlanarEngine
+    # Compiled, and loaded, only for spatial hands.
     from slipgrasp.core.run.space_engine import SpatialEngine
 
-    return SpatialEngine(scenario, keeps_rows=keeps_rows)
-
-
-def declare_space() -> None:
-    """Makes the units of hands in space known to the compiler, which has those of the plane."""
-    import slipgrasp.core.run.space_engine  # noqa: F401
+    return SpatialEngine
 
 
 class PlanarEngine:
     """The kernel of hands in the plane."""
 
-    def __init__(self, scenario: Scenario, *, keeps_rows: bool) -> None:
+    def __init__(self, scenario: PlanarScenario, *, keeps_rows: bool) -> None:
         self._schedule = Schedule(scenario)
-        self.timetable: Timetable = self._schedule
+        self.timetable: Timetable[PlanarScenario] = self._schedule
         self.run, self.outlet = make_run(self._schedule.table, keeps_rows=keeps_rows)
         self._start = self.run.step.start  # a view, as costly to make as all that reads it
 

@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipgrasp.core.kernel.compilation.records import Record
-from slipgrasp.core.trace.trace import OBJECT_COORDINATES, SPATIAL_COORDINATES, Trace
+from slipgrasp.core.scenario.space import PLANAR, Space, space_of_errors
+from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.trace.types import ContactPhase, Outcome, PhaseChange
 
 HOLD_WINDOW = 0.5
@@ -44,19 +45,19 @@ class Metric:
     name: str = ""
     kind: MetricKind = "number"
 
-    def single_values(self, num_contacts: int, *, in_space: bool = False) -> Iterator[Metric]:
+    def single_values(self, num_contacts: int, space: Space = PLANAR) -> Iterator[Metric]:
         """The numbers it consists of: contacts by index, coordinates by letter."""
         labels = {
             "": ("",),
-            "coordinate": SPATIAL_COORDINATES if in_space else OBJECT_COORDINATES,
+            "coordinate": space.coordinates,
             "contact": tuple(f"{contact}" for contact in range(num_contacts)),
         }[self.per]
         units = self.unit.split(", ")
         for i, label in enumerate(labels):
             name = f"{self.name}_{label}" if label else self.name
-            # Of coordinates the last unit is that of all angles, the first that of all ways.
-            place = 0 if i < 3 and in_space else min(i, len(units) - 1)
-            yield replace(self, name=name, unit=units[place], per="")
+            # Of coordinates the last unit is that of all angles, the first that of all distances.
+            unit = units[-1] if i >= space.num_positions else units[0]
+            yield replace(self, name=name, unit=unit, per="")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -110,13 +111,8 @@ class Metrics:
         for metric in METRICS:
             value = getattr(self, metric.name)
             values += value if metric.per else [value]
-        names = metric_names(len(self.slip_path), in_space=self.in_space)
+        names = metric_names(len(self.slip_path), space_of_errors(len(self.final_tracking_error)))
         return dict(zip(names, values, strict=True))
-
-    @property
-    def in_space(self) -> bool:
-        """Whether they are those of a hand in space."""
-        return len(self.final_tracking_error) == len(SPATIAL_COORDINATES)
 
     def are_of(self, num_contacts: int) -> bool:
         """Whether they are those of a hand with so many contacts."""
@@ -136,29 +132,27 @@ METRICS = tuple(_metrics())
 
 
 @cache
-def single_metrics(num_contacts: int, *, in_space: bool = False) -> tuple[Metric, ...]:
+def single_metrics(num_contacts: int, space: Space = PLANAR) -> tuple[Metric, ...]:
     """The single numbers of `Metrics`, as they stand in tables.
 
     Args:
         num_contacts: Fingers of the hand.
-        in_space: Whether it stands in space.
+        space: Whether it is planar or spatial.
     """
     return tuple(
-        single
-        for metric in METRICS
-        for single in metric.single_values(num_contacts, in_space=in_space)
+        single for metric in METRICS for single in metric.single_values(num_contacts, space)
     )
 
 
 @cache
-def metric_names(num_contacts: int, *, in_space: bool = False) -> tuple[str, ...]:
+def metric_names(num_contacts: int, space: Space = PLANAR) -> tuple[str, ...]:
     """Names of the single numbers of `Metrics`, as they stand in tables.
 
     Args:
         num_contacts: Fingers of the hand.
-        in_space: Whether it stands in space.
+        space: Whether it is planar or spatial.
     """
-    return tuple(metric.name for metric in single_metrics(num_contacts, in_space=in_space))
+    return tuple(metric.name for metric in single_metrics(num_contacts, space))
 
 
 def compute_metrics(run: Record, num_contacts: int, outcome: Outcome) -> Metrics:
@@ -251,7 +245,7 @@ def metrics_of_trace(
 
 
 def _slip_paths(trace: Trace) -> NDArray[np.float64]:
-    if trace.shape.in_space:
+    if trace.shape.space.has_paths:
         return trace.slip_path[-1]
     return np.abs(np.diff(trace.slip, axis=0)).sum(axis=0)
 

@@ -21,10 +21,12 @@ from slipgrasp.core.kernel.compilation.compiler import OPTIONS, call
 from slipgrasp.core.kernel.compilation.entry import compile_entry
 from slipgrasp.core.kernel.compilation.normal_form import NormalForm
 from slipgrasp.core.kernel.laws.own_law import call_law
-from slipgrasp.core.run.engine import PlanarEngine, make_engine
+from slipgrasp.core.run.engine import engine_of, make_engine
 from slipgrasp.core.run.metrics import compute_metrics
+from slipgrasp.core.scenario.chosen_laws import own_law_in
 from slipgrasp.core.scenario.loading import with_values
-from slipgrasp.core.scenario.own_laws import law_number, law_of, own_law_in
+from slipgrasp.core.scenario.own_laws import law_number, law_of
+from slipgrasp.core.scenario.space import Space
 
 PORTABLE = "numerics-"
 
@@ -45,46 +47,41 @@ def same_bits(recorded: str, present: str) -> bool:
 
 
 @cache
-def numerics_name(*, in_space: bool) -> str:
+def numerics_name(space: Space) -> str:
     """The name of what computes runs here; kept on disk until some source changes.
 
     Args:
-        in_space: Whether of hands in space; what computes those has no part in others.
+        space: Of which kind of hand; what computes one kind has no part in the other.
     """
-    kept_as = f"numerics-{'space' if in_space else 'plane'}-{_sources_digest()}"
+    kept_as = f"numerics-{space.name}-{_sources_digest()}"
     kept = read_code(kept_as)
     if kept is not None:
         return kept.decode()
-    name = compute_name(in_space=in_space)
+    name = compute_name(space)
     write_code(kept_as, name.encode())
     return name
 
 
-def compute_name(*, in_space: bool) -> str:
+def compute_name(space: Space) -> str:
     """The same, from the code."""
     digest = hashlib.blake2b(digest_size=_DIGEST_BYTES)
-    for line in normal_form(in_space=in_space).lines:
+    for line in normal_form(space).lines:
         digest.update(f"{line}\n".encode())
     return f"{PORTABLE}{digest.hexdigest()}"
 
 
-def normal_form(*, in_space: bool) -> NormalForm:
+def normal_form(space: Space) -> NormalForm:
     """All code that decides the bits of a run."""
-    return NormalForm(_roots(in_space), _ENDS)
+    return NormalForm(_roots(space), _ENDS)
 
 
-def _roots(in_space: bool) -> Iterator[Any]:
+def _roots(space: Space) -> Iterator[Any]:
     from slipgrasp.core.run.simulation import Simulation
 
     yield from (OPTIONS, compile_entry, compute_metrics)
     yield from (Simulation._prepare, Simulation.advance, Simulation._pass_end)
     yield from (Simulation._begin_stretch, Simulation._pack, Simulation._reset_estimate)
-    if not in_space:
-        yield PlanarEngine
-        return
-    from slipgrasp.core.run.space_engine import SpatialEngine
-
-    yield SpatialEngine
+    yield engine_of(space)
 
 
 def _sources_digest() -> str:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from slipgrasp.core.exceptions import SlipgraspError
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.theorem_hand import PlanarTheoremHand, TheoremHand
-from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario import PlanarScenario, Scenario
 from slipgrasp.core.trace.columns import Column
 from slipgrasp.core.trace.trace import Signal
 
@@ -185,9 +185,9 @@ def find_premises(result: RunResult) -> Premises:
 
 
 def _hand_of(scenario: Scenario) -> TheoremHand:
-    if not scenario.in_space:
+    if isinstance(scenario, PlanarScenario):
         return PlanarTheoremHand(scenario)
-    # Compiled, and loaded, where someone asks for a hand in space only.
+    # Compiled, and loaded, only for spatial hands.
     from slipgrasp.core.run.spatial_theorem_hand import SpatialTheoremHand
 
     return SpatialTheoremHand(scenario)

@@ -8,6 +8,7 @@ from importlib import metadata
 
 from slipgrasp.core.run.numerics import PORTABLE, numerics_name, same_bits
 from slipgrasp.core.scenario.own_laws import LawIdentity
+from slipgrasp.core.scenario.space import PLANAR, Space
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -37,13 +38,13 @@ class Provenance:
 
 
 @cache
-def present_provenance(*, in_space: bool = False) -> Provenance:
+def present_provenance(space: Space = PLANAR) -> Provenance:
     """The provenance of runs that are computed by this process.
 
     Args:
-        in_space: Whether they are of hands in space; what computes those has no part in others.
+        space: Of which kind of hand; what computes one kind has no part in the other.
     """
-    return Provenance(program=program_version(), kernel=numerics_name(in_space=in_space))
+    return Provenance(program=program_version(), kernel=numerics_name(space))
 
 
 @cache

@@ -11,7 +11,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import pairwise, takewhile
-from typing import NamedTuple
+from typing import Generic, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,12 +23,12 @@ from slipgrasp.core.scenario import (
     FingerParameters,
     ObjectParameters,
     Patch,
-    Pulse,
+    PlanarScenario,
     Scenario,
 )
 from slipgrasp.core.scenario.geometry import contact_frame
 from slipgrasp.core.scenario.loading import with_values
-from slipgrasp.core.scenario.spatial import SpatialPulse, is_there
+from slipgrasp.core.scenario.scenario import AnyScenario, is_acting, is_there
 
 Floats = NDArray[np.float64]
 
@@ -36,7 +36,7 @@ Floats = NDArray[np.float64]
 EDGE_WIDTH = 1e-11
 
 
-class Timetable:
+class Timetable(Generic[AnyScenario]):
     """The stretches of a run, one after another, whatever hand it is of.
 
     Args:
@@ -46,7 +46,7 @@ class Timetable:
         present: The scenario with the timed changes so far, and without those to come.
     """
 
-    def __init__(self, scenario: Scenario) -> None:
+    def __init__(self, scenario: AnyScenario) -> None:
         duration = scenario.simulation.duration
         self.present = replace(scenario, changes=()) if scenario.changes else scenario
         self.begin = 0.0
@@ -78,14 +78,14 @@ class Timetable:
         return due
 
 
-class Schedule(Timetable):
-    """The stretches of a run in the plane, where fingertips may cross the edges of patches.
+class Schedule(Timetable[PlanarScenario]):
+    """The stretches of a run of a planar hand, where fingertips may cross the edges of patches.
 
     Attributes:
         table: The numbers of the present scenario.
     """
 
-    def __init__(self, scenario: Scenario) -> None:
+    def __init__(self, scenario: PlanarScenario) -> None:
         super().__init__(scenario)
         n = len(scenario.fingers)
         self.table = make_table(self.present)
@@ -169,11 +169,6 @@ def _instants(scenario: Scenario) -> Iterator[float]:
         yield patch.start_time
         if patch.end_time is not None:
             yield patch.end_time
-
-
-def is_acting(pulse: Pulse | SpatialPulse, t: float) -> bool:
-    """Whether a pulse acts at a time."""
-    return pulse.time <= t < pulse.time + pulse.duration
 
 
 def _plain(change: Change) -> object:

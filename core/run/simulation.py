@@ -20,13 +20,8 @@ from slipgrasp.core.run.provenance import Provenance, present_provenance
 from slipgrasp.core.run.result import RunResult, RunSummary
 from slipgrasp.core.run.stepping import Tick
 from slipgrasp.core.scenario import Change, Scenario
-from slipgrasp.core.scenario.own_laws import (
-    OUTSIDE,
-    Diagnostic,
-    LawIdentity,
-    diagnostics_of,
-    own_law_in,
-)
+from slipgrasp.core.scenario.chosen_laws import diagnostics_of, own_law_in
+from slipgrasp.core.scenario.own_laws import OUTSIDE, Diagnostic, LawIdentity
 from slipgrasp.core.scenario.validation import check_scenario
 from slipgrasp.core.trace.ticks import Ticks
 from slipgrasp.core.trace.trace import Trace, TraceShape
@@ -126,7 +121,7 @@ class Simulation:
         self._law, self._identity = None, None
         unknowns = tuple(e.parameter for e in scenario.estimates)
         count = len(scenario.fingers)
-        self.shape = TraceShape(count, unknowns, diagnostics, scenario.in_space)
+        self.shape = TraceShape(count, unknowns, diagnostics, scenario.space)
         self._size = count, len(unknowns)
         self._engine = make_engine(scenario, keeps_rows=self._keeps_trace)
         # The kernel sets them again as it begins; a run may end before that.
@@ -276,7 +271,7 @@ class Simulation:
     @property
     def provenance(self) -> Provenance:
         """What computes the run."""
-        return replace(present_provenance(in_space=self.scenario.in_space), law=self._identity)
+        return replace(present_provenance(self.scenario.space), law=self._identity)
 
     def summary(self) -> RunSummary:
         """The run without its trace; ``stopped`` while it goes on."""

@@ -6,10 +6,11 @@ from collections.abc import Callable
 
 from slipgrasp.core.awake_clock import AwakeClock
 from slipgrasp.core.kernel.compilation.compiler import prepare_units, share_ready
-from slipgrasp.core.run.engine import declare_space
+from slipgrasp.core.run.engine import engine_of
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulation import Simulation
 from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.space import PLANAR, Space
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.core.words.interruptions import describe_stop, describe_wall_limit
 
@@ -72,17 +73,14 @@ def run_to_end(
             simulation.end(Outcome.LIMIT, describe_wall_limit(simulation.time, wall_limit))
 
 
-def prepare_kernel(
-    progress: Callable[[float], None] | None = None, *, in_space: bool = False
-) -> None:
+def prepare_kernel(progress: Callable[[float], None] | None = None, space: Space = PLANAR) -> None:
     """Loads the compiled kernel, compiling it the first time; safe to call from any thread.
 
     Args:
         progress: Called with the share of the kernel that is ready, 0 to 1.
-        in_space: Whether that of hands in space is loaded as well.
+        space: The kind of hand; that of planar hands is always loaded.
     """
-    if in_space:
-        declare_space()
+    engine_of(space)
     prepare_units(progress)
 
 
@@ -91,12 +89,11 @@ def kernel_progress() -> float:
     return share_ready()
 
 
-def kernel_is_cached(*, in_space: bool = False) -> bool:
+def kernel_is_cached(space: Space = PLANAR) -> bool:
     """Whether no compilation is needed any more; otherwise the next run waits for it.
 
     Args:
-        in_space: Whether that run is of a hand in space.
+        space: The kind of hand of that run.
     """
-    if in_space:
-        declare_space()
+    engine_of(space)
     return kernel_progress() == 1.0

@@ -1,4 +1,4 @@
-"""Where on their faces the fingertips of a hand in space are, by joint angles and object pose.
+"""Where on their faces the fingertips of a spatial hand are, by joint angles and object pose.
 
 The distances that a recording states as slips follow from the pose of the object and the angles of
 the joints (docs/space.md): with tip p, object at x with attitude R, and a contact whose anchor is a
@@ -10,11 +10,14 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from slipgrasp.core.scenario.space import SPATIAL
 from slipgrasp.core.scenario.spatial import SpatialFinger, SpatialScenario
 from slipgrasp.core.scenario.spatial_geometry import spatial_contact
-from slipgrasp.core.trace.trace import JOINTS_IN_SPACE, Trace
+from slipgrasp.core.trace.trace import Trace
 
 Floats = NDArray[np.float64]
+
+_JOINTS = SPATIAL.joints_per_finger
 
 
 def slips_from_poses(scenario: SpatialScenario, trace: Trace, index: int) -> Floats:
@@ -29,8 +32,8 @@ def slips_from_poses(scenario: SpatialScenario, trace: Trace, index: int) -> Flo
         Slips, shape ``(samples, 2)`` [m].
     """
     finger = scenario.fingers[index]
-    first = JOINTS_IN_SPACE * index
-    tip = _tip(finger, trace.joint_position[:, first : first + JOINTS_IN_SPACE])
+    first = _JOINTS * index
+    tip = _tip(finger, trace.joint_position[:, first : first + _JOINTS])
     contact = spatial_contact(scenario.object, finger)
     point = _in_object_frame(trace.object_pose, tip) - np.array(contact.anchor)
     return point @ np.array([contact.tangent_x, contact.tangent_y]).T

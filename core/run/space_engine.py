@@ -9,24 +9,25 @@ from slipgrasp.core.kernel.spatial import advance as kernel
 from slipgrasp.core.kernel.spatial.model import pack_model
 from slipgrasp.core.kernel.spatial.run import last_row, make_run
 from slipgrasp.core.kernel.spatial.state import parts_of
-from slipgrasp.core.run.schedule import Timetable, is_acting
+from slipgrasp.core.run.schedule import Timetable
 from slipgrasp.core.run.spatial_schedule import SpatialSchedule
-from slipgrasp.core.scenario import Change, Scenario
+from slipgrasp.core.scenario import Change
+from slipgrasp.core.scenario.geometry import Point
+from slipgrasp.core.scenario.scenario import is_acting
 from slipgrasp.core.scenario.spatial import SpatialScenario
-from slipgrasp.core.scenario.spatial_geometry import Point
 
 
 class SpatialEngine:
     """The kernel of hands in space."""
 
-    def __init__(self, scenario: Scenario, *, keeps_rows: bool) -> None:
+    def __init__(self, scenario: SpatialScenario, *, keeps_rows: bool) -> None:
         self._schedule = SpatialSchedule(scenario)
-        self.timetable: Timetable = self._schedule
-        self.run, self.outlet = make_run(_spatial(scenario), keeps_rows=keeps_rows)
+        self.timetable: Timetable[SpatialScenario] = self._schedule
+        self.run, self.outlet = make_run(scenario, keeps_rows=keeps_rows)
 
     def pack(self) -> Any:
         """The constants of the present stretch."""
-        present, load = _spatial(self.timetable.present), [0.0] * 6
+        present, load = self.timetable.present, [0.0] * 6
         for pulse in present.pulses:
             if is_acting(pulse, self.timetable.begin):
                 wrench = (*pulse.force, *pulse.moment)
@@ -70,8 +71,3 @@ class SpatialEngine:
 
 def _points(flat: Floats) -> list[Point]:
     return [(float(x), float(y)) for x, y in flat.reshape(-1, 2)]
-
-
-def _spatial(scenario: Scenario) -> SpatialScenario:
-    assert isinstance(scenario, SpatialScenario), "only scenarios in space come here"
-    return scenario

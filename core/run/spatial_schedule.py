@@ -7,17 +7,18 @@ from collections.abc import Sequence
 
 from slipgrasp.core.kernel.spatial.model import Rim, Surface
 from slipgrasp.core.run.schedule import EDGE_WIDTH, Timetable
-from slipgrasp.core.scenario import Change, Scenario
-from slipgrasp.core.scenario.spatial import SpatialScenario, is_there
+from slipgrasp.core.scenario import Change
+from slipgrasp.core.scenario.scenario import is_there
+from slipgrasp.core.scenario.spatial import SpatialScenario
 from slipgrasp.core.scenario.spatial_geometry import Point, distance_inside, spatial_contact
 
 INSIDE, OUTSIDE = 1.0, -1.0
 
 
-class SpatialSchedule(Timetable):
+class SpatialSchedule(Timetable[SpatialScenario]):
     """The stretches of a run in space: one ends too where a fingertip comes to a patch's rim."""
 
-    def __init__(self, scenario: Scenario) -> None:
+    def __init__(self, scenario: SpatialScenario) -> None:
         super().__init__(scenario)
         rest = ((0.0, 0.0),) * len(scenario.fingers)
         # Per finger the side of each patch on its face, by the patch's place in the scenario.
@@ -67,23 +68,18 @@ class SpatialSchedule(Timetable):
         self._sides[contact][nearest] = beyond
         return True
 
-    @property
-    def _scenario(self) -> SpatialScenario:
-        assert isinstance(self.present, SpatialScenario), "only scenarios in space come here"
-        return self.present
-
     def _lay_patches(self, slips: Sequence[Point], velocities: Sequence[Point]) -> None:
         """Finds on which side of each patch that has come fingertips are; forgets the others."""
-        for i, finger in enumerate(self._scenario.fingers):
+        for i, finger in enumerate(self.present.fingers):
             before = self._sides[i]
             self._sides[i] = {
                 k: before[k] if k in before else self._side(i, k, slips[i], velocities[i])
-                for k, patch in enumerate(self._scenario.patches)
+                for k, patch in enumerate(self.present.patches)
                 if patch.face == finger.face and is_there(patch, self.begin)
             }
 
     def _surface(self, i: int, sides: dict[int, float]) -> Surface:
-        patches = self._scenario.patches
+        patches = self.present.patches
         inside = [patches[k].friction_factor for k, side in sides.items() if side == INSIDE]
         rims = (Rim(self._centre(i, k), patches[k].radius, side) for k, side in sides.items())
         # The same however the patches are listed.
@@ -92,15 +88,15 @@ class SpatialSchedule(Timetable):
     def _centre(self, i: int, k: int) -> Point:
         """Middle of a patch in the slips of a fingertip on its face [m]."""
         (x, y), (own_x, own_y) = (
-            self._scenario.patches[k].centre,
-            self._scenario.fingers[i].contact_offset,
+            self.present.patches[k].centre,
+            self.present.fingers[i].contact_offset,
         )
         return x - own_x, y - own_y
 
     def _depth(self, i: int, k: int, slip: Point) -> float:
         """How far a fingertip is inside a patch [m]; negative outside."""
         x, y = self._from_centre(i, k, slip)
-        return self._scenario.patches[k].radius - math.sqrt(x * x + y * y)
+        return self.present.patches[k].radius - math.sqrt(x * x + y * y)
 
     def _from_centre(self, i: int, k: int, slip: Point) -> Point:
         x, y = self._centre(i, k)
@@ -118,9 +114,9 @@ class SpatialSchedule(Timetable):
         outward = x * velocity[0] + y * velocity[1]
         if outward != 0.0:
             return OUTSIDE if outward > 0.0 else INSIDE
-        return INSIDE if self._scenario.patches[k].friction_factor < 1.0 else OUTSIDE
+        return INSIDE if self.present.patches[k].friction_factor < 1.0 else OUTSIDE
 
     def _to_edge(self, i: int, slip: Point) -> float:
         """Distance of a fingertip to the nearest edge of its face [m]."""
-        scenario = self._scenario
+        scenario = self.present
         return distance_inside(spatial_contact(scenario.object, scenario.fingers[i]).outline, slip)

@@ -21,7 +21,6 @@ from slipgrasp.core.kernel.spatial.workspace import (
 )
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.theorem_hand import TheoremHand
-from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.spatial import SpatialScenario
 from slipgrasp.core.trace.trace import Trace
 
@@ -31,8 +30,7 @@ Floats = NDArray[np.float64]
 class SpatialTheoremHand(TheoremHand):
     """A hand in space: 6 + 2n coordinates, the attitude by the rotation vector of its error."""
 
-    def __init__(self, scenario: Scenario) -> None:
-        assert isinstance(scenario, SpatialScenario)
+    def __init__(self, scenario: SpatialScenario) -> None:
         self._n, self._p = len(scenario.fingers), len(scenario.estimates)
         self._model = pack_model(scenario, [0.0] * 6)
         super().__init__(self._model.law, 6 + 2 * self._n, scenario.controller, self._p)

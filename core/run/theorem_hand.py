@@ -14,7 +14,8 @@ from slipgrasp.core.kernel.planar.packing import make_table, pack_model, whole_f
 from slipgrasp.core.kernel.planar.state import STATE, parts_of
 from slipgrasp.core.kernel.planar.workspace import DISCRETE, WORKSPACE
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.core.scenario import ControllerParameters, Scenario
+from slipgrasp.core.scenario import PlanarScenario
+from slipgrasp.core.scenario.scenario import AnyController
 from slipgrasp.core.trace.trace import Trace
 
 Floats = NDArray[np.float64]
@@ -35,7 +36,7 @@ class TheoremHand(ABC):
     """
 
     def __init__(
-        self, law: Record, size: int, controller: ControllerParameters, num_unknowns: int
+        self, law: Record, size: int, controller: AnyController, num_unknowns: int
     ) -> None:
         self._size = size
         self.adaptation_gains: Floats = law.adaptation_gains[:num_unknowns].copy()
@@ -82,7 +83,7 @@ class TheoremHand(ABC):
         return -2.0 * (moved @ self._rate_rows)[self._kept]
 
 
-def _weights(controller: ControllerParameters, size: int) -> Floats:
+def _weights(controller: AnyController, size: int) -> Floats:
     """Q for all coordinates and their rates."""
     if controller.lyapunov_matrix:
         return np.array(controller.lyapunov_matrix)
@@ -93,7 +94,7 @@ def _weights(controller: ControllerParameters, size: int) -> Floats:
 class PlanarTheoremHand(TheoremHand):
     """A hand in the plane: 3 + n coordinates."""
 
-    def __init__(self, scenario: Scenario) -> None:
+    def __init__(self, scenario: PlanarScenario) -> None:
         self._n, self._p = len(scenario.fingers), len(scenario.estimates)
         self._model = pack_model(make_table(scenario), whole_faces())
         super().__init__(self._model.law, 3 + self._n, scenario.controller, self._p)

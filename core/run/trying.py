@@ -225,7 +225,7 @@ class _Measures(NamedTuple):
 
 
 def _measure(run: AnyRun) -> _Measures:
-    metrics, ways = run.metrics, 3 if run.scenario.in_space else 2
+    metrics, ways = run.metrics, run.scenario.space.num_positions
     error = metrics.final_tracking_error
     return _Measures(
         bool(metrics.held),

@@ -156,7 +156,7 @@ def _describe_slips(result: RunResult) -> str:
 
 def _describe_pyramid(result: RunResult) -> Iterator[str]:
     """What a run with the paper's friction does not show."""
-    if result.scenario.has_pyramid:
+    if result.scenario.friction_cone == "pyramid":
         yield (
             "Friction is the paper's pyramid: a fingertip that slips along one tangent of its face "
             "still sticks along the other, which hides how far it would drift aside on the cone, "

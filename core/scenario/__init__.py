@@ -4,7 +4,9 @@ Every field carries its unit, bounds and a sentence (`slipgrasp.core.scenario.pa
 Quantities are SI. The paper's two sample cases lie in ``core/scenario/presets``.
 """
 
+from slipgrasp.core.scenario.common import MAX_DIAGNOSTICS, MAX_LAW_PARAMETERS, MAX_UNKNOWNS
 from slipgrasp.core.scenario.controller import ControllerParameters, Estimate
+from slipgrasp.core.scenario.field_types import MAX_FINGERS
 from slipgrasp.core.scenario.finger import FingerParameters
 from slipgrasp.core.scenario.held_object import ObjectParameters
 from slipgrasp.core.scenario.laws import (
@@ -20,13 +22,10 @@ from slipgrasp.core.scenario.motion import (
     TrajectoryParameters,
 )
 from slipgrasp.core.scenario.numerics import MAX_CHATTER_CHANGES, Change, SimulationParameters
-from slipgrasp.core.scenario.whole import (
-    MAX_DIAGNOSTICS,
-    MAX_FINGERS,
-    MAX_LAW_PARAMETERS,
-    MAX_UNKNOWNS,
-    Scenario,
-)
+from slipgrasp.core.scenario.planar import PlanarScenario
+from slipgrasp.core.scenario.scenario import Scenario
+from slipgrasp.core.scenario.space import PLANAR, SPATIAL, Space
+from slipgrasp.core.scenario.spatial import SpatialScenario
 from slipgrasp.core.scenario.world import ActuationParameters, Patch, Pulse, SensingParameters
 
 __all__ = [
@@ -38,7 +37,9 @@ __all__ = [
     "MAX_SET_POINTS",
     "MAX_TABLE_ROWS",
     "MAX_UNKNOWNS",
+    "PLANAR",
     "SAMPLED_CONTROL",
+    "SPATIAL",
     "ActuationParameters",
     "Change",
     "ControlLaw",
@@ -48,10 +49,13 @@ __all__ = [
     "LawSetting",
     "ObjectParameters",
     "Patch",
+    "PlanarScenario",
     "Pulse",
     "Scenario",
     "SensingParameters",
     "SetPoint",
     "SimulationParameters",
+    "Space",
+    "SpatialScenario",
     "TrajectoryParameters",
 ]

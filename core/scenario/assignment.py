@@ -2,29 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import MISSING, fields, replace
+from collections.abc import Callable, Iterator
+from dataclasses import MISSING, fields, is_dataclass, replace
 from functools import cache, partial
 from typing import Any
 
 from slipgrasp.core.exceptions import FieldError
-from slipgrasp.core.scenario import Change, Estimate, Patch, Pulse, Scenario, SetPoint
+from slipgrasp.core.scenario import Scenario, Space
+from slipgrasp.core.scenario.chosen_laws import is_of_unknown_law, kinds_in
 from slipgrasp.core.scenario.field_errors import (
-    full_scenario,
     key_of_first,
     template_key,
     template_keys,
     unknown_key,
 )
-from slipgrasp.core.scenario.own_laws import (
-    LAW,
-    LAW_PARAMETERS,
-    is_of_unknown_law,
-    kinds_in,
-    law_parameters,
-)
+from slipgrasp.core.scenario.own_laws import LAW, LAW_PARAMETERS, law_parameters
 from slipgrasp.core.scenario.parameters import describe
-from slipgrasp.core.scenario.spatial import SpatialPatch, SpatialPulse, SpatialSetPoint
+from slipgrasp.core.scenario.scenario import full_scenario
 
 _PLAIN_TYPES = (float, int, bool, str, list, tuple)
 
@@ -49,20 +43,20 @@ def replaced(node: Any, path: list[str], value: Any) -> Any:
 def assign(scenario: Scenario, mapping: dict[str, Any], key: str, value: Any) -> FieldError | None:
     """Sets one dotted key in plain values; returns what is wrong with the key, if anything."""
     *parents, last = key.split(".")
-    keys = _all_keys(scenario.in_space)
+    keys = _all_keys(scenario.space)
     if ".".join(parents) == LAW_PARAMETERS:
         return _assign_law_parameter(scenario, mapping, last, value)
     node: Any = mapping
     for i, part in enumerate(parents):
-        node = _child(node, part, ".".join(parents[: i + 1]), scenario.in_space)
+        node = _child(node, part, ".".join(parents[: i + 1]), scenario.space)
         if node is None:
             return unknown_key(scenario, key)
     if isinstance(node, list) and _is_index(last, len(node)):
         node[int(last)] = value
     elif isinstance(node, list) and last == str(len(node)) and key_of_first(key) in keys:
         node.append(value)
-    elif isinstance(node, dict) and (last in node or _is_field(key, scenario.in_space)):
-        parameter = template_keys(scenario.in_space).get(template_key(key, scenario.in_space))
+    elif isinstance(node, dict) and (last in node or _is_field(key, scenario.space)):
+        parameter = template_keys(scenario.space).get(template_key(key, scenario.space))
         if value is None and parameter is not None and parameter.optional:
             node.pop(last, None)
         else:
@@ -91,37 +85,57 @@ def _assign_law_parameter(
 
 
 @cache
-def _all_keys(in_space: bool) -> frozenset[str]:
+def _all_keys(space: Space) -> frozenset[str]:
     """The keys of every number that the first entries of the lists can have."""
-    return frozenset(describe(full_scenario(in_space)))
+    return frozenset(describe(full_scenario(space)))
 
 
-def _is_field(key: str, in_space: bool) -> bool:
+def _is_field(key: str, space: Space) -> bool:
     """Whether some scenario has a value there, or a list of values."""
-    keys = template_key(key, in_space), template_key(f"{key}.0", in_space)
-    return not template_keys(in_space).keys().isdisjoint(keys)
+    keys = template_key(key, space), template_key(f"{key}.0", space)
+    return not template_keys(space).keys().isdisjoint(keys)
 
 
-def _child(node: Any, part: str, key: str, in_space: bool) -> Any:
+def _child(node: Any, part: str, key: str, space: Space) -> Any:
     """Steps into plain values; the next entry of a list that can grow is made on the way.
 
     Args:
         node: A table or a list.
         part: Which of its entries.
         key: Dotted key of that entry.
-        in_space: Whether it belongs to a scenario in space.
+        space: Of what kind of hand the scenario is.
     """
     if isinstance(node, list):
         place = key.rpartition(".")[0]
-        new_entries = _NEW_IN_SPACE if in_space else _NEW_ENTRIES
+        new_entries = _new_entries(space)
         if place in new_entries and part == str(len(node)):
             node.append(new_entries[place]())
         return node[int(part)] if _is_index(part, len(node)) else None
     if not isinstance(node, dict):
         return None
-    if part not in node and key_of_first(f"{key}.0") in _all_keys(in_space):
+    if part not in node and key_of_first(f"{key}.0") in _all_keys(space):
         node[part] = []
     return node.get(part)
+
+
+@cache
+def _new_entries(space: Space) -> dict[str, Callable[[], dict[str, Any] | list[Any]]]:
+    """What the next entry of each list that can grow starts with, by the key of the list."""
+    lists = dict(_lists_in(full_scenario(space), ""))
+    return {
+        key: partial(_defaults, type(first)) if is_dataclass(first) else list
+        for key, first in lists.items()
+    }
+
+
+def _lists_in(part: Any, prefix: str) -> Iterator[tuple[str, Any]]:
+    """Key and first entry of every list of parts or rows; fingers are as many as there are."""
+    for field in fields(part):
+        key, value = f"{prefix}{field.name}", getattr(part, field.name)
+        if is_dataclass(value):
+            yield from _lists_in(value, f"{key}.")
+        elif isinstance(value, tuple) and key != "fingers" and not isinstance(value[0], float):
+            yield key, value[0]
 
 
 def _defaults(kind: Any) -> dict[str, Any]:
@@ -136,22 +150,3 @@ def _defaults(kind: Any) -> dict[str, Any]:
 
 def _is_index(part: str, length: int) -> bool:
     return part.isascii() and part.isdigit() and len(part) < 5 and int(part) < length
-
-
-# What the next entry of a list starts with.
-_NEW_ENTRIES: Mapping[str, Callable[[], dict[str, Any] | list[Any]]] = {
-    "estimates": partial(_defaults, Estimate),
-    "pulses": partial(_defaults, Pulse),
-    "patches": partial(_defaults, Patch),
-    "changes": partial(_defaults, Change),
-    "trajectory.set_points": partial(_defaults, SetPoint),
-    "trajectory.table": list,
-    "object.corners": list,
-    "controller.lyapunov_matrix": list,
-}
-_NEW_IN_SPACE = {
-    **_NEW_ENTRIES,
-    "pulses": partial(_defaults, SpatialPulse),
-    "patches": partial(_defaults, SpatialPatch),
-    "trajectory.set_points": partial(_defaults, SpatialSetPoint),
-}

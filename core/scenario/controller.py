@@ -9,9 +9,10 @@ from pydantic import AfterValidator, StringConstraints, WithJsonSchema
 from pydantic.dataclasses import dataclass
 
 from slipgrasp.core.scenario.field_types import CONFIG, MAX_FINGERS, FrozenMapping
-from slipgrasp.core.scenario.laws import CONTROL_LAWS, PLANAR
+from slipgrasp.core.scenario.laws import CONTROL_LAWS
 from slipgrasp.core.scenario.own_laws import LAW_NAME, PARAMETER_NAME, law_names
 from slipgrasp.core.scenario.parameters import Quantity
+from slipgrasp.core.scenario.space import PLANAR
 
 # Which names there are is checked with the whole scenario: a recording may have a law of one's own.
 LawKind = Annotated[
@@ -25,311 +26,436 @@ Gain = Annotated[float, Ge(0.0), Le(1e6)]
 PositiveGain = Annotated[float, Ge(1e-12), Le(1e6)]
 Weight = Annotated[float, Ge(-1e6), Le(1e6)]
 
-_MAX_ROWS = 2 * (3 + MAX_FINGERS)
+_MAX_ROWS, _MOST_ROWS_SPATIAL = 2 * (3 + MAX_FINGERS), 2 * (6 + 2 * MAX_FINGERS)
 
 _LAWS = CONTROL_LAWS.values()
 
 
+Kind = Annotated[
+    LawKind,
+    Quantity(
+        "Control law. " + " ".join(f"{law.kind}: {law.summary}" for law in _LAWS),
+        changeable=True,
+        choices=law_names,
+    ),
+]
+# Of a law of one's own, which says what they are; what it lacks here is as the law declares.
+LawParameters = Annotated[
+    dict[Annotated[str, StringConstraints(pattern=PARAMETER_NAME)], float],
+    Len(0, 64),
+    AfterValidator(FrozenMapping),
+]
+ControlPeriod = Annotated[
+    float,
+    Ge(0.0),
+    Le(0.1),
+    Quantity(
+        "Time between control updates; 0 = continuous control, else at least 0.0001 s.",
+        "s",
+        typical=(0.0, 0.01),
+        changeable=True,
+    ),
+]
+RecognitionTime = Annotated[
+    float,
+    Ge(1e-5),
+    Le(0.1),
+    Quantity(
+        "How long continuous control keeps its belief where no phase is consistent.",
+        "s",
+        typical=(0.0001, 0.01),
+        changeable=True,
+        hands=(PLANAR,),
+    ),
+]
+Latency = Annotated[
+    float,
+    Ge(0.0),
+    Le(0.05),
+    Quantity(
+        "Time from a measurement to the torque that follows from it (sampled control).",
+        "s",
+        typical=(0.0, 0.01),
+        changeable=True,
+    ),
+]
+Prediction = Annotated[
+    bool,
+    Quantity(
+        "Whether it commands for the state in which its model expects the hand when the torque "
+        "acts, after the latency; otherwise for the measured one.",
+        changeable=True,
+        used_by=tuple(law.kind for law in _LAWS),
+    ),
+]
+LinkMassRatio = Annotated[
+    float,
+    Ge(0.1),
+    Le(10.0),
+    Quantity(
+        "Masses of the links that the law believes in, over the true ones; 1: it knows its "
+        "hand. A link mass that is estimated is believed as estimated.",
+        "1",
+        typical=(0.8, 1.2),
+        changeable=True,
+    ),
+]
+LinkLengthRatio = Annotated[
+    float,
+    Ge(0.5),
+    Le(2.0),
+    Quantity(
+        "Lengths of the links that the law believes in, over the true ones; 1: it knows its "
+        "hand. Joint angles are measured, Jacobians follow from the lengths believed.",
+        "1",
+        typical=(0.8, 1.2),
+        changeable=True,
+        hands=(PLANAR,),
+    ),
+]
+PlanarPositionGain = Annotated[
+    Gain | Annotated[tuple[Gain, ...], Len(3, 3)],
+    Quantity(
+        "K_p: one number for the object, or one per coordinate x, y, theta.",
+        "1/s²",
+        typical=(10.0, 400.0),
+        changeable=True,
+    ),
+]
+SpatialPositionGain = Annotated[
+    Gain | Annotated[tuple[Gain, ...], Len(6, 6)],
+    Quantity(
+        "K_p: one number for the object, or one per coordinate x, y, z and rotation vector.",
+        "1/s²",
+        typical=(10.0, 400.0),
+        changeable=True,
+    ),
+]
+PlanarSlipPositionGain = Annotated[
+    Gain | tuple[Gain, ...],
+    Quantity(
+        "K_p of the slips, K_p2 of the appendix: pulls a slipping contact back to where it "
+        "started, one number or one per contact; 0: only its velocity is to end.",
+        "1/s²",
+        typical=(0.0, 400.0),
+        changeable=True,
+    ),
+]
+SpatialSlipPositionGain = Annotated[
+    Gain | tuple[Gain, ...],
+    Quantity(
+        "K_p of the slips, K_p2 of the appendix: pulls a slipping contact back to where it "
+        "started, one number or two per contact; 0: only its velocity is to end.",
+        "1/s²",
+        typical=(0.0, 400.0),
+        changeable=True,
+    ),
+]
+PlanarVelocityGain = Annotated[
+    PositiveGain | tuple[PositiveGain, ...],
+    Quantity(
+        "K_v: one number, or one per coordinate x, y, theta and slip of each contact.",
+        "1/s",
+        typical=(2.0, 50.0),
+        changeable=True,
+    ),
+]
+SpatialVelocityGain = Annotated[
+    PositiveGain | tuple[PositiveGain, ...],
+    Quantity(
+        "K_v: one number, or one per coordinate x, y, z, rotation vector and the two slips of "
+        "each contact.",
+        "1/s",
+        typical=(2.0, 50.0),
+        changeable=True,
+    ),
+]
+AdaptationGain = Annotated[
+    PositiveGain | tuple[PositiveGain, ...],
+    Quantity(
+        "Gamma: speed of adaptation, one number or one per unknown.",
+        "1",
+        typical=(0.05, 10.0),
+        changeable=True,
+    ),
+]
+PlanarLyapunovWeight = Annotated[
+    Gain | tuple[Gain, ...],
+    Quantity(
+        "Q: weight of the errors in the Lyapunov function, a number times the identity or one "
+        "per coordinate x, y, theta and slip of each contact.",
+        "1",
+        typical=(1.0, 100.0),
+        changeable=True,
+    ),
+]
+SpatialLyapunovWeight = Annotated[
+    Gain | tuple[Gain, ...],
+    Quantity(
+        "Q: weight of the errors in the Lyapunov function, a number times the identity or one "
+        "per coordinate x, y, z, rotation vector and the two slips of each contact.",
+        "1",
+        typical=(1.0, 100.0),
+        changeable=True,
+    ),
+]
+GraspForce = Annotated[
+    Literal["minimum", "none"],
+    Quantity(
+        "Internal force: minimum inside the estimated friction cones, or none (y = 0).",
+        changeable=True,
+    ),
+]
+PlanarDistribution = Annotated[
+    Literal["exact", "hold"],
+    Quantity(
+        "How the contact forces share the wanted wrench: exact (forces of slipping contacts on "
+        "their cones, so that their slip follows too) or hold (every contact inside its cone, "
+        "so that nothing switches on a belief of slip).",
+        changeable=True,
+        used_by=tuple(law.kind for law in _LAWS if law.uses_friction),
+    ),
+]
+SpatialDistribution = Annotated[
+    Literal["exact", "hold", "softened"],
+    Quantity(
+        "How the contact forces share the wanted wrench: hold (every contact inside its cone, "
+        "slipping or not), exact (forces of slipping contacts on their cones, the paper's) or "
+        "softened (exact but for what only huge forces would give).",
+        changeable=True,
+        used_by=tuple(law.kind for law in CONTROL_LAWS.values() if law.uses_friction),
+    ),
+]
+GripSafety = Annotated[
+    float,
+    Ge(1.0),
+    Le(10.0),
+    Quantity(
+        "Factor by which the commanded force stays inside the estimated cones.",
+        "1",
+        typical=(1.0, 2.0),
+        changeable=True,
+    ),
+]
+MinimumNormalForce = Annotated[
+    float,
+    Ge(0.0),
+    Le(1e4),
+    Quantity(
+        "Least normal force the grasp force leaves at a contact.",
+        "N",
+        typical=(0.0, 20.0),
+        changeable=True,
+    ),
+]
+MaximumNormalForce = Annotated[
+    float | None,
+    Ge(1e-3),
+    Le(1e6),
+    Quantity(
+        "Largest normal force the grasp force asks of a contact; no limit if left out.",
+        "N",
+        typical=(10.0, 200.0),
+        changeable=True,
+    ),
+]
+GripForce = Annotated[
+    float,
+    Ge(0.0),
+    Le(1e4),
+    Quantity(
+        "normal force of the grip, at the start.",
+        "N",
+        typical=(5.0, 100.0),
+        changeable=True,
+        used_by=tuple(law.kind for law in _LAWS if not law.uses_friction),
+    ),
+]
+GripRate = Annotated[
+    float,
+    Ge(0.0),
+    Le(1e6),
+    Quantity(
+        "how fast the grip grows while a contact slips.",
+        "N/s",
+        typical=(50.0, 2000.0),
+        changeable=True,
+        used_by=tuple(law.kind for law in _LAWS if law.reacts_to_slip),
+    ),
+]
+SlipStop = Annotated[
+    float,
+    Ge(0.0),
+    Le(100.0),
+    Quantity(
+        "K_f, deceleration asked of a slipping contact beyond that of K_v, so that its slip ends.",
+        "m/s²",
+        typical=(0.0, 2.0),
+        changeable=True,
+        used_by=tuple(law.kind for law in _LAWS if law.has_memory),
+    ),
+]
+Forgetting = Annotated[
+    float,
+    Ge(0.5),
+    Le(1.0),
+    Quantity(
+        "share of what it knows that it keeps for 1 ms; 1 forgets nothing.",
+        "1",
+        typical=(0.9, 1.0),
+        changeable=True,
+        used_by=tuple(law.kind for law in _LAWS if law.has_memory),
+    ),
+]
+Probing = Annotated[
+    float,
+    Ge(0.0),
+    Le(10.0),
+    Quantity(
+        "share by which the friction believed of a contact that has not slipped yet "
+        "grows in a second, which releases a grip that is too strong; 0: never.",
+        "1/s",
+        typical=(0.0, 4.0),
+        changeable=True,
+        used_by=tuple(law.kind for law in _LAWS if law.has_memory),
+    ),
+]
+ForceNoise = Annotated[
+    float,
+    Ge(1e-9),
+    Le(100.0),
+    Quantity(
+        "standard deviation of the force errors that it expects.",
+        "N",
+        typical=(0.01, 1.0),
+        changeable=True,
+        used_by=tuple(law.kind for law in _LAWS if law.has_memory),
+    ),
+]
+VelocityNoise = Annotated[
+    float,
+    Ge(0.0),
+    Le(10.0),
+    Quantity(
+        "standard deviation of the noise that it expects on measured velocities "
+        "(of angles in rad/s); twice too high costs little, twice too low may cost the object.",
+        "m/s",
+        typical=(0.0, 0.01),
+        changeable=True,
+        used_by=tuple(law.kind for law in _LAWS if law.has_memory),
+    ),
+]
+InitialDeviation = Annotated[
+    PositiveGain | tuple[PositiveGain, ...] | None,
+    Quantity(
+        "standard deviation of the errors it expects of its estimates, one number "
+        "or one per unknown; left out: 3 for masses and friction, 0.1 for the inertia.",
+        "",
+        changeable=True,
+        used_by=tuple(law.kind for law in _LAWS if law.has_memory),
+    ),
+]
+EstimateNormBound = Annotated[
+    float,
+    Ge(1e-6),
+    Le(1e6),
+    Quantity(
+        "phi_0: norm of the estimates above which theorem-4 pulls them back.",
+        "1",
+        typical=(0.5, 5.0),
+        changeable=True,
+    ),
+]
+PlanarLyapunovMatrix = Annotated[
+    tuple[Annotated[tuple[Weight, ...], Len(1, _MAX_ROWS)], ...],
+    Len(0, _MAX_ROWS),
+    Quantity(
+        "Q in full instead of lyapunov_weight: symmetric and positive definite, a row for each "
+        "coordinate of the error (x, y, theta and slip of each contact) and then of its rate.",
+        "1",
+    ),
+]
+SpatialLyapunovMatrix = Annotated[
+    tuple[Annotated[tuple[Weight, ...], Len(1, _MOST_ROWS_SPATIAL)], ...],
+    Len(0, _MOST_ROWS_SPATIAL),
+    Quantity(
+        "Q in full instead of lyapunov_weight: symmetric and positive definite, a row for each "
+        "coordinate of the error (x, y, z, rotation vector and the two slips of each contact) "
+        "and then of its rate.",
+        "1",
+    ),
+]
+
+
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
 class ControllerParameters:
-    """The control law, its gains and how it meets the plant."""
+    """The control law, its gains and how it meets the plant; three coordinates of the object."""
 
-    kind: Annotated[
-        LawKind,
-        Quantity(
-            "Control law. " + " ".join(f"{law.kind}: {law.summary}" for law in _LAWS),
-            changeable=True,
-            choices=law_names,
-        ),
-    ] = "theorem-4"
-    # Of a law of one's own, which says what they are; what it lacks here is as the law declares.
-    parameters: Annotated[
-        dict[Annotated[str, StringConstraints(pattern=PARAMETER_NAME)], float],
-        Len(0, 64),
-        AfterValidator(FrozenMapping),
-    ] = FrozenMapping()
-    control_period: Annotated[
-        float,
-        Ge(0.0),
-        Le(0.1),
-        Quantity(
-            "Time between control updates; 0 = continuous control, else at least 0.0001 s.",
-            "s",
-            typical=(0.0, 0.01),
-            changeable=True,
-        ),
-    ] = 0.001
-    recognition_time: Annotated[
-        float,
-        Ge(1e-5),
-        Le(0.1),
-        Quantity(
-            "How long continuous control keeps its belief where no phase is consistent.",
-            "s",
-            typical=(0.0001, 0.01),
-            changeable=True,
-            hands=(PLANAR,),
-        ),
-    ] = 0.001
-    latency: Annotated[
-        float,
-        Ge(0.0),
-        Le(0.05),
-        Quantity(
-            "Time from a measurement to the torque that follows from it (sampled control).",
-            "s",
-            typical=(0.0, 0.01),
-            changeable=True,
-        ),
-    ] = 0.0
-    prediction: Annotated[
-        bool,
-        Quantity(
-            "Whether it commands for the state in which its model expects the hand when the torque "
-            "acts, after the latency; otherwise for the measured one.",
-            changeable=True,
-            used_by=tuple(law.kind for law in _LAWS),
-        ),
-    ] = False
-    link_mass_ratio: Annotated[
-        float,
-        Ge(0.1),
-        Le(10.0),
-        Quantity(
-            "Masses of the links that the law believes in, over the true ones; 1: it knows its "
-            "hand. A link mass that is estimated is believed as estimated.",
-            "1",
-            typical=(0.8, 1.2),
-            changeable=True,
-        ),
-    ] = 1.0
-    link_length_ratio: Annotated[
-        float,
-        Ge(0.5),
-        Le(2.0),
-        Quantity(
-            "Lengths of the links that the law believes in, over the true ones; 1: it knows its "
-            "hand. Joint angles are measured, Jacobians follow from the lengths believed.",
-            "1",
-            typical=(0.8, 1.2),
-            changeable=True,
-            hands=(PLANAR,),
-        ),
-    ] = 1.0
-    position_gain: Annotated[
-        Gain | Annotated[tuple[Gain, ...], Len(3, 3)],
-        Quantity(
-            "K_p: one number for the object, or one per coordinate x, y, theta.",
-            "1/s²",
-            typical=(10.0, 400.0),
-            changeable=True,
-        ),
-    ] = 100.0
-    slip_position_gain: Annotated[
-        Gain | tuple[Gain, ...],
-        Quantity(
-            "K_p of the slips, K_p2 of the appendix: pulls a slipping contact back to where it "
-            "started, one number or one per contact; 0: only its velocity is to end.",
-            "1/s²",
-            typical=(0.0, 400.0),
-            changeable=True,
-        ),
-    ] = 0.0
-    velocity_gain: Annotated[
-        PositiveGain | tuple[PositiveGain, ...],
-        Quantity(
-            "K_v: one number, or one per coordinate x, y, theta and slip of each contact.",
-            "1/s",
-            typical=(2.0, 50.0),
-            changeable=True,
-        ),
-    ] = 10.0
-    adaptation_gain: Annotated[
-        PositiveGain | tuple[PositiveGain, ...],
-        Quantity(
-            "Gamma: speed of adaptation, one number or one per unknown.",
-            "1",
-            typical=(0.05, 10.0),
-            changeable=True,
-        ),
-    ] = 1.28
-    lyapunov_weight: Annotated[
-        Gain | tuple[Gain, ...],
-        Quantity(
-            "Q: weight of the errors in the Lyapunov function, a number times the identity or one "
-            "per coordinate x, y, theta and slip of each contact.",
-            "1",
-            typical=(1.0, 100.0),
-            changeable=True,
-        ),
-    ] = 20.0
-    grasp_force: Annotated[
-        Literal["minimum", "none"],
-        Quantity(
-            "Internal force: minimum inside the estimated friction cones, or none (y = 0).",
-            changeable=True,
-        ),
-    ] = "minimum"
-    distribution: Annotated[
-        Literal["exact", "hold"],
-        Quantity(
-            "How the contact forces share the wanted wrench: exact (forces of slipping contacts on "
-            "their cones, so that their slip follows too) or hold (every contact inside its cone, "
-            "so that nothing switches on a belief of slip).",
-            changeable=True,
-            used_by=tuple(law.kind for law in _LAWS if law.uses_friction),
-        ),
-    ] = "exact"
-    grip_safety: Annotated[
-        float,
-        Ge(1.0),
-        Le(10.0),
-        Quantity(
-            "Factor by which the commanded force stays inside the estimated cones.",
-            "1",
-            typical=(1.0, 2.0),
-            changeable=True,
-        ),
-    ] = 1.1
-    minimum_normal_force: Annotated[
-        float,
-        Ge(0.0),
-        Le(1e4),
-        Quantity(
-            "Least normal force the grasp force leaves at a contact.",
-            "N",
-            typical=(0.0, 20.0),
-            changeable=True,
-        ),
-    ] = 1.0
-    maximum_normal_force: Annotated[
-        float | None,
-        Ge(1e-3),
-        Le(1e6),
-        Quantity(
-            "Largest normal force the grasp force asks of a contact; no limit if left out.",
-            "N",
-            typical=(10.0, 200.0),
-            changeable=True,
-        ),
-    ] = None
-    grip_force: Annotated[
-        float,
-        Ge(0.0),
-        Le(1e4),
-        Quantity(
-            "normal force of the grip, at the start.",
-            "N",
-            typical=(5.0, 100.0),
-            changeable=True,
-            used_by=tuple(law.kind for law in _LAWS if not law.uses_friction),
-        ),
-    ] = 30.0
-    grip_rate: Annotated[
-        float,
-        Ge(0.0),
-        Le(1e6),
-        Quantity(
-            "how fast the grip grows while a contact slips.",
-            "N/s",
-            typical=(50.0, 2000.0),
-            changeable=True,
-            used_by=tuple(law.kind for law in _LAWS if law.reacts_to_slip),
-        ),
-    ] = 400.0
-    slip_stop: Annotated[
-        float,
-        Ge(0.0),
-        Le(100.0),
-        Quantity(
-            "K_f, deceleration asked of a slipping contact beyond that of K_v, so that "
-            "its slip ends.",
-            "m/s²",
-            typical=(0.0, 2.0),
-            changeable=True,
-            used_by=tuple(law.kind for law in _LAWS if law.has_memory),
-        ),
-    ] = 1.0
-    forgetting: Annotated[
-        float,
-        Ge(0.5),
-        Le(1.0),
-        Quantity(
-            "share of what it knows that it keeps for 1 ms; 1 forgets nothing.",
-            "1",
-            typical=(0.9, 1.0),
-            changeable=True,
-            used_by=tuple(law.kind for law in _LAWS if law.has_memory),
-        ),
-    ] = 0.98
-    probing: Annotated[
-        float,
-        Ge(0.0),
-        Le(10.0),
-        Quantity(
-            "share by which the friction believed of a contact that has not slipped yet "
-            "grows in a second, which releases a grip that is too strong; 0: never.",
-            "1/s",
-            typical=(0.0, 4.0),
-            changeable=True,
-            used_by=tuple(law.kind for law in _LAWS if law.has_memory),
-        ),
-    ] = 0.0
-    force_noise: Annotated[
-        float,
-        Ge(1e-9),
-        Le(100.0),
-        Quantity(
-            "standard deviation of the force errors that it expects.",
-            "N",
-            typical=(0.01, 1.0),
-            changeable=True,
-            used_by=tuple(law.kind for law in _LAWS if law.has_memory),
-        ),
-    ] = 0.1
-    velocity_noise: Annotated[
-        float,
-        Ge(0.0),
-        Le(10.0),
-        Quantity(
-            "standard deviation of the noise that it expects on measured velocities "
-            "(of angles in rad/s); twice too high costs little, twice too low may cost the object.",
-            "m/s",
-            typical=(0.0, 0.01),
-            changeable=True,
-            used_by=tuple(law.kind for law in _LAWS if law.has_memory),
-        ),
-    ] = 0.0
-    initial_deviation: Annotated[
-        PositiveGain | tuple[PositiveGain, ...] | None,
-        Quantity(
-            "standard deviation of the errors it expects of its estimates, one number "
-            "or one per unknown; left out: 3 for masses and friction, 0.1 for the inertia.",
-            "",
-            changeable=True,
-            used_by=tuple(law.kind for law in _LAWS if law.has_memory),
-        ),
-    ] = None
-    estimate_norm_bound: Annotated[
-        float,
-        Ge(1e-6),
-        Le(1e6),
-        Quantity(
-            "phi_0: norm of the estimates above which theorem-4 pulls them back.",
-            "1",
-            typical=(0.5, 5.0),
-            changeable=True,
-        ),
-    ] = 2.036
-    lyapunov_matrix: Annotated[
-        tuple[Annotated[tuple[Weight, ...], Len(1, _MAX_ROWS)], ...],
-        Len(0, _MAX_ROWS),
-        Quantity(
-            "Q in full instead of lyapunov_weight: symmetric and positive definite, a row for each "
-            "coordinate of the error (x, y, theta and slip of each contact) and then of its rate.",
-            "1",
-        ),
-    ] = ()
+    kind: Kind = "theorem-4"
+    parameters: LawParameters = FrozenMapping()
+    control_period: ControlPeriod = 0.001
+    recognition_time: RecognitionTime = 0.001
+    latency: Latency = 0.0
+    prediction: Prediction = False
+    link_mass_ratio: LinkMassRatio = 1.0
+    link_length_ratio: LinkLengthRatio = 1.0
+    position_gain: PlanarPositionGain = 100.0
+    slip_position_gain: PlanarSlipPositionGain = 0.0
+    velocity_gain: PlanarVelocityGain = 10.0
+    adaptation_gain: AdaptationGain = 1.28
+    lyapunov_weight: PlanarLyapunovWeight = 20.0
+    grasp_force: GraspForce = "minimum"
+    distribution: PlanarDistribution = "exact"
+    grip_safety: GripSafety = 1.1
+    minimum_normal_force: MinimumNormalForce = 1.0
+    maximum_normal_force: MaximumNormalForce = None
+    grip_force: GripForce = 30.0
+    grip_rate: GripRate = 400.0
+    slip_stop: SlipStop = 1.0
+    forgetting: Forgetting = 0.98
+    probing: Probing = 0.0
+    force_noise: ForceNoise = 0.1
+    velocity_noise: VelocityNoise = 0.0
+    initial_deviation: InitialDeviation = None
+    estimate_norm_bound: EstimateNormBound = 2.036
+    lyapunov_matrix: PlanarLyapunovMatrix = ()
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
+class SpatialController:
+    """The control law, its gains and how it meets the plant; six coordinates of the object."""
+
+    kind: Kind = "theorem-4"
+    parameters: LawParameters = FrozenMapping()
+    control_period: ControlPeriod = 0.001
+    recognition_time: RecognitionTime = 0.001
+    latency: Latency = 0.0
+    prediction: Prediction = False
+    link_mass_ratio: LinkMassRatio = 1.0
+    link_length_ratio: LinkLengthRatio = 1.0
+    position_gain: SpatialPositionGain = 100.0
+    slip_position_gain: SpatialSlipPositionGain = 0.0
+    velocity_gain: SpatialVelocityGain = 10.0
+    adaptation_gain: AdaptationGain = 1.28
+    lyapunov_weight: SpatialLyapunovWeight = 20.0
+    grasp_force: GraspForce = "minimum"
+    distribution: SpatialDistribution = "hold"
+    grip_safety: GripSafety = 1.1
+    minimum_normal_force: MinimumNormalForce = 1.0
+    maximum_normal_force: MaximumNormalForce = None
+    grip_force: GripForce = 30.0
+    grip_rate: GripRate = 400.0
+    slip_stop: SlipStop = 1.0
+    forgetting: Forgetting = 0.98
+    probing: Probing = 0.0
+    force_noise: ForceNoise = 0.1
+    velocity_noise: VelocityNoise = 0.0
+    initial_deviation: InitialDeviation = None
+    estimate_norm_bound: EstimateNormBound = 2.036
+    lyapunov_matrix: SpatialLyapunovMatrix = ()
+
+
+Controller = ControllerParameters | SpatialController
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)

@@ -13,21 +13,11 @@ from typing import Any
 import pydantic
 
 from slipgrasp.core.exceptions import FieldError, ScenarioError
-from slipgrasp.core.scenario import (
-    Change,
-    ControllerParameters,
-    Estimate,
-    FingerParameters,
-    ObjectParameters,
-    Patch,
-    Pulse,
-    Scenario,
-    SetPoint,
-    TrajectoryParameters,
-)
+from slipgrasp.core.scenario import PLANAR, Scenario, Space
 from slipgrasp.core.scenario.own_laws import LAW, law_names
 from slipgrasp.core.scenario.parameters import Parameter, describe
-from slipgrasp.core.scenario.spatial import full_spatial_scenario
+from slipgrasp.core.scenario.scenario import full_scenario
+from slipgrasp.core.scenario.space import SPACES
 
 
 def unknown_key(scenario: Scenario, key: str) -> FieldError:
@@ -43,14 +33,14 @@ def nearest(word: str, words: Iterable[str]) -> str:
     return f"; did you mean '{close[0]}'?" if close else ""
 
 
-def field_errors(error: pydantic.ValidationError, *, in_space: bool) -> list[FieldError]:
+def field_errors(error: pydantic.ValidationError, space: Space) -> list[FieldError]:
     """Pydantic's findings as field errors, one per field, with unit and limit in words."""
     found: dict[str, FieldError] = {}
     for item in error.errors(include_url=False, include_context=False):
         path = [str(part) for part in item["loc"] if not _is_type_label(str(part))]
         key = ".".join(path)
         if key not in found:
-            found[key] = _field_error(key, item, in_space)
+            found[key] = _field_error(key, item, space)
     # A wrong entry makes its list look too short as well; only the entry is worth telling.
     parents = {key[:i] for key in found for i, letter in enumerate(key) if letter == "."}
     return [error for key, error in found.items() if key not in parents]
@@ -62,22 +52,22 @@ def _is_type_label(part: str) -> bool:
     )
 
 
-def _field_error(key: str, item: Any, in_space: bool) -> FieldError:
+def _field_error(key: str, item: Any, space: Space) -> FieldError:
     kind, value = item["type"], item["input"]
     if kind == "unexpected_keyword_argument":
         siblings = [
             k.rpartition(".")[2]
-            for k in template_keys(in_space)
-            if k.rpartition(".")[0] == template_key(key, in_space).rpartition(".")[0]
+            for k in template_keys(space)
+            if k.rpartition(".")[0] == template_key(key, space).rpartition(".")[0]
         ]
-        near = nearest(key.rpartition(".")[2], siblings or template_keys(in_space))
+        near = nearest(key.rpartition(".")[2], siblings or template_keys(space))
         return FieldError(
             field=shortened(key),
             value=None,
             limit=None,
             message=f"unknown parameter '{shortened(key)}'{near}",
         )
-    parameter = template_keys(in_space).get(template_key(key, in_space))
+    parameter = template_keys(space).get(template_key(key, space))
     limit = parameter.limit if parameter else None
     shown = echo(value)
     if kind in ("missing", "missing_argument", "missing_keyword_only_argument"):
@@ -98,7 +88,7 @@ def _field_error(key: str, item: Any, in_space: bool) -> FieldError:
 
 
 def template_keys(
-    in_space: bool = False, laws: tuple[str, ...] | None = None
+    space: Space = PLANAR, laws: tuple[str, ...] | None = None
 ) -> dict[str, Parameter]:
     """Parameters by template key: with 0 for every index of a list.
 
@@ -106,16 +96,16 @@ def template_keys(
     pose, has a key of its own.
 
     Args:
-        in_space: Whether they are those of a scenario in space.
+        space: Of what kind of hand.
         laws: The control laws to choose from; those that are known here if None.
     """
-    return _template_keys(in_space, law_names() if laws is None else laws)
+    return _template_keys(space, law_names() if laws is None else laws)
 
 
 @cache
-def _template_keys(in_space: bool, laws: tuple[str, ...]) -> dict[str, Parameter]:
+def _template_keys(space: Space, laws: tuple[str, ...]) -> dict[str, Parameter]:
     found: dict[str, Parameter] = {}
-    for key, parameter in describe(full_scenario(in_space)).items():
+    for key, parameter in describe(full_scenario(space)).items():
         first, own = _with_zeros(key), key_of_first(key)
         same = found.setdefault(first, replace(parameter, key=first))
         if (parameter.unit, parameter.limit) != (same.unit, same.limit):
@@ -124,34 +114,15 @@ def _template_keys(in_space: bool, laws: tuple[str, ...]) -> dict[str, Parameter
     return found
 
 
-def full_scenario(in_space: bool = False) -> Scenario:
-    """A scenario with an entry in every list; it could not be simulated."""
-    if in_space:
-        return full_spatial_scenario()
-    return Scenario(
-        object=ObjectParameters(corners=((0.0, 0.0),)),
-        fingers=(FingerParameters(base=(0.0, 0.0), face="left"),) * 2,
-        trajectory=TrajectoryParameters(
-            set_points=(SetPoint(time=0.0, duration=1.0, pose=(0.0, 0.0, 0.0)),),
-            table=((0.0, 0.0, 0.0, 0.0),),
-        ),
-        controller=ControllerParameters(lyapunov_matrix=((1.0,),)),
-        pulses=(Pulse(time=0.0),),
-        patches=(Patch(face="left"),),
-        estimates=(Estimate(parameter="object.mass", initial=1.0),),
-        changes=(Change(time=1.0, parameter="object.mass", value=1.0),),
-    )
-
-
-def template_key(key: str, in_space: bool = False) -> str:
+def template_key(key: str, space: Space = PLANAR) -> str:
     """The key in `template_keys` of what a key of some scenario stands for."""
     own = key_of_first(key)
-    return own if own in template_keys(in_space) else _with_zeros(key)
+    return own if own in template_keys(space) else _with_zeros(key)
 
 
 def find_template(key: str) -> Parameter | None:
-    """What a key of some scenario stands for, in the plane or else in space; None for nothing."""
-    found = (template_keys(each).get(template_key(key, each)) for each in (False, True))
+    """What a key stands for, of planar or else of spatial hands; None for nothing."""
+    found = (template_keys(each).get(template_key(key, each)) for each in SPACES)
     return next((parameter for parameter in found if parameter is not None), None)
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from collections.abc import Iterable
+from typing import Annotated, Any, Literal, Protocol
 
 from annotated_types import Ge, Le
 from pydantic import ConfigDict
@@ -12,11 +13,19 @@ MAX_FINGERS = 6
 CONFIG = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
 
 
-class FrozenMapping(dict[str, Any]):
-    """Named values that nobody changes, so that what holds them can be a key of a cache."""
+class _HasItems(Protocol):
+    def items(self) -> Iterable[tuple[str, Any]]: ...
 
-    def __hash__(self) -> int:  # type: ignore[override]
+
+class _HashedItems:
+    """The hash of a mapping is that of its items."""
+
+    def __hash__(self: _HasItems) -> int:
         return hash(frozenset(self.items()))
+
+
+class FrozenMapping(_HashedItems, dict[str, Any]):
+    """Named values that nobody changes, so that what holds them can be a key of a cache."""
 
 
 Coordinate = Annotated[float, Ge(-1e3), Le(1e3)]

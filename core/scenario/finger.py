@@ -59,15 +59,19 @@ JointFriction = Annotated[
 ]
 
 
+LinkMasses = Annotated[
+    tuple[LinkMass, LinkMass],
+    Quantity("True mass of a link.", "kg", typical=(0.2, 3.0), changeable=True),
+]
+LinkLengths = Annotated[tuple[LinkLength, LinkLength], Quantity("Length of a link.", "m")]
+
+
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
 class FingerParameters:
     """A planar finger of two links whose tip touches one face of the object."""
 
-    link_masses: Annotated[
-        tuple[LinkMass, LinkMass],
-        Quantity("True mass of a link.", "kg", typical=(0.2, 3.0), changeable=True),
-    ] = (1.0, 1.0)
-    link_lengths: Annotated[tuple[LinkLength, LinkLength], Quantity("Length of a link.", "m")] = (
+    link_masses: LinkMasses = (1.0, 1.0)
+    link_lengths: LinkLengths = (
         1.0,
         1.0,
     )

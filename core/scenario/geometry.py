@@ -8,7 +8,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from slipgrasp.core.scenario import FingerParameters, ObjectParameters, Scenario
+from slipgrasp.core.scenario import FingerParameters, ObjectParameters, PlanarScenario
+from slipgrasp.core.scenario.scenario import AnyObject
+
+Point = tuple[float, float]
 
 
 class ContactFrame(NamedTuple):
@@ -38,29 +41,23 @@ TANGENTS = {
 }
 
 
-def face_names(body: ObjectParameters) -> tuple[str, ...]:
-    """What the faces of an object are called: by side, or edge-0, edge-1 … of a polygon."""
-    if body.corners:
-        return tuple(f"edge-{k}" for k in range(len(body.corners)))
-    return tuple(TANGENTS)
+def base_corners(body: AnyObject) -> tuple[Point, ...]:
+    """Corners (x, y) of a planar object, or of the base of a prism, counterclockwise [m]."""
+    x, y = body.half_sizes
+    return body.corners or ((-x, -y), (x, -y), (x, y), (-x, y))
 
 
-def outline(body: ObjectParameters) -> NDArray[np.float64]:
-    """Corners of the object, counterclockwise, in its own frame, shape ``(corners, 2)`` [m]."""
-    if body.corners:
-        return np.array(body.corners)
-    signs = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
-    return signs * (body.half_width, body.face_half_length)
+def outline(body: AnyObject) -> NDArray[np.float64]:
+    """The same as an array, shape ``(corners, 2)`` [m]."""
+    return np.array(base_corners(body))
 
 
-def inner_radius(body: ObjectParameters) -> float:
+def inner_radius(body: AnyObject) -> float:
     """Distance from the centre of mass to the nearest face of the object [m]."""
-    if not body.corners:
-        return min(body.half_width, body.face_half_length)
     corners = outline(body)
     sides = np.roll(corners, -1, axis=0) - corners
     areas = corners[:, 0] * sides[:, 1] - corners[:, 1] * sides[:, 0]
-    return float((areas / np.hypot(*sides.T)).min())
+    return min(body.half_height, float((areas / np.hypot(*sides.T)).min()))
 
 
 def smallest_extent(body: ObjectParameters) -> float:
@@ -116,7 +113,7 @@ def joint_points(
     return np.concatenate([base, base + np.cumsum(links, axis=-2)], axis=-2)
 
 
-def tip_distance(scenario: Scenario, index: int) -> float:
+def tip_distance(scenario: PlanarScenario, index: int) -> float:
     """Distance from the base of a finger to its contact point in the start pose [m]."""
     finger = scenario.fingers[index]
     ax, ay = contact_frame(scenario.object, finger).anchor

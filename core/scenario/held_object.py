@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated
 
 from annotated_types import Ge, Le, Len
@@ -11,20 +12,25 @@ from slipgrasp.core.scenario.field_types import CONFIG
 from slipgrasp.core.scenario.parameters import Quantity
 
 MAX_CORNERS = 12
+SIDES = ("left", "right", "bottom", "top")
+"""Faces of a rectangle."""
 
 Corner = tuple[Annotated[float, Ge(-10.0), Le(10.0)], Annotated[float, Ge(-10.0), Le(10.0)]]
+
+
+ObjectMass = Annotated[
+    float,
+    Ge(1e-3),
+    Le(1e3),
+    Quantity("True mass of the object.", "kg", typical=(0.2, 3.0), changeable=True),
+]
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
 class ObjectParameters:
     """The held object: a rectangle about its centre of mass, or a convex polygon."""
 
-    mass: Annotated[
-        float,
-        Ge(1e-3),
-        Le(1e3),
-        Quantity("True mass of the object.", "kg", typical=(0.2, 3.0), changeable=True),
-    ] = 1.0
+    mass: ObjectMass = 1.0
     inertia: Annotated[
         float,
         Ge(1e-6),
@@ -59,3 +65,18 @@ class ObjectParameters:
             "m",
         ),
     ] = ()
+
+    @property
+    def half_sizes(self) -> tuple[float, float]:
+        """Half the sizes of a rectangle along its x and y axis [m]."""
+        return self.half_width, self.face_half_length
+
+    @property
+    def half_height(self) -> float:
+        """How far it reaches out of its plane [m]: nothing ends there."""
+        return math.inf
+
+    @property
+    def face_names(self) -> tuple[str, ...]:
+        """What its faces are called: by side, or edge-0, edge-1 … of a polygon."""
+        return tuple(f"edge-{k}" for k in range(len(self.corners))) or SIDES

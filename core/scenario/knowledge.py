@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from slipgrasp.core.scenario import Scenario
-from slipgrasp.core.scenario.own_laws import kinds_in, law_of
+from slipgrasp.core.scenario.chosen_laws import kinds_in
+from slipgrasp.core.scenario.own_laws import law_of
 
 _RATIOS = {"link_mass_ratio": "link_masses", "link_length_ratio": "link_lengths"}
 Varied = Mapping[str, Collection[Any]]

@@ -17,6 +17,7 @@ from types import ModuleType
 from typing import Any
 
 from slipgrasp.core.exceptions import SlipgraspError
+from slipgrasp.core.scenario.common import MAX_DIAGNOSTICS, MAX_LAW_PARAMETERS
 from slipgrasp.core.scenario.laws import CONTROL_LAWS
 from slipgrasp.core.scenario.own_laws import (
     LAW_NAME,
@@ -29,7 +30,6 @@ from slipgrasp.core.scenario.own_laws import (
     own_law,
     remember,
 )
-from slipgrasp.core.scenario.whole import MAX_DIAGNOSTICS, MAX_LAW_PARAMETERS
 
 ENTRY_POINTS = "slipgrasp.laws"
 

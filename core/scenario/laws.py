@@ -9,9 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, fields
 from typing import Any
 
-PLANAR, SPATIAL = "planar", "spatial"
-HANDS = (PLANAR, SPATIAL)
-"""Kinds of hands: each has a kernel of its own."""
+from slipgrasp.core.scenario.space import SPACES, Space
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -48,7 +46,7 @@ _EXACT = LawSetting(key="controller.distribution", value="exact")
 _HOLDING = LawSetting(key="controller.distribution", value="hold")
 
 
-def read_for(*hands: str, default: bool = False) -> Any:
+def read_for(*hands: Space, default: bool = False) -> Any:
     """A fact by which kernels tell laws apart.
 
     Args:
@@ -88,12 +86,12 @@ class ControlLaw:
     kind: str
     summary: str
     sampled: bool = False
-    learns: bool = read_for(*HANDS)
-    has_memory: bool = read_for(*HANDS)
-    pulls_back: bool = read_for(*HANDS)
-    uses_friction: bool = read_for(*HANDS, default=True)
-    reacts_to_slip: bool = read_for(*HANDS)
-    is_own: bool = read_for(*HANDS)
+    learns: bool = read_for(*SPACES)
+    has_memory: bool = read_for(*SPACES)
+    pulls_back: bool = read_for(*SPACES)
+    uses_friction: bool = read_for(*SPACES, default=True)
+    reacts_to_slip: bool = read_for(*SPACES)
+    is_own: bool = read_for(*SPACES)
     stops_slip_with: tuple[str, ...] = ()
     learns_with: tuple[str, ...] = ()
     settings: tuple[LawSetting, ...] = ()
@@ -162,12 +160,12 @@ CONTROL_LAWS = {
 }
 
 
-def facts_read_for(hand: str) -> tuple[str, ...]:
+def facts_read_for(hand: Space) -> tuple[str, ...]:
     """Names of the facts that the kernel of a kind of hands reads."""
     return tuple(each.name for each in fields(ControlLaw) if hand in each.metadata.get("hands", ()))
 
 
-def is_computed_for(law: ControlLaw, hand: str) -> bool:
+def is_computed_for(law: ControlLaw, hand: Space) -> bool:
     """Whether the kernel of a kind of hands reads all that tells a law from others."""
     return all(
         getattr(law, each.name) == each.default

@@ -14,11 +14,10 @@ from typing import Any
 import pydantic
 
 from slipgrasp.core.exceptions import ScenarioError
-from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario import PLANAR, SPATIAL, Scenario, Space
 from slipgrasp.core.scenario.assignment import assign, replaced
 from slipgrasp.core.scenario.field_errors import (
     field_errors,
-    full_scenario,
     nearest,
     refuse_other_types,
     single_error,
@@ -26,22 +25,22 @@ from slipgrasp.core.scenario.field_errors import (
 from slipgrasp.core.scenario.motion_file import fill_in_table, refuse_table_name
 from slipgrasp.core.scenario.own_laws import LAW_PARAMETERS, law_parameters
 from slipgrasp.core.scenario.parameters import Parameter, describe
-from slipgrasp.core.scenario.spatial import SpatialScenario, is_spatial
+from slipgrasp.core.scenario.scenario import SCENARIOS, AnyScenario, full_scenario, space_of
+from slipgrasp.core.scenario.space import SPACES
 from slipgrasp.core.scenario.timed_changes import check_changes
 from slipgrasp.core.scenario.validation import check_scenario
 
 _MAX_FILE_BYTES = 1_000_000
-_SPATIAL = "spatial-"
 
 
-def preset_names() -> tuple[str, ...]:
-    """Names of the scenarios in the plane that come with the program, the paper's cases first."""
-    return tuple(name for name in all_preset_names() if not name.startswith(_SPATIAL))
+def preset_names(space: Space = PLANAR) -> tuple[str, ...]:
+    """Names of the scenarios of a kind of hand that come with the program, the paper's first."""
+    return tuple(name for name in all_preset_names() if _space_of(name) is space)
 
 
 def spatial_preset_names() -> tuple[str, ...]:
-    """Names of the scenarios in space that come with the program."""
-    return tuple(name for name in all_preset_names() if name.startswith(_SPATIAL))
+    """Names of the scenarios of spatial hands that come with the program."""
+    return preset_names(SPATIAL)
 
 
 @cache
@@ -52,8 +51,13 @@ def all_preset_names() -> tuple[str, ...]:
     return tuple(sorted(names, key=_rank))
 
 
-def _rank(name: str) -> tuple[bool, bool, str]:
-    return name.startswith(_SPATIAL), not name.startswith("paper-"), name
+def _rank(name: str) -> tuple[int, bool, str]:
+    return SPACES.index(_space_of(name)), not name.startswith("paper-"), name
+
+
+def _space_of(preset: str) -> Space:
+    """The kind of hand of a preset: all but planar ones say it in their name."""
+    return next((space for space in SPACES if preset.startswith(f"{space.name}-")), PLANAR)
 
 
 @cache
@@ -146,12 +150,12 @@ def scenario_from_mapping(mapping: Any, *, with_law: bool = True) -> Scenario:
         ScenarioError: With one entry per wrong field.
     """
     refuse_table_name(mapping)
-    in_space = isinstance(mapping, dict) and is_spatial(mapping)
+    space = space_of(mapping) if isinstance(mapping, dict) else PLANAR
     try:
         text = json.dumps(mapping, default=repr)
-        scenario = _adapter(in_space).validate_json(text)
+        scenario = _adapter(space).validate_json(text)
     except pydantic.ValidationError as error:
-        raise ScenarioError(field_errors(error, in_space=in_space)) from error
+        raise ScenarioError(field_errors(error, space)) from error
     except (ValueError, RecursionError, TypeError) as error:
         raise single_error(
             "", None, None, f"the scenario cannot be read: {type(error).__name__}"
@@ -162,8 +166,8 @@ def scenario_from_mapping(mapping: Any, *, with_law: bool = True) -> Scenario:
 
 
 def with_values(
-    scenario: Scenario, values: Mapping[str, Any], *, with_law: bool = True
-) -> Scenario:
+    scenario: AnyScenario, values: Mapping[str, Any], *, with_law: bool = True
+) -> AnyScenario:
     """The scenario with some parameters set by dotted key.
 
     Args:
@@ -184,7 +188,9 @@ def with_values(
     errors = [e for key, value in ordered if (e := assign(scenario, mapping, key, value))]
     if errors:
         raise ScenarioError(errors)
-    return scenario_from_mapping(mapping, with_law=with_law)
+    changed = scenario_from_mapping(mapping, with_law=with_law)
+    assert isinstance(changed, type(scenario)), "no key makes a hand another kind of hand"
+    return changed
 
 
 def parameter_definitions(scenario: Scenario | None = None) -> dict[str, Parameter]:
@@ -204,7 +210,7 @@ def _described(scenario: Scenario) -> dict[str, Parameter]:
 def settable_parameters(scenario: Scenario) -> dict[str, Parameter]:
     """Every parameter by dotted key, and without value those that lists lack: of a first entry."""
     definitions = parameter_definitions(scenario)
-    for key, parameter in describe(full_scenario(scenario.in_space)).items():
+    for key, parameter in describe(full_scenario(scenario.space)).items():
         if not key.startswith("fingers."):
             definitions.setdefault(key, replace(parameter, value=None))
     return definitions
@@ -224,9 +230,8 @@ def scenario_to_toml(scenario: Scenario) -> str:
 
 
 @cache
-def _adapter(in_space: bool) -> pydantic.TypeAdapter[Scenario]:
-    kind: type[Scenario] = SpatialScenario if in_space else Scenario
-    return pydantic.TypeAdapter(kind)
+def _adapter(space: Space) -> pydantic.TypeAdapter[Scenario]:
+    return pydantic.TypeAdapter(SCENARIOS[space])
 
 
 def _toml(value: Any) -> str:
@@ -242,8 +247,8 @@ def _toml(value: Any) -> str:
 
 
 def _with_plain_values(
-    scenario: Scenario, values: Mapping[str, Any], with_law: bool
-) -> Scenario | None:
+    scenario: AnyScenario, values: Mapping[str, Any], with_law: bool
+) -> AnyScenario | None:
     """The scenario with numbers and words at places that exist, without a detour over JSON.
 
     Takes a quarter of the time of `scenario_from_mapping`.

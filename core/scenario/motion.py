@@ -13,12 +13,6 @@ from slipgrasp.core.scenario.parameters import Quantity
 MAX_SET_POINTS = 50
 MAX_TABLE_ROWS = 250
 
-TABLE_COLUMNS = {
-    3: ("t", "x", "y", "theta"),
-    6: ("t", "x", "y", "z", "rx", "ry", "rz"),
-}
-"""Columns of a table of poses, by the number of coordinates of a pose."""
-
 # Times closer than this are one time: 0.1 + 0.2 and 0.3 [s].
 SAME_TIME = 1e-12
 
@@ -28,29 +22,60 @@ Time = Annotated[float, Ge(0.0), Le(600.0)]
 Amplitude = Annotated[float, Ge(-10.0), Le(10.0)]
 
 
+MoveTime = Annotated[float, Ge(0.0), Le(600.0), Quantity("When the move begins.", "s")]
+MoveDuration = Annotated[float, Ge(1e-3), Le(600.0), Quantity("How long the move takes.", "s")]
+
+
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
 class SetPoint:
     """A pose to move to, with the least jerk, from wherever the set-point before has led."""
 
-    time: Annotated[float, Ge(0.0), Le(600.0), Quantity("When the move begins.", "s")]
-    duration: Annotated[float, Ge(1e-3), Le(600.0), Quantity("How long the move takes.", "s")]
+    time: MoveTime
+    duration: MoveDuration
     pose: Annotated[
         tuple[Coordinate, Coordinate, Angle],
         Quantity("Object pose (x, y, theta) at its end.", "m, m, rad"),
     ]
 
 
+MotionKind = Annotated[
+    Literal["coast", "set-points", "circle", "rotation", "shake", "table"],
+    Quantity(
+        "Shape of the motion: coast (accelerate, coast, brake, Eq. 64), set-points, circle, "
+        "rotation (turn and back), shake, or a table of poses."
+    ),
+]
+AccelerationTime = Annotated[
+    float,
+    Ge(0.0),
+    Le(1e3),
+    Quantity("How long it speeds up, and how long it brakes: coast, circle, rotation, shake.", "s"),
+]
+CoastTime = Annotated[
+    float,
+    Ge(0.0),
+    Le(1e3),
+    Quantity("how long it moves at constant speed in between.", "s", used_by=("coast",)),
+]
+Period = Annotated[
+    float,
+    Ge(0.01),
+    Le(600.0),
+    Quantity("time of one cycle at full speed.", "s", used_by=("circle", "rotation", "shake")),
+]
+Cycles = Annotated[
+    float,
+    Ge(1e-3),
+    Le(1e4),
+    Quantity("how many cycles until it rests.", "1", used_by=("circle", "rotation", "shake")),
+]
+
+
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
 class TrajectoryParameters:
     """The desired motion of the object; ``kind`` tells which of the fields are used."""
 
-    kind: Annotated[
-        Literal["coast", "set-points", "circle", "rotation", "shake", "table"],
-        Quantity(
-            "Shape of the motion: coast (accelerate, coast, brake, Eq. 64), set-points, circle, "
-            "rotation (turn and back), shake, or a table of poses."
-        ),
-    ] = "coast"
+    kind: MotionKind = "coast"
     start: Annotated[
         tuple[Coordinate, Coordinate, Angle],
         Quantity("Object pose (x, y, theta) at the start, desired and actual.", "m, m, rad"),
@@ -63,32 +88,10 @@ class TrajectoryParameters:
             used_by=("coast",),
         ),
     ] = (0.0, 0.0256, 0.0)
-    acceleration_time: Annotated[
-        float,
-        Ge(0.0),
-        Le(1e3),
-        Quantity(
-            "How long it speeds up, and how long it brakes: coast, circle, rotation, shake.", "s"
-        ),
-    ] = 1.0
-    coast_time: Annotated[
-        float,
-        Ge(0.0),
-        Le(1e3),
-        Quantity("how long it moves at constant speed in between.", "s", used_by=("coast",)),
-    ] = 5.0
-    period: Annotated[
-        float,
-        Ge(0.01),
-        Le(600.0),
-        Quantity("time of one cycle at full speed.", "s", used_by=("circle", "rotation", "shake")),
-    ] = 2.0
-    cycles: Annotated[
-        float,
-        Ge(1e-3),
-        Le(1e4),
-        Quantity("how many cycles until it rests.", "1", used_by=("circle", "rotation", "shake")),
-    ] = 2.0
+    acceleration_time: AccelerationTime = 1.0
+    coast_time: CoastTime = 5.0
+    period: Period = 2.0
+    cycles: Cycles = 2.0
     radius: Annotated[
         float,
         Ge(0.0),
@@ -120,3 +123,8 @@ class TrajectoryParameters:
             used_by=("table",),
         ),
     ] = ()
+
+    @property
+    def table_start(self) -> tuple[float, ...]:
+        """The start pose as rows of a table have it."""
+        return self.start

@@ -11,8 +11,7 @@ from typing import Any
 from slipgrasp.core.exceptions import ScenarioError
 from slipgrasp.core.scenario import MAX_TABLE_ROWS
 from slipgrasp.core.scenario.field_errors import shortened, single_error
-from slipgrasp.core.scenario.motion import TABLE_COLUMNS
-from slipgrasp.core.scenario.spatial import is_spatial
+from slipgrasp.core.scenario.scenario import space_of
 
 Columns = tuple[str, ...]
 
@@ -61,8 +60,8 @@ def _table_name(mapping: Any) -> str | None:
 
 
 def _columns(mapping: dict[str, Any]) -> Columns:
-    """What stands in the columns of a table of poses, in the plane or in space."""
-    return TABLE_COLUMNS[6 if is_spatial(mapping) else 3]
+    """What stands in the columns of a table of poses."""
+    return space_of(mapping).table_columns
 
 
 def _read(name: str, folder: Path) -> str:

@@ -6,14 +6,10 @@ a law that is not installed can still be read, shown and made again from its rec
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from slipgrasp.core.scenario.laws import CONTROL_LAWS, ControlLaw
-
-if TYPE_CHECKING:
-    from slipgrasp.core.scenario.whole import Scenario
 
 LAW_NAME = r"^[a-z][a-z0-9_-]{0,59}$"
 PARAMETER_NAME = r"^[a-z][a-z0-9_]{0,39}$"
@@ -161,36 +157,7 @@ def law_number(kind: str) -> int:
     return list(CONTROL_LAWS).index(kind) if kind in CONTROL_LAWS else len(CONTROL_LAWS)
 
 
-def kinds_in(scenario: Scenario) -> Iterator[str]:
-    """Every law that a scenario asks for at some time, in that order, each once."""
-    later = (str(change.value) for change in scenario.changes if change.parameter == LAW)
-    yield from dict.fromkeys((scenario.controller.kind, *later))
-
-
-def own_kind_in(scenario: Scenario) -> str | None:
-    """The law of one's own that a scenario asks for at some time; validated ones have one."""
-    return next((kind for kind in kinds_in(scenario) if kind not in CONTROL_LAWS), None)
-
-
-def is_of_unknown_law(scenario: Scenario, key: str) -> bool:
-    """Whether a key may be a parameter of a law that is not known here."""
-    unknown = any(kind not in law_names() for kind in kinds_in(scenario))
-    return unknown and key.startswith(f"{LAW_PARAMETERS}.")
-
-
-def own_law_in(scenario: Scenario) -> OwnLaw | None:
-    """The law of one's own that a scenario asks for at some time, if it is known here."""
-    kind = own_kind_in(scenario)
-    return None if kind is None else own_law(kind)
-
-
 def law_parameters(kind: str) -> dict[str, LawParameter]:
     """The parameters of a law of one's own by name; none of others."""
     law = own_law(kind)
     return {} if law is None else law.parameters
-
-
-def diagnostics_of(scenario: Scenario) -> tuple[Diagnostic, ...]:
-    """What the law of one's own in a scenario tells of itself."""
-    law = own_law_in(scenario)
-    return () if law is None else law.diagnostics

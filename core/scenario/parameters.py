@@ -15,8 +15,8 @@ from typing import Any, Literal
 
 import annotated_types
 
-from slipgrasp.core.scenario.laws import HANDS
 from slipgrasp.core.scenario.own_laws import law_parameters
+from slipgrasp.core.scenario.space import SPACES, Space
 
 ParameterValue = float | int | bool | str | tuple[float, ...] | None
 ParameterKind = Literal["number", "integer", "boolean", "choice", "text", "number-or-list"]
@@ -42,7 +42,7 @@ class Quantity:
     changeable: bool = False
     used_by: tuple[str, ...] = ()
     choices: Callable[[], tuple[str, ...]] | None = None
-    hands: tuple[str, ...] = HANDS
+    hands: tuple[Space, ...] = SPACES
 
     @property
     def sentence(self) -> str:
@@ -153,7 +153,7 @@ def kinds_using(part: type, name: str) -> tuple[str, ...]:
     return () if quantity is None else quantity.used_by
 
 
-def values_not_for(node: Any, hand: str, prefix: str = "") -> Iterator[tuple[str, Any, Any]]:
+def values_not_for(node: Any, hand: Space, prefix: str = "") -> Iterator[tuple[str, Any, Any]]:
     """Key, value and default of every parameter that differs from its default and has no use.
 
     Args:
@@ -176,7 +176,7 @@ def values_not_for(node: Any, hand: str, prefix: str = "") -> Iterator[tuple[str
 
 
 @cache
-def _kept_for(part: type, hand: str) -> tuple[tuple[tuple[str, Any], ...], tuple[str, ...]]:
+def _kept_for(part: type, hand: Space) -> tuple[tuple[tuple[str, Any], ...], tuple[str, ...]]:
     """Parameters that a kernel does not use, with defaults; fields with parts that have some."""
     kept, inner = [], []
     for field in dataclasses.fields(part):

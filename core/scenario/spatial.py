@@ -1,4 +1,4 @@
-"""A scenario in space: its parts where they differ from those in the plane.
+"""A scenario of a spatial hand: its parts where they differ from those of a planar one.
 
 The hand stands in x, y, z with z up; the object is a convex polygon extruded along its own z axis.
 Whatever means the same as in the plane has the same key (docs/space.md).
@@ -6,47 +6,61 @@ Whatever means the same as in the plane has the same key (docs/space.md).
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from dataclasses import asdict
+from typing import Annotated, Any, Literal
 
 from annotated_types import Ge, Le, Len
 from pydantic.dataclasses import dataclass
 
-from slipgrasp.core.scenario.controller import (
-    ControllerParameters,
-    Estimate,
-    Gain,
-    PositiveGain,
-    Weight,
+from slipgrasp.core.scenario.common import (
+    Changes,
+    Estimates,
+    Fingers,
+    FrictionCone,
+    Patches,
+    Pulses,
+    Title,
+    names_by_face,
+    without_none,
 )
+from slipgrasp.core.scenario.controller import Estimate, SpatialController
 from slipgrasp.core.scenario.field_types import CONFIG, Coordinate
 from slipgrasp.core.scenario.finger import (
     Friction,
     JointDamping,
     JointFriction,
-    LinkLength,
-    LinkMass,
+    LinkLengths,
+    LinkMasses,
     StaticFriction,
 )
-from slipgrasp.core.scenario.held_object import MAX_CORNERS, Corner
-from slipgrasp.core.scenario.laws import CONTROL_LAWS
+from slipgrasp.core.scenario.held_object import MAX_CORNERS, Corner, ObjectMass
 from slipgrasp.core.scenario.motion import (
     MAX_SET_POINTS,
     MAX_TABLE_ROWS,
     Acceleration,
+    AccelerationTime,
     Amplitude,
     Angle,
+    CoastTime,
+    Cycles,
+    MotionKind,
+    MoveDuration,
+    MoveTime,
+    Period,
     Time,
 )
-from slipgrasp.core.scenario.numerics import Change, SimulationParameters
+from slipgrasp.core.scenario.numerics import Change, SpatialSimulation
 from slipgrasp.core.scenario.parameters import Quantity
-from slipgrasp.core.scenario.whole import MAX_FINGERS, Scenario
+from slipgrasp.core.scenario.space import SPATIAL, Space
 from slipgrasp.core.scenario.world import (
-    MAX_PATCHES,
+    ActuationParameters,
     Force,
     FrictionFactor,
-    Patch,
     PatchEnd,
     PatchStart,
+    PulseDuration,
+    PulseTime,
+    SensingParameters,
 )
 
 # side-K of an object runs from corner K to the next one.
@@ -72,19 +86,13 @@ Offset = Annotated[float, Ge(-10.0), Le(10.0)]
 Fraction = Annotated[float, Ge(0.0), Le(1.0)]
 Part = Annotated[float, Ge(-1.0), Le(1.0)]
 Moment = Annotated[float, Ge(-1e3), Le(1e3)]
-_MAX_ROWS = 2 * (6 + 2 * MAX_FINGERS)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
 class SpatialObject:
     """The held object: a box or a prism about its centre of mass."""
 
-    mass: Annotated[
-        float,
-        Ge(1e-3),
-        Le(1e3),
-        Quantity("True mass of the object.", "kg", typical=(0.2, 3.0), changeable=True),
-    ] = 1.0
+    mass: ObjectMass = 1.0
     inertias: Annotated[
         tuple[Inertia, Inertia, Inertia],
         Quantity(
@@ -116,16 +124,28 @@ class SpatialObject:
         ),
     ] = ()
 
+    @property
+    def half_sizes(self) -> tuple[float, float]:
+        """Half the sizes of a box along its x and y axis [m]."""
+        return self.half_width, self.half_depth
+
+    @property
+    def half_height(self) -> float:
+        """How far it reaches along its z axis [m]."""
+        return 0.5 * self.height
+
+    @property
+    def face_names(self) -> tuple[str, ...]:
+        """What its faces are called."""
+        return (*(f"side-{k}" for k in range(len(self.corners) or 4)), "top", "bottom")
+
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
 class SpatialFinger:
     """A finger whose base turns about a vertical axis, with two links that move in its plane."""
 
-    link_masses: Annotated[
-        tuple[LinkMass, LinkMass],
-        Quantity("True mass of a link.", "kg", typical=(0.2, 3.0), changeable=True),
-    ] = (1.0, 1.0)
-    link_lengths: Annotated[tuple[LinkLength, LinkLength], Quantity("Length of a link.", "m")] = (
+    link_masses: LinkMasses = (1.0, 1.0)
+    link_lengths: LinkLengths = (
         1.0,
         1.0,
     )
@@ -173,8 +193,8 @@ class SpatialFinger:
 class SpatialSetPoint:
     """A pose to move to, with the least jerk, from wherever the set-point before has led."""
 
-    time: Annotated[float, Ge(0.0), Le(600.0), Quantity("When the move begins.", "s")]
-    duration: Annotated[float, Ge(1e-3), Le(600.0), Quantity("How long the move takes.", "s")]
+    time: MoveTime
+    duration: MoveDuration
     pose: Annotated[
         tuple[Coordinate, Coordinate, Coordinate, Angle, Angle, Angle],
         Quantity(
@@ -189,13 +209,7 @@ class SpatialSetPoint:
 class SpatialTrajectory:
     """The desired motion: positions x, y, z, and a rotation vector from the start attitude."""
 
-    kind: Annotated[
-        Literal["coast", "set-points", "circle", "rotation", "shake", "table"],
-        Quantity(
-            "Shape of the motion: coast (accelerate, coast, brake, Eq. 64), set-points, circle, "
-            "rotation (turn and back), shake, or a table of poses."
-        ),
-    ] = "coast"
+    kind: MotionKind = "coast"
     start: Annotated[
         tuple[Coordinate, Coordinate, Coordinate, Part, Part, Part, Part],
         Quantity(
@@ -213,32 +227,10 @@ class SpatialTrajectory:
             used_by=("coast",),
         ),
     ] = (0.0, 0.0, 0.0256, 0.0, 0.0, 0.0)
-    acceleration_time: Annotated[
-        float,
-        Ge(0.0),
-        Le(1e3),
-        Quantity(
-            "How long it speeds up, and how long it brakes: coast, circle, rotation, shake.", "s"
-        ),
-    ] = 1.0
-    coast_time: Annotated[
-        float,
-        Ge(0.0),
-        Le(1e3),
-        Quantity("how long it moves at constant speed in between.", "s", used_by=("coast",)),
-    ] = 5.0
-    period: Annotated[
-        float,
-        Ge(0.01),
-        Le(600.0),
-        Quantity("time of one cycle at full speed.", "s", used_by=("circle", "rotation", "shake")),
-    ] = 2.0
-    cycles: Annotated[
-        float,
-        Ge(1e-3),
-        Le(1e4),
-        Quantity("how many cycles until it rests.", "1", used_by=("circle", "rotation", "shake")),
-    ] = 2.0
+    acceleration_time: AccelerationTime = 1.0
+    coast_time: CoastTime = 5.0
+    period: Period = 2.0
+    cycles: Cycles = 2.0
     radius: Annotated[
         float,
         Ge(0.0),
@@ -284,94 +276,18 @@ class SpatialTrajectory:
         ),
     ] = ()
 
-
-@dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
-class SpatialController(ControllerParameters):
-    """The control law, its gains and how it meets the plant; six coordinates of the object."""
-
-    position_gain: Annotated[
-        Gain | Annotated[tuple[Gain, ...], Len(6, 6)],
-        Quantity(
-            "K_p: one number for the object, or one per coordinate x, y, z and rotation vector.",
-            "1/s²",
-            typical=(10.0, 400.0),
-            changeable=True,
-        ),
-    ] = 100.0
-    slip_position_gain: Annotated[
-        Gain | tuple[Gain, ...],
-        Quantity(
-            "K_p of the slips, K_p2 of the appendix: pulls a slipping contact back to where it "
-            "started, one number or two per contact; 0: only its velocity is to end.",
-            "1/s²",
-            typical=(0.0, 400.0),
-            changeable=True,
-        ),
-    ] = 0.0
-    velocity_gain: Annotated[
-        PositiveGain | tuple[PositiveGain, ...],
-        Quantity(
-            "K_v: one number, or one per coordinate x, y, z, rotation vector and the two slips of "
-            "each contact.",
-            "1/s",
-            typical=(2.0, 50.0),
-            changeable=True,
-        ),
-    ] = 10.0
-    lyapunov_weight: Annotated[
-        Gain | tuple[Gain, ...],
-        Quantity(
-            "Q: weight of the errors in the Lyapunov function, a number times the identity or one "
-            "per coordinate x, y, z, rotation vector and the two slips of each contact.",
-            "1",
-            typical=(1.0, 100.0),
-            changeable=True,
-        ),
-    ] = 20.0
-    lyapunov_matrix: Annotated[
-        tuple[Annotated[tuple[Weight, ...], Len(1, _MAX_ROWS)], ...],
-        Len(0, _MAX_ROWS),
-        Quantity(
-            "Q in full instead of lyapunov_weight: symmetric and positive definite, a row for each "
-            "coordinate of the error (x, y, z, rotation vector and the two slips of each contact) "
-            "and then of its rate.",
-            "1",
-        ),
-    ] = ()
-    distribution: Annotated[  # pyright: ignore[reportIncompatibleVariableOverride]
-        Literal["exact", "hold", "softened"],
-        Quantity(
-            "How the contact forces share the wanted wrench: hold (every contact inside its cone, "
-            "slipping or not), exact (forces of slipping contacts on their cones, the paper's) or "
-            "softened (exact but for what only huge forces would give).",
-            changeable=True,
-            used_by=tuple(law.kind for law in CONTROL_LAWS.values() if law.uses_friction),
-        ),
-    ] = "hold"
-
-
-@dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
-class SpatialSimulation(SimulationParameters):
-    """Duration, output, gravity, kind of friction and accuracy of the integration."""
-
-    gravity: Annotated[
-        float, Ge(0.0), Le(100.0), Quantity("Gravitational acceleration along -z.", "m/s²")
-    ] = 9.81
-    friction: Annotated[
-        Literal["cone", "pyramid"],
-        Quantity(
-            "Friction of a contact along its two tangents: cone (Coulomb's law) or pyramid (the "
-            "paper's, which bounds each tangential force by itself)."
-        ),
-    ] = "cone"
+    @property
+    def table_start(self) -> tuple[float, ...]:
+        """The start pose as rows of a table have it, whose rotations count from its attitude."""
+        return (*self.start[:3], 0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
 class SpatialPulse:
     """A constant force and moment on the object for a while."""
 
-    time: Annotated[float, Ge(0.0), Le(600.0), Quantity("When it begins.", "s")]
-    duration: Annotated[float, Ge(1e-4), Le(600.0), Quantity("How long it lasts.", "s")] = 0.05
+    time: PulseTime
+    duration: PulseDuration = 0.05
     force: Annotated[
         tuple[Force, Force, Force],
         Quantity("Force (x, y, z) on the centre of mass, in the inertial frame.", "N"),
@@ -400,51 +316,50 @@ class SpatialPatch:
     start_time: PatchStart = 0.0
     end_time: PatchEnd = None
 
+    @property
+    def place(self) -> tuple[str, tuple[float, float], float]:
+        """Where it lies and how large it is: face, middle and radius [m]."""
+        return self.face, self.centre, self.radius
+
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
-class SpatialScenario(Scenario):
-    """A hand in space, an object, a desired motion, a controller and its ignorance.
+class SpatialScenario:
+    """A spatial hand, an object, a desired motion, a controller and its ignorance.
 
     Two scenarios that are equal give runs that are equal to the last bit.
     """
 
-    # Parts with the same meaning and other numbers: whoever reads those asks `in_space` first.
-    object: SpatialObject = SpatialObject()  # pyright: ignore[reportIncompatibleVariableOverride]
-    fingers: Annotated[  # pyright: ignore[reportIncompatibleVariableOverride]
-        tuple[SpatialFinger, ...], Len(2, MAX_FINGERS)
-    ]
-    trajectory: SpatialTrajectory = (  # pyright: ignore[reportIncompatibleVariableOverride]
-        SpatialTrajectory()
-    )
+    title: Title = ""
+    object: SpatialObject = SpatialObject()
+    fingers: Fingers[SpatialFinger]
+    trajectory: SpatialTrajectory = SpatialTrajectory()
     controller: SpatialController = SpatialController()
+    estimates: Estimates = ()
+    sensing: SensingParameters = SensingParameters()
+    actuation: ActuationParameters = ActuationParameters()
     simulation: SpatialSimulation = SpatialSimulation()
-    pulses: Annotated[  # pyright: ignore[reportIncompatibleVariableOverride]
-        tuple[SpatialPulse, ...], Len(0, 100)
-    ] = ()
-    patches: Annotated[  # pyright: ignore[reportIncompatibleVariableOverride]
-        tuple[SpatialPatch, ...], Len(0, MAX_PATCHES)
-    ] = ()
+    pulses: Pulses[SpatialPulse] = ()
+    patches: Patches[SpatialPatch] = ()
+    changes: Changes = ()
 
     @property
-    def in_space(self) -> bool:
-        """Whether the hand stands in space and not in the plane."""
-        return True
+    def space(self) -> Space:
+        """What depends on the hand being spatial."""
+        return SPATIAL
 
     @property
-    def has_pyramid(self) -> bool:
-        """Whether friction acts along each tangent by itself."""
-        return self.simulation.friction == "pyramid"
+    def finger_names(self) -> tuple[str, ...]:
+        """What to call the fingers: the faces they touch, numbered where several share one."""
+        return names_by_face([finger.face for finger in self.fingers])
 
+    @property
+    def friction_cone(self) -> FrictionCone:
+        """What bounds the friction of a contact along its two tangents."""
+        return self.simulation.friction
 
-def is_there(patch: Patch | SpatialPatch, t: float) -> bool:
-    """Whether a patch is there at a time [s]."""
-    return patch.start_time <= t and (patch.end_time is None or t < patch.end_time)
-
-
-def is_spatial(mapping: dict[str, object]) -> bool:
-    """Whether plain values are those of a scenario in space: its object has a height."""
-    body = mapping.get("object")
-    return isinstance(body, dict) and not {"height", "inertias"}.isdisjoint(body)
+    def to_mapping(self) -> dict[str, Any]:
+        """The scenario as nested plain values, without what was left out (None, no parameters)."""
+        return asdict(self, dict_factory=without_none)
 
 
 def full_spatial_scenario() -> SpatialScenario:

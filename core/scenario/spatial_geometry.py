@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.geometry import Point, base_corners
 from slipgrasp.core.scenario.spatial import SpatialFinger, SpatialObject, SpatialScenario
 
 Vector = tuple[float, float, float]
-Point = tuple[float, float]
 Floats = NDArray[np.float64]
 
 HORIZONTAL = 1e-6
@@ -41,25 +41,12 @@ class SpatialContact(NamedTuple):
     outline: tuple[Point, ...]
 
 
-def base_corners(body: SpatialObject) -> tuple[Point, ...]:
-    """Corners (x, y) of the object's base, counterclockwise [m]."""
-    if body.corners:
-        return body.corners
-    x, y = body.half_width, body.half_depth
-    return ((-x, -y), (x, -y), (x, y), (-x, y))
-
-
-def spatial_face_names(body: SpatialObject) -> tuple[str, ...]:
-    """What the faces of an object are called."""
-    return (*(f"side-{k}" for k in range(len(base_corners(body)))), "top", "bottom")
-
-
 def spatial_contact(body: SpatialObject, finger: SpatialFinger) -> SpatialContact:
     """The frame in which a fingertip slides on its face.
 
     Args:
         body: The object.
-        finger: The finger that touches it, on one of its `spatial_face_names`.
+        finger: The finger that touches it, on one of its `face_names`.
     """
     middle, corners, normal = _face(body, finger.face)
     up = (0.0, 0.0, 1.0)
@@ -118,15 +105,18 @@ def friction_outline(scenario: Scenario, corners: int = 48) -> Floats:
     """What friction cannot leave, in shares of mu F_n along (t_x, t_y), or (t_y, t_x).
 
     Args:
-        scenario: Of a hand in space: a circle on the cone, a square in the pyramid.
+        scenario: Of a spatial hand: a circle on the cone, a square in the pyramid; of a planar
+            hand the two ends of a line.
         corners: Of the outline; a multiple of 8, so that those of the square are among them.
 
     Returns:
-        The outline, counterclockwise, shape ``(corners, 2)``.
+        The outline, counterclockwise, shape ``(corners, 2)``; of a line ``(2, 1)``.
     """
+    if scenario.friction_cone == "line":
+        return np.array([[1.0], [-1.0]])
     angles = np.linspace(0.0, 2.0 * math.pi, corners, endpoint=False)
     outline = np.column_stack([np.cos(angles), np.sin(angles)])
-    if scenario.has_pyramid:
+    if scenario.friction_cone == "pyramid":
         outline /= np.abs(outline).max(axis=1, keepdims=True)
     return outline
 

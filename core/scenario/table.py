@@ -28,7 +28,7 @@ import annotated_types
 import numpy as np
 from numpy.typing import NDArray
 
-from slipgrasp.core.scenario import CONTROL_LAWS, MAX_UNKNOWNS, Scenario
+from slipgrasp.core.scenario import CONTROL_LAWS, MAX_UNKNOWNS, PlanarScenario
 from slipgrasp.core.scenario.own_laws import law_number
 from slipgrasp.core.scenario.parameters import alternatives_of, hints_of, is_tuple, split_hint
 
@@ -87,7 +87,7 @@ def _room_for_list(base: Any) -> int:
     return 0
 
 
-TABLE = np.dtype([(name, _layout(hints_of(Scenario)[name])) for name in PARTS])
+TABLE = np.dtype([(name, _layout(hints_of(PlanarScenario)[name])) for name in PARTS])
 
 
 class Place(NamedTuple):
@@ -146,7 +146,7 @@ def choice_fields() -> dict[str, tuple[str, ...]]:
     """The choices of every field that has some, by dotted key with ``*`` for indices."""
     found = {}
     for name in PARTS:
-        _, _, base = split_hint(hints_of(Scenario)[name])
+        _, _, base = split_hint(hints_of(PlanarScenario)[name])
         part, prefix = (typing.get_args(base)[0], f"{name}.*") if is_tuple(base) else (base, name)
         for field in hints_of(part):
             if choices := choices_of(part, field):
@@ -154,7 +154,7 @@ def choice_fields() -> dict[str, tuple[str, ...]]:
     return found
 
 
-def write_table(scenario: Scenario, table: NDArray[np.float64]) -> None:
+def write_table(scenario: PlanarScenario, table: NDArray[np.float64]) -> None:
     """Writes the numbers of a scenario into a table that is all zero.
 
     Args:
@@ -166,9 +166,9 @@ def write_table(scenario: Scenario, table: NDArray[np.float64]) -> None:
 
 
 @cache
-def _blocks() -> tuple[Callable[[Scenario, NDArray[np.float64]], None], ...]:
+def _blocks() -> tuple[Callable[[PlanarScenario, NDArray[np.float64]], None], ...]:
     """What writes the table: numbers that lie side by side at once, and every list by itself."""
-    hints = hints_of(Scenario)
+    hints = hints_of(PlanarScenario)
     blocks = []
     for name in PARTS:
         _, _, base = split_hint(hints[name])
@@ -191,26 +191,26 @@ def _is_list(hint: Any) -> bool:
 
 def _plain_block(
     name: str, part: type, fields: list[str]
-) -> Callable[[Scenario, NDArray[np.float64]], None]:
+) -> Callable[[PlanarScenario, NDArray[np.float64]], None]:
     """Writes numbers of a part that lie side by side."""
     first = [at for key, at in places().items() if key.split(".")[:2] == [name, fields[0]]]
     start = first[0].first
     get, write = attrgetter(name), _part_writer(part, fields)
 
-    def block(scenario: Scenario, table: NDArray[np.float64]) -> None:
+    def block(scenario: PlanarScenario, table: NDArray[np.float64]) -> None:
         numbers = write(get(scenario))
         table[start : start + len(numbers)] = numbers
 
     return block
 
 
-def _list_block(key: str, hint: Any) -> Callable[[Scenario, NDArray[np.float64]], None]:
+def _list_block(key: str, hint: Any) -> Callable[[PlanarScenario, NDArray[np.float64]], None]:
     """Writes a list of any length."""
     start = places()[f"{key}.count"].first
     get, write = attrgetter(key), _writer(typing.get_args(split_hint(hint)[2])[0])
     assert write is not None, f"{key} is a list of plain numbers"
 
-    def block(scenario: Scenario, table: NDArray[np.float64]) -> None:
+    def block(scenario: PlanarScenario, table: NDArray[np.float64]) -> None:
         entries = get(scenario)
         if not entries:
             return

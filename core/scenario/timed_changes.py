@@ -8,8 +8,8 @@ from itertools import groupby
 
 from slipgrasp.core.exceptions import FieldError, ScenarioError
 from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.chosen_laws import is_of_unknown_law, own_kind_in
 from slipgrasp.core.scenario.field_errors import nearest, shortened
-from slipgrasp.core.scenario.own_laws import is_of_unknown_law, own_kind_in
 from slipgrasp.core.scenario.parameters import Parameter, describe
 
 

@@ -12,7 +12,7 @@ from slipgrasp.core.scenario import Scenario
 class Unknown(NamedTuple):
     """Where an unknown parameter stands: its kind, finger and link (-1 where none).
 
-    Of an inertia in space the link is the number of its axis.
+    Of an inertia of a spatial object the link is the number of its axis.
     """
 
     kind: Literal["object_mass", "object_inertia", "friction", "link_mass"]
@@ -28,7 +28,6 @@ PHYSICAL_BOUNDS: Mapping[str, tuple[float, float]] = {
 }
 """What an unknown of each kind lies within for hands and objects of usual size, SI units."""
 
-_INERTIA = re.compile(r"object\.inertias\.([0-2])")
 _FRICTION = re.compile(r"fingers\.(\d{1,2})\.friction")
 _LINK_MASS = re.compile(r"fingers\.(\d{1,2})\.link_masses\.(\d{1,2})")
 
@@ -37,10 +36,9 @@ def parse_unknown(scenario: Scenario, key: str) -> Unknown | None:
     """Finds what a dotted key stands for, or None if it cannot be estimated."""
     if key == "object.mass":
         return Unknown("object_mass", -1, -1)
-    if key == "object.inertia" and not scenario.in_space:
-        return Unknown("object_inertia", -1, -1)
-    if scenario.in_space and (match := _INERTIA.fullmatch(key)):
-        return Unknown("object_inertia", -1, int(match[1]))
+    inertias = scenario.space.inertias
+    if key in inertias:
+        return Unknown("object_inertia", -1, inertias.index(key) if len(inertias) > 1 else -1)
     if match := _FRICTION.fullmatch(key):
         finger = int(match[1])
         return Unknown("friction", finger, -1) if finger < len(scenario.fingers) else None

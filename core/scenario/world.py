@@ -31,12 +31,16 @@ PatchEnd = Annotated[
 ForceError = Annotated[float, Ge(-1e3), Le(1e3)]
 
 
+PulseTime = Annotated[float, Ge(0.0), Le(600.0), Quantity("When it begins.", "s")]
+PulseDuration = Annotated[float, Ge(1e-4), Le(600.0), Quantity("How long it lasts.", "s")]
+
+
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
 class Pulse:
     """A constant force and moment on the object for a while."""
 
-    time: Annotated[float, Ge(0.0), Le(600.0), Quantity("When it begins.", "s")]
-    duration: Annotated[float, Ge(1e-4), Le(600.0), Quantity("How long it lasts.", "s")] = 0.05
+    time: PulseTime
+    duration: PulseDuration = 0.05
     force: Annotated[
         tuple[Force, Force],
         Quantity("Force (x, y) on the centre of mass, in the inertial frame.", "N"),
@@ -61,6 +65,11 @@ class Patch:
     friction_factor: FrictionFactor = 0.6
     start_time: PatchStart = 0.0
     end_time: PatchEnd = None
+
+    @property
+    def place(self) -> tuple[str, float, float]:
+        """Where it lies and how large it is: face, middle and half length [m]."""
+        return self.face, self.centre, self.half_length
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)

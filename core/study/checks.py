@@ -6,8 +6,8 @@ from collections.abc import Iterable, Iterator, Mapping
 
 from slipgrasp.core.exceptions import FieldError, ScenarioError
 from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.chosen_laws import is_of_unknown_law
 from slipgrasp.core.scenario.loading import with_values
-from slipgrasp.core.scenario.own_laws import is_of_unknown_law
 from slipgrasp.core.scenario.parameters import Parameter
 from slipgrasp.core.study.definition import Study, expand_key
 from slipgrasp.core.study.document import AxisDocument, StudyDocument, plain_value

@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.chosen_laws import kinds_in
 from slipgrasp.core.scenario.loading import with_values
-from slipgrasp.core.scenario.own_laws import LAW, LawIdentity, OwnLaw, kinds_in, own_law
+from slipgrasp.core.scenario.own_laws import LAW, LawIdentity, OwnLaw, own_law
 from slipgrasp.core.study.sampling import unit_samples
 
 MAX_RUNS = 1_000_000

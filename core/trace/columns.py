@@ -17,11 +17,9 @@ from slipgrasp.core.scenario.loading import (
     load_scenario,
     parameter_definitions,
     preset_names,
-    spatial_preset_names,
 )
 from slipgrasp.core.trace.trace import (
     SIGNALS,
-    SPATIAL_POSE,
     Floats,
     Phases,
     Signal,
@@ -95,13 +93,14 @@ def _alternate(signals: list[list[Column]]) -> Iterator[Column]:
 def labels_of(signal: Signal, shape: TraceShape) -> tuple[str, ...]:
     """What the entries of a signal are called, one per column; "" for a single number."""
     contacts = range(shape.num_contacts)
-    if signal.per == "pose" and shape.in_space:
-        return SPATIAL_POSE
-    if signal.per in ("pose", "coordinate"):
+    if signal.per == "pose":
+        return shape.space.pose
+    if signal.per == "coordinate":
         return shape.coordinates
-    if signal.per == "tangent" and shape.in_space:
-        return tuple(f"{axis}_{contact}" for contact in contacts for axis in "xy")
-    if signal.per in ("contact", "tangent", "path"):
+    if signal.per == "tangent":
+        named = (f"{axis}_{i}" for i in contacts for axis in shape.space.tangents)
+        return tuple(name.lstrip("_") for name in named)
+    if signal.per in ("contact", "path"):
         return tuple(str(contact) for contact in contacts[: shape.width(signal)])
     if signal.per == "joint":
         joints = range(shape.width(signal) // shape.num_contacts)
@@ -120,7 +119,7 @@ def units_of(signal: Signal, shape: TraceShape) -> list[str]:
         return [diagnostic.unit for diagnostic in shape.diagnostics]
     if shape.width(signal) == 0:
         return []
-    units = ((shape.in_space and signal.spatial_unit) or signal.unit).split(", ")
+    units = signal.unit_in(shape.space).split(", ")
     # One unit for all, one each, or one for x and y and one for the angle.
     return [*units[:1] * (shape.width(signal) - len(units)), *units]
 
@@ -136,7 +135,7 @@ def _columns_of(trace: Trace, signal: Signal) -> Iterator[Column]:
 
 def _example(shape: TraceShape) -> Scenario:
     """A scenario with parameters like those of a trace."""
-    return load_scenario((spatial_preset_names() if shape.in_space else preset_names())[0])
+    return load_scenario(preset_names(shape.space)[0])
 
 
 def _as_of_first_finger(key: str) -> str:

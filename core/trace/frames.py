@@ -6,6 +6,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from slipgrasp.core.exceptions import SlipgraspError
+from slipgrasp.core.scenario.space import Space
 from slipgrasp.core.trace.columns import Column, columns_of, labels_of, units_of
 from slipgrasp.core.trace.trace import SIGNALS, Signal, Trace, TraceShape
 from slipgrasp.core.trace.types import ContactPhase
@@ -42,7 +43,7 @@ def trace_to_pandas(trace: Trace) -> pandas.DataFrame:
     time, *columns = columns_of(trace)
     index = pandas.Index(time.values, name=time.name)
     frame = pandas.DataFrame(
-        {c.name: _values(pandas, c, in_space=trace.shape.in_space) for c in columns}, index=index
+        {c.name: _values(pandas, c, trace.shape.space) for c in columns}, index=index
     )
     frame.attrs["units"] = {column.name: column.unit for column in (time, *columns)}
     return frame
@@ -59,10 +60,10 @@ def trace_to_xarray(trace: Trace) -> xarray.Dataset:
     )
 
 
-def _values(pandas: Any, column: Column, *, in_space: bool) -> Any:
+def _values(pandas: Any, column: Column, space: Space) -> Any:
     if not column.holds_phases:
         return column.values
-    words = [phase.label for phase in ContactPhase.known(in_space=in_space)]
+    words = [phase.label for phase in ContactPhase.known(space)]
     return pandas.Categorical(column.phase_labels(), categories=words)
 
 
@@ -75,11 +76,12 @@ def _labels(trace: Trace) -> dict[str, list[str] | list[int]]:
 
 
 def _dimension(signal: Signal, shape: TraceShape) -> str:
-    """What the entries of a signal lie along; in the plane a contact has one tangent."""
-    if signal.per == "path":
+    """What the entries of a signal lie along: what there is one of has no dimension of its own."""
+    if signal.per == "path" or (signal.per == "tangent" and shape.space.num_tangents == 1):
         return "contact"
-    in_the_plane = {"pose": "coordinate", "tangent": "contact"}
-    return signal.per if shape.in_space else in_the_plane.get(signal.per, signal.per)
+    if signal.per == "pose" and shape.space.pose == shape.coordinates:
+        return "coordinate"
+    return signal.per
 
 
 def _variable(trace: Trace, signal: Signal) -> tuple[Any, ...]:

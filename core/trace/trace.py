@@ -15,16 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipgrasp.core.scenario.own_laws import Diagnostic
+from slipgrasp.core.scenario.space import PLANAR, SPATIAL, Space
 
 if TYPE_CHECKING:
     import pandas
     import xarray
 
-JOINTS_PER_FINGER = 2
-JOINTS_IN_SPACE = 3
-OBJECT_COORDINATES = ("x", "y", "theta")
-SPATIAL_COORDINATES = ("x", "y", "z", "turn_x", "turn_y", "turn_z")
-SPATIAL_POSE = ("x", "y", "z", "qw", "qx", "qy", "qz")
 TIME_COLUMN = "t"
 
 Floats = NDArray[np.float64]
@@ -58,6 +54,14 @@ class Signal:
     name: str = ""
     holds_phases: bool = False
 
+    def unit_in(self, space: Space) -> str:
+        """Its SI unit, or one each, for a kind of hand."""
+        return (space is SPATIAL and self.spatial_unit) or self.unit
+
+    def text_in(self, space: Space) -> str:
+        """Its sentence for a kind of hand."""
+        return (space is SPATIAL and self.spatial_text) or self.text
+
     @property
     def prefix(self) -> str:
         """What the names of its columns begin with."""
@@ -72,27 +76,27 @@ class TraceShape:
         num_contacts: How many contacts there are, one per finger.
         unknowns: Dotted keys of what is estimated.
         diagnostics: What a law of one's own tells of itself; empty where there is none.
-        in_space: Whether the hand stands in space and not in the plane.
+        space: What depends on the hand being planar or spatial.
     """
 
     num_contacts: int
     unknowns: tuple[str, ...]
     diagnostics: tuple[Diagnostic, ...] = ()
-    in_space: bool = False
+    space: Space = PLANAR
 
     @property
     def coordinates(self) -> tuple[str, ...]:
         """What the coordinates of the object are called; the rotation vector is in world axes."""
-        return SPATIAL_COORDINATES if self.in_space else OBJECT_COORDINATES
+        return self.space.coordinates
 
     @property
     def joints_per_finger(self) -> int:
         """How many joints every finger has."""
-        return JOINTS_IN_SPACE if self.in_space else JOINTS_PER_FINGER
+        return self.space.joints_per_finger
 
     def has(self, signal: Signal) -> bool:
         """Whether such a trace has a signal at all, if perhaps of no column."""
-        return signal.per != "path" or self.in_space
+        return signal.per != "path" or self.space.has_paths
 
     @property
     def width_of_joints(self) -> int:
@@ -104,11 +108,11 @@ class TraceShape:
         """Number of columns of a signal by what it is given per."""
         return {
             "": 1,
-            "pose": len(SPATIAL_POSE) if self.in_space else len(OBJECT_COORDINATES),
+            "pose": len(self.space.pose),
             "coordinate": len(self.coordinates),
             "contact": self.num_contacts,
-            "tangent": (2 if self.in_space else 1) * self.num_contacts,
-            "path": self.num_contacts if self.in_space else 0,
+            "tangent": self.space.num_tangents * self.num_contacts,
+            "path": self.space.has_paths * self.num_contacts,
             "joint": self.width_of_joints,
             "unknown": len(self.unknowns),
             "diagnostic": len(self.diagnostics),
@@ -387,15 +391,18 @@ class Trace:
     @property
     def tangential_size(self) -> NDArray[np.float64]:
         """Size of the tangential force of every contact, shape ``(rows, contacts)`` [N]."""
-        if not self.shape.in_space:
-            return np.abs(self.tangential_force)
-        parts = self.tangential_force.reshape(len(self), -1, 2)
-        return np.hypot(parts[:, :, 0], parts[:, :, 1])
+        parts = np.abs(self.tangential_force).reshape(len(self), self.shape.num_contacts, -1)
+        return np.hypot.reduce(parts, axis=2)
+
+    @property
+    def slip_of_contacts(self) -> NDArray[np.float64]:
+        """Slip as one number per contact: along its only tangent, or the distance travelled [m]."""
+        return getattr(self, self.shape.space.slip_signal)
 
     @property
     def slid_way(self) -> NDArray[np.float64]:
         """Way that every fingertip has slid so far, shape ``(rows, contacts)`` [m]."""
-        if self.shape.in_space:
+        if self.shape.space.has_paths:
             return self.slip_path
         ways = np.abs(np.diff(self.slip, axis=0, prepend=self.slip[:1]))
         return np.cumsum(ways, axis=0)

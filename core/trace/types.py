@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from enum import IntEnum, StrEnum
 
+from slipgrasp.core.scenario.space import Space
+
 
 class ContactPhase(IntEnum):
     """Phase of one contact; in the plane gamma of Eq. 6, the sign of the slip velocity.
@@ -32,11 +34,9 @@ class ContactPhase(IntEnum):
         return self.name.lower()
 
     @classmethod
-    def known(cls, *, in_space: bool) -> tuple[ContactPhase, ...]:
+    def known(cls, space: Space) -> tuple[ContactPhase, ...]:
         """The phases that a contact can have."""
-        if in_space:
-            return cls.STICK, cls.SLIP, *SLIPS_ALONG_ONE_TANGENT, *SLIPS_ALONG_BOTH_TANGENTS
-        return cls.SLIP_BACKWARD, cls.STICK, cls.SLIP_FORWARD
+        return tuple(map(cls, space.phases))
 
 
 SLIPS_ALONG_ONE_TANGENT = (

@@ -14,11 +14,12 @@ from itertools import groupby
 from typing import Any, NamedTuple
 
 from slipgrasp.core.exceptions import ScenarioError
-from slipgrasp.core.scenario import Change, Estimate, Patch, Pulse, Scenario
+from slipgrasp.core.scenario import Change, Estimate, Patch, Scenario
 from slipgrasp.core.scenario.field_errors import template_key, template_keys
 from slipgrasp.core.scenario.law_choice import with_law
-from slipgrasp.core.scenario.loading import load_scenario, preset_names, spatial_preset_names
-from slipgrasp.core.scenario.spatial import SpatialPatch, SpatialPulse
+from slipgrasp.core.scenario.loading import all_preset_names, load_scenario, preset_names
+from slipgrasp.core.scenario.scenario import AnyPatch, AnyPulse
+from slipgrasp.core.scenario.space import SPACES
 from slipgrasp.core.words.parameter_words import belief_words, key_words, value_words
 
 SEPARATOR = " · "
@@ -79,16 +80,16 @@ def file_stem(name: str) -> str:
 @cache
 def preset_titles() -> dict[str, str]:
     """Name of the preset of each title."""
-    return {load_scenario(n).title: n for n in (*preset_names(), *spatial_preset_names())}
+    return {load_scenario(name).title: name for name in all_preset_names()}
 
 
 def _compare_with_presets(scenario: Scenario) -> tuple[str, list[_Fact]]:
     """What the run is based on, and what it does otherwise."""
     preset = preset_titles().get(scenario.title)
-    if preset is not None and load_scenario(preset).in_space == scenario.in_space:
+    if preset is not None and load_scenario(preset).space is scenario.space:
         return preset, _facts(load_scenario(preset), scenario)
-    names = spatial_preset_names() if scenario.in_space else preset_names()
-    facts = {name: _facts(load_scenario(name), scenario) for name in names}
+    presets = preset_names(scenario.space)
+    facts = {name: _facts(load_scenario(name), scenario) for name in presets}
     nearest = min(facts, key=lambda name: len(facts[name]))
     title = _shortened(scenario.title)
     if len(facts[nearest]) <= MOST_FACTS_FROM_NEAREST:
@@ -161,7 +162,7 @@ def _value_fact(scenario: Scenario, key: str, value: Any) -> str:
         return str(value)
     if key == "trajectory.kind":
         return f"{value} motion"
-    name = key_words(words, scenario.finger_names, in_space=scenario.in_space)
+    name = key_words(words, scenario.finger_names, scenario.space)
     return _said(name, value, _unit_of(key))
 
 
@@ -181,11 +182,11 @@ def _is_short(value: tuple[Any, ...]) -> bool:
 
 
 def _unit_of(key: str) -> str:
-    # What both a hand in the plane and one in space have, they have in one unit.
-    for in_space in (False, True):
-        known = template_keys(in_space)
+    # What both a planar and a spatial hand have, they have in one unit.
+    for space in SPACES:
+        known = template_keys(space)
         for each in (key, f"{key}.0"):
-            parameter = known.get(template_key(each, in_space))
+            parameter = known.get(template_key(each, space))
             if parameter is not None:
                 return parameter.unit
     return ""
@@ -270,12 +271,11 @@ def _events(preset: Scenario, scenario: Scenario) -> Iterator[_Fact]:
             yield _Fact(_EVENT, f"no {_event_words(scenario, event)}")
 
 
-_Patch = Patch | SpatialPatch
-_Event = Pulse | SpatialPulse | _Patch | Change
+_Event = AnyPulse | AnyPatch | Change
 
 
 def _time_of(event: _Event) -> float:
-    return event.start_time if isinstance(event, _Patch) else event.time
+    return event.start_time if isinstance(event, AnyPatch) else event.time
 
 
 def _kind_of(event: _Event) -> str:
@@ -283,15 +283,15 @@ def _kind_of(event: _Event) -> str:
 
 
 def _event_words(scenario: Scenario, event: _Event) -> str:
-    if isinstance(event, (Pulse, SpatialPulse)):
+    if isinstance(event, AnyPulse):
         return _push_words(event)
-    if isinstance(event, _Patch):
+    if isinstance(event, AnyPatch):
         return _patch_words(event)
     words = _changed_words(scenario, event)
     return f"{words} at {value_words(event.time, 's')}"
 
 
-def _push_words(push: Pulse | SpatialPulse) -> str:
+def _push_words(push: AnyPulse) -> str:
     """A push; what it shares with the one that a click makes is left out."""
     usual = type(push)(time=push.time)
     parts = [
@@ -302,7 +302,7 @@ def _push_words(push: Pulse | SpatialPulse) -> str:
     return " ".join(["push", *filter(None, parts), f"at {value_words(push.time, 's')}"])
 
 
-def _patch_words(patch: _Patch) -> str:
+def _patch_words(patch: AnyPatch) -> str:
     """A patch; what it shares with the one that a click makes is left out."""
     same = patch.friction_factor == Patch(face="left").friction_factor
     parts = [

@@ -42,6 +42,7 @@ _NO_FORCE = 1e-6
 _LATE = 0.002  # [s]
 _HUGE = 100.0  # times the weight of the object
 _GRAVITY = 9.81
+_PITCHES = 2  # joints of a finger that turn in one plane; another one is about its base
 _STRAIGHT = 2e-3  # sine of the last joint, of a finger that is nearly straight or folded
 
 
@@ -242,7 +243,7 @@ def _nearest_edge(end: _End, scenario: SpatialScenario) -> tuple[int, float, boo
 def _explain_singular(end: _End) -> _Finding:
     joints = end.last.shape.joints_per_finger
     angle = float(end.last.joint_position[0, joints * end.contact + joints - 1])
-    if end.last.shape.in_space and abs(math.sin(angle)) > _STRAIGHT:
+    if joints > _PITCHES and abs(math.sin(angle)) > _STRAIGHT:
         message = f"the tip of the {end.finger_name} finger came onto the axis of its base"
         return _Finding(message, None, None)
     became = "straight" if math.cos(angle) > 0.0 else "folded"

@@ -13,9 +13,10 @@ from enum import StrEnum
 
 import numpy as np
 
-from slipgrasp.core.scenario import ControlLaw, ControllerParameters, Scenario
+from slipgrasp.core.scenario import ControlLaw, Scenario
 from slipgrasp.core.scenario.loading import with_values
 from slipgrasp.core.scenario.own_laws import law_of
+from slipgrasp.core.scenario.scenario import AnyController
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.words.options import Option
 from slipgrasp.core.words.phrases import joined
@@ -97,7 +98,7 @@ class Situation:
     last: Trace
 
     @property
-    def controller(self) -> ControllerParameters:
+    def controller(self) -> AnyController:
         """The controller of that time."""
         return self.scenario.controller
 

@@ -88,7 +88,7 @@ def _names(scenario: Scenario, keys: Sequence[str]) -> Iterator[str]:
     """Unknown parameters as a sentence names them, those of one kind together."""
     names, count = scenario.finger_names, len(scenario.fingers)
     found = _by_kind(keys)
-    axes = 3 if scenario.in_space else 1
+    axes = len(scenario.space.inertias)
     has_both = "mass" in found and len(found.get("inertia", ())) == axes
     for kind, members in found.items():
         fingers = sorted({int(key.split(".")[1]) for key in members if key.startswith("fingers.")})

@@ -39,7 +39,7 @@ def describe_misbelief(scenario: Scenario, row: Trace, *, of_friction: bool = Tr
 
 def turns(last: Trace) -> bool:
     """Whether the object turns in the one row of a trace."""
-    spin = last.object_velocity[0, 3 if last.shape.in_space else 2 :]
+    spin = last.object_velocity[0, last.shape.space.num_positions :]
     return bool(np.abs(spin).max() >= _TURNING)
 
 

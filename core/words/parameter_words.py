@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from slipgrasp.core.scenario.space import PLANAR, SPATIAL, Space
+
 _WITH_COORDINATES = ("base", "start", "acceleration", "amplitude", "force", "moment", "pose")
-_COORDINATES = ("x", "y", "theta")
-_IN_SPACE = ("x", "y", "z", "turn x", "turn y", "turn z")
-_QUATERNION = ("x", "y", "z", "qw", "qx", "qy", "qz")
 _BELIEFS = {
     "initial": "believed at first",
     "minimum": "believed at least",
@@ -25,13 +24,13 @@ _SPELLED = {
 }
 
 
-def key_words(key: str, names: Sequence[str], *, in_space: bool = False) -> str:
+def key_words(key: str, names: Sequence[str], space: Space = PLANAR) -> str:
     """A dotted key in words: ``fingers.0.link_masses.1`` as ``left link mass 2``.
 
     Args:
         key: The key.
         names: What the fingers are called.
-        in_space: Whether it is of a scenario in space.
+        space: Of what kind of hand the scenario is.
     """
     parts = key.split(".")
     words: list[str] = []
@@ -43,18 +42,18 @@ def key_words(key: str, names: Sequence[str], *, in_space: bool = False) -> str:
         elif parts[i - 1] == "fingers":
             words.append(names[int(part)])
         elif parts[i - 1] in _WITH_COORDINATES:
-            words.append(_coordinate(parts[i - 1], int(part), in_space))
+            words.append(_coordinate(parts[i - 1], int(part), space))
         else:
             words.append(str(int(part) + 1))
     text = " ".join(words).replace("_", " ")
     return text.replace("controller kind", "control law").replace("controller parameters", "law")
 
 
-def _coordinate(name: str, index: int, in_space: bool) -> str:
-    # Only a pose has an angle third; what has more coordinates is of a scenario in space.
-    if not in_space and name not in ("base", "force", "moment") and index < len(_COORDINATES):
-        return _COORDINATES[index]
-    return (_QUATERNION if name == "start" else _IN_SPACE)[index]
+def _coordinate(name: str, index: int, space: Space) -> str:
+    # Only a pose has an angle third; what has more coordinates is of a spatial hand.
+    is_planar = name not in ("base", "force", "moment") and index < len(space.coordinates)
+    of = space if is_planar else SPATIAL
+    return (of.pose if name == "start" else of.coordinates)[index].replace("_", " ")
 
 
 def belief_words(field: str, unknown: str) -> str:

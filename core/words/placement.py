@@ -9,6 +9,7 @@ import numpy as np
 
 from slipgrasp.core.scenario import ObjectParameters
 from slipgrasp.core.scenario.geometry import outline, smallest_extent
+from slipgrasp.core.scenario.space import space_of_errors
 from slipgrasp.core.scenario.spatial import SpatialObject
 from slipgrasp.core.scenario.spatial_geometry import base_corners
 from slipgrasp.core.words.phrases import joined
@@ -46,8 +47,8 @@ def describe_lasting_error(error: Sequence[float], earlier: Sequence[float]) -> 
         error: Desired minus actual pose, x, y, theta [m, m, rad], or six coordinates in space.
         earlier: The same a little before.
     """
-    ways = 3 if len(error) > 3 else 2
-    distance, before = math.hypot(*error[:ways]), math.hypot(*earlier[:ways])
+    count = space_of_errors(len(error)).num_positions
+    distance, before = math.hypot(*error[:count]), math.hypot(*earlier[:count])
     lasts = distance >= _WORTH_TELLING and distance >= _LASTING * before
     return _rounded(distance) if lasts else ""
 

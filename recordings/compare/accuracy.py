@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario import Change, Scenario
 from slipgrasp.core.scenario.parameters import parameter_differences
+from slipgrasp.core.scenario.scenario import is_acting, is_there
 from slipgrasp.recordings.compare.alignment import SAME_TIME
 
 AMPLIFICATION = 100.0
@@ -126,11 +127,11 @@ def _acting(scenario: Scenario, t: float) -> tuple[Any, ...]:
     """What acts on a run from some time on until the next one [s], in an order of its own."""
     changes = [change for change in scenario.changes if change.time <= t]
     values = {change.parameter: change.value for change in sorted(changes, key=_time)}
-    pulses = [p for p in scenario.pulses if p.time <= t < p.time + p.duration]
+    pulses = [pulse for pulse in scenario.pulses if is_acting(pulse, t)]
     patches = [
-        (p.face, p.centre, p.half_length, values.get(_factor_key(i), p.friction_factor))
-        for i, p in enumerate(scenario.patches)
-        if p.start_time <= t and (p.end_time is None or t < p.end_time)
+        (patch.place, values.get(_factor_key(i), patch.friction_factor))
+        for i, patch in enumerate(scenario.patches)
+        if is_there(patch, t)
     ]
     factors = {_factor_key(i) for i in range(len(scenario.patches))}
     # An estimate that is set anew need not have had that value until then.

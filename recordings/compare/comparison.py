@@ -247,7 +247,7 @@ def check_tolerance(tolerance: float) -> float:
 
 
 def _check_hands(a: RunResult, b: RunResult) -> None:
-    if a.scenario.in_space != b.scenario.in_space:
+    if a.scenario.space is not b.scenario.space:
         # Columns of one name are other quantities: y points upwards in the plane, z in space.
         raise IncomparableError(
             "a planar and a spatial hand cannot be compared, their coordinates and joints are "

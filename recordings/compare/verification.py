@@ -15,7 +15,7 @@ from slipgrasp.core.run.claims import contradictions_of
 from slipgrasp.core.run.provenance import Provenance, present_provenance
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulation import Simulation
-from slipgrasp.core.scenario.own_laws import own_kind_in
+from slipgrasp.core.scenario.chosen_laws import own_kind_in
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.recordings.compare.reproduction import (
     TIME_TOLERANCE,
@@ -88,7 +88,7 @@ def verify(
         ScenarioError: If this version cannot simulate the scenario.
     """
     whole = not _is_cut_short(result)
-    present = present_provenance(in_space=result.scenario.in_space)
+    present = present_provenance(result.scenario.space)
     bit_for_bit = result.provenance.has_bits_of(present)
     replayed = own_kind_in(result.scenario) is not None and not with_law
     simulation = Simulation.replaying(result) if replayed else Simulation(result.scenario)

@@ -283,7 +283,7 @@ class Contents:
                 raise self._damaged(f"the samples of {topic.name} lie at other times")
             arrays |= columns
         phases = (values for values in arrays.values() if values.dtype == np.int8)
-        known = ContactPhase.known(in_space=self.shape.in_space)
+        known = ContactPhase.known(self.shape.space)
         if not all(np.isin(values, known).all() for values in phases):
             raise self._damaged("it holds a phase that does not exist")
         if not all(np.isfinite(values).all() for values in arrays.values()):

@@ -24,11 +24,15 @@ from slipgrasp.core.scenario import (
     MAX_DIAGNOSTICS,
     MAX_FINGERS,
     MAX_UNKNOWNS,
+    PLANAR,
+    SPATIAL,
     Scenario,
+    Space,
 )
+from slipgrasp.core.scenario.chosen_laws import own_kind_in
 from slipgrasp.core.scenario.field_errors import template_keys
 from slipgrasp.core.scenario.loading import scenario_from_mapping
-from slipgrasp.core.scenario.own_laws import LAW_PARAMETERS, Diagnostic, LawIdentity, own_kind_in
+from slipgrasp.core.scenario.own_laws import LAW_PARAMETERS, Diagnostic, LawIdentity
 from slipgrasp.core.scenario.parameters import Parameter, iterate_parameters
 from slipgrasp.core.trace.trace import TraceShape
 from slipgrasp.core.trace.types import Outcome, Reason, RunWarning
@@ -43,6 +47,8 @@ SCENARIO_ATTACHMENT = "scenario.json"
 PARAMETERS_ATTACHMENT = "parameters.json"
 
 _MAX_DIGITS = 18
+# The entry of the start document; that of planar hands is in every one, so it comes last.
+_SPACE_ENTRY: Mapping[Space, dict[str, str]] = {SPATIAL: {"space": "1"}, PLANAR: {}}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -72,7 +78,7 @@ def start_document(
         "display_rate": repr(display_rate),
         "contacts": str(shape.num_contacts),
         "unknowns": json.dumps(shape.unknowns),
-        **({"space": "1"} if shape.in_space else {}),
+        **_SPACE_ENTRY[shape.space],
     }
 
 
@@ -101,7 +107,8 @@ def read_shape(start: Mapping[str, str]) -> TraceShape:
     diagnostics = _read(tuple[Diagnostic, ...], start.get("diagnostics", "[]"))
     if len(diagnostics) > MAX_DIAGNOSTICS:
         raise ValueError("more diagnostics than a law can have")
-    return TraceShape(num_contacts, unknowns, diagnostics, "space" in start)
+    space = next(space for space, entry in _SPACE_ENTRY.items() if entry.keys() <= start.keys())
+    return TraceShape(num_contacts, unknowns, diagnostics, space)
 
 
 def scenario_document(scenario: Scenario) -> bytes:
@@ -122,17 +129,15 @@ def parameters_document(scenario: Scenario) -> bytes:
     """
     own = own_kind_in(scenario)
     if own is None:
-        return _parameters_document(scenario.in_space, tuple(CONTROL_LAWS), ())
+        return _parameters_document(scenario.space, tuple(CONTROL_LAWS), ())
     controls = iterate_parameters(scenario.controller, "controller.")
     declared = (each for each in controls if each.key.startswith(f"{LAW_PARAMETERS}."))
-    return _parameters_document(scenario.in_space, (*CONTROL_LAWS, own), tuple(declared))
+    return _parameters_document(scenario.space, (*CONTROL_LAWS, own), tuple(declared))
 
 
 @lru_cache(maxsize=8)
-def _parameters_document(
-    in_space: bool, laws: tuple[str, ...], own: tuple[Parameter, ...]
-) -> bytes:
-    described = {**template_keys(in_space, laws), **{each.key: each for each in own}}
+def _parameters_document(space: Space, laws: tuple[str, ...], own: tuple[Parameter, ...]) -> bytes:
+    described = {**template_keys(space, laws), **{each.key: each for each in own}}
     table = {
         key: {"text": parameter.text, "unit": parameter.unit, "allowed": parameter.limit}
         for key, parameter in described.items()

@@ -17,8 +17,8 @@ from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulation import Simulation
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.chosen_laws import own_law_in
 from slipgrasp.core.scenario.law_loading import LawReference, admit, refer_to
-from slipgrasp.core.scenario.own_laws import own_law_in
 from slipgrasp.core.trace.types import Outcome, Reason
 from slipgrasp.core.words.interruptions import describe_stop, describe_worker_death
 from slipgrasp.recordings.file.recorder import failed_by_disk, record

@@ -12,13 +12,14 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Literal
 
+from slipgrasp.core.scenario.space import PLANAR, SPATIAL
 from slipgrasp.core.trace.trace import SIGNALS, Signal, TraceShape
 from slipgrasp.recordings.file.state_hash import HASH_BYTES
 from slipgrasp.recordings.file.versions import (
     FIRST_FORMAT_WITH,
     FIRST_FORMAT_WITH_TICKS,
+    FORMATS,
     PLANAR_FORMAT,
-    SPATIAL_FORMAT,
     SPATIAL_FORMATS,
 )
 
@@ -87,9 +88,8 @@ def _topic(group: str, version: int) -> Topic:
 
 def _field(signal: Signal, version: int) -> Field:
     kind = "sint32" if signal.holds_phases else "double"
-    unit, text = signal.unit, signal.text
-    if version in SPATIAL_FORMATS:
-        unit, text = signal.spatial_unit or unit, signal.spatial_text or text
+    space = SPATIAL if version in SPATIAL_FORMATS else PLANAR
+    unit, text = signal.unit_in(space), signal.text_in(space)
     return Field(signal.name, kind, signal.per != "", f"{text} [{unit}]" if unit else text)
 
 
@@ -110,7 +110,7 @@ SAMPLE_TOPICS = _sample_topics(PLANAR_FORMAT)
 
 def format_of(shape: TraceShape) -> int:
     """The format in which runs of a shape are written."""
-    return SPATIAL_FORMAT if shape.in_space else PLANAR_FORMAT
+    return FORMATS[shape.space]
 
 
 PHASE_CHANGES = Topic(

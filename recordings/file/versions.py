@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from slipgrasp.core.scenario.space import PLANAR, SPATIAL
+
 PLANAR_FORMAT, SPATIAL_FORMAT = 7, 8
+FORMATS = {PLANAR: PLANAR_FORMAT, SPATIAL: SPATIAL_FORMAT}
 """What is written of planar and of spatial hands, the least that holds it."""
 
 SPATIAL_FORMATS = (6, SPATIAL_FORMAT)

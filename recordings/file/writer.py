@@ -126,7 +126,7 @@ class RecordingWriter:
         self._path = path
         self._scenario = scenario
         self._shape = shape
-        self._provenance = provenance or present_provenance(in_space=scenario.in_space)
+        self._provenance = provenance or present_provenance(scenario.space)
         self._overwrite = overwrite
         self._display_rate = display_rate
         self._part_suffix = part_suffix

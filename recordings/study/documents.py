@@ -50,7 +50,7 @@ class StudyEnd:
 
 def start_document(study: Study) -> dict[str, str]:
     """Versions of format and program, the kernel, its laws, and what lists tell of a study."""
-    provenance = present_provenance(in_space=study.base.in_space)
+    provenance = present_provenance(study.base.space)
     laws = [asdict(law.identity) for law in study.own_laws()]
     return {
         "format": str(STUDY_FORMAT),

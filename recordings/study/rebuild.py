@@ -12,6 +12,7 @@ from slipgrasp.core.run.provenance import present_provenance
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.own_laws import own_law
+from slipgrasp.core.scenario.space import Space
 from slipgrasp.core.study.definition import Study, apply_values
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.recordings.compare.verification import WALL_TIME
@@ -79,7 +80,7 @@ def rebuild(
             "'slipgrasp rebuild' on the command line takes as long as it needs"
         )
     if state_hash(result) != row.state_hash:
-        cause = _cause(row, in_space=scenario.in_space)
+        cause = _cause(row, scenario.space)
         raise RebuildError(f"run {row.index} does not come out as its row says: {cause}")
     return result
 
@@ -96,8 +97,8 @@ def _check_laws(study: Study, row: StudyRow) -> None:
             )
 
 
-def _cause(row: StudyRow, *, in_space: bool) -> str:
-    here = present_provenance(in_space=in_space).kernel
+def _cause(row: StudyRow, space: Space) -> str:
+    here = present_provenance(space).kernel
     if same_bits(row.kernel, here):
         return "its row was altered, or is not of this study"
     return f"another version of the kernel computed it ({row.kernel}, here it is {here})"

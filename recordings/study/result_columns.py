@@ -49,7 +49,7 @@ def columns_of(study: Study) -> tuple[ResultColumn, ...]:
         ResultColumn("end_time", "number", "s", "ending"),
         *(
             ResultColumn(metric.name, metric.kind, metric.unit, "metric")
-            for metric in single_metrics(len(study.base.fingers), in_space=study.base.in_space)
+            for metric in single_metrics(len(study.base.fingers), study.base.space)
         ),
         ResultColumn("state_hash", "hash", "", "origin"),
         ResultColumn("kernel", "word", "", "origin"),

@@ -120,7 +120,7 @@ def row_of(
         end_time=summary.end_time,
         metrics={name: _finite(value) for name, value in summary.metrics.flattened().items()},
         state_hash=state_hash,
-        kernel=present_provenance(in_space=simulation.scenario.in_space).kernel,
+        kernel=present_provenance(simulation.scenario.space).kernel,
     )
 
 

@@ -56,9 +56,7 @@ class BoundedConnection(H11Protocol):
         self._stall_deadline: asyncio.TimerHandle | None = None
         self._is_refused = False
 
-    def connection_made(  # type: ignore[override]
-        self, transport: asyncio.Transport
-    ) -> None:
+    def connection_made(self, transport: asyncio.Transport) -> None:
         """Takes a new connection on, or refuses it where none can be let go for it."""
         super().connection_made(transport)
         if self._has_room():

@@ -100,15 +100,12 @@ class _LoggedLines(io.TextIOBase):
         beneath: The stream that the log itself writes to.
     """
 
+    encoding = ""
+
     def __init__(self, beneath: TextIO) -> None:
-        self.beneath = beneath
+        self.beneath, self.encoding = beneath, beneath.encoding
         self._unfinished = ""
         self._lock = threading.Lock()
-
-    @property
-    def encoding(self) -> str:  # type: ignore[override]
-        """That of the stream beneath."""
-        return self.beneath.encoding
 
     def fileno(self) -> int:
         """The descriptor beneath, for what is written past Python."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
 from typing import Any
 
 from fastapi import FastAPI
@@ -42,15 +41,14 @@ def json_body(model: type[BaseModel], *media_types: str) -> dict[str, Any]:
     return {"requestBody": {"required": True, "content": content}}
 
 
-def add_openapi(app: FastAPI) -> None:
-    """Makes an application serve the description of its own routes."""
-    app.openapi = partial(_described_once, app)  # type: ignore[method-assign]
+class DescribedApi(FastAPI):
+    """An application that serves a description of its own routes."""
 
-
-def _described_once(app: FastAPI) -> dict[str, Any]:
-    if app.openapi_schema is None:
-        app.openapi_schema = _describe(app)
-    return app.openapi_schema
+    def openapi(self) -> dict[str, Any]:
+        """The description, made once."""
+        if self.openapi_schema is None:
+            self.openapi_schema = _describe(self)
+        return self.openapi_schema
 
 
 def _describe(app: FastAPI) -> dict[str, Any]:

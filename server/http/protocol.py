@@ -14,7 +14,7 @@ from slipgrasp.server.peers import Connection
 class GuardedProtocol(BoundedConnection):
     """Gives each request, and the websocket it may become, its connection as ``state``."""
 
-    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+    def connection_made(self, transport: asyncio.Transport) -> None:
         """Takes a new connection."""
         super().connection_made(transport)
         ends = (transport.get_extra_info("sockname"), transport.get_extra_info("peername"))

@@ -103,6 +103,6 @@ def _read(path: Path) -> RunResult:
 def _simulate(scenario: Scenario) -> RunResult:
     from slipgrasp.core.run.simulator import simulate
 
-    load_simulation(in_space=scenario.in_space)
+    load_simulation(scenario.space)
     with Progress("simulating") as progress:
         return simulate(scenario, progress=progress.update)

@@ -91,7 +91,7 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
     # Found out before the simulation is loaded, which takes a second.
     ParameterRange.of(scenario, arguments.key, arguments.start, arguments.stop)
     place = _find_place(arguments)
-    load_simulation(in_space=scenario.in_space)
+    load_simulation(scenario.space)
     from slipgrasp.core.study.margin import DEFAULT_TOLERANCE, MarginError, find_margin
 
     tolerance: float | None = arguments.tolerance

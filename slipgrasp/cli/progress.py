@@ -6,7 +6,10 @@ import sys
 import time
 from threading import Lock, Timer
 from types import TracebackType
-from typing import Self
+from typing import TYPE_CHECKING, Self
+
+if TYPE_CHECKING:
+    from slipgrasp.core.scenario.space import Space
 
 COMPILING = "compiling the simulation for this processor, once; that takes half a minute or more"
 
@@ -98,15 +101,15 @@ def _bar(fraction: float) -> str:
     return "█" * full + "░" * (BAR_WIDTH - full)
 
 
-def load_simulation(*, in_space: bool) -> None:
+def load_simulation(space: Space) -> None:
     """Returns when runs can start; tells whoever waits while the simulation is compiled.
 
     Args:
-        in_space: Whether they are of hands in space, whose part is compiled apart.
+        space: The kind of hand of the runs; each is compiled apart.
     """
     with Progress("loading the simulation") as progress:
         from slipgrasp.core.run.simulator import kernel_is_cached, prepare_kernel
 
-        if not kernel_is_cached(in_space=in_space):
+        if not kernel_is_cached(space):
             progress.announce(COMPILING)
-        prepare_kernel(progress.update, in_space=in_space)
+        prepare_kernel(progress.update, space)

@@ -137,7 +137,7 @@ def _simulate(
     from slipgrasp.recordings.file.foxglove import DISPLAY_RATE
     from slipgrasp.recordings.file.recorder import record
 
-    load_simulation(in_space=scenario.in_space)
+    load_simulation(scenario.space)
     with Interrupt() as interrupt, Progress("simulating") as progress:
         recorded = record(
             scenario,

@@ -26,15 +26,16 @@ class HelpWithParameters(argparse.Action):
         option_string: str | None = None,
     ) -> None:
         """Prints the help and ends the program."""
+        from slipgrasp.core.scenario import SPATIAL
         from slipgrasp.core.scenario.field_errors import template_keys
 
         print(parser.format_help())
-        in_plane = template_keys()
+        planar = template_keys()
         print("parameters for --set, list items by index from 0:\n")
-        _print_parameters(in_plane)
+        _print_parameters(planar)
         print("\nparameters of a hand in space that are not as above:\n")
-        in_space = template_keys(in_space=True).items()
-        _print_parameters({key: new for key, new in in_space if in_plane.get(key) != new})
+        spatial = template_keys(SPATIAL).items()
+        _print_parameters({key: new for key, new in spatial if planar.get(key) != new})
         parser.exit()
 
 

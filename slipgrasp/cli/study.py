@@ -93,7 +93,7 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
 
         study = load_study(arguments.study)
         executor = make_executor(arguments.executor, workers=arguments.workers)
-    load_simulation(in_space=study.base.in_space)
+    load_simulation(study.base.space)
     with executor:
         return _execute_with(arguments, study, executor)
 

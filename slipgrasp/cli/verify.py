@@ -55,7 +55,7 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
         from slipgrasp.recordings.file.reader import read_back
 
         read = read_back(path)
-    load_simulation(in_space=read.result.scenario.in_space)
+    load_simulation(read.result.scenario.space)
     with_law = arguments.law is not None
     if with_law and read.result.provenance.law is not None:
         know_law(arguments.law or read.result.provenance.law.name)

@@ -17,8 +17,9 @@ from functools import cache
 from random import Random
 from typing import Any
 
-from slipgrasp.core.scenario.field_errors import full_scenario
 from slipgrasp.core.scenario.parameters import Parameter, describe
+from slipgrasp.core.scenario.scenario import full_scenario
+from slipgrasp.core.scenario.space import SPACES
 
 
 class Where(Enum):
@@ -154,7 +155,7 @@ def factors_of(definitions: Iterable[Parameter]) -> tuple[Factor, ...]:
 @cache
 def all_factors(in_space: bool) -> tuple[Factor, ...]:
     """The factors of the parameters of hands in the plane or in space."""
-    return factors_of(describe(full_scenario(in_space)).values())
+    return factors_of(describe(full_scenario(SPACES[in_space])).values())
 
 
 def pattern_of(key: str) -> str:

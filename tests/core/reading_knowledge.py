@@ -109,9 +109,7 @@ def of_one_link(scenario: Scenario, found: re.Match[str]) -> list[str]:
 
 def of_inertia(scenario: Scenario, found: re.Match[str]) -> list[str]:
     axis = found.groupdict().get("axis")
-    every = (
-        ["object.inertia"] if not scenario.in_space else [f"object.inertias.{k}" for k in range(3)]
-    )
+    every = [*scenario.space.inertias]
     mass = ["object.mass"] if "mass" in found[0] else []
     return [*mass, *(every if axis is None else [f"object.inertias.{'xyz'.index(axis)}"])]
 

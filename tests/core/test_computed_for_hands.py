@@ -16,15 +16,15 @@ from slipgrasp.core.run.space_engine import SpatialEngine
 from slipgrasp.core.scenario import CONTROL_LAWS, Change, ControlLaw, ControllerParameters
 from slipgrasp.core.scenario.field_errors import template_key, template_keys
 from slipgrasp.core.scenario.law_choice import with_law
-from slipgrasp.core.scenario.laws import HANDS, PLANAR, SPATIAL, facts_read_for, read_for
+from slipgrasp.core.scenario.laws import facts_read_for, read_for
 from slipgrasp.core.scenario.loading import (
     load_scenario,
     preset_names,
     scenario_from_mapping,
-    spatial_preset_names,
     with_values,
 )
 from slipgrasp.core.scenario.parameters import describe, hints_of, split_hint
+from slipgrasp.core.scenario.space import PLANAR, SPACES, SPATIAL
 from slipgrasp.core.scenario.validation import check_scenario
 
 pytestmark = pytest.mark.slow
@@ -46,10 +46,6 @@ ADDED = (
 PRISM = [[0.1, -0.1], [0.12, 0.1], [-0.12, 0.1], [-0.1, -0.1]]
 
 
-def hand_of(scenario):
-    return SPATIAL if scenario.in_space else PLANAR
-
-
 @cache
 def trees(hand):
     """The code of the kernel that advances a run: what packs its constants is not part of it."""
@@ -69,7 +65,7 @@ def names_read(hand):
     }
 
 
-@pytest.mark.parametrize("hand", HANDS)
+@pytest.mark.parametrize("hand", SPACES)
 def test_the_facts_of_laws_that_a_kernel_reads_are_those_declared_for_it(hand):
     read = {
         node.attr
@@ -142,7 +138,7 @@ def leaves(record, names, path=""):
 
 def consumed(scenario):
     """All that the kernel is given for a run and reads: constants of all stretches, the start."""
-    names, simulation = names_read(hand_of(scenario)), Simulation(scenario)
+    names, simulation = names_read(scenario.space), Simulation(scenario)
     engine, timetable = simulation._engine, simulation._timetable
     given = [timetable._ends.copy(), dict(leaves(engine.run.step.start, names))]
     given += [engine.estimates.tobytes(), engine.outlet.history.tobytes()]
@@ -173,7 +169,7 @@ def other_values(parameter, scenario):
 
 def bases(hand):
     """Scenarios that together have an entry in every list and use every part."""
-    names = spatial_preset_names() if hand == SPATIAL else preset_names()
+    names = preset_names(hand)
     for preset in map(load_scenario, names):
         yield preset
         for law in CONTROL_LAWS:
@@ -187,13 +183,12 @@ def bases(hand):
 
 def lists_for(scenario):
     """Lists that most scenarios lack."""
-    n, in_space = len(scenario.fingers), scenario.in_space
-    size = 2 * (6 + 2 * n if in_space else 3 + n)
+    size = 2 * scenario.space.num_coordinates(len(scenario.fingers))
     yield {"controller.lyapunov_matrix": (20.0 * np.eye(size)).tolist()}
     yield {"object.corners": PRISM}
     yield {"changes": [{"time": 0.2, "parameter": "object.mass", "value": 1.1}]}
     yield {"patches": [{"face": scenario.fingers[0].face, "start_time": 0.5}]}
-    pose = [*scenario.trajectory.start[:3], *([0.0] * 3 if in_space else [])]
+    pose = [*scenario.trajectory.start[:3], *[0.0] * (len(scenario.space.coordinates) - 3)]
     move = {"time": 0.1, "duration": 1.0, "pose": [each + 0.01 for each in pose]}
     yield {"trajectory.kind": "set-points", "trajectory.set_points": [move]}
     rows = [[t, *(each + 0.01 * t for each in pose)] for t in (0.0, 1.0, 2.0)]
@@ -235,14 +230,14 @@ def declared(part, prefix):
     }
 
 
-@pytest.mark.parametrize("hand", HANDS)
+@pytest.mark.parametrize("hand", SPACES)
 def test_every_parameter_that_is_not_declared_for_other_hands_alone_is_read_by_the_kernel(hand):
     controller = type(next(bases(hand)).controller)
     others = {k for k, hands in declared(controller, "controller.").items() if hand not in hands}
-    left, known = set(template_keys(hand == SPATIAL)) - {"title"}, {}
+    left, known = set(template_keys(hand)) - {"title"}, {}
     for base in bases(hand):
         for key, parameter in describe(base).items():
-            template = template_key(key, hand == SPATIAL)
+            template = template_key(key, hand)
             if template in left and not known.get(template):
                 known[template] = uses(base, key, parameter)
         left -= {key for key, is_used in known.items() if is_used}

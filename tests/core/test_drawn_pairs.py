@@ -6,8 +6,9 @@ from random import Random
 
 import pytest
 
-from slipgrasp.core.scenario.field_errors import full_scenario
 from slipgrasp.core.scenario.parameters import Parameter, describe
+from slipgrasp.core.scenario.scenario import full_scenario
+from slipgrasp.core.scenario.space import SPACES
 from tests.core import drawn_draft
 from tests.core.covering_array import cover, find_conflicts, minimal_conflict, missing_pairs
 from tests.core.drawn_draft import STRUCTURE, Draft, changeable
@@ -102,7 +103,7 @@ def test_whatever_can_be_set_takes_several_values(drawn, in_space):
     for each in drawn[in_space]:
         for key, parameter in describe(each.scenario).items():
             found[pattern_of(key)].add(parameter.value)
-    definitions = {pattern_of(key) for key in describe(full_scenario(in_space))}
+    definitions = {pattern_of(key) for key in describe(full_scenario(SPACES[in_space]))}
     assert {name for name in definitions if len(found[name]) < 2} == SAME[in_space]
 
 
@@ -166,7 +167,7 @@ def test_a_new_parameter_joins_by_itself(monkeypatch):
         Parameter(key="weather.kind", value="dry", kind="choice", unit="", text="",
                   choices=("dry", "rain"))
     ]  # fmt: skip
-    definitions = [*describe(full_scenario(False)).values(), *new]
+    definitions = [*describe(full_scenario()).values(), *new]
     joined = {factor.name: factor for factor in factors_of(definitions)}
     assert joined["fingers.*.softness"].levels == (
         *(Where.DEFAULT, Where.INSIDE, Where.LOW, Where.HIGH),
@@ -186,5 +187,5 @@ def test_a_new_parameter_joins_by_itself(monkeypatch):
 @PLANE_AND_SPACE
 def test_every_definition_is_a_factor_or_drawn_with_others(in_space):
     names = {factor.name for factor in all_factors(in_space)}
-    for key in describe(full_scenario(in_space)):
+    for key in describe(full_scenario(SPACES[in_space])):
         assert (pattern_of(key) in names) != is_together(pattern_of(key))

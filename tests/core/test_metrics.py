@@ -9,6 +9,7 @@ from slipgrasp.core.run.metrics import HOLD_WINDOW, metrics_of_trace
 from slipgrasp.core.run.simulation import Simulation
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.core.scenario.space import PLANAR
 from slipgrasp.core.trace.types import ContactPhase, Outcome
 from tests.core.drawn_scenarios import KINDS, draw_scenario
 
@@ -77,7 +78,7 @@ def test_integrals_are_those_of_much_finer_rows(run, fine):
 
 def test_slip_path_and_last_error_are_those_of_the_rows(run):
     trace, metrics = run.trace, run.metrics
-    if not trace.shape.in_space:
+    if trace.shape.space is PLANAR:
         path = np.abs(np.diff(trace.slip, axis=0)).sum(axis=0)
         np.testing.assert_allclose(metrics.slip_path, path, rtol=1e-9, atol=1e-15)
     assert list(metrics.final_tracking_error) == trace.tracking_error[-1].tolist()

@@ -18,6 +18,7 @@ from slipgrasp.core.kernel.planar import packing
 from slipgrasp.core.run.numerics import compute_name, normal_form, numerics_name
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.core.scenario.space import PLANAR, SPACES
 from slipgrasp.recordings.file.writer import write_recording
 
 REPOSITORY = Path(__file__).parents[2]
@@ -193,7 +194,7 @@ def test_code_without_its_source_counts_with_what_python_made_of_it():
 
 @pytest.fixture(scope="module")
 def forms():
-    return [normal_form(in_space=in_space) for in_space in (False, True)]
+    return [normal_form(space) for space in SPACES]
 
 
 @pytest.mark.slow
@@ -217,23 +218,24 @@ def test_no_code_that_reads_checks_or_words_a_scenario_is_part_of_a_name(forms):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("in_space", [False, True])
-def test_the_name_is_kept_as_it_is_computed(in_space):
-    assert numerics_name(in_space=in_space) == compute_name(in_space=in_space)
+@pytest.mark.parametrize("space", SPACES)
+def test_the_name_is_kept_as_it_is_computed(space):
+    assert numerics_name(space) == compute_name(space)
 
 
 @pytest.mark.slow
 def test_a_fact_of_a_law_that_the_kernel_reads_is_part_of_the_name(monkeypatch):
-    before, facts = compute_name(in_space=False), packing._FACTS.copy()
+    before, facts = compute_name(PLANAR), packing._FACTS.copy()
     monkeypatch.setattr(packing, "_FACTS", facts)
-    assert compute_name(in_space=False) == before
+    assert compute_name(PLANAR) == before
     facts["learns"][2] = not facts["learns"][2]
-    assert compute_name(in_space=False) != before
+    assert compute_name(PLANAR) != before
 
 
 NAMES = """
 from slipgrasp.core.run.numerics import compute_name
-print(*(compute_name(in_space=each) for each in (False, True)))
+from slipgrasp.core.scenario.space import SPACES
+print(*(compute_name(each) for each in SPACES))
 """
 
 
@@ -253,7 +255,7 @@ def names_of(**options):
 
 @pytest.mark.slow
 def test_the_kernel_that_python_runs_has_the_names_of_the_compiled_one():
-    compiled = tuple(compute_name(in_space=in_space) for in_space in (False, True))
+    compiled = tuple(compute_name(space) for space in SPACES)
     assert names_of(SLIPGRASP_KERNEL="python") == compiled
     assert compiled[0] != compiled[1]
 
@@ -314,7 +316,7 @@ def test_a_recording_verifies_bit_for_bit_after_words_are_edited_and_code_is_mov
 
 @pytest.mark.slow
 def test_a_number_of_the_kernel_or_an_operator_beside_it_gives_another_name(tree):
-    compiled = tuple(compute_name(in_space=in_space) for in_space in (False, True))
+    compiled = tuple(compute_name(space) for space in SPACES)
     tree("core/kernel/numerics/noise.py", "+ 0.5) * 2.0**-52", "+ 0.25) * 2.0**-52")
     plane, space = names_of(path=tree.folder)
     assert plane != compiled[0] and space != compiled[1]

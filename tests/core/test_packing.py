@@ -12,7 +12,7 @@ from slipgrasp.core.kernel.planar.model import FACTS
 from slipgrasp.core.kernel.planar.packing import make_table, pack_model, whole_faces
 from slipgrasp.core.kernel.spatial.model import pack_model as pack_spatial_model
 from slipgrasp.core.run.schedule import Schedule
-from slipgrasp.core.scenario import CONTROL_LAWS, Scenario
+from slipgrasp.core.scenario import CONTROL_LAWS, PlanarScenario
 from slipgrasp.core.scenario.geometry import contact_frame
 from slipgrasp.core.scenario.loading import load_scenario, preset_names, with_values
 from slipgrasp.core.scenario.parameters import describe
@@ -98,7 +98,7 @@ def test_what_stands_nowhere_has_no_place():
 
 
 def test_every_part_of_a_scenario_is_in_the_table_or_happens_during_the_run():
-    names = {field.name for field in dataclasses.fields(Scenario)}
+    names = {field.name for field in dataclasses.fields(PlanarScenario)}
     assert names - set(PARTS) == {"title", "pulses", "patches", "changes"}
 
 

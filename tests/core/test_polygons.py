@@ -8,7 +8,7 @@ import pytest
 from slipgrasp.core.exceptions import ScenarioError
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario import FingerParameters, ObjectParameters
-from slipgrasp.core.scenario.geometry import contact_frame, face_names, outline
+from slipgrasp.core.scenario.geometry import contact_frame, outline
 from slipgrasp.core.scenario.loading import (
     load_scenario,
     scenario_from_mapping,
@@ -68,8 +68,8 @@ def test_an_edge_runs_between_its_corners_with_its_normal_into_the_object(edge):
 
 
 def test_an_object_knows_its_faces_and_its_outline():
-    assert face_names(CASE.object) == ("left", "right", "bottom", "top")
-    assert face_names(ObjectParameters(corners=TRIANGLE)) == ("edge-0", "edge-1", "edge-2")
+    assert CASE.object.face_names == ("left", "right", "bottom", "top")
+    assert ObjectParameters(corners=TRIANGLE).face_names == ("edge-0", "edge-1", "edge-2")
     assert outline(CASE.object).tolist() == [
         [-0.1, -0.1458],
         [0.1, -0.1458],

@@ -42,7 +42,7 @@ def rows_within(run: RunResult, begin: float, end: float) -> int:
 @pytest.mark.parametrize("values", [{}, PUSHED, POURED], ids=["as it is", "pushed", "poured"])
 def test_every_slip_has_fifty_rows_however_short_it_is(name: str, values: dict) -> None:
     preset = load_scenario(name)
-    down = f"{DOWN}.{2 if preset.in_space else 1}"
+    down = f"{DOWN}.{preset.space.num_positions - 1}"
     values = {down if key == DOWN else key: value for key, value in values.items()}
     scenario = with_values(preset, {"simulation.duration": 4.0, **values})
     slips = list(slips_of(run := simulate(scenario)))

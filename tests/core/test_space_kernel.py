@@ -48,7 +48,7 @@ def sample(n, seed, unknown="masses", **values):
 
 def phases_of(scenario, rng, state):
     """All phases of the cone, each along its slip velocity; some of the pyramid."""
-    if scenario.has_pyramid:
+    if scenario.friction_cone == "pyramid":
         return pyramid_phases(rng, len(state.slip), 8)
     return cone_phases(state)
 

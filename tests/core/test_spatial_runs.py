@@ -488,7 +488,7 @@ def test_a_run_claims_nothing_that_its_samples_do_not_say(name):
     parts = trace.tangential_force.reshape(*trace.phase.shape, 2)
     slips = (trace.phase != ContactPhase.STICK)[:, :, None]
     force = np.linalg.norm(parts, axis=2, keepdims=True)
-    if result.scenario.has_pyramid:
+    if result.scenario.friction_cone == "pyramid":
         forward = (trace.phase - 7.0) / 3.0 * (trace.phase != ContactPhase.STICK)
         signs = np.stack([np.round(forward), 3.0 * (forward - np.round(forward))], axis=2)
         slips, force = signs != 0.0, np.where(signs != 0.0, -signs * parts, np.abs(parts))

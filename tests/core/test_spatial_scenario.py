@@ -17,13 +17,13 @@ from slipgrasp.core.scenario.loading import (
     spatial_preset_names,
     with_values,
 )
+from slipgrasp.core.scenario.space import PLANAR, SPATIAL
 from slipgrasp.core.scenario.spatial_geometry import (
     cross,
     distance_inside,
     joint_angles,
     rotation_matrix,
     spatial_contact,
-    spatial_face_names,
     spatial_joint_points,
     tip_at_start,
 )
@@ -43,16 +43,16 @@ TILTED = with_values(
 @pytest.mark.parametrize("name", spatial_preset_names())
 def test_a_preset_in_space_survives_the_way_to_toml_and_back(name):
     scenario = load_scenario(name)
-    assert scenario.in_space
+    assert scenario.space is SPATIAL
     assert scenario_from_mapping(tomllib.loads(scenario_to_toml(scenario))) == scenario
 
 
 def test_presets_in_the_plane_are_listed_apart():
     assert not set(preset_names()) & set(spatial_preset_names())
-    assert not any(load_scenario(name).in_space for name in preset_names())
+    assert all(load_scenario(name).space is PLANAR for name in preset_names())
 
 
-@pytest.mark.parametrize("face", spatial_face_names(PRISM.object))
+@pytest.mark.parametrize("face", PRISM.object.face_names)
 def test_tangents_and_normal_of_every_face_turn_right_and_point_inwards(face):
     finger = with_values(
         PRISM, {"fingers.0.face": "side-1", "fingers.0.base": [0.7, -1.2, 0.0]}

@@ -6,6 +6,7 @@ import pytest
 
 from slipgrasp.core.scenario import Change, Patch, Pulse
 from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.core.scenario.spatial import SpatialPatch, SpatialPulse
 from slipgrasp.recordings.compare.accuracy import first_cause
 
 BASE = load_scenario("composite-case-2")
@@ -35,6 +36,31 @@ CASES = {
         0.0,
     ),
 }
+
+
+SPATIAL_BASE = load_scenario("spatial-composite")
+SPATIAL_PUSH = SpatialPulse(time=1.0, duration=0.5)
+SPATIAL_WET = SpatialPatch(face="side-0", start_time=2.0, end_time=4.0)
+SPATIAL_CASES = {
+    "a push": ({"pulses": (SPATIAL_PUSH,)}, 1.0),
+    "a wet spot": ({"patches": (SPATIAL_WET,)}, 2.0),
+    "two wet spots": ({"patches": (replace(SPATIAL_WET, start_time=3.0), SPATIAL_WET)}, 2.0),
+    "a mass": ({"changes": (MASS,)}, 3.0),
+}
+
+
+@pytest.mark.parametrize("what", SPATIAL_CASES)
+def test_the_first_cause_of_spatial_hands_is_the_first_difference_that_acts(what):
+    lists, expected = SPATIAL_CASES[what]
+    other = replace(SPATIAL_BASE, **lists)
+    assert first_cause(SPATIAL_BASE, other) == first_cause(other, SPATIAL_BASE) == expected
+    assert first_cause(other, other) is None
+
+
+def test_another_radius_of_a_patch_acts_once_the_patch_is_there():
+    first = replace(SPATIAL_BASE, patches=(SPATIAL_WET,))
+    other = replace(SPATIAL_BASE, patches=(replace(SPATIAL_WET, radius=0.05),))
+    assert first_cause(first, other) == 2.0
 
 
 @pytest.mark.parametrize("what", CASES)

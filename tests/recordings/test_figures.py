@@ -4,6 +4,7 @@ import pytest
 from slipgrasp.core.run.premises import find_premises
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario
+from slipgrasp.core.scenario.space import PLANAR
 from slipgrasp.core.trace.types import ContactPhase
 from slipgrasp.figures.drawings import draw_figures
 from slipgrasp.figures.panels import finger_colour
@@ -140,7 +141,7 @@ def test_phases_are_coloured_where_the_trace_has_them(paper_runs, paper_figures,
     name = list(CAPTIONS[case])[2]
     for contact, letter in enumerate("bd"):
         lanes = axes_of(paper_figures[case][name], f"{letter} phases whole")
-        for phase in ContactPhase.known(in_space=False):
+        for phase in ContactPhase.known(PLANAR):
             painted = np.zeros(len(times), dtype=bool)
             for start, end in bars(lanes, paint(PHASES[phase])):
                 painted |= (start <= times) & (times <= end)

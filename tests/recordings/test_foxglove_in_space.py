@@ -132,7 +132,7 @@ def test_cone_and_pyramid_open_by_the_friction_and_trails_start_at_the_first_tou
         for i in range(display.n):
             entity = shown.entities[f"contact_{i}"]
             friction = display.samples.friction_coefficient[row, i]
-            if display.run.scenario.has_pyramid:
+            if display.run.scenario.friction_cone == "pyramid":
                 ends = [(p.x / p.z, p.y / p.z) for p in entity.lines[0].points[1:]]
                 signs = [(1, 1), (-1, 1), (-1, -1), (1, -1)]
                 assert_allclose(ends, friction * np.array(signs), rtol=1e-12)

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.geometry import joint_points
 from slipgrasp.core.scenario.loading import load_scenario, with_values
-from slipgrasp.core.scenario.spatial_geometry import spatial_joint_points
+from slipgrasp.core.scenario.spatial_geometry import friction_outline, spatial_joint_points
 from slipgrasp.core.trace.types import ContactPhase
 from slipgrasp.scene import parts, rotations, skeleton
 from slipgrasp.scene.parts import Arrow, Ball, Lines, Rod, Role, Triangles, entities_of
@@ -98,7 +98,7 @@ def test_an_arrow_is_the_force_times_the_scale(runs):
 def test_the_force_of_a_sliding_contact_lies_on_the_edge_of_its_cone(runs):
     checked = 0
     for run in runs[:2]:
-        states, rim = states_of(run.trace), parts.friction_rim(run.scenario, 720)
+        states, rim = states_of(run.trace), friction_outline(run.scenario, 720)
         for i, contact in enumerate(contacts_of(run.scenario)):
             slips = states.phases[:, i] != ContactPhase.STICK
             edges = parts.cone_rim(contact, rim, i, states)[slips]

@@ -11,6 +11,7 @@ from xml.etree import ElementTree
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.core.scenario.space import SPATIAL
 from slipgrasp.recordings.compare.comparison import compare
 from slipgrasp.recordings.store.store import RecordingStore
 from slipgrasp.recordings.store.stored_run import StoredRun
@@ -219,7 +220,7 @@ def test_beliefs_and_places_in_space_have_their_names_and_units() -> None:
     )
     findings = compare(simulate(held), simulate(other))
     unknowns = [estimate.parameter for estimate in held.estimates]
-    html = findings_html(findings, held.finger_names, unknowns, in_space=True)
+    html = findings_html(findings, held.finger_names, unknowns, SPATIAL)
     assert "object inertia 3 believed at first [kg m²]" in html
     assert "base z [m]" in html
 

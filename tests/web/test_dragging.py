@@ -20,8 +20,8 @@ from slipgrasp.web.model.intents.intent import Intent
 from slipgrasp.web.model.intents.scenario import DragObject, LetGo, Undo
 from slipgrasp.web.model.view import Shown, ViewState
 from slipgrasp.web.scene.dragging import ObjectDrag
-from slipgrasp.web.session import FIRST_PRESET
 from slipgrasp.web.scene.scene import Scene
+from slipgrasp.web.session import FIRST_PRESET
 from tests.web.reducing import after, view_of
 
 

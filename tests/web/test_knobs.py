@@ -11,6 +11,7 @@ import viser
 from slipgrasp.core.exceptions import FieldError, ScenarioError
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import load_scenario, parameter_definitions, with_values
+from slipgrasp.core.scenario.space import SPATIAL
 from slipgrasp.server.viewer.server import ViewerServer
 from slipgrasp.web.model.disturbances import push_at
 from slipgrasp.web.model.draft import Draft
@@ -365,10 +366,10 @@ def test_a_push_in_space_has_a_knob_for_each_part_of_its_force_and_moment(
 ) -> None:
     draft = Draft.from_preset("spatial-prism")
     panel, _ = panel_of(viewer_server, draft.base)
-    push = push_at(0.5, in_space=True)
+    push = push_at(0.5, SPATIAL)
     panel.update(view_of(draft.with_disturbance(push)))
     assert panel.knob("pulses.0.moment.2").value == 0.0
-    (group,) = disturbance_groups([push], draft.base.finger_names, in_space=True)
+    (group,) = disturbance_groups([push], draft.base.finger_names, SPATIAL)
     labels = [entry.label for entry in group.entries if entry.parameter.key.count(".") == 3]
     assert labels == [f"force {c} [N]" for c in "xyz"] + [f"moment {c} [N m]" for c in "xyz"]
 

@@ -41,14 +41,16 @@ def test_the_reach_of_slip_is_that_of_all_rows_so_far(case_1: RunResult) -> None
     for row in (0, 40, len(trace) - 1):
         time = float(trace.times[row])
         so_far = trace.slip[trace.times <= time]
-        reach = sampler.at(time).slip_reach
-        assert (reach == np.stack([so_far.min(axis=0), so_far.max(axis=0)], axis=1)).all()
+        trails = np.stack(sampler.at(time).trails)[:, :, 0]
+        assert (trails[:, 0] == so_far.min(axis=0)).all()
+        assert (trails[:, 1] == 0.0).all()
+        assert (trails[:, 2] == so_far.max(axis=0)).all()
 
 
 def test_between_two_rows_lies_the_straight_line(case_2: RunResult) -> None:
     times, slip = case_2.trace.times, case_2.trace.slip
     sample = Sampler(case_2.trace).at(float(0.25 * times[5] + 0.75 * times[6]))
-    np.testing.assert_allclose(sample.slip, 0.25 * slip[5] + 0.75 * slip[6])
+    np.testing.assert_allclose(sample.slip.ravel(), 0.25 * slip[5] + 0.75 * slip[6])
 
 
 def test_at_an_event_the_side_after_it_is_shown(case_2: RunResult) -> None:
@@ -66,7 +68,7 @@ def test_times_outside_the_run_are_moved_into_it(case_2: RunResult) -> None:
 
 def test_the_reach_of_slip_never_shrinks(case_1: RunResult) -> None:
     sampler = Sampler(case_1.trace)
-    reaches = [sampler.at(t).slip_reach for t in np.linspace(0.0, 1.0, 50)]
+    reaches = [np.stack(sampler.at(t).trails)[:, ::2, 0] for t in np.linspace(0.0, 1.0, 50)]
     for earlier, later in itertools.pairwise(reaches):
         assert (later[:, 0] <= earlier[:, 0] + 1e-15).all()
         assert (later[:, 1] >= earlier[:, 1] - 1e-15).all()

@@ -11,8 +11,8 @@ import pytest
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario.geometry import joint_points
 from slipgrasp.core.scenario.loading import load_scenario
+from slipgrasp.core.scenario.spatial_geometry import friction_outline
 from slipgrasp.recordings.palette import PHASES
-from slipgrasp.scene.parts import friction_rim
 from slipgrasp.scene.skeleton import contacts_of
 from slipgrasp.web.model.colours import glow
 from slipgrasp.web.model.page_layout import Picture
@@ -76,7 +76,7 @@ def test_a_slipping_contact_has_its_force_on_the_edge_of_its_cone(case_2: RunRes
     sample = Sampler(case_2.trace).at(0.05)
     for index, contact in enumerate(contacts_of(case_2.scenario)):
         force = marks_of(case_2, sample, index).force
-        rim = friction_rim(case_2.scenario, 2)
+        rim = friction_outline(case_2.scenario, 2)
         edges = cone_edge(contact, float(sample.friction[index]), rim, 0.1)
         assert min(np.linalg.norm(np.cross(edges, force), axis=1)) < 1e-9
 
@@ -91,7 +91,7 @@ def test_the_trail_leads_from_the_first_touch_to_the_fingertip(case_2: RunResult
         np.testing.assert_allclose(ends[1 - reached], 0.0)
         # Along the first axis of the contact frame, against it.
         tip = marks_of(case_2, sample, index).tip
-        np.testing.assert_allclose(tip, [-sample.slip[index], 0.0, 0.0])
+        np.testing.assert_allclose(tip, [-sample.slip[index, 0], 0.0, 0.0])
 
 
 def test_the_arrow_of_the_slip_velocity_stands_outside(case_2: RunResult) -> None:
@@ -100,7 +100,7 @@ def test_the_arrow_of_the_slip_velocity_stands_outside(case_2: RunResult) -> Non
         marks = marks_of(case_2, sample, index)
         assert (marks.motion @ contact.inward < -2.0 * SIZES.tip_radius).all()
         assert np.sign(marks.motion[1, 0] - marks.motion[0, 0]) == -np.sign(
-            sample.slip_velocity[index]
+            sample.slip_velocity[index, 0]
         )
 
 
@@ -115,7 +115,7 @@ def test_a_lens_magnifies_slip_and_not_forces(case_1: RunResult) -> None:
 def test_a_cone_opens_by_its_friction_and_is_as_long_as_is_asked(preset: str) -> None:
     scenario = load_scenario(preset)
     contact = contacts_of(scenario)[0]
-    edge = cone_edge(contact, 0.5, friction_rim(scenario, 48), 0.1)
+    edge = cone_edge(contact, 0.5, friction_outline(scenario, 48), 0.1)
     np.testing.assert_allclose(np.linalg.norm(edge, axis=1), 0.1)
     inward = edge @ contact.inward
     np.testing.assert_allclose(

@@ -19,7 +19,7 @@ from slipgrasp.server.viewer.server import ViewerServer
 from slipgrasp.web.charts.charts import charts_of
 from slipgrasp.web.model.events import events_of, phases_in
 from slipgrasp.web.model.playback import TimeWindow
-from slipgrasp.web.model.spatial_sampling import SpatialSampler, make_sampler
+from slipgrasp.web.model.sampling import Sampler
 from slipgrasp.web.model.view import Shown
 from slipgrasp.web.panels.playback_panel import caption_html
 from slipgrasp.web.panels.strip import phase_spans
@@ -46,10 +46,9 @@ def node(server: ViewerServer, name: str) -> Any:
 def test_an_instant_is_read_between_two_rows_and_ends_every_way_at_its_slip(
     prism: RunResult,
 ) -> None:
-    sampler = make_sampler(prism.trace)
-    assert isinstance(sampler, SpatialSampler)
+    sampler = Sampler(prism.trace)
     sample, trace = sampler.at(DURING + 0.0011), prism.trace
-    for i, way in enumerate(sample.ways):
+    for i, way in enumerate(sample.trails):
         np.testing.assert_array_equal(way[0], 0.0)
         np.testing.assert_array_equal(way[-1], sample.slip[i])
         length = np.linalg.norm(np.diff(way, axis=0), axis=1).sum()
@@ -112,7 +111,7 @@ def test_events_say_where_a_fingertip_slips_and_lanes_show_it(prism: RunResult) 
 def test_marks_have_the_colour_of_their_phase_and_friction_its_rim(
     viewer_server: ViewerServer, prism: RunResult
 ) -> None:
-    scene, sampler = Scene(viewer_server), SpatialSampler(prism.trace)
+    scene, sampler = Scene(viewer_server), Sampler(prism.trace)
     scene.show(prism)
     for time, phase in ((DURING, ContactPhase.SLIP), (AFTER, ContactPhase.STICK)):
         sample = sampler.at(time)
@@ -141,7 +140,7 @@ def test_friction_has_a_square_in_the_pyramid_on_face_and_lens(
     values = {"simulation.duration": 0.06}
     run = simulate(with_values(load_scenario("spatial-pyramid"), values))
     scene.show(run)
-    sample = SpatialSampler(run.trace).at(DURING)
+    sample = Sampler(run.trace).at(DURING)
     scene.update(sample)
     friction, _ = node(viewer_server, f"{LENS}/tip/arrows").points
     reach = np.abs(friction[1] - friction[0]).max()
@@ -161,13 +160,13 @@ def test_a_run_in_the_plane_takes_the_place_of_one_in_space(
 ) -> None:
     scene = Scene(viewer_server)
     scene.show(prism)
-    scene.update(SpatialSampler(prism.trace).at(DURING))
+    scene.update(Sampler(prism.trace).at(DURING))
     scene.show(case_2, ghost=prism)
-    scene.update(make_sampler(case_2.trace).at(DURING))
+    scene.update(Sampler(case_2.trace).at(DURING))
     assert viewer_server.scene.get_handle_by_name("/space") is None
     assert viewer_server.scene.get_handle_by_name("/pale-space") is None
     scene.show(prism, ghost=prism)
-    scene.update(SpatialSampler(prism.trace).at(DURING), SpatialSampler(prism.trace).at(AFTER))
+    scene.update(Sampler(prism.trace).at(DURING), Sampler(prism.trace).at(AFTER))
     assert viewer_server.scene.get_handle_by_name("/hand") is None
     assert node(viewer_server, "/pale-space").visible
     assert isinstance(prism.scenario, SpatialScenario)
@@ -188,7 +187,7 @@ def test_a_wet_spot_lies_on_its_face_and_in_the_lens_of_who_touches_it_while_it_
         },
     )
     run = replace(prism, scenario=wet)
-    scene, sampler = Scene(viewer_server), SpatialSampler(prism.trace)
+    scene, sampler = Scene(viewer_server), Sampler(prism.trace)
     scene.show(run)
     layout = lay_out(run)
     on_face, in_lens = f"{OBJECT}/wet0", f"{LENS}/wet1"

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.scenario import PLANAR, SPATIAL
 from slipgrasp.core.scenario.loading import parameter_definitions
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.words.parameter_words import key_words, unit_words
@@ -25,6 +26,14 @@ LEAST_LENGTH = 0.01
 """Smaller slips, speeds and errors look like nothing [mm], [mm/s], [mrad]."""
 _SMALL = 0.1
 """Smaller estimates are told in thousandths of their unit."""
+# Of errors of the attitude: what the sentence says of them; key, label and colour of each.
+_TURNS = {
+    PLANAR: ("", (("theta", "θ", 2),)),
+    SPATIAL: (
+        ": a rotation vector in the axes of the world",
+        (("x", "x", 0), ("y", "y", 1), ("z", "z", 2)),
+    ),
+}
 _QUANTITIES = {"1": "Friction", "kg": "Mass", "kg m²": "Inertia"}
 
 
@@ -78,11 +87,11 @@ class Chart:
 def contact_charts(result: RunResult) -> tuple[Chart, ...]:
     """Slip, slip velocity, and the tangential forces against their cones."""
     trace, names = result.trace, result.scenario.finger_names
-    tangential, symbol = tangential_forces(trace), "Fₜ" if trace.shape.in_space else "Fₓ"
+    tangential, symbol = tangential_forces(trace), tangential_symbol(trace)
     limits = trace.friction_coefficient * trace.normal_force
     forces = _per_finger("force", [f"{name} |{symbol}|" for name in names], tangential)
     cones = _per_finger("limit", [f"{name} μFₙ" for name in names], limits, dashed=True)
-    slips = _slips_in_space if trace.shape.in_space else _slips_in_plane
+    slips = {PLANAR: _planar_slips, SPATIAL: _spatial_slips}[trace.shape.space]
     return (
         *slips(trace, names),
         Chart(
@@ -102,7 +111,12 @@ def tangential_forces(trace: Trace) -> Values:
     return np.linalg.norm(forces, axis=2)
 
 
-def _slips_in_plane(trace: Trace, names: Sequence[str]) -> tuple[Chart, ...]:
+def tangential_symbol(trace: Trace) -> str:
+    """What the tangential force is called: its one part, or its size."""
+    return "F" + {"x": "ₓ", "t": "ₜ"}[trace.shape.space.force_index]
+
+
+def _planar_slips(trace: Trace, names: Sequence[str]) -> tuple[Chart, ...]:
     return (
         Chart(
             "slip",
@@ -123,7 +137,7 @@ def _slips_in_plane(trace: Trace, names: Sequence[str]) -> tuple[Chart, ...]:
     )
 
 
-def _slips_in_space(trace: Trace, names: Sequence[str]) -> tuple[Chart, ...]:
+def _spatial_slips(trace: Trace, names: Sequence[str]) -> tuple[Chart, ...]:
     """Both slips of every contact, and the speed of their way."""
     slip = 1e3 * trace.slip.reshape(len(trace), -1, 2)
     speed = 1e3 * np.linalg.norm(trace.slip_velocity.reshape(len(trace), -1, 2), axis=2)
@@ -158,7 +172,8 @@ def _slips_in_space(trace: Trace, names: Sequence[str]) -> tuple[Chart, ...]:
 def tracking_charts(result: RunResult) -> tuple[Chart, ...]:
     """Errors of the object's pose, and what the joints do about them."""
     trace, names = result.trace, result.scenario.finger_names
-    joints_per_finger, in_space = trace.shape.joints_per_finger, trace.shape.in_space
+    space = trace.shape.space
+    joints_per_finger, count = space.joints_per_finger, space.num_positions
     torques = trace.joint_torque.reshape(len(trace), -1, joints_per_finger)
     joints = [
         line
@@ -167,25 +182,26 @@ def tracking_charts(result: RunResult) -> tuple[Chart, ...]:
             f"joint-{k + 1}", [f"{name} {k + 1}" for name in names], torques[:, :, k], dashed=k > 0
         )
     ]
-    errors, ways = 1e3 * trace.tracking_error, 3 if in_space else 2
+    errors = 1e3 * trace.tracking_error
+    about_turns, turns = _TURNS[space]
     return (
         Chart(
             "position-error",
             "Position error, desired − actual",
             "mm",
             "How far the object's centre is from where it should be.",
-            tuple(_axes("xyz"[:ways], errors[:, :ways])),
+            tuple(_axes(space.positions, errors[:, :count])),
             least=LEAST_LENGTH,
         ),
         Chart(
             "turn-error",
             "Orientation error, desired − actual",
             "mrad",
-            "How far the object is turned away from how it should stand"
-            + (": a rotation vector in the axes of the world." if in_space else "."),
-            tuple(_axes("xyz", errors[:, ways:]))
-            if in_space
-            else (Line("theta", "θ", FINGERS[2], errors[:, 2]),),
+            f"How far the object is turned away from how it should stand{about_turns}.",
+            tuple(
+                Line(key, label, FINGERS[colour], errors[:, count + k])
+                for k, (key, label, colour) in enumerate(turns)
+            ),
             least=LEAST_LENGTH,
         ),
         Chart(
@@ -193,13 +209,13 @@ def tracking_charts(result: RunResult) -> tuple[Chart, ...]:
             "Joint torques",
             "N m",
             "What the controller commands: the first joint of a finger solid, "
-            f"the {'others' if in_space else 'second'} dashed.",
+            f"the {'second' if joints_per_finger == 2 else 'others'} dashed.",
             tuple(joints),
         ),
     )
 
 
-def _axes(names: str, values: Values) -> Iterator[Line]:
+def _axes(names: Sequence[str], values: Values) -> Iterator[Line]:
     for i, name in enumerate(names):
         yield Line(name, name, FINGERS[i], values[:, i])
 

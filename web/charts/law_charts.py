@@ -33,7 +33,7 @@ def _farthest_slip(trace: Trace) -> Values:
 
 
 def _offset(trace: Trace) -> Values:
-    return 1e3 * np.linalg.norm(trace.tracking_error[:, : 3 if trace.shape.in_space else 2], axis=1)
+    return 1e3 * np.linalg.norm(trace.tracking_error[:, : trace.shape.space.num_positions], axis=1)
 
 
 def _hardest_press(trace: Trace) -> Values:

@@ -15,7 +15,7 @@ from slipgrasp.core.run.verdict import headline_of
 from slipgrasp.recordings.clip import WHOLE, Clip
 from slipgrasp.server.viewer.server import ViewerServer
 from slipgrasp.web.model.page_layout import Picture
-from slipgrasp.web.model.spatial_sampling import make_sampler
+from slipgrasp.web.model.sampling import Sampler
 from slipgrasp.web.scene.camera import FIELD_OF_VIEW, frame_box
 from slipgrasp.web.scene.layout import SceneLayout
 from slipgrasp.web.scene.scene import Scene
@@ -71,7 +71,7 @@ def _record(
     clip: Clip,
 ) -> str:
     """The page of a scene that is moved through all frames."""
-    scene, sampler = Scene(server), make_sampler(result.trace)
+    scene, sampler = Scene(server), Sampler(result.trace)
     layout = scene.show(result)
     _frame(server, layout)
     clock = _add_words(server, result, layout)

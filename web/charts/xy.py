@@ -14,7 +14,13 @@ from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.spatial_geometry import friction_outline
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.recordings.palette import FINGERS, MUTED
-from slipgrasp.web.charts.charts import LEAST_LENGTH, Chart, Line, tangential_forces
+from slipgrasp.web.charts.charts import (
+    LEAST_LENGTH,
+    Chart,
+    Line,
+    tangential_forces,
+    tangential_symbol,
+)
 from slipgrasp.web.charts.chosen import choosable, chosen_charts
 
 Values = NDArray[np.float64]
@@ -52,9 +58,9 @@ def xy_charts(result: RunResult) -> tuple[XyChart, ...]:
     trace, scenario = result.trace, result.scenario
     names = scenario.finger_names
     charts = [_speed_over_slip(trace, names), _object_path(trace)]
-    if not scenario.has_pyramid:
+    if scenario.friction_cone != "pyramid":
         charts.insert(1, _force_in_cone(trace, names))
-    if trace.shape.in_space:
+    if trace.shape.space.num_tangents == 2:
         charts = [_slip_paths(trace, names), _friction_shares(trace, scenario), *charts]
     return tuple(charts)
 
@@ -115,13 +121,13 @@ def _friction_shares(trace: Trace, scenario: Scenario) -> XyChart:
     edge = friction_outline(scenario, corners=72)
     where = (
         "square; along a tangent that slips it is on its side"
-        if scenario.has_pyramid
+        if scenario.friction_cone == "pyramid"
         else "circle; a fingertip slips with it on the circle, the way it points"
     )
     return XyChart(
         Chart(
             "xy-disc",
-            f"Friction over μFₙ in its {'pyramid' if scenario.has_pyramid else 'cone'}, x upwards",
+            f"Friction over μFₙ in its {scenario.friction_cone}, x upwards",
             "1",
             "The friction on the object as a share of what the contact can give now, in the axes "
             f"of its slip. In stick it is inside the {where}. {_BEFORE}",
@@ -136,13 +142,10 @@ def _friction_shares(trace: Trace, scenario: Scenario) -> XyChart:
 
 def _speed_over_slip(trace: Trace, names: Sequence[str]) -> XyChart:
     """The phase portrait of every slip."""
-    if trace.shape.in_space:
-        way = trace.slid_way
-        speed = np.linalg.norm(trace.slip_velocity.reshape(len(trace), -1, 2), axis=2)
-        what, across = "Slip speed against the way slid", "way slid [mm]"
-    else:
-        way, speed = trace.slip, trace.slip_velocity
-        what, across = "Slip velocity against slip", "slip [mm]"
+    way, speed, what = trace.slip_of_contacts, trace.slip_velocity, "Slip velocity against slip"
+    if trace.shape.space.has_paths:
+        speed = np.linalg.norm(speed.reshape(len(trace), -1, 2), axis=2)
+        what = "Slip speed against the way slid"
     return XyChart(
         Chart(
             "xy-slip",
@@ -153,23 +156,23 @@ def _speed_over_slip(trace: Trace, names: Sequence[str]) -> XyChart:
             least=LEAST_LENGTH,
         ),
         tuple(1e3 * way.T),
-        across,
+        f"{trace.shape.space.slip_words} [mm]",
         least_across=LEAST_LENGTH,
     )
 
 
 def _force_in_cone(trace: Trace, names: Sequence[str]) -> XyChart:
     """Contact forces, and the edges of each cone where it is widest and where it is narrowest."""
-    in_space = trace.shape.in_space
-    tangential = tangential_forces(trace) if in_space else trace.tangential_force
-    symbol = "|Fₜ|" if in_space else "Fₓ"
+    tangential, symbol, signs = trace.tangential_force, tangential_symbol(trace), (-1.0, 1.0)
+    if trace.shape.space.num_tangents == 2:
+        tangential, symbol, signs = tangential_forces(trace), f"|{symbol}|", (1.0,)
     most = 1.1 * float(trace.normal_force.max(initial=0.0))
     slopes = {
         sign * friction
         for friction in chain.from_iterable(
             (float(column.min()), float(column.max())) for column in trace.friction_coefficient.T
         )
-        for sign in ((1.0,) if in_space else (-1.0, 1.0))
+        for sign in signs
     }
     return XyChart(
         Chart(
@@ -189,17 +192,17 @@ def _force_in_cone(trace: Trace, names: Sequence[str]) -> XyChart:
 
 def _object_path(trace: Trace) -> XyChart:
     """Where the object's centre goes, and where it is wanted, from where it began."""
-    up = 2 if trace.shape.in_space else 1
+    *across, name = trace.shape.space.positions
+    up = len(across)
     place = 1e3 * (trace.object_pose - trace.object_pose[0])[:, : up + 1]
     wanted = place + 1e3 * trace.tracking_error[:, : up + 1]
-    name = "z" if trace.shape.in_space else "y"
     return XyChart(
         Chart(
             "xy-object",
             f"Path of the object, {name} upwards",
             "mm",
             "The way of the object's centre from where it began, solid, and of where it is wanted, "
-            "dashed" + (", seen from the front." if trace.shape.in_space else "."),
+            "dashed" + (", seen from the front." if up == 2 else "."),
             (
                 Line("wanted", "desired", MUTED, wanted[:, up], dashed=True),
                 Line("object", "object", FINGERS[0], place[:, up]),

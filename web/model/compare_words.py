@@ -6,7 +6,8 @@ from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
 from slipgrasp.core.run.metrics import METRICS
-from slipgrasp.core.trace.trace import OBJECT_COORDINATES, SIGNALS, SPATIAL_COORDINATES
+from slipgrasp.core.scenario.space import PLANAR, SPATIAL
+from slipgrasp.core.trace.trace import SIGNALS
 from slipgrasp.core.words.parameter_words import key_words, unit_words
 from slipgrasp.recordings.compare.differences import SignalDifference
 
@@ -24,7 +25,7 @@ _METRIC_WORDS = {
     "phase_change_count": "phase changes",
 }
 _METRIC_UNITS = {"end_time": "s", **{metric.name: metric.unit for metric in METRICS}}
-_COORDINATES: dict[str, str] = dict(zip(OBJECT_COORDINATES, ("x", "y", "θ"), strict=True))
+_COORDINATES: dict[str, str] = dict(zip(PLANAR.coordinates, ("x", "y", "θ"), strict=True))
 _IN_THOUSANDTHS = ("m", "m/s", "m/s²", "rad", "rad/s", "rad/s²")
 _WHOLE_FROM, _WHOLE_TO = 100.0, 1e6
 
@@ -109,7 +110,7 @@ def coordinate_words(name: str, count: int) -> list[tuple[str, str]]:
     units = _METRIC_UNITS[name].split(", ")
     if count == len(_COORDINATES):
         return list(zip(_COORDINATES.values(), units, strict=True))
-    letters = [key.replace("_", " ") for key in SPATIAL_COORDINATES]
+    letters = [key.replace("_", " ") for key in SPATIAL.coordinates]
     return list(zip(letters, [units[0]] * 3 + [units[-1]] * 3, strict=True))
 
 

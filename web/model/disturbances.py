@@ -7,10 +7,11 @@ from dataclasses import asdict, dataclass, replace
 from enum import StrEnum
 from typing import Any, Literal
 
-from slipgrasp.core.scenario import Patch, Pulse, Scenario
+from slipgrasp.core.scenario import PLANAR, Patch, Scenario, Space, SpatialScenario
 from slipgrasp.core.scenario.field_errors import template_key, template_keys
 from slipgrasp.core.scenario.parameters import Parameter
-from slipgrasp.core.scenario.spatial import SpatialPatch, SpatialPulse, SpatialScenario
+from slipgrasp.core.scenario.scenario import AnyPatch, AnyPulse, full_scenario
+from slipgrasp.core.scenario.spatial import SpatialPatch
 
 
 class DisturbanceKind(StrEnum):
@@ -49,16 +50,16 @@ class Disturbance:
 
 
 def push_at(
-    time: float, *, in_space: bool = False, force: tuple[float, ...] | None = None
+    time: float, space: Space = PLANAR, force: tuple[float, ...] | None = None
 ) -> Disturbance:
     """A push as long as is usual, from some time on [s].
 
     Args:
         time: When it begins [s].
-        in_space: Whether on an object in space.
+        space: The kind of hand that holds the object.
         force: How strong it is, a number per direction [N]; as is usual if None.
     """
-    pulse = _plain_values(SpatialPulse(time=time) if in_space else Pulse(time=time))
+    pulse = _plain_values(replace(full_scenario(space).pulses[0], time=time))
     own = {f"force.{i}": value for i, value in enumerate(force or ())}
     return Disturbance("pulses", pulse | own)
 
@@ -69,8 +70,7 @@ def wet_spot(scenario: Scenario, contact: int, slip: Sequence[float], time: floa
     Args:
         scenario: Whose face.
         contact: Which fingertip.
-        slip: How far it has slid along the tangents of its face, one in the plane, two in space
-            [m].
+        slip: How far it has slid along the tangents of its face, ``(tangents,)`` [m].
         time: When the spot appears [s].
     """
     if isinstance(scenario, SpatialScenario):
@@ -130,23 +130,23 @@ def disturbance_values(disturbances: Sequence[Disturbance]) -> Iterator[tuple[st
 
 
 def disturbance_parameters(
-    disturbances: Sequence[Disturbance], *, in_space: bool
+    disturbances: Sequence[Disturbance], space: Space
 ) -> Iterator[Parameter]:
     """The parameters of all disturbances, in the order of their fields.
 
     Args:
         disturbances: What happens.
-        in_space: Whether to an object in space.
+        space: The kind of hand that holds the object.
     """
-    templates = template_keys(in_space)
+    templates = template_keys(space)
     for key, value in disturbance_values(disturbances):
         is_whole = isinstance(value, int) and not isinstance(value, bool)
-        template = templates.get(template_key(key, in_space))
+        template = templates.get(template_key(key, space))
         if template is not None:
             yield replace(template, key=key, value=float(value) if is_whole else value)
 
 
-def _plain_values(entry: Pulse | SpatialPulse | Patch | SpatialPatch) -> dict[str, Any]:
+def _plain_values(entry: AnyPulse | AnyPatch) -> dict[str, Any]:
     """The values of an entry by key; a vector has a key per component."""
     values: dict[str, Any] = {}
     for name, value in asdict(entry).items():

@@ -18,7 +18,7 @@ from slipgrasp.core.scenario.loading import (
     with_values,
 )
 from slipgrasp.core.scenario.own_laws import LAW, LAW_PARAMETERS, law_names, law_parameters
-from slipgrasp.core.scenario.parameters import Parameter
+from slipgrasp.core.scenario.parameters import Parameter, ParameterValue
 from slipgrasp.web.model.disturbances import (
     Disturbance,
     disturbance_values,
@@ -194,7 +194,7 @@ class Draft:
             return self.edits[key]
         if is_of_law(key):
             return self._law_parameter(time, key)
-        if key in row_parameters(in_space=self.base.in_space):
+        if key in row_parameters(self.base.space):
             return rows_of(self.base, key)
         return _plain(_definitions(self.base)[key].value)
 
@@ -276,5 +276,5 @@ def _timed_edits(scenario: Scenario) -> Iterator[TimedEdit]:
         yield TimedEdit(change.time, change.parameter, _plain(change.value))
 
 
-def _plain(value: object) -> Value:
-    return list(value) if isinstance(value, tuple) else value  # type: ignore[return-value]
+def _plain(value: ParameterValue) -> Value:
+    return list(value) if isinstance(value, tuple) else value

@@ -10,7 +10,7 @@ from enum import StrEnum
 import numpy as np
 
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario import Scenario, SpatialScenario
 from slipgrasp.core.scenario.geometry import contact_frame
 from slipgrasp.core.scenario.law_choice import LAW
 from slipgrasp.core.trace.types import (
@@ -47,14 +47,16 @@ PHASE_HINTS = {
         "The fingertip slides along both tangents of its face, friction acts along each by itself",
     ),
 }
-_IN_THE_PLANE = (ContactPhase.STICK, ContactPhase.SLIP_FORWARD, ContactPhase.SLIP_BACKWARD)
-_ON_THE_CONE = (ContactPhase.STICK, ContactPhase.SLIP)
-# One of each kind.
-_IN_THE_PYRAMID = (
-    ContactPhase.STICK,
-    SLIPS_ALONG_ONE_TANGENT[0],
-    SLIPS_ALONG_BOTH_TANGENTS[0],
-)
+# By what bounds the friction of a contact; in the pyramid one of each kind.
+_PHASES = {
+    "line": (ContactPhase.STICK, ContactPhase.SLIP_FORWARD, ContactPhase.SLIP_BACKWARD),
+    "cone": (ContactPhase.STICK, ContactPhase.SLIP),
+    "pyramid": (
+        ContactPhase.STICK,
+        SLIPS_ALONG_ONE_TANGENT[0],
+        SLIPS_ALONG_BOTH_TANGENTS[0],
+    ),
+}
 
 
 class EventKind(StrEnum):
@@ -87,9 +89,7 @@ class RunEvent:
 
 def phases_in(scenario: Scenario) -> tuple[ContactPhase, ...]:
     """Phases that a contact of a scenario may have, one of each kind."""
-    if not scenario.in_space:
-        return _IN_THE_PLANE
-    return _IN_THE_PYRAMID if scenario.has_pyramid else _ON_THE_CONE
+    return _PHASES[scenario.friction_cone]
 
 
 def events_of(result: RunResult) -> list[RunEvent]:
@@ -136,9 +136,10 @@ def _what_it_does(result: RunResult, change: PhaseChange) -> str:
 def _way(result: RunResult, change: PhaseChange) -> str:
     """Where to the fingertip slips on its face, as one sees it at that time."""
     row = min(int(np.searchsorted(result.trace.times, change.time)), len(result.trace) - 1)
-    if result.scenario.in_space:
+    scenario = result.scenario
+    if isinstance(scenario, SpatialScenario):
         return _way_on_face(result, change, row)
-    frame = contact_frame(result.scenario.object, result.scenario.fingers[change.contact])
+    frame = contact_frame(scenario.object, scenario.fingers[change.contact])
     angle = float(result.trace.object_pose[row, 2])
     (tx, ty), sign = frame.tangent, int(change.to_phase)
     return _direction_words(
@@ -148,7 +149,7 @@ def _way(result: RunResult, change: PhaseChange) -> str:
 
 
 def _way_on_face(result: RunResult, change: PhaseChange, row: int) -> str:
-    """The same in space, seen from outside the object: its first tangent points up."""
+    """The same of a spatial hand, seen from outside the object: its first tangent points up."""
     slips = result.trace.slip_velocity[row:, 2 * change.contact : 2 * change.contact + 2]
     moving = slips[np.any(slips != 0.0, axis=1)]
     if len(moving) == 0:
@@ -170,7 +171,7 @@ def _timed_changes(result: RunResult) -> Iterator[RunEvent]:
             text = f"the control law becomes {law_change_words(draft, change)}"
         else:
             scenario = result.scenario
-            words = key_words(change.key, scenario.finger_names, in_space=scenario.in_space)
+            words = key_words(change.key, scenario.finger_names, scenario.space)
             text = f"{words} becomes {change.value}"
         yield RunEvent(change.time, EventKind.CHANGE, text)
 

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario import PLANAR, Scenario, Space
 from slipgrasp.core.scenario.field_errors import find_template
 from slipgrasp.core.scenario.own_laws import LAW_PARAMETERS, own_laws
 from slipgrasp.core.scenario.parameters import Parameter, iterate_parameters
+from slipgrasp.core.scenario.space import SPACES
 from slipgrasp.core.words.parameter_words import key_words, unit_after, unit_words
 from slipgrasp.web.model.disturbances import Disturbance, disturbance_parameters
 from slipgrasp.web.model.draft import is_of_law
@@ -111,7 +112,7 @@ def _placed(
     definitions: Mapping[str, Parameter], names: Sequence[str]
 ) -> Iterator[tuple[str, bool, Entry]]:
     single = (parameter for parameter in definitions.values() if not is_of_rows(parameter.key))
-    rows = row_parameters(in_space=_are_in_space(definitions))
+    rows = row_parameters(_space_of(definitions))
     for parameter in sorted((*single, *rows.values()), key=_rank):
         is_open = _is_main(parameter)
         label = knob_label(parameter, definitions, names)
@@ -170,17 +171,17 @@ def disturbance_title(disturbance: Disturbance) -> str:
 
 
 def disturbance_groups(
-    disturbances: Sequence[Disturbance], names: Sequence[str], *, in_space: bool
+    disturbances: Sequence[Disturbance], names: Sequence[str], space: Space
 ) -> tuple[Group, ...]:
     """A group for everything that happens to the object; folded, or the knobs below would leap.
 
     Args:
         disturbances: What happens.
         names: What the fingers are called.
-        in_space: Whether to an object in space.
+        space: The kind of hand that holds the object.
     """
     entries: dict[str, list[Entry]] = {}
-    for parameter in disturbance_parameters(disturbances, in_space=in_space):
+    for parameter in disturbance_parameters(disturbances, space):
         place, index, own = parameter.key.split(".", 2)
         label = key_words(own, names) + unit_words(parameter.unit)
         entries.setdefault(f"{place}.{index}", []).append(Entry(parameter, label))
@@ -211,13 +212,13 @@ def knob_label(
     if parameter.key == "controller.kind":
         return key_words(parameter.key, names)
     inside = parts[2:] if parts[0] == "fingers" else parts[1:]
-    words = key_words(".".join(inside or parts), names, in_space=_are_in_space(definitions))
+    words = key_words(".".join(inside or parts), names, _space_of(definitions))
     return words + unit_words(parameter.unit)
 
 
-def _are_in_space(definitions: Mapping[str, Parameter]) -> bool:
-    """Whether parameters are those of a scenario in space: its object has a height."""
-    return "object.height" in definitions
+def _space_of(definitions: Mapping[str, Parameter]) -> Space:
+    """The kind of hand that parameters are of: its object has other moments of inertia."""
+    return next((space for space in SPACES if space.inertias[0] in definitions), PLANAR)
 
 
 def value_words(scenario: Scenario, key: str, value: str) -> str:
@@ -230,5 +231,5 @@ def value_words(scenario: Scenario, key: str, value: str) -> str:
     """
     template = find_template(key)
     unit = template.unit if template else ""
-    words = key_words(key, scenario.finger_names, in_space=scenario.in_space)
+    words = key_words(key, scenario.finger_names, scenario.space)
     return f"{words} {value}{unit_after(unit)}"

@@ -48,7 +48,7 @@ class ParameterNames:
         head = _quiet_head(key)
         if self._tails[key.removeprefix(head)] > 1:
             head = ""  # such as the noise of the sensors, and that which the law expects
-        words = key_words(key, names, in_space=self._scenario.in_space)
+        words = key_words(key, names, self._scenario.space)
         return words.removeprefix(head.replace(".", " "))
 
     def unit(self, key: str) -> str:

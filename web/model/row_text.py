@@ -10,17 +10,16 @@ from dataclasses import asdict
 from functools import cache
 from typing import Any
 
-from slipgrasp.core.scenario import Scenario, SetPoint
-from slipgrasp.core.scenario.field_errors import full_scenario
+from slipgrasp.core.scenario import PLANAR, Scenario, Space
 from slipgrasp.core.scenario.parameters import Parameter, iterate_lists
-from slipgrasp.core.scenario.spatial import SpatialSetPoint, full_spatial_scenario
+from slipgrasp.core.scenario.scenario import AnySetPoint, full_scenario
+from slipgrasp.core.scenario.space import SPACES
 
 
 @cache
-def row_parameters(*, in_space: bool = False) -> dict[str, Parameter]:
-    """The lists of rows that a scenario has, in the plane or in space, by dotted key."""
-    full = full_spatial_scenario() if in_space else full_scenario()
-    return {parameter.key: parameter for parameter in iterate_lists(full)}
+def row_parameters(space: Space = PLANAR) -> dict[str, Parameter]:
+    """The lists of rows that scenarios of a kind of hand have, by dotted key."""
+    return {parameter.key: parameter for parameter in iterate_lists(full_scenario(space))}
 
 
 def is_of_rows(key: str) -> bool:
@@ -38,9 +37,7 @@ def rows_of(scenario: Scenario, key: str) -> list[Any]:
     part: Any = scenario
     for name in key.split("."):
         part = getattr(part, name)
-    return [
-        asdict(row) if isinstance(row, (SetPoint, SpatialSetPoint)) else list(row) for row in part
-    ]
+    return [asdict(row) if isinstance(row, AnySetPoint) else list(row) for row in part]
 
 
 def numbers_of(row: Any) -> list[Any]:
@@ -59,10 +56,10 @@ def parse_rows(key: str, text: str) -> Any:
         rows = [[float(number) for number in row.split(",")] for row in _parts(text)]
     except ValueError:
         return text
-    for full in (full_scenario(), full_spatial_scenario()):
-        if key not in row_parameters(in_space=full.in_space):
+    for space in SPACES:
+        if key not in row_parameters(space):
             continue
-        example = rows_of(full, key)[0]
+        example = rows_of(full_scenario(space), key)[0]
         if isinstance(example, list):
             return rows
         if all(len(row) == len(numbers_of(example)) for row in rows):

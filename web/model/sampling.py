@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from slipgrasp.core.trace.trace import JOINTS_PER_FINGER, Trace
+from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.trace.types import ContactPhase
 
 Values = NDArray[np.float64]
+
+_POINTS_OF_A_PATH = 160
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -20,14 +23,17 @@ class Sample:
 
     Attributes:
         time: Simulation time [s].
-        object_pose: Pose x, y, theta [m, m, rad].
-        desired_pose: Desired pose x, y, theta [m, m, rad].
-        external_wrench: Force and moment that push the object [N, N, N m].
-        slip: Displacement of each fingertip along its face [m].
-        slip_reach: Least and largest slip of each fingertip so far, shape ``(contacts, 2)`` [m].
-        slip_velocity: Its first derivative [m/s].
+        object_pose: Pose x, y, theta [m, m, rad]; of a spatial hand position and unit quaternion
+            (w, x, y, z).
+        desired_pose: The same of the desired pose.
+        external_wrench: Force and moment that push the object, world axes [N, N m].
+        slip: Displacement of each fingertip along its tangents, ``(contacts, tangents)`` [m].
+        trails: Where each fingertip has slid, in slips, ``(points, tangents)`` each [m]: of a
+            spatial hand all of it, in order; of a planar one its ends and, between them, the
+            point touched first.
+        slip_velocity: First derivative of the slip, likewise [m/s].
         phases: Phase of each contact.
-        tangential_force: F_x of each fingertip on the object [N].
+        tangential_force: Of each fingertip on the object along its tangents, likewise [N].
         normal_force: F_n of each fingertip on the object [N].
         friction: True friction coefficient of each contact.
         joint_positions: Joint angles, shape ``(fingers, joints)`` [rad].
@@ -39,7 +45,7 @@ class Sample:
     desired_pose: Values
     external_wrench: Values
     slip: Values
-    slip_reach: Values
+    trails: tuple[Values, ...]
     slip_velocity: Values
     phases: tuple[ContactPhase, ...]
     tangential_force: Values
@@ -93,9 +99,13 @@ class Sampler:
     """
 
     def __init__(self, trace: Trace) -> None:
-        self._trace = trace
-        self._least = np.minimum.accumulate(trace.slip, axis=0)
-        self._largest = np.maximum.accumulate(trace.slip, axis=0)
+        self._trace, count = trace, trace.shape.num_contacts
+        self._slip = trace.slip.reshape(len(trace), count, -1)
+        if trace.shape.space.has_paths:
+            paths = [(self._slip[:, i], trace.slip_path[:, i]) for i in range(count)]
+            self._trails: list[_Reach] | list[_Path] = [_Path(*pair) for pair in paths]
+        else:
+            self._trails = [_Reach(self._slip[:, i]) for i in range(count)]
 
     def at(self, time: float) -> Sample:
         """The state at a time, on the straight line between two rows of the trace.
@@ -104,20 +114,72 @@ class Sampler:
             time: Simulation time [s]; moved into the run if outside.
         """
         trace, spot = self._trace, locate(self._trace.times, time)
-        pose, slip = spot.read(trace.object_pose), spot.read(trace.slip)
-        reach = (np.minimum(self._least[spot.row], slip), np.maximum(self._largest[spot.row], slip))
+        slip, shape = spot.read(self._slip), trace.shape
+        pose, error = spot.read(trace.object_pose), spot.read(trace.tracking_error)
+        if len(pose) > len(error):
+            pose[3:] /= np.linalg.norm(pose[3:])
         return Sample(
             time=float(spot.read(trace.times)),
             object_pose=pose,
-            desired_pose=pose + spot.read(trace.tracking_error),
+            desired_pose=_desired(pose, error),
             external_wrench=trace.external_wrench[spot.row],
             slip=slip,
-            slip_reach=np.stack(reach, axis=1),
-            slip_velocity=spot.read(trace.slip_velocity),
+            trails=tuple(each.at(spot.row, slip[i]) for i, each in enumerate(self._trails)),
+            slip_velocity=spot.read(trace.slip_velocity).reshape(slip.shape),
             phases=tuple(ContactPhase(int(phase)) for phase in trace.phase[spot.row]),
-            tangential_force=spot.read(trace.tangential_force),
+            tangential_force=spot.read(trace.tangential_force).reshape(slip.shape),
             normal_force=spot.read(trace.normal_force),
             friction=trace.friction_coefficient[spot.row],
-            joint_positions=spot.read(trace.joint_position).reshape(-1, JOINTS_PER_FINGER),
+            joint_positions=spot.read(trace.joint_position).reshape(-1, shape.joints_per_finger),
             estimates=spot.read(trace.estimates),
         )
+
+
+class _Reach:
+    """The ends of what a planar fingertip has slid over."""
+
+    def __init__(self, slip: Values) -> None:
+        self._least = np.minimum.accumulate(slip, axis=0)
+        self._largest = np.maximum.accumulate(slip, axis=0)
+
+    def at(self, row: int, slip: Values) -> Values:
+        """The trail between a row and the next, where the fingertip is at a slip."""
+        least, largest = np.minimum(self._least[row], slip), np.maximum(self._largest[row], slip)
+        return np.stack([least, np.zeros_like(slip), largest])
+
+
+class _Path:
+    """The path of a spatial fingertip, of rows at which it has gone about equally far."""
+
+    def __init__(self, slip: Values, path: Values) -> None:
+        self._slip = slip
+        steps = np.linspace(0.0, path[-1], _POINTS_OF_A_PATH)
+        rows = np.searchsorted(path, steps[1:]).clip(max=len(slip) - 1)
+        self._stations = np.unique(np.append(0, rows))
+
+    def at(self, row: int, slip: Values) -> Values:
+        """The trail between a row and the next, where the fingertip is at a slip."""
+        passed = self._stations[: np.searchsorted(self._stations, row, side="right")]
+        return np.concatenate([self._slip[passed], slip[None]])
+
+
+def pushed(sample: Sample, force: Sequence[float]) -> Sample:
+    """An instant at which nothing but a force pushes the object, a number per direction [N]."""
+    wrench = np.zeros_like(sample.external_wrench)
+    wrench[: len(force)] = force
+    return replace(sample, external_wrench=wrench)
+
+
+def _desired(pose: Values, error: Values) -> Values:
+    """The desired pose; the error of a spatial attitude is a rotation vector in world axes."""
+    if len(pose) == len(error):
+        return pose + error
+    return np.concatenate([pose[:3] + error[:3], _turned(error[3:], pose[3:])])
+
+
+def _turned(vector: Values, quaternion: Values) -> Values:
+    """A quaternion (w, x, y, z) turned on by a rotation vector in world axes."""
+    angle = float(np.linalg.norm(vector))
+    w, v = np.cos(0.5 * angle), 0.5 * np.sinc(0.5 * angle / np.pi) * vector
+    w0, v0 = quaternion[0], quaternion[1:]
+    return np.append(w * w0 - v @ v0, w * v0 + w0 * v + np.cross(v, v0))

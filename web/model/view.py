@@ -30,13 +30,7 @@ from slipgrasp.web.model.playback import (
 )
 from slipgrasp.web.model.replay import Replay
 from slipgrasp.web.model.run_list import RunList
-from slipgrasp.web.model.sampling import Sampler
-from slipgrasp.web.model.spatial_sampling import (
-    AnySample,
-    SpatialSampler,
-    make_sampler,
-    pushed,
-)
+from slipgrasp.web.model.sampling import Sample, Sampler, pushed
 from slipgrasp.web.model.study import StudyView
 from slipgrasp.web.model.tour import TOUR, Stop
 
@@ -129,10 +123,10 @@ class Shown:
     result: RunResult
     elapsed: float
     replay: Replay | None = None
-    sampler: Sampler | SpatialSampler = field(init=False)
+    sampler: Sampler = field(init=False)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "sampler", make_sampler(self.result.trace))
+        object.__setattr__(self, "sampler", Sampler(self.result.trace))
 
     @property
     def name(self) -> str:
@@ -256,17 +250,17 @@ class ViewState:
         return self.draft.origin == label and not self.draft.is_touched
 
     @cached_property
-    def sample(self) -> AnySample | None:
+    def sample(self) -> Sample | None:
         """The instant of the run that is shown, at the play head; pushed as the user drags."""
         sample = self._sample_of(self.shown)
         return sample if self.drag is None or sample is None else pushed(sample, self.drag.force)
 
     @cached_property
-    def ghost_sample(self) -> AnySample | None:
+    def ghost_sample(self) -> Sample | None:
         """The instant of the pale run, at the play head."""
         return self._sample_of(self.ghost.shown if self.ghost else None)
 
-    def _sample_of(self, shown: Shown | None) -> AnySample | None:
+    def _sample_of(self, shown: Shown | None) -> Sample | None:
         if shown is None or self.playback is None:
             return None
         return shown.sampler.at(self.playback.time)

@@ -12,6 +12,7 @@ from slipgrasp.core.run.metrics import METRICS
 from slipgrasp.core.run.verdict import headline_of
 from slipgrasp.core.scenario.field_errors import find_template
 from slipgrasp.core.scenario.parameters import ParameterDifference
+from slipgrasp.core.scenario.space import PLANAR, Space
 from slipgrasp.core.words.parameter_words import belief_words, key_words, unit_words
 from slipgrasp.recordings.compare.comparison import Comparison
 from slipgrasp.recordings.compare.differences import PhaseDifference, SignalDifference
@@ -182,8 +183,7 @@ def _body_html(view: ViewState, shown: Shown) -> str:
         return "<p>Comparing …</p>"
     # What is known of another pair may be about other unknowns than this one has.
     unknowns = _common_unknowns(view) if is_current else ()
-    in_space = shown.result.scenario.in_space
-    body = findings_html(findings, names, unknowns, in_space=in_space)
+    body = findings_html(findings, names, unknowns, shown.result.scenario.space)
     return body if is_current else f"<div class='sg-outdated'>{body}</div>"
 
 
@@ -213,8 +213,7 @@ def findings_html(
     findings: Comparison,
     names: Sequence[str],
     unknowns: Sequence[str] = (),
-    *,
-    in_space: bool = False,
+    space: Space = PLANAR,
 ) -> str:
     """What tells two runs apart, the most important first.
 
@@ -222,12 +221,12 @@ def findings_html(
         findings: The comparison of the run on the screen, A, and the pale one, B.
         names: What the fingers are called.
         unknowns: Dotted keys of what both runs estimate; empty if that is not the same.
-        in_space: Whether the runs are of a hand in space.
+        space: The kind of hand of the runs.
     """
     if findings.identical:
         return "<p><b>Identical.</b> The same scenario, and not one number differs.</p>"
     parameters = (
-        _parameter_row(difference, _parameter_words(difference, names, unknowns, in_space))
+        _parameter_row(difference, _parameter_words(difference, names, unknowns, space))
         for difference in findings.scenario
     )
     blocks = (
@@ -305,12 +304,12 @@ def _parameter_row(difference: ParameterDifference, words: str) -> str:
 
 
 def _parameter_words(
-    difference: ParameterDifference, names: Sequence[str], unknowns: Sequence[str], in_space: bool
+    difference: ParameterDifference, names: Sequence[str], unknowns: Sequence[str], space: Space
 ) -> str:
     """What a parameter is called, with its unit; a belief as what it is about."""
     head, *rest = difference.key.split(".")
     if head != "estimates" or not unknowns:
-        words = key_words(difference.key, names, in_space=in_space)
+        words = key_words(difference.key, names, space)
         return words + unit_words(difference.unit)
     unknown = unknowns[int(rest[0])]
     template = find_template(unknown)

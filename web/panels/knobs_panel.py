@@ -129,7 +129,7 @@ class KnobsPanel:
                 folder.remove()
             self._knobs = {key: k for key, k in self._knobs.items() if not is_of_disturbance(key)}
             names, top = draft.base.finger_names, self._folders[0].order - 1.0
-            groups = disturbance_groups(draft.disturbances, names, in_space=draft.base.in_space)
+            groups = disturbance_groups(draft.disturbances, names, draft.base.space)
             self._disturbance_folders = [
                 self._add_group(group, {}, top + (i + 1.0) / (len(groups) + 1.0))
                 for i, group in enumerate(groups)

@@ -273,7 +273,7 @@ def _metrics_html(result: RunResult) -> str:
         )
     )
     rows = "".join(f"<tr>{row}</tr>" for row in _finger_rows(result))
-    final, ways = result.metrics.final_tracking_error, 3 if result.scenario.in_space else 2
+    final, ways = result.metrics.final_tracking_error, result.scenario.space.num_positions
     rms = math.hypot(*result.metrics.rms_tracking_error[:ways])
     tracking = (
         f"Object off its desired pose: {1e3 * math.hypot(*final[:ways]):.1f} mm and "

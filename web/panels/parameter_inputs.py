@@ -163,10 +163,10 @@ class _SliderKnob(Knob):
 class _PlainKnob(Knob):
     """A number, one of several words, or yes and no."""
 
-    def show(self, value: object) -> None:
+    def show(self, value: Any) -> None:
         """Shows the value."""
         if self.input.value != value:
-            self.input.value = value  # type: ignore[assignment]
+            self.input.value = value
 
     def read(self, value: Any) -> Value:
         """A whole number stays one."""

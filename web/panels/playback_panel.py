@@ -29,6 +29,7 @@ from slipgrasp.web.page.keys import KEYS, keys_of
 from slipgrasp.web.page.markup import change_attribute, click_attribute
 from slipgrasp.web.panels.strip import clock_words, strip_html
 
+_CONE_WORDS = {"line": "cone", "cone": "cone", "pyramid": "pyramid"}
 _ICONS = {
     "start": "M5 4h3v16H5zM20 4v16L9 12z",
     "previous event": "M12 4v16L3 12zM21 4v16l-9-8z",
@@ -103,7 +104,11 @@ def caption_html(shown: Shown, ghost: Ghost | None, time: float) -> str:
     legend = "".join(
         f'<span><i style="color:{colour}">{sign}</i> {word}</span>'
         for sign, colour, word in (
-            ("━", _legible(CONE), f"friction {'pyramid' if scenario.has_pyramid else 'cone'}"),
+            (
+                "━",
+                _legible(CONE),
+                f"friction {'pyramid' if scenario.friction_cone == 'pyramid' else 'cone'}",
+            ),
             ("┅", _legible(BELIEVED_CONE), "as believed"),
             ("┅", _legible(GHOST), "desired pose"),
             *_disturbance_signs(scenario),

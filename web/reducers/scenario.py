@@ -45,8 +45,6 @@ from slipgrasp.web.model.view import Drag, RunStatus, Shown, ViewState, with_sta
 from slipgrasp.web.reducers.reducer import Reducer
 
 _POURED = 1.5
-_MASSES = ("object.mass", "object.inertia")
-_MASSES_IN_SPACE = ("object.mass", *(f"object.inertias.{k}" for k in range(3)))
 """What a pour multiplies mass and inertia by."""
 _DIGITS = 6
 
@@ -138,11 +136,11 @@ def _disturbed(view: ViewState, intent: AddDisturbance) -> Draft:
     draft, moment = view.draft, change_time(view.playback.time)
     match intent.what:
         case DisturbanceKind.PUSH:
-            return draft.with_disturbance(push_at(moment, in_space=draft.base.in_space))
+            return draft.with_disturbance(push_at(moment, draft.base.space))
         case DisturbanceKind.WET_SPOT:
             return _wetted(draft, view.shown, moment, intent.contact)
         case DisturbanceKind.POUR:
-            for key in _MASSES_IN_SPACE if draft.base.in_space else _MASSES:
+            for key in ("object.mass", *draft.base.space.inertias):
                 draft = _multiplied(draft, moment, key, _POURED)
             return draft
 
@@ -152,8 +150,8 @@ def _dragged(view: ViewState, force: tuple[float, ...]) -> ViewState:
     shown, playback = view.shown, view.playback
     if shown is None or playback is None:
         return view
-    in_space = shown.result.scenario.in_space
-    if view.draft.base.in_space is not in_space or len(force) != (3 if in_space else 2):
+    space = shown.result.scenario.space
+    if view.draft.base.space is not space or len(force) != space.num_positions:
         return view
     was_playing = playback.playing if view.drag is None else view.drag.was_playing
     return replace(view, playback=replace(playback, playing=False), drag=Drag(force, was_playing))
@@ -168,7 +166,7 @@ def _let_go(view: ViewState, force: tuple[float, ...]) -> ViewState:
     view = replace(view, drag=None, playback=replace(playback, playing=drag.was_playing))
     if not any(force):
         return view
-    push = push_at(change_time(playback.time), in_space=len(force) == 3, force=force)
+    push = push_at(change_time(playback.time), view.draft.base.space, force)
     return _with_draft(view, view.draft.with_disturbance(push))
 
 
@@ -179,7 +177,7 @@ def _wetted(draft: Draft, shown: Shown, moment: float, contact: int | None) -> D
     contacts = range(len(draft.base.fingers))
     if contact is None:
         contact = int(np.argmin(trace.friction_margin[spot.row]))
-    same = shown.result.scenario.in_space is draft.base.in_space
+    same = shown.result.scenario.space is draft.base.space
     if contact not in contacts or trace.shape.num_contacts != len(contacts) or not same:
         return draft
     slip = spot.read(trace.slip).reshape(len(contacts), -1)[contact].tolist()

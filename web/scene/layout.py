@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario import PLANAR, SPATIAL, Scenario
 from slipgrasp.scene import parts, rotations, skeleton
 from slipgrasp.scene.states import States, states_of
 from slipgrasp.web.scene.lens_places import box_around, place_lenses
@@ -23,7 +23,8 @@ _ELEVATION, _ASIDE = math.radians(24.0), math.radians(14.0)
 _MARGIN_LOW = np.array([0.24, 0.26])
 _MARGIN_HIGH = np.array([0.24, 0.1])
 _LENS_SHARE = 0.64
-_SLIP_SHARE, _DISC_SHARE = 0.62, 0.5  # of the lens of a spatial hand
+_SLIP_SHARES = {PLANAR: 1.0, SPATIAL: 0.62}  # of the lens
+_DISC_SHARE = 0.5
 _LARGEST_MAGNIFICATION = 200.0
 _LENS_DEPTH = 0.12
 """How much nearer to the eye than a planar hand lenses are [m], so that no finger covers one."""
@@ -91,11 +92,11 @@ def lay_out(result: RunResult, *, whole_hand: bool = False) -> SceneLayout:
     """
     scenario, trace, full = result.scenario, result.trace, full_scale(result)
     count = len(scenario.fingers)
-    plane = _first_look(scenario, states_of(trace[:1])) if scenario.in_space else FRONT
+    plane = _first_look(scenario, states_of(trace[:1]))
     low, high = (_hand_box if whole_hand else _grasp_box)(result, plane)
     places = place_lenses(low, high, count)
     slip = np.linalg.norm(trace.slip.reshape(len(trace), count, -1), axis=2)
-    radius = (_SLIP_SHARE if scenario.in_space else 1.0) * places.radius
+    radius = _SLIP_SHARES[scenario.space] * places.radius
     limit = max(float(trace.friction_coefficient.max() * full.force), 1e-3)
     return SceneLayout(
         plane=plane,
@@ -158,7 +159,9 @@ def _corners(scenario: Scenario, positions: Points, turns: Points) -> Points:
 
 
 def _first_look(scenario: Scenario, start: States) -> ViewPlane:
-    """From where one sees most of the contacts' faces, none of them behind its finger."""
+    """From where one sees most of the contacts' faces, none behind its finger; a plane upright."""
+    if skeleton.ROOTS[scenario.space] == skeleton.PLANE:
+        return FRONT
     normals = np.array([each.axes @ each.inward for each in skeleton.contacts_of(scenario)])
     outward = -normals @ rotations.matrices(start.object_pose[0, 3:]).T
     eyes = np.stack([np.cos(_AZIMUTHS), np.sin(_AZIMUTHS)], axis=1)

@@ -13,7 +13,7 @@ from slipgrasp.core.trace.types import ContactPhase
 from slipgrasp.recordings.palette import PHASES
 from slipgrasp.scene.states import States, in_three_dimensions
 from slipgrasp.web.model.colours import glow
-from slipgrasp.web.model.spatial_sampling import AnySample, SpatialSample
+from slipgrasp.web.model.sampling import Sample
 from slipgrasp.web.scene.layout import FullScale, SceneLayout
 
 Points = NDArray[np.float64]
@@ -68,31 +68,26 @@ class Trail(NamedTuple):
         return np.tile(np.array(glow(PHASES[ContactPhase.SLIP]), np.uint8), pieces)
 
 
-def trail_of(sample: AnySample, i: int) -> Trail:
+def trail_of(sample: Sample, i: int) -> Trail:
     """The trail of a fingertip.
 
     Args:
         sample: The instant.
         i: Which contact.
     """
-    if isinstance(sample, SpatialSample):
-        return Trail(sample.ways[i], sample.slip[i])
-    least, largest = sample.slip_reach[i]
-    return Trail(np.array([[least], [0.0], [largest]]), sample.slip[i : i + 1])
+    return Trail(sample.trails[i], sample.slip[i])
 
 
-def states_of(sample: AnySample) -> States:
+def states_of(sample: Sample) -> States:
     """An instant of the dashboard as the only state for the scene."""
-    contacts = len(sample.phases)
-    columns = (1, contacts, -1)
     return States(
         times=np.array([sample.time]),
         object_pose=in_three_dimensions(sample.object_pose[None]),
         desired_pose=in_three_dimensions(sample.desired_pose[None]),
         joint_angles=sample.joint_positions[None],
-        slip=sample.slip.reshape(columns),
-        slip_velocity=sample.slip_velocity.reshape(columns),
-        tangential_force=sample.tangential_force.reshape(columns),
+        slip=sample.slip[None],
+        slip_velocity=sample.slip_velocity[None],
+        tangential_force=sample.tangential_force[None],
         normal_force=sample.normal_force[None],
         friction=sample.friction[None],
         phases=np.array([sample.phases], np.int8),
@@ -147,7 +142,7 @@ class RunFacts:
     beliefs: tuple[int | None, ...]
     magnification: float
 
-    def believed(self, sample: AnySample, contact: int) -> float | None:
+    def believed(self, sample: Sample, contact: int) -> float | None:
         """What the controller believes a friction coefficient to be, None if it knows it."""
         place = self.beliefs[contact]
         return None if place is None else max(float(sample.estimates[place]), 0.0)

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import viser
 from numpy.typing import NDArray
 
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario import PLANAR, SPATIAL, Scenario
+from slipgrasp.core.scenario.spatial_geometry import friction_outline
 from slipgrasp.scene import parts, rotations, skeleton
 from slipgrasp.scene.states import States
 from slipgrasp.web.model.appearance import Appearance
-from slipgrasp.web.model.spatial_sampling import AnySample
+from slipgrasp.web.model.sampling import Sample
 from slipgrasp.web.scene.contact_view import ContactView
 from slipgrasp.web.scene.detail import Detail
 from slipgrasp.web.scene.dragging import Draggable, ObjectDrag
@@ -32,10 +34,32 @@ from slipgrasp.web.scene.wet_spots import WetSpots, add_wet_spots
 Stage = viser.ClientHandle | viser.ViserServer
 Points = NDArray[np.float64]
 
-# Of planar and spatial hands: what is taken away and put there anew under one name at one instant
-# may reach a viewer in the wrong order.
-_ROOTS = ("/hand", "/space")
-_GHOST_ROOTS = ("/ghost", "/pale-space")
+
+class _Look(NamedTuple):
+    """What is drawn otherwise of planar and of spatial hands.
+
+    What is taken away and put there anew under one name at one instant may reach a viewer in the
+    wrong order: so the nodes have other names.
+
+    Attributes:
+        root: Name of the node of the hand.
+        ghost_root: Name of that of the pale hand.
+        drag_axes: Axes of the world along which the object can be dragged.
+        lens: The close-up of a contact.
+        glass: Whether one sees into the object.
+    """
+
+    root: str
+    ghost_root: str
+    drag_axes: tuple[int, ...]
+    lens: type[SectionLens] | type[FaceLens]
+    glass: bool
+
+
+_LOOKS = {
+    PLANAR: _Look("/hand", "/ghost", (0, 2), SectionLens, glass=False),
+    SPATIAL: _Look("/space", "/pale-space", (0, 1, 2), FaceLens, glass=True),
+}
 _FLOOR_MARGIN = 0.6
 _LEAST_RINGED = 2.0
 _RIM_CORNERS = 48
@@ -80,7 +104,7 @@ class Scene:
         self._appearance = appearance or self._appearance
         layout = lay_out(result, whole_hand=self._appearance.whole_hand)
         self._run = run_facts(result, layout, self._appearance.force_scale)
-        is_alike = ghost is not None and ghost.scenario.in_space is result.scenario.in_space
+        is_alike = ghost is not None and ghost.scenario.space is result.scenario.space
         with self._stage.atomic():
             views = self._views_of(result.scenario, layout)
             views.rescale(layout, self._appearance)
@@ -88,13 +112,11 @@ class Scene:
             self._show_ghost(ghost if is_alike else None, views, layout)
         if self._drag is not None:
             scale = views.push.newtons_per_metre(self._run.full)
-            axes = (0, 1, 2) if result.scenario.in_space else (0, 2)
+            axes = _LOOKS[result.scenario.space].drag_axes
             self._drag.follow(Draggable(views.hand.block, scale, axes))
         return layout
 
-    def update(
-        self, sample: AnySample, ghost: AnySample | None = None, *, moving: bool = False
-    ) -> None:
+    def update(self, sample: Sample, ghost: Sample | None = None, *, moving: bool = False) -> None:
         """Shows an instant of the run, and one of the run that is drawn pale.
 
         Args:
@@ -129,7 +151,7 @@ class Scene:
     def _update_lenses(
         self,
         views: _Views,
-        sample: AnySample,
+        sample: Sample,
         states: States,
         trails: list[Trail],
         pale: States | None,
@@ -181,7 +203,7 @@ class Scene:
                 self._ghost.remove()
             self._ghost = GhostView(
                 self._stage.scene,
-                _GHOST_ROOTS[ghost.scenario.in_space],
+                _LOOKS[ghost.scenario.space].ghost_root,
                 ghost.scenario,
                 views.contacts,
                 layout,
@@ -219,7 +241,7 @@ class _Views:
             mark.show_cone(appearance.cones)
             lens.show_cone(appearance.cones)
 
-    def update(self, sample: AnySample, states: States, trails: list[Trail], run: RunFacts) -> None:
+    def update(self, sample: Sample, states: States, trails: list[Trail], run: RunFacts) -> None:
         """Moves hand, object and the marks on them."""
         self.hand.update(states)
         self.push.update(states.object_pose[0, :3], sample.external_wrench, run.full)
@@ -234,7 +256,7 @@ def _shape(scenario: Scenario) -> object:
     )
     corners = parts.outline_of(scenario).tobytes()
     depth = parts.sizes_of(scenario).half_depth
-    return (fingers, corners, depth, scenario.trajectory.start, scenario.has_pyramid)
+    return (fingers, corners, depth, scenario.trajectory.start, scenario.friction_cone == "pyramid")
 
 
 def _make_views(
@@ -244,16 +266,17 @@ def _make_views(
     surfaces: Surfaces,
     detail: Detail,
 ) -> _Views:
-    name, contacts = _ROOTS[scenario.in_space], skeleton.contacts_of(scenario)
+    look, contacts = _LOOKS[scenario.space], skeleton.contacts_of(scenario)
+    name = look.root
     root = scene.add_frame(name, show_axes=False)
     own = {skeleton.contact_name(i) for i in range(len(contacts))}
     frames = [frame for frame in skeleton.frames_of(scenario) if frame.name not in own]
     entities = [each for each in parts.entities_of(scenario) if each.name not in own]
-    hand = HandDrawer(scene, name, frames, entities, surfaces, detail, glass=scenario.in_space)
+    hand = HandDrawer(scene, name, frames, entities, surfaces, detail, glass=look.glass)
     body, sizes = hand.paths[skeleton.OBJECT], parts.sizes_of(scenario)
     inner = sizes.inner_radius
     marks = sizes_on_hand(inner, sizes.front)
-    rim = parts.friction_rim(scenario, _RIM_CORNERS)
+    rim = friction_outline(scenario, _RIM_CORNERS)
     views = tuple(
         ContactView(
             scene,
@@ -268,7 +291,7 @@ def _make_views(
         )
         for i, contact in enumerate(contacts)
     )
-    if scenario.in_space:
+    if look.glass:
         _add_floor(scene, f"{name}/floor", scenario, surfaces)
     else:
         _add_centre(scene, f"{body}/centre", 0.3 * inner, 0.95 * sizes.front, surfaces)
@@ -276,20 +299,20 @@ def _make_views(
     board = f"{name}/lenses/board"
     attitude = np.array(layout.board_attitude)
     scene.add_frame(board, show_axes=False, wxyz=attitude, position=layout.board_place)
-    lens_type = FaceLens if scenario.in_space else SectionLens
     lenses = []
     for i, (contact, finger) in enumerate(zip(contacts, scenario.finger_names, strict=True)):
         middle = position(layout.lens_centres[i])
         scene.add_frame(f"{board}/{i}", show_axes=False, position=middle)
         lenses.append(
-            lens_type(scene, f"{board}/{i}", layout, i, finger, contact, rim, surfaces, detail)
+            look.lens(scene, f"{board}/{i}", layout, i, finger, contact, rim, surfaces, detail)
         )
     leaders = tuple(
         Leader(scene, f"{name}/lenses/leader{i}", layout, i, surfaces, detail)
         for i in range(len(contacts))
     )
-    upright = np.array(rotations.UNTURNED if scenario.in_space else skeleton.UPRIGHT)
-    parent = name if scenario.in_space else hand.paths[skeleton.PLANE]
+    stands_in = skeleton.ROOTS[scenario.space]
+    upright = np.array(skeleton.UPRIGHT if stands_in == skeleton.PLANE else rotations.UNTURNED)
+    parent = hand.paths[stands_in]
     push = PushView(scene, f"{parent}/push", inner, marks, detail)
     return _Views(
         root,

@@ -10,9 +10,10 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from slipgrasp.core.scenario import Patch, Scenario
+from slipgrasp.core.scenario import Patch, PlanarScenario, Scenario
 from slipgrasp.core.scenario.geometry import contact_frame, inner_radius
-from slipgrasp.core.scenario.spatial import SpatialPatch, SpatialScenario, is_there
+from slipgrasp.core.scenario.scenario import is_there
+from slipgrasp.core.scenario.spatial import SpatialPatch, SpatialScenario
 from slipgrasp.core.scenario.spatial_geometry import edges_of, spatial_contact
 from slipgrasp.scene import parts, rotations
 from slipgrasp.scene.skeleton import LYING
@@ -96,7 +97,7 @@ def _band(
     scene: viser.SceneApi,
     name: str,
     lenses: Sequence[str],
-    scenario: Scenario,
+    scenario: PlanarScenario,
     patch: Patch,
     layout: SceneLayout,
 ) -> Iterator[viser.FrameHandle]:
@@ -140,7 +141,7 @@ def _round_spot(
         _draw_water(scene, own, patch.radius, layout.magnification, seen)
 
 
-def spot_on_face(scenario: Scenario, patch: Patch) -> tuple[Points, Points, float]:
+def spot_on_face(scenario: PlanarScenario, patch: Patch) -> tuple[Points, Points, float]:
     """A low-friction patch on the object: its ends, the way into the object, and its thickness.
 
     Args:
@@ -156,7 +157,7 @@ def spot_on_face(scenario: Scenario, patch: Patch) -> tuple[Points, Points, floa
 
 
 def spot_in_lens(
-    scenario: Scenario, patch: Patch, contact: int, layout: SceneLayout
+    scenario: PlanarScenario, patch: Patch, contact: int, layout: SceneLayout
 ) -> tuple[Points, Points, float] | None:
     """A low-friction patch in the close-up of a contact; None where it is out of sight."""
     finger = scenario.fingers[contact]

@@ -11,6 +11,7 @@ from slipgrasp.core.kernel.compilation.records import Layout
 from slipgrasp.core.scenario import CONTROL_LAWS, MAX_UNKNOWNS
 from slipgrasp.core.scenario.laws import facts_read_for
 from slipgrasp.core.scenario.own_laws import OUTSIDE, law_of
+from slipgrasp.core.scenario.space import Space
 
 OBJECT_MASS, OBJECT_INERTIA, FRICTION, LINK_MASS = range(4)
 
@@ -28,16 +29,16 @@ UNKNOWNS = np.dtype(
 )
 
 
-def facts_layout(hand: str) -> np.dtype:
+def facts_layout(space: Space) -> np.dtype:
     """What is true of a control law, for the kernel of a kind of hands."""
-    return np.dtype([(fact, np.bool_) for fact in facts_read_for(hand)], align=True)
+    return np.dtype([(fact, np.bool_) for fact in facts_read_for(space)], align=True)
 
 
-def facts_table(hand: str) -> np.ndarray:
+def facts_table(space: Space) -> np.ndarray:
     """What is true of every law by its number; those of one's own are the last."""
-    laws, facts = (*CONTROL_LAWS.values(), law_of(OUTSIDE)), facts_read_for(hand)
+    laws, facts = (*CONTROL_LAWS.values(), law_of(OUTSIDE)), facts_read_for(space)
     rows = [tuple(getattr(law, fact) for fact in facts) for law in laws]
-    return np.array(rows, facts_layout(hand))
+    return np.array(rows, facts_layout(space))
 
 
 def law_layout(facts: Layout, num_coordinates: int, more: Sequence[tuple[Any, ...]]) -> Layout:

@@ -13,6 +13,7 @@ from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Floats, Layou
 from slipgrasp.core.kernel.numerics.elementary import square
 from slipgrasp.core.scenario import MAX_DIAGNOSTICS, MAX_UNKNOWNS
 from slipgrasp.core.scenario.own_laws import Diagnostic
+from slipgrasp.core.scenario.space import Space
 from slipgrasp.core.trace.trace import SIGNALS, Signal, TraceShape
 
 LARGEST = 1e300
@@ -23,12 +24,12 @@ Columns = tuple[int, int, int, int]
 _Places = namedtuple("_Places", [*(signal.name for signal in SIGNALS), "end"])
 
 
-def place_signals(*, in_space: bool) -> Any:
+def place_signals(space: Space) -> Any:
     """First column of every signal, by its name, and the end of a row."""
 
     def columns_before(signals: Sequence[Signal]) -> Columns:
         def columns(n: int, p: int, d: int) -> int:
-            shape = _shape(n, p, d, in_space=in_space)
+            shape = _shape(space, n, p, d)
             return sum(shape.width(signal) for signal in signals)
 
         none = columns(0, 0, 0)
@@ -37,12 +38,12 @@ def place_signals(*, in_space: bool) -> Any:
     return _Places._make(columns_before(SIGNALS[:index]) for index in range(len(SIGNALS) + 1))
 
 
-def _shape(n: int, p: int, d: int, *, in_space: bool) -> TraceShape:
-    return TraceShape(n, ("",) * p, (Diagnostic("", "", ""),) * d, in_space=in_space)
+def _shape(space: Space, n: int, p: int, d: int) -> TraceShape:
+    return TraceShape(n, ("",) * p, (Diagnostic("", "", ""),) * d, space=space)
 
 
 def row_layout(
-    state: Layout, discrete: Layout, more: Sequence[tuple[Any, ...]], *, in_space: bool
+    state: Layout, discrete: Layout, more: Sequence[tuple[Any, ...]], space: Space
 ) -> Layout:
     """The state of one row with all that belongs to it, and the row itself.
 
@@ -50,9 +51,9 @@ def row_layout(
         state: The integrated state.
         discrete: What stays fixed between two jumps.
         more: Fields of the mechanics.
-        in_space: Whether of a spatial hand.
+        space: Of the hand.
     """
-    shape = _shape(MAX_FINGERS, MAX_UNKNOWNS, MAX_DIAGNOSTICS, in_space=in_space)
+    shape = _shape(space, MAX_FINGERS, MAX_UNKNOWNS, MAX_DIAGNOSTICS)
     fields = [
         ("time", np.float64),  # [s]
         ("state", state),

@@ -21,7 +21,7 @@ from slipgrasp.core.kernel.loop.model import (
 )
 from slipgrasp.core.kernel.loop.motion import motion_layout
 from slipgrasp.core.kernel.numerics.methods import MAX_METHODS, METHOD
-from slipgrasp.core.scenario.laws import PLANAR
+from slipgrasp.core.scenario.space import PLANAR
 
 # Geometry of fingers and contacts.
 HAND = np.dtype(

@@ -29,13 +29,13 @@ from slipgrasp.core.scenario import (
     CONTROL_LAWS,
     ControllerParameters,
     FingerParameters,
-    Scenario,
+    PlanarScenario,
     SensingParameters,
 )
 from slipgrasp.core.scenario.geometry import TANGENTS
-from slipgrasp.core.scenario.laws import PLANAR
 from slipgrasp.core.scenario.own_laws import OUTSIDE, law_of
 from slipgrasp.core.scenario.parameters import kinds_using
+from slipgrasp.core.scenario.space import PLANAR
 from slipgrasp.core.scenario.table import NUMBER, TABLE, choices_of, place_of, write_table
 
 # What holds for a stretch of a run beyond the parameters of its scenario.
@@ -86,7 +86,7 @@ def _list_unknowns() -> np.ndarray:
 _UNKNOWNS = _list_unknowns()
 
 
-def make_table(scenario: Scenario) -> Record:
+def make_table(scenario: PlanarScenario) -> Record:
     """The numbers of a validated scenario (`slipgrasp.core.scenario.table`)."""
     numbers = np.zeros(TABLE.itemsize // NUMBER.itemsize)
     write_table(scenario, numbers)

@@ -42,10 +42,11 @@ from slipgrasp.core.kernel.planar.state import (
     velocity_at,
 )
 from slipgrasp.core.kernel.planar.workspace import DISCRETE, WORKSPACE
-from slipgrasp.core.trace.trace import JOINTS_PER_FINGER
+from slipgrasp.core.scenario.space import PLANAR
 
-AT = place_signals(in_space=False)
-ROW = row_layout(STATE, DISCRETE, [("torques", np.float64, (MAX_FINGERS, 2))], in_space=False)
+JOINTS_PER_FINGER = PLANAR.joints_per_finger
+AT = place_signals(PLANAR)
+ROW = row_layout(STATE, DISCRETE, [("torques", np.float64, (MAX_FINGERS, 2))], PLANAR)
 
 _fill_shared = make_fill_shared(AT, true_value)
 

@@ -35,8 +35,8 @@ from slipgrasp.core.kernel.planar.state import STATE, estimate_at
 from slipgrasp.core.kernel.planar.stepper import STEP, prepare_interpolant
 from slipgrasp.core.kernel.planar.tally import TALLY, add_to_tally
 from slipgrasp.core.kernel.planar.workspace import DISCRETE, WORKSPACE
+from slipgrasp.core.scenario.space import PLANAR
 from slipgrasp.core.scenario.table import TABLE
-from slipgrasp.core.trace.trace import JOINTS_PER_FINGER
 
 PROGRESS = progress_layout(
     [
@@ -56,9 +56,9 @@ PROGRESS = progress_layout(
         ("own", OWN_LAW),
         ("prediction", PREDICTION),
     ],
-    JOINTS_PER_FINGER,
+    PLANAR.joints_per_finger,
 )
-OUTLET = outlet_layout(ROW, JOINTS_PER_FINGER)
+OUTLET = outlet_layout(ROW, PLANAR.joints_per_finger)
 LAYOUTS = Layouts("", MODEL, STATE, DISCRETE, PROGRESS, OUTLET)
 
 

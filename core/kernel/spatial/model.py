@@ -34,8 +34,8 @@ from slipgrasp.core.kernel.spatial.state import (
     count_states,
     number_of_coordinates,
 )
-from slipgrasp.core.scenario.laws import SPATIAL
 from slipgrasp.core.scenario.own_laws import law_number
+from slipgrasp.core.scenario.space import SPATIAL
 from slipgrasp.core.scenario.spatial import SpatialController, SpatialScenario
 from slipgrasp.core.scenario.spatial_geometry import edges_of, spatial_contact
 from slipgrasp.core.scenario.unknowns import parse_unknown
@@ -187,7 +187,7 @@ def pack_model(
     model = make_record(MODEL)
     n, p = len(scenario.fingers), len(scenario.estimates)
     model.num_fingers = model.hand.num_fingers = model.truth.num_fingers = n
-    model.ways = 2 if scenario.has_pyramid else 1
+    model.ways = 2 if scenario.friction_cone == "pyramid" else 1
     model.num_unknowns = model.unknowns.count = p
     model.num_states = count_states(n)
     model.hand.gravity = scenario.simulation.gravity

@@ -55,8 +55,9 @@ from slipgrasp.core.kernel.spatial.workspace import (
     MAX_ROWS,
     WORKSPACE,
 )
+from slipgrasp.core.scenario.space import SPATIAL
 
-AT = place_signals(in_space=True)
+AT = place_signals(SPATIAL)
 ROW = row_layout(
     STATE,
     DISCRETE,
@@ -65,7 +66,7 @@ ROW = row_layout(
         ("matrix", np.float64, (MAX_COORDINATES, MAX_COORDINATES)),
         ("order", np.int64, (MAX_COORDINATES,)),
     ],
-    in_space=True,
+    SPATIAL,
 )
 
 _fill_shared = make_fill_shared(AT, true_value)

@@ -38,8 +38,8 @@ from slipgrasp.core.kernel.spatial.stepper import STEP, state_inside
 from slipgrasp.core.kernel.spatial.tally import TALLY, spatial_tally
 from slipgrasp.core.kernel.spatial.ways import least_margin
 from slipgrasp.core.kernel.spatial.workspace import DISCRETE, WORKSPACE
+from slipgrasp.core.scenario.space import SPATIAL
 from slipgrasp.core.scenario.spatial import SpatialScenario
-from slipgrasp.core.trace.trace import JOINTS_IN_SPACE
 
 PROGRESS = progress_layout(
     [
@@ -58,9 +58,9 @@ PROGRESS = progress_layout(
         ("own", OWN_LAW),
         ("prediction", PREDICTION),
     ],
-    JOINTS_IN_SPACE,
+    SPATIAL.joints_per_finger,
 )
-OUTLET = outlet_layout(ROW, JOINTS_IN_SPACE)
+OUTLET = outlet_layout(ROW, SPATIAL.joints_per_finger)
 LAYOUTS = Layouts("spatial_", MODEL, STATE, DISCRETE, PROGRESS, OUTLET)
 
 

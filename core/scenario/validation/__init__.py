@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from slipgrasp.core.exceptions import FieldError, ScenarioError
-from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario import Scenario, SpatialScenario
 from slipgrasp.core.scenario.field_errors import refuse_other_types
-from slipgrasp.core.scenario.spatial import SpatialScenario
 from slipgrasp.core.scenario.validation.control import (
     check_control,
     check_estimates,
@@ -25,9 +24,8 @@ from slipgrasp.core.scenario.validation.hands import check_computed
 from slipgrasp.core.scenario.validation.outline import check_outline
 from slipgrasp.core.scenario.validation.space import (
     check_body,
-    check_known_in_space,
+    check_sampled_only,
     check_spatial_contacts,
-    check_spatial_motion,
 )
 from slipgrasp.core.scenario.validation.trajectory import check_trajectory
 from slipgrasp.core.scenario.validation.world import (
@@ -63,7 +61,7 @@ _SPATIAL_CHECKS = (
     check_outline,
     check_body,
     check_spatial_contacts,
-    check_spatial_motion,
+    check_trajectory,
     check_estimates,
     check_gains,
     check_least_gain,
@@ -72,7 +70,7 @@ _SPATIAL_CHECKS = (
     check_control,
     check_normal_forces,
     check_latency,
-    check_known_in_space,
+    check_sampled_only,
     check_times,
     check_static_friction,
     check_patches,

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator
 
 import numpy as np
 
 from slipgrasp.core.exceptions import FieldError
 from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.chosen_laws import kinds_in
 from slipgrasp.core.scenario.field_errors import nearest, shortened
 from slipgrasp.core.scenario.laws import CONTROL_LAWS
-from slipgrasp.core.scenario.own_laws import LAW, kinds_in, law_names, law_of, own_law
+from slipgrasp.core.scenario.own_laws import LAW, law_names, law_of, own_law
 from slipgrasp.core.scenario.unknowns import parse_unknown
 
 MIN_CONTROL_PERIOD = 1e-4
@@ -24,10 +26,10 @@ ROUNDING = 1e-12
 def check_gains(scenario: Scenario) -> Iterator[FieldError]:
     """A list of gains has one number per coordinate, or per unknown."""
     n = len(scenario.fingers)
-    num_coordinates = 6 + 2 * n if scenario.in_space else 3 + n
+    num_coordinates = scenario.space.num_coordinates(n)
     sizes = {
         "velocity_gain": num_coordinates,
-        "slip_position_gain": num_coordinates - (6 if scenario.in_space else 3),
+        "slip_position_gain": scenario.space.num_tangents * n,
         "lyapunov_weight": num_coordinates,
         "adaptation_gain": len(scenario.estimates),
         "initial_deviation": len(scenario.estimates),
@@ -65,8 +67,7 @@ def check_lyapunov_matrix(scenario: Scenario) -> Iterator[FieldError]:
     rows, key = scenario.controller.lyapunov_matrix, "controller.lyapunov_matrix"
     if not rows:
         return
-    n = len(scenario.fingers)
-    size = 2 * (6 + 2 * n if scenario.in_space else 3 + n)
+    size = 2 * scenario.space.num_coordinates(len(scenario.fingers))
     sizes = [len(rows), *map(len, rows)]
     if wrong := next((given for given in sizes if given != size), None):
         what = "rows" if len(rows) != size else "numbers in a row"
@@ -248,7 +249,7 @@ def check_estimates(scenario: Scenario) -> Iterator[FieldError]:
     """Unknowns exist, each once, within their bounds, and can be told apart."""
     seen: set[str] = set()
     kinds: set[str] = set()
-    inertia = "object.inertias.K" if scenario.in_space else "object.inertia"
+    inertia = re.sub(r"\d$", "K", scenario.space.inertias[0])
     for i, estimate in enumerate(scenario.estimates):
         key = f"estimates.{i}"
         unknown = parse_unknown(scenario, estimate.parameter)

@@ -6,16 +6,16 @@ import math
 from collections.abc import Iterator
 
 from slipgrasp.core.exceptions import FieldError
-from slipgrasp.core.scenario import FingerParameters, Scenario
-from slipgrasp.core.scenario.geometry import contact_frame, face_names, tip_distance
+from slipgrasp.core.scenario import FingerParameters, PlanarScenario
+from slipgrasp.core.scenario.geometry import contact_frame, tip_distance
 from slipgrasp.core.scenario.validation.outline import check_outline
 
 MIN_SINE_OF_SECOND_JOINT = 1e-3
 
 
-def check_faces(scenario: Scenario) -> Iterator[FieldError]:
+def check_faces(scenario: PlanarScenario) -> Iterator[FieldError]:
     """Every finger touches a face that the object has."""
-    names = face_names(scenario.object)
+    names = scenario.object.face_names
     for i, finger in enumerate(scenario.fingers):
         if finger.face not in names:
             shape = "a polygon" if scenario.object.corners else "a rectangle (no corners)"
@@ -30,7 +30,7 @@ def check_faces(scenario: Scenario) -> Iterator[FieldError]:
             )
 
 
-def check_start_pose(scenario: Scenario) -> Iterator[FieldError]:
+def check_start_pose(scenario: PlanarScenario) -> Iterator[FieldError]:
     """Every fingertip starts on its face and within the reach of its finger."""
     if any(check_outline(scenario)) or any(check_faces(scenario)):
         return

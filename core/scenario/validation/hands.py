@@ -11,16 +11,14 @@ from collections.abc import Iterator
 from slipgrasp.core.exceptions import FieldError
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.field_errors import echo
-from slipgrasp.core.scenario.laws import PLANAR, SPATIAL, is_computed_for
+from slipgrasp.core.scenario.laws import is_computed_for
 from slipgrasp.core.scenario.own_laws import LAW, law_names, law_of
 from slipgrasp.core.scenario.parameters import values_not_for
-
-_HANDS = {PLANAR: "hands in the plane", SPATIAL: "hands in space"}
 
 
 def check_computed(scenario: Scenario) -> Iterator[FieldError]:
     """The law and all parameters that are not as usual are those of this kind of hands."""
-    hand, kind = _hand_of(scenario), scenario.controller.kind
+    hand, kind = scenario.space, scenario.controller.kind
     if not is_computed_for(law_of(kind), hand):
         laws = [name for name in law_names() if is_computed_for(law_of(name), hand)]
         yield not_computed(scenario, LAW, f"'{kind}'", f"choose one of {', '.join(laws)}")
@@ -37,17 +35,13 @@ def not_computed(scenario: Scenario, key: str, shown: str, way_out: str) -> Fiel
         shown: Its value.
         way_out: What to do.
     """
-    hands = _HANDS[_hand_of(scenario)]
+    hands = scenario.space.hands
     return FieldError(
         field=key,
         value=shown,
         limit=way_out,
         message=f"{key} is {shown}, which is not computed for {hands} yet; {way_out}",
     )
-
-
-def _hand_of(scenario: Scenario) -> str:
-    return SPATIAL if scenario.in_space else PLANAR
 
 
 def _words_of(value: object) -> str:

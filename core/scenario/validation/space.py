@@ -1,4 +1,4 @@
-"""Whether a scenario in space can be: body, faces, reach, motion and control."""
+"""Whether a scenario of a spatial hand can be: body, faces, reach, motion and control."""
 
 from __future__ import annotations
 
@@ -10,17 +10,10 @@ from slipgrasp.core.scenario.spatial import SpatialScenario
 from slipgrasp.core.scenario.spatial_geometry import (
     distance_inside,
     spatial_contact,
-    spatial_face_names,
     tip_at_start,
 )
 from slipgrasp.core.scenario.validation.hands import not_computed
 from slipgrasp.core.scenario.validation.outline import check_outline
-from slipgrasp.core.scenario.validation.trajectory import (
-    check_cycles,
-    check_moves,
-    check_table,
-    nothing_to_do,
-)
 
 UNIT_LENGTH = 1e-6
 LEAST_SINE = 1e-3
@@ -59,7 +52,7 @@ def check_spatial_contacts(scenario: SpatialScenario) -> Iterator[FieldError]:
     """Every fingertip starts on a face that there is and within the reach of its finger."""
     if any(check_outline(scenario)) or any(check_body(scenario)):
         return
-    names = spatial_face_names(scenario.object)
+    names = scenario.object.face_names
     for i, finger in enumerate(scenario.fingers):
         if finger.face not in names:
             yield FieldError(
@@ -116,21 +109,8 @@ def _check_reach(scenario: SpatialScenario, i: int) -> Iterator[FieldError]:
     yield FieldError(field=f"fingers.{i}.base", value=distance, limit=limit, message=words)
 
 
-def check_spatial_motion(scenario: SpatialScenario) -> Iterator[FieldError]:
-    """The fields that this kind of motion uses make a smooth motion from the start pose."""
-    trajectory = scenario.trajectory
-    if trajectory.kind == "set-points":
-        if not trajectory.set_points:
-            yield nothing_to_do("set_points", "set-points", "at least one move")
-        yield from check_moves(trajectory.set_points)
-    elif trajectory.kind == "table":
-        yield from check_table(trajectory.table, (*trajectory.start[:3], 0.0, 0.0, 0.0))
-    elif trajectory.kind != "coast":
-        yield from check_cycles(trajectory)
-
-
-def check_known_in_space(scenario: SpatialScenario) -> Iterator[FieldError]:
-    """Control in space is sampled."""
+def check_sampled_only(scenario: SpatialScenario) -> Iterator[FieldError]:
+    """Control of spatial hands is sampled."""
     if scenario.controller.control_period == 0.0:
         yield not_computed(
             scenario,

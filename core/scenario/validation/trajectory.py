@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from slipgrasp.core.exceptions import FieldError
-from slipgrasp.core.scenario import Scenario, SetPoint, TrajectoryParameters
-from slipgrasp.core.scenario.motion import SAME_TIME, TABLE_COLUMNS
-from slipgrasp.core.scenario.spatial import SpatialSetPoint, SpatialTrajectory
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.motion import SAME_TIME
+from slipgrasp.core.scenario.scenario import AnySetPoint, AnyTrajectory
 
 MIN_RAMP = 1e-3
 MIN_TABLE_STEP = 1e-3
@@ -18,22 +18,20 @@ def check_trajectory(scenario: Scenario) -> Iterator[FieldError]:
     """The fields that this kind of motion uses make a smooth motion from the start pose."""
     trajectory = scenario.trajectory
     if trajectory.kind == "set-points":
-        yield from _check_set_points(trajectory)
+        if not trajectory.set_points:
+            yield _nothing_to_do("set_points", "set-points", "at least one move")
+        yield from _check_moves(trajectory.set_points)
     elif trajectory.kind == "table":
-        yield from check_table(trajectory.table, trajectory.start)
+        columns = ", ".join(scenario.space.table_columns)
+        if not trajectory.table:
+            yield _nothing_to_do("table", "table", f"rows of {columns}")
+            return
+        yield from _check_table(trajectory.table, trajectory.table_start)
     elif trajectory.kind != "coast":
-        yield from check_cycles(trajectory)
+        yield from _check_cycles(trajectory)
 
 
-def _check_set_points(trajectory: TrajectoryParameters) -> Iterator[FieldError]:
-    if not trajectory.set_points:
-        yield nothing_to_do("set_points", "set-points", "at least one move")
-    yield from check_moves(trajectory.set_points)
-
-
-def check_moves(
-    points: Sequence[SetPoint | SpatialSetPoint],
-) -> Iterator[FieldError]:
+def _check_moves(points: Sequence[AnySetPoint]) -> Iterator[FieldError]:
     """Moves follow one another."""
     for i in range(1, len(points)):
         end = points[i - 1].time + points[i - 1].duration
@@ -50,7 +48,7 @@ def check_moves(
             )
 
 
-def check_cycles(trajectory: TrajectoryParameters | SpatialTrajectory) -> Iterator[FieldError]:
+def _check_cycles(trajectory: AnyTrajectory) -> Iterator[FieldError]:
     """Cycles have the time to speed up and to brake."""
     ramp, room = trajectory.acceleration_time, trajectory.cycles * trajectory.period
     if ramp < MIN_RAMP:
@@ -77,17 +75,13 @@ def check_cycles(trajectory: TrajectoryParameters | SpatialTrajectory) -> Iterat
         )
 
 
-def check_table(table: Sequence[Sequence[float]], start: Sequence[float]) -> Iterator[FieldError]:
+def _check_table(table: Sequence[Sequence[float]], start: Sequence[float]) -> Iterator[FieldError]:
     """The rows begin at the start pose and follow one another.
 
     Args:
         table: Rows of time and pose.
         start: The start pose, as rows have it.
     """
-    if not table:
-        columns = ", ".join(TABLE_COLUMNS[len(start)])
-        yield nothing_to_do("table", "table", f"rows of {columns}")
-        return
     if table[0][0] != 0.0:
         yield FieldError(
             field="trajectory.table.0.0",
@@ -126,7 +120,7 @@ def check_table(table: Sequence[Sequence[float]], start: Sequence[float]) -> Ite
             )
 
 
-def nothing_to_do(name: str, kind: str, content: str) -> FieldError:
+def _nothing_to_do(name: str, kind: str, content: str) -> FieldError:
     """The error for a kind of motion whose list is empty."""
     key = f"trajectory.{name}"
     return FieldError(

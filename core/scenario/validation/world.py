@@ -6,9 +6,6 @@ from collections.abc import Iterator
 
 from slipgrasp.core.exceptions import FieldError
 from slipgrasp.core.scenario import Scenario
-from slipgrasp.core.scenario.geometry import face_names
-from slipgrasp.core.scenario.spatial import SpatialScenario
-from slipgrasp.core.scenario.spatial_geometry import spatial_face_names
 
 MAX_ROWS = 2_000_000
 
@@ -59,10 +56,7 @@ def check_static_friction(scenario: Scenario) -> Iterator[FieldError]:
 
 def check_patches(scenario: Scenario) -> Iterator[FieldError]:
     """A patch lies on a face of the object, and is there for a while before the end."""
-    if isinstance(scenario, SpatialScenario):
-        names = spatial_face_names(scenario.object)
-    else:
-        names = face_names(scenario.object)
+    names = scenario.object.face_names
     for i, patch in enumerate(scenario.patches):
         key = f"patches.{i}"
         if patch.face not in names:

@@ -25,6 +25,7 @@ from google.protobuf.duration_pb2 import Duration
 from numpy.typing import NDArray
 
 from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.space import PLANAR, SPATIAL
 from slipgrasp.recordings import palette
 from slipgrasp.recordings.file.foxglove.template import Blanks, Template, once
 from slipgrasp.scene import parts, rotations
@@ -49,8 +50,8 @@ _COLOURS: dict[Role, palette.Rgb] = {
     Role.MOUNT: palette.MOUNT,
     Role.CONE: palette.CONE,
 }
-_GLASS = 0.35
-"""Opacity of a spatial object and of its cones: one sees into it, where forces are."""
+_GLASS = {PLANAR: 1.0, SPATIAL: 0.35}
+"""Opacity of an object and of its cones: one sees into a spatial one, where forces are."""
 
 _PHASE_COLOURS = np.zeros((1 + max(palette.PHASES) - min(palette.PHASES), 3))
 """Indexed by phase; backward is -1 and so the last."""
@@ -61,7 +62,7 @@ for _phase, _rgb in palette.PHASES.items():
 def scene_template(scenario: Scenario) -> Template:
     """The message that draws hand, object and contacts."""
     blanks = Blanks()
-    glass = _GLASS if scenario.in_space else 1.0
+    glass = _GLASS[scenario.space]
     entities = [_entity(blanks, each, glass) for each in parts.entities_of(scenario)]
     return Template(SceneUpdate(entities=entities), blanks)
 

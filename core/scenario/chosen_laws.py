@@ -1,0 +1,45 @@
+"""The control laws that a scenario asks for, now and by timed changes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.laws import CONTROL_LAWS
+from slipgrasp.core.scenario.own_laws import (
+    LAW,
+    LAW_PARAMETERS,
+    Diagnostic,
+    OwnLaw,
+    law_names,
+    own_law,
+)
+
+
+def kinds_in(scenario: Scenario) -> Iterator[str]:
+    """Every law that a scenario asks for at some time, in that order, each once."""
+    later = (str(change.value) for change in scenario.changes if change.parameter == LAW)
+    yield from dict.fromkeys((scenario.controller.kind, *later))
+
+
+def own_kind_in(scenario: Scenario) -> str | None:
+    """The law of one's own that a scenario asks for at some time; validated ones have one."""
+    return next((kind for kind in kinds_in(scenario) if kind not in CONTROL_LAWS), None)
+
+
+def is_of_unknown_law(scenario: Scenario, key: str) -> bool:
+    """Whether a key may be a parameter of a law that is not known here."""
+    unknown = any(kind not in law_names() for kind in kinds_in(scenario))
+    return unknown and key.startswith(f"{LAW_PARAMETERS}.")
+
+
+def own_law_in(scenario: Scenario) -> OwnLaw | None:
+    """The law of one's own that a scenario asks for at some time, if it is known here."""
+    kind = own_kind_in(scenario)
+    return None if kind is None else own_law(kind)
+
+
+def diagnostics_of(scenario: Scenario) -> tuple[Diagnostic, ...]:
+    """What the law of one's own in a scenario tells of itself."""
+    law = own_law_in(scenario)
+    return () if law is None else law.diagnostics

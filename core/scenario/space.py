@@ -1,0 +1,133 @@
+"""What depends on whether a hand is planar or spatial, as data.
+
+Code that serves both kinds of hands reads this and asks nothing; what a kind has of its own in
+code (a kernel, geometry, sentences) stands in a table by `Space`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Space:
+    """The space that a hand moves in.
+
+    Attributes:
+        name: ``planar`` or ``spatial``.
+        hands: What such hands are called.
+        positions: Names of the coordinates of the object's position.
+        turns: Names of those of its attitude.
+        pose: Names of the numbers of a pose.
+        rotation: Names of the coordinates of a rotation in a table of poses.
+        tangents: Names of the tangents of a face; empty for the only one.
+        joints_per_finger: How many joints every finger has.
+        has_paths: Whether the distance that a fingertip has travelled is a signal of its own.
+        slip_signal: The signal that tells how far a fingertip has slid in one number.
+        slip_words: What that is called.
+        force_index: Index of F where it stands for the tangential force: one part, or its size.
+        phases: Numbers of the phases that a contact can have.
+        inertias: Keys of the moments of inertia of the object.
+    """
+
+    name: str
+    hands: str
+    positions: tuple[str, ...]
+    turns: tuple[str, ...]
+    pose: tuple[str, ...]
+    rotation: tuple[str, ...]
+    tangents: tuple[str, ...]
+    joints_per_finger: int
+    has_paths: bool
+    slip_signal: str
+    slip_words: str
+    force_index: str
+    phases: tuple[int, ...]
+    inertias: tuple[str, ...]
+
+    def __reduce__(self) -> tuple[Callable[[str], Space], tuple[str]]:
+        """Copies, and what other processes are sent, are the same object."""
+        return space_called, (self.name,)
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """Names of the coordinates of the object: of its velocity and of its error."""
+        return self.positions + self.turns
+
+    @property
+    def num_positions(self) -> int:
+        """How many coordinates a position has."""
+        return len(self.positions)
+
+    @property
+    def num_tangents(self) -> int:
+        """How many tangents a face has."""
+        return len(self.tangents)
+
+    @property
+    def table_columns(self) -> tuple[str, ...]:
+        """Columns of a table of poses."""
+        return ("t", *self.positions, *self.rotation)
+
+    def num_coordinates(self, num_fingers: int) -> int:
+        """Coordinates of a hand in the reduced form: those of the object, and the slips.
+
+        Args:
+            num_fingers: How many fingers it has.
+        """
+        return len(self.coordinates) + self.num_tangents * num_fingers
+
+
+PLANAR = Space(
+    name="planar",
+    hands="hands in the plane",
+    positions=("x", "y"),
+    turns=("theta",),
+    pose=("x", "y", "theta"),
+    rotation=("theta",),
+    tangents=("",),
+    joints_per_finger=2,
+    has_paths=False,
+    slip_signal="slip",
+    slip_words="slip",
+    force_index="x",
+    phases=(-1, 0, 1),
+    inertias=("object.inertia",),
+)
+SPATIAL = Space(
+    name="spatial",
+    hands="hands in space",
+    positions=("x", "y", "z"),
+    turns=("turn_x", "turn_y", "turn_z"),
+    pose=("x", "y", "z", "qw", "qx", "qy", "qz"),
+    rotation=("rx", "ry", "rz"),
+    tangents=("x", "y"),
+    joints_per_finger=3,
+    has_paths=True,
+    slip_signal="slip_path",
+    slip_words="way slid",
+    force_index="t",
+    # First those of the cone, then along one and along both tangents of the pyramid.
+    phases=(0, 2, 10, 4, 8, 6, 11, 9, 5, 3),
+    inertias=("object.inertias.0", "object.inertias.1", "object.inertias.2"),
+)
+SPACES = (PLANAR, SPATIAL)
+
+
+def space_called(name: str) -> Space:
+    """The space of a name.
+
+    Args:
+        name: ``planar`` or ``spatial``.
+    """
+    return next(space for space in SPACES if space.name == name)
+
+
+def space_of_errors(num_coordinates: int) -> Space:
+    """The space in which an object has so many coordinates.
+
+    Args:
+        num_coordinates: 3 or 6.
+    """
+    return next(space for space in SPACES if len(space.coordinates) == num_coordinates)
