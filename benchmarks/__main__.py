@@ -18,7 +18,7 @@ from slipgrasp.core.run.simulator import prepare_kernel
 
 PARTS = {
     "speed": "single runs against MuJoCo, and where the time goes",
-    "space": "a hand in space beside MuJoCo: cost, where the time goes, and its motion",
+    "space": "a spatial hand beside MuJoCo: cost, where the time goes, and its motion",
     "batch": "many varied runs on two threads against MuJoCo",
     "scaling": "cost over duration and number of fingers",
     "memory": "peak memory of large batches",

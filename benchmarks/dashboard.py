@@ -83,7 +83,7 @@ def tabulate_viewers(
 
     Args:
         counts: How many viewers, one row each.
-        counts_in_space: The same of a hand in space.
+        counts_in_space: The same of a spatial hand.
     """
     heads = (
         "viewers, each its own session",

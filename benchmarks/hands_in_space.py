@@ -1,4 +1,4 @@
-"""Whether random hands in space end truly, with every force inside its cone or pyramid.
+"""Whether random spatial hands end truly, with every force inside its cone or pyramid.
 
 Runs are drawn so that every two levels of all that can be set meet, and judged by their traces and
 by the same runs with a finer output (half of them); where no phases agree, or a

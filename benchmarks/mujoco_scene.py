@@ -2,7 +2,7 @@
 
 In the plane the object carries a slide out of it, without which MuJoCo's no-slip solver has no
 effect there. MuJoCo's x and z are our x and y; its y axis points away from the viewer, so angles
-turn about its -y. The bodies of a hand in space are in `benchmarks.mujoco_space`.
+turn about its -y. The bodies of a spatial hand are in `benchmarks.mujoco_space`.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Bodies of a hand in space in MuJoCo's XML; axes, angles and quaternions are ours.
+"""Bodies of a spatial hand in MuJoCo's XML; axes, angles and quaternions are ours.
 
 Each face that is touched is a slab of its own below the face, because MuJoCo finds where a
 sphere touches a box in closed form, and a prism only by iterating.

@@ -61,12 +61,12 @@ def all_hashes(num_random: int = NUM_RANDOM) -> dict[str, str]:
 
 
 def hashes_in_space(num_random: int = NUM_RANDOM_IN_SPACE) -> dict[str, str]:
-    """The hashes of hands in space, which no engine of WebAssembly runs."""
+    """The hashes of spatial hands, which no engine of WebAssembly runs."""
     from tests.core.drawn_hands_in_space import draw_hand_in_space
 
     presets = {name: run_hash(load_scenario(name)) for name in spatial_preset_names()}
     drawn = (draw_hand_in_space(f"portable {k}") for k in range(num_random))
-    return presets | {f"{num_random} random hands in space": _hash_of_all(drawn)}
+    return presets | {f"{num_random} random spatial hands": _hash_of_all(drawn)}
 
 
 def _hash_of_all(scenarios: Iterable[Scenario]) -> str:

@@ -81,14 +81,14 @@ def _in_pairs(seed: int, index: int) -> Scenario:
     """All that can be set, so that every two of its levels meet."""
     from tests.core.drawn_pairs import draw_in_pairs
 
-    return draw_in_pairs(seed, index, in_space=False).scenario
+    return draw_in_pairs(seed, index, spatial=False).scenario
 
 
 def _pairs_in_space(seed: int, index: int) -> Scenario:
-    """The same of hands in space."""
+    """The same of spatial hands."""
     from tests.core.drawn_pairs import draw_in_pairs
 
-    return draw_in_pairs(seed, index, in_space=True).scenario
+    return draw_in_pairs(seed, index, spatial=True).scenario
 
 
 def _at_ends(seed: int, index: int) -> Scenario:
@@ -137,7 +137,7 @@ def _on_bounds(seed: int, index: int) -> Scenario:
 
 
 def _in_space(seed: int, index: int) -> Scenario:
-    """Hands in space with two to four fingers, cone or pyramid, at the ends of their ranges."""
+    """Spatial hands with two to four fingers, cone or pyramid, at the ends of their ranges."""
     from tests.core.drawn_hands_in_space import draw_hand_in_space
     from tests.core.drawn_scenarios import AtEnds
 

@@ -1,4 +1,4 @@
-"""A hand in space beside MuJoCo: what a run costs, where the time goes, and who moves how."""
+"""A spatial hand beside MuJoCo: what a run costs, where the time goes, and who moves how."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A contact of a hand in space in the plane of its face, from outside: a lens of moving pictures.
+"""A contact of a spatial hand in the plane of its face, from outside: a lens of moving pictures.
 
 The spot first touched is in the middle and t_x points up. Around the fingertip lies what
 friction cannot leave, all of one size: a disc on the cone, a square in the pyramid; the line in it
@@ -54,7 +54,7 @@ class MovingLens:
 
     Args:
         figure: The picture.
-        result: A run of a hand in space.
+        result: A run of a spatial hand.
         contact: Which contact.
         motion: The times to be drawn.
     """

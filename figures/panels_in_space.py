@@ -1,4 +1,4 @@
-"""What the figures of a hand in space show where that differs from the plane."""
+"""What the figures of a spatial hand show where that differs from the plane."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One state of a hand in space, by the units of the kernel."""
+"""One state of a spatial hand, by the units of the kernel."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What of a run in progress differs between hands in the plane and hands in space."""
+"""What of a run in progress differs between planar hands and spatial hands."""
 
 from __future__ import annotations
 
@@ -37,11 +37,11 @@ class Engine(Protocol):
         ...
 
     def pass_instant(self) -> list[Change]:
-        """Goes over to the next stretch; the timed changes that take place."""
+        """Switches to the next stretch; the timed changes that take place."""
         ...
 
     def cross_edge(self, contact: int) -> bool:
-        """Goes over to where a fingertip is beyond an edge; False if the face ends there."""
+        """Switches to where a fingertip is beyond an edge; False if the face ends there."""
         ...
 
     @property
@@ -70,7 +70,7 @@ def engine_of(space: Space) -> Callable[..., Engine]:
 
 
 class PlanarEngine:
-    """The kernel of hands in the plane."""
+    """The kernel of planar hands."""
 
     def __init__(self, scenario: PlanarScenario, *, keeps_rows: bool) -> None:
         self._schedule = Schedule(scenario)
@@ -95,11 +95,11 @@ class PlanarEngine:
         )
 
     def pass_instant(self) -> list[Change]:
-        """Goes over to the next stretch; the timed changes that take place."""
+        """Switches to the next stretch; the timed changes that take place."""
         return self._schedule.pass_instant(*self._slips())
 
     def cross_edge(self, contact: int) -> bool:
-        """Goes over to where a fingertip is beyond an edge; False if the face ends there."""
+        """Switches to where a fingertip is beyond an edge; False if the face ends there."""
         return self._schedule.cross_edge(contact, *self._slips())
 
     @property

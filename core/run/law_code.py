@@ -1,4 +1,4 @@
-"""Code of a law of one's own as the kernel calls it: a Python class, or a compiled function.
+"""Code of a custom law as the kernel calls it: a Python class, or a compiled function.
 
 Either gets the same three named tuples: what it sees, its memory, and where its answer goes. Their
 entries are NumPy arrays in the memory of the run, so that a call copies nothing. docs/laws.md says

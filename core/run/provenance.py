@@ -20,7 +20,7 @@ class Provenance:
         kernel: Name of the numerics: a digest of the code that decides bits after `PORTABLE`, with
             nothing of processor, compiler or libraries, for these decide none. Recordings
             before format 5 have a digest of the machine code, or nothing.
-        law: The law of one's own that commanded the torques, None where it was a built-in one.
+        law: The custom law that commanded the torques, None where it was a built-in one.
     """
 
     program: str

@@ -64,7 +64,7 @@ class Timetable(Generic[AnyScenario]):
         return len(self._ends) == 1
 
     def end_stretch(self) -> list[Change]:
-        """Goes over to the stretch that begins where the present one ends.
+        """Switches to the stretch that begins where the present one ends.
 
         Returns:
             The timed changes that take place.
@@ -107,7 +107,7 @@ class Schedule(Timetable[PlanarScenario]):
         return pack_model(self.table, stretch)
 
     def pass_instant(self, slips: Floats, velocities: Floats) -> list[Change]:
-        """Goes over to the stretch that begins where the present one ends.
+        """Switches to the stretch that begins where the present one ends.
 
         Args:
             slips: Where the fingertips are, shape ``(n,)`` [m].
@@ -123,7 +123,7 @@ class Schedule(Timetable[PlanarScenario]):
         return due
 
     def cross_edge(self, contact: int, slips: Floats, velocities: Floats) -> bool:
-        """Goes over to the stretch in which a fingertip is on the other side of an edge.
+        """Switches to the stretch in which a fingertip is on the other side of an edge.
 
         All that slide over an edge at this instant do so together.
 

@@ -308,7 +308,7 @@ class Simulation:
         run.num_changes = 0
 
     def _begin_stretch(self, changes: list[Change]) -> None:
-        """Goes over to the constants that hold from now on."""
+        """Switches to the constants that hold from now on."""
         before, self._model = self._model, self._pack()
         for change in changes:
             self._reset_estimate(change)

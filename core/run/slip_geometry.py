@@ -24,7 +24,7 @@ def slips_from_poses(scenario: SpatialScenario, trace: Trace, index: int) -> Flo
     """Slips of one contact along its tangents.
 
     Args:
-        scenario: Of a hand in space.
+        scenario: Of a spatial hand.
         trace: Samples of its run.
         index: The contact.
 

@@ -1,4 +1,4 @@
-"""The kernel of hands in space; to import it declares its compiled units."""
+"""The kernel of spatial hands; to import it declares its compiled units."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from slipgrasp.core.scenario.spatial import SpatialScenario
 
 
 class SpatialEngine:
-    """The kernel of hands in space."""
+    """The kernel of spatial hands."""
 
     def __init__(self, scenario: SpatialScenario, *, keeps_rows: bool) -> None:
         self._schedule = SpatialSchedule(scenario)
@@ -47,11 +47,11 @@ class SpatialEngine:
         )
 
     def pass_instant(self) -> list[Change]:
-        """Goes over to the next stretch; the timed changes that take place."""
+        """Switches to the next stretch; the timed changes that take place."""
         return self._schedule.pass_instant(*self._slips())
 
     def cross_edge(self, contact: int) -> bool:
-        """Goes over to where a fingertip is beyond a rim; False if the face ends there."""
+        """Switches to where a fingertip is beyond a rim; False if the face ends there."""
         return self._schedule.cross_edge(contact, *self._slips())
 
     @property

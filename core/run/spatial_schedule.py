@@ -30,7 +30,7 @@ class SpatialSchedule(Timetable[SpatialScenario]):
         return [self._surface(i, sides) for i, sides in enumerate(self._sides)]
 
     def pass_instant(self, slips: Sequence[Point], velocities: Sequence[Point]) -> list[Change]:
-        """Goes over to the stretch that begins where the present one ends.
+        """Switches to the stretch that begins where the present one ends.
 
         Args:
             slips: Where the fingertips are [m].
@@ -44,7 +44,7 @@ class SpatialSchedule(Timetable[SpatialScenario]):
         return due
 
     def cross_edge(self, contact: int, slips: Sequence[Point], velocities: Sequence[Point]) -> bool:
-        """Goes over to the stretch in which a fingertip is on the other side of a rim.
+        """Switches to the stretch in which a fingertip is on the other side of a rim.
 
         All that slide over a rim at this instant do so together.
 

@@ -1,4 +1,4 @@
-"""A hand in space at a state, for what the paper's theorems say of it."""
+"""A spatial hand at a state, for what the paper's theorems say of it."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ Floats = NDArray[np.float64]
 
 
 class SpatialTheoremHand(TheoremHand):
-    """A hand in space: 6 + 2n coordinates, the attitude by the rotation vector of its error."""
+    """A spatial hand: 6 + 2n coordinates, the attitude by the rotation vector of its error."""
 
     def __init__(self, scenario: SpatialScenario) -> None:
         self._n, self._p = len(scenario.fingers), len(scenario.estimates)

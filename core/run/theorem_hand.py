@@ -92,7 +92,7 @@ def _weights(controller: AnyController, size: int) -> Floats:
 
 
 class PlanarTheoremHand(TheoremHand):
-    """A hand in the plane: 3 + n coordinates."""
+    """A planar hand: 3 + n coordinates."""
 
     def __init__(self, scenario: PlanarScenario) -> None:
         self._n, self._p = len(scenario.fingers), len(scenario.estimates)

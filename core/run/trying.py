@@ -136,7 +136,7 @@ def try_hint(
 ) -> TriedHint:
     """Tries the options of a hint one after the other, and ranks those that help.
 
-    Options that would run a law of one's own again, which may do anything, are not tried.
+    Options that would run a custom law again, which may do anything, are not tried.
 
     Args:
         before: The run that the hint is about.

@@ -69,7 +69,7 @@ def assign(scenario: Scenario, mapping: dict[str, Any], key: str, value: Any) ->
 def _assign_law_parameter(
     scenario: Scenario, mapping: dict[str, Any], name: str, value: Any
 ) -> FieldError | None:
-    """Sets a parameter of a law of one's own; None makes it what the law declares."""
+    """Sets a parameter of a custom law; None makes it what the law declares."""
     later = [each["value"] for each in mapping["changes"] if each["parameter"] == LAW]
     controller, key = mapping["controller"], f"{LAW_PARAMETERS}.{name}"
     kinds = map(str, (controller["kind"], *later, *kinds_in(scenario)))

@@ -23,7 +23,7 @@ def kinds_in(scenario: Scenario) -> Iterator[str]:
 
 
 def own_kind_in(scenario: Scenario) -> str | None:
-    """The law of one's own that a scenario asks for at some time; validated ones have one."""
+    """The custom law that a scenario asks for at some time; validated ones have one."""
     return next((kind for kind in kinds_in(scenario) if kind not in CONTROL_LAWS), None)
 
 
@@ -34,12 +34,12 @@ def is_of_unknown_law(scenario: Scenario, key: str) -> bool:
 
 
 def own_law_in(scenario: Scenario) -> OwnLaw | None:
-    """The law of one's own that a scenario asks for at some time, if it is known here."""
+    """The custom law that a scenario asks for at some time, if it is known here."""
     kind = own_kind_in(scenario)
     return None if kind is None else own_law(kind)
 
 
 def diagnostics_of(scenario: Scenario) -> tuple[Diagnostic, ...]:
-    """What the law of one's own in a scenario tells of itself."""
+    """What the custom law in a scenario tells of itself."""
     law = own_law_in(scenario)
     return () if law is None else law.diagnostics

@@ -14,7 +14,7 @@ from slipgrasp.core.scenario.own_laws import LAW_NAME, PARAMETER_NAME, law_names
 from slipgrasp.core.scenario.parameters import Quantity
 from slipgrasp.core.scenario.space import PLANAR
 
-# Which names there are is checked with the whole scenario: a recording may have a law of one's own.
+# Which names there are is checked with the whole scenario: a recording may have a custom law.
 LawKind = Annotated[
     str,
     StringConstraints(pattern=LAW_NAME),
@@ -39,7 +39,7 @@ Kind = Annotated[
         choices=law_names,
     ),
 ]
-# Of a law of one's own, which says what they are; what it lacks here is as the law declares.
+# Of a custom law, which says what they are; what it lacks here is as the law declares.
 LawParameters = Annotated[
     dict[Annotated[str, StringConstraints(pattern=PARAMETER_NAME)], float],
     Len(0, 64),

@@ -121,7 +121,7 @@ def law_settings(scenario: Scenario, kind: str) -> dict[str, float | str | bool]
 
 
 def foreign_parameters(scenario: Scenario, kind: str) -> dict[str, None]:
-    """Keys of the parameters of another law of one's own that a law has no use for."""
+    """Keys of the parameters of another custom law that a law has no use for."""
     known = law_parameters(kind)
     names = (name for name in scenario.controller.parameters if name not in known)
     return {f"{LAW_PARAMETERS}.{name}": None for name in names}

@@ -1,4 +1,4 @@
-"""Finding a law of one's own: in a file, among installed packages, or in the source of a task.
+"""Finding a custom law: in a file, among installed packages, or in the source of a task.
 
 Only who starts the program says which laws there are; nothing here is reached by a request.
 """

@@ -45,7 +45,7 @@ def spatial_preset_names() -> tuple[str, ...]:
 
 @cache
 def all_preset_names() -> tuple[str, ...]:
-    """Names of all scenarios that come with the program, those of hands in space last."""
+    """Names of all scenarios that come with the program, those of spatial hands last."""
     folder = resources.files("slipgrasp.core.scenario") / "presets"
     names = [f.name[:-5] for f in folder.iterdir() if f.name.endswith(".toml")]
     return tuple(sorted(names, key=_rank))
@@ -196,7 +196,7 @@ def with_values(
 def parameter_definitions(scenario: Scenario | None = None) -> dict[str, Parameter]:
     """Every parameter of a scenario by dotted key; of the first preset if none is given."""
     scenario = load_scenario(preset_names()[0]) if scenario is None else scenario
-    # A law of one's own may declare its parameters anew.
+    # A custom law may declare its parameters anew.
     is_kept = not law_parameters(scenario.controller.kind)
     return dict(_described(scenario)) if is_kept else describe(scenario)
 

@@ -1,4 +1,4 @@
-"""Laws of one's own: what each one declares of itself, and which of them this process knows.
+"""Custom laws: what each one declares of itself, and which of them this process knows.
 
 Their code is not looked at here (`slipgrasp.core.run.law_code` calls it), so that a scenario with
 a law that is not installed can still be read, shown and made again from its recording.
@@ -34,7 +34,7 @@ class Diagnostic(NamedTuple):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LawParameter:
-    """A parameter of a law of one's own; its key is ``controller.parameters.NAME``.
+    """A parameter of a custom law; its key is ``controller.parameters.NAME``.
 
     Attributes:
         value: What it is unless the scenario says otherwise.
@@ -70,7 +70,7 @@ class LawIdentity:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OwnLaw:
-    """A law of one's own, as it declares itself.
+    """A custom law, as it declares itself.
 
     Attributes:
         identity: Name, version and digest.
@@ -130,12 +130,12 @@ def forget(name: str) -> None:
 
 
 def own_law(kind: str) -> OwnLaw | None:
-    """The law of that name, if it is one's own and known here."""
+    """The law of that name, if it is custom and known here."""
     return _OUTSIDE if kind == OUTSIDE else _known.get(kind)
 
 
 def own_laws() -> tuple[OwnLaw, ...]:
-    """The laws of one's own that are known here."""
+    """The custom laws that are known here."""
     return tuple(_known.values())
 
 
@@ -145,7 +145,7 @@ def law_names() -> tuple[str, ...]:
 
 
 def law_of(kind: str) -> ControlLaw:
-    """The facts of a law, whether it is built in, one's own or not known here."""
+    """The facts of a law, whether it is built in, custom or not known here."""
     if kind in CONTROL_LAWS:
         return CONTROL_LAWS[kind]
     own = own_law(kind)
@@ -153,11 +153,11 @@ def law_of(kind: str) -> ControlLaw:
 
 
 def law_number(kind: str) -> int:
-    """The place of a law among the built-in ones, from 0; one's own comes after the last."""
+    """The place of a law among the built-in ones, from 0; custom ones come after the last."""
     return list(CONTROL_LAWS).index(kind) if kind in CONTROL_LAWS else len(CONTROL_LAWS)
 
 
 def law_parameters(kind: str) -> dict[str, LawParameter]:
-    """The parameters of a law of one's own by name; none of others."""
+    """The parameters of a custom law by name; none of others."""
     law = own_law(kind)
     return {} if law is None else law.parameters

@@ -236,7 +236,7 @@ def parameter_differences(a: Any, b: Any) -> Iterator[ParameterDifference]:
 def _describe_law_parameters(
     key: str, kind: str, values: Mapping[str, float]
 ) -> Iterator[Parameter]:
-    """The parameters of a law of one's own: as it declares them, or bare where it is not known."""
+    """The parameters of a custom law: as it declares them, or bare where it is not known."""
     declared = law_parameters(kind)
     for name, parameter in declared.items():
         yield Parameter(

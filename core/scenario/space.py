@@ -16,7 +16,6 @@ class Space:
 
     Attributes:
         name: ``planar`` or ``spatial``.
-        hands: What such hands are called.
         positions: Names of the coordinates of the object's position.
         turns: Names of those of its attitude.
         pose: Names of the numbers of a pose.
@@ -32,7 +31,6 @@ class Space:
     """
 
     name: str
-    hands: str
     positions: tuple[str, ...]
     turns: tuple[str, ...]
     pose: tuple[str, ...]
@@ -81,7 +79,6 @@ class Space:
 
 PLANAR = Space(
     name="planar",
-    hands="hands in the plane",
     positions=("x", "y"),
     turns=("theta",),
     pose=("x", "y", "theta"),
@@ -97,7 +94,6 @@ PLANAR = Space(
 )
 SPATIAL = Space(
     name="spatial",
-    hands="hands in space",
     positions=("x", "y", "z"),
     turns=("turn_x", "turn_y", "turn_z"),
     pose=("x", "y", "z", "qw", "qx", "qy", "qz"),

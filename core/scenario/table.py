@@ -5,7 +5,7 @@ order; every number is a float64:
 
     number              itself; NaN where it is left out
     true or false       1 or 0
-    choice              its place among the choices, from 0; a law of one's own comes last
+    choice              its place among the choices, from 0; a custom law comes last
     text                the place in this table of the parameter that it names; NaN if none
     number or list      the list; a single number stands in every place
     list of any length  how many entries it has, then room for as many as it may have
@@ -64,7 +64,7 @@ def _layout(hint: Any) -> np.dtype:
 
 
 def _numbers_of(part: type) -> dict[str, Any]:
-    """The fields of a part that stand in the table; parameters of one's own laws do not."""
+    """The fields of a part that stand in the table; parameters of custom laws do not."""
     return {
         name: hint
         for name, hint in hints_of(part).items()
@@ -138,7 +138,7 @@ def place_of(key: str) -> int | None:
 def choices_of(part: type, name: str) -> tuple[str, ...]:
     """The choices of a field, in the order in which the table numbers them."""
     quantity, _, base = split_hint(hints_of(part)[name])
-    # Laws of one's own share the number after these.
+    # Custom laws share the number after these.
     return tuple(CONTROL_LAWS) if quantity and quantity.choices else _choices(base)
 
 

@@ -43,7 +43,7 @@ def check_changes(
 
 
 def _definitions(scenario: Scenario) -> dict[str, Parameter]:
-    """Every parameter, those of a law of one's own also where it only comes later."""
+    """Every parameter, those of a custom law also where it only comes later."""
     kind = own_kind_in(scenario) or scenario.controller.kind
     return describe(
         replace(scenario, changes=(), controller=replace(scenario.controller, kind=kind))

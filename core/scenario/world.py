@@ -183,8 +183,7 @@ class SensingParameters:
         Ge(0.0),
         Le(1e3),
         Quantity(
-            "Standard deviation of the noise on measured contact forces, which laws of one's own "
-            "see.",
+            "Standard deviation of the noise on measured contact forces, which custom laws see.",
             "N",
             typical=(0.0, 1.0),
             changeable=True,

@@ -116,7 +116,7 @@ class Study:
         sampling: How the runs are found.
         listed: The runs of a list, each as values by dotted key.
         recordings: Of which runs the recording is kept.
-        computed_by: Which laws of one's own computed it, where it was read from its file.
+        computed_by: Which custom laws computed it, where it was read from its file.
     """
 
     base: Scenario
@@ -196,7 +196,7 @@ class Study:
         }
 
     def own_laws(self) -> tuple[OwnLaw, ...]:
-        """The laws of one's own that its runs may ask for, as far as they are known here."""
+        """The custom laws that its runs may ask for, as far as they are known here."""
         varied = [v for axis in self.axes if axis.key == LAW for v in axis.values or ()]
         listed = [run[LAW] for run in self.listed if LAW in run]
         kinds = dict.fromkeys((*kinds_in(self.base), *map(str, (*varied, *listed))))

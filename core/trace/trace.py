@@ -75,7 +75,7 @@ class TraceShape:
     Attributes:
         num_contacts: How many contacts there are, one per finger.
         unknowns: Dotted keys of what is estimated.
-        diagnostics: What a law of one's own tells of itself; empty where there is none.
+        diagnostics: What a custom law tells of itself; empty where there is none.
         space: What depends on the hand being planar or spatial.
     """
 
@@ -328,9 +328,7 @@ class Trace:
     ]
     diagnostics: Annotated[
         Floats,
-        Signal(
-            "controller", "diagnostic", "", "What a law of one's own tells of itself.", column="law"
-        ),
+        Signal("controller", "diagnostic", "", "What a custom law tells of itself.", column="law"),
     ]
     kinetic_energy: Annotated[
         Floats, Signal("energy", "", "J", "Kinetic energy of object and fingers.")
@@ -385,7 +383,7 @@ class Trace:
 
     @property
     def desired_pose(self) -> NDArray[np.float64]:
-        """Desired pose, shape ``(rows, 3)`` [m, m, rad]; of a hand in space its position [m]."""
+        """Desired pose, shape ``(rows, 3)`` [m, m, rad]; of a spatial hand its position [m]."""
         return self.object_pose[:, :3] + self.tracking_error[:, :3]
 
     @property

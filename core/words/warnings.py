@@ -25,7 +25,7 @@ _COUNTED = (
     ),
 )
 
-# Of hands in space only, after the others.
+# Of spatial hands only, after the others.
 _COUNTED_IN_SPACE = (
     (
         "free_rotation",

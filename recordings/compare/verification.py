@@ -39,7 +39,7 @@ class Verification:
         same: Whether the recording holds what was computed, and was not altered.
         bit_for_bit: Whether every bit had to agree; else the tolerance of
             `slipgrasp.recordings.compare.reproduction` applied.
-        replayed: Whether the recorded answers of a law of one's own stood for its code.
+        replayed: Whether the recorded answers of a custom law stood for its code.
         whole: Whether the whole run was compared; one that was cut short (stopped, limit
             of computing time, failed, recovered) is compared as far as it was recorded.
         num_samples: Samples that were compared.
@@ -76,12 +76,12 @@ def verify(
 ) -> Verification:
     """Computes a recorded run again and compares.
 
-    A law of one's own need not be here: its recorded answers are taken, and the plant is computed.
+    A custom law need not be here: its recorded answers are taken, and the plant is computed.
 
     Args:
         result: The run.
         unaltered: Whether the file it was read from has the hashes of what it holds.
-        with_law: Whether the code of a law of one's own is run as well.
+        with_law: Whether the code of a custom law is run as well.
         progress: Told the share that is done, from 0 to 1.
 
     Raises:

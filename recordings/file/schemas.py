@@ -131,7 +131,7 @@ TICKS = Topic(
         Field("t", "double", False, "Time of a tick of sampled control. [s]"),
         Field("commands", "double", True, "Torque that the law asked for, before limits. [N m]"),
         Field("estimates", "double", True, "What it believed then."),
-        Field("diagnostics", "double", True, "What a law of one's own told of itself."),
+        Field("diagnostics", "double", True, "What a custom law told of itself."),
     ),
 )
 """One message per tick of sampled control: with them a run is made again without its law."""

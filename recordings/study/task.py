@@ -40,7 +40,7 @@ class StudyTask:
         base: The scenario that varies.
         values: What each run sets in it, by dotted key.
         recordings: Of which runs the recording is given back.
-        laws: The laws of one's own that they need.
+        laws: The custom laws that they need.
     """
 
     first: int

@@ -44,7 +44,7 @@ def list_parameters(
     law: Annotated[
         str | None,
         Query(
-            max_length=200, description="a control law instead of the preset's, such as one's own"
+            max_length=200, description="a control law instead of the preset's, even a custom one"
         ),
     ] = None,
 ) -> ParametersPublic:

@@ -145,7 +145,7 @@ class RunPublic(BaseModel):
     preset: str = Field(description="preset whose title its scenario has; empty if none")
     controller: str = Field(description="kind of its controller; empty if it cannot be read")
     law: LawIdentity | None = Field(
-        default=None, description="the law of one's own that commanded; null for a built-in one"
+        default=None, description="the custom law that commanded; null for a built-in one"
     )
     created: str | None
     size: int | None = Field(description="bytes of its recording")

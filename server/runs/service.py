@@ -2,7 +2,7 @@
 
 A simulation releases the GIL in pieces, so threads suffice: a few of them, fed by a
 bounded queue, so that neither a request nor a moving slider waits behind the others
-for longer than it is told. A law of one's own, which may do anything, runs in another process.
+for longer than it is told. A custom law, which may do anything, runs in another process.
 """
 
 from __future__ import annotations

@@ -18,7 +18,7 @@ RECORDING_SUFFIX = ".mcap"
 DESCRIPTION = (
     "Draws the schematic of a scenario (the paper's Fig. 4), and of its run the tracking errors "
     "and slips, the estimates, and the joint torques and contact forces (Fig. 5-7 for case I, "
-    "8-10 for case II), the phases of the contacts shaded; of a hand in space instead of the "
+    "8-10 for case II), the phases of the contacts shaded; of a spatial hand instead of the "
     "schematic the slips, each in the plane of its face."
 )
 EPILOG = (

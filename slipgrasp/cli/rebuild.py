@@ -48,7 +48,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     parser.add_argument(
         "--law",
         metavar="FILE.py:Name",
-        help="a law of one's own that the study names, from this file; installed ones are found",
+        help="a custom law that the study names, from this file; installed ones are found",
     )
     add_data_directory(parser)
     parser.set_defaults(execute=_execute)

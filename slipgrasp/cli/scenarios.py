@@ -33,7 +33,7 @@ class HelpWithParameters(argparse.Action):
         planar = template_keys()
         print("parameters for --set, list items by index from 0:\n")
         _print_parameters(planar)
-        print("\nparameters of a hand in space that are not as above:\n")
+        print("\nparameters of a spatial hand that are not as above:\n")
         spatial = template_keys(SPATIAL).items()
         _print_parameters({key: new for key, new in spatial if planar.get(key) != new})
         parser.exit()

@@ -41,7 +41,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         metavar="FILE.py:Name",
         nargs="?",
         const="",
-        help="run the code of a law of one's own as well, from this file or, without a name, as "
+        help="run the code of a custom law as well, from this file or, without a name, as "
         "installed; else its recorded commands are taken",
     )
     parser.add_argument("--json", action="store_true", help="print one JSON object")

@@ -153,9 +153,9 @@ def factors_of(definitions: Iterable[Parameter]) -> tuple[Factor, ...]:
 
 
 @cache
-def all_factors(in_space: bool) -> tuple[Factor, ...]:
-    """The factors of the parameters of hands in the plane or in space."""
-    return factors_of(describe(full_scenario(SPACES[in_space])).values())
+def all_factors(spatial: bool) -> tuple[Factor, ...]:
+    """The factors of the parameters of planar or spatial hands."""
+    return factors_of(describe(full_scenario(SPACES[spatial])).values())
 
 
 def pattern_of(key: str) -> str:

@@ -35,60 +35,60 @@ class Drawn(NamedTuple):
     row: Row
 
 
-def draw_in_pairs(seed: int | str, index: int, in_space: bool) -> Drawn:
+def draw_in_pairs(seed: int | str, index: int, spatial: bool) -> Drawn:
     """A scenario of at most 0.3 s, the same every time.
 
     Args:
         seed: Other seeds draw other scenarios.
         index: Which; in `BLOCK` of them all pairs meet, or in twice as many where validation
             refuses a row.
-        in_space: Whether the hand stands in space.
+        spatial: Whether the hand stands in space.
     """
     block, number = divmod(index, BLOCK)
-    row = rows_of_block(in_space, f"{seed} {block}")[number]
+    row = rows_of_block(spatial, f"{seed} {block}")[number]
     name = f"{seed} {index}"
-    while (scenario := draw_levels(in_space, row, name)) is None:
+    while (scenario := draw_levels(spatial, row, name)) is None:
         # Three or more levels that exclude each other, or numbers that mostly do.
-        refused = minimal_conflict(row, lambda row: draw_levels(in_space, row, name) is not None)
+        refused = minimal_conflict(row, lambda row: draw_levels(spatial, row, name) is not None)
         # A factor with few levels has each of them in many other rows.
-        _, reset = min((sizes(in_space)[factor], factor) for factor, _ in refused)
+        _, reset = min((sizes(spatial)[factor], factor) for factor, _ in refused)
         row = (*row[:reset], 0, *row[reset + 1 :])
     return Drawn(scenario, row)
 
 
 @cache
-def factors(in_space: bool) -> tuple[Factor, ...]:
+def factors(spatial: bool) -> tuple[Factor, ...]:
     """Everything that is varied."""
     # Last, because a scenario without changes is validated in a fraction of the time.
-    changed = Factor(CHANGED, (NOTHING, *changeable(in_space)))
-    return (*STRUCTURE, *all_factors(in_space), changed)
+    changed = Factor(CHANGED, (NOTHING, *changeable(spatial)))
+    return (*STRUCTURE, *all_factors(spatial), changed)
 
 
 @cache
-def conflicts(in_space: bool) -> frozenset[Conflict]:
+def conflicts(spatial: bool) -> frozenset[Conflict]:
     """Levels that validation refuses together."""
     return find_conflicts(
-        sizes(in_space), lambda row: draw_levels(in_space, row, "") is not None, Random(0)
+        sizes(spatial), lambda row: draw_levels(spatial, row, "") is not None, Random(0)
     )
 
 
-def sizes(in_space: bool) -> list[int]:
+def sizes(spatial: bool) -> list[int]:
     """Number of levels of each factor."""
-    return [len(factor.levels) for factor in factors(in_space)]
+    return [len(factor.levels) for factor in factors(spatial)]
 
 
-def draw_levels(in_space: bool, row: Row, seed: str) -> Scenario | None:
+def draw_levels(spatial: bool, row: Row, seed: str) -> Scenario | None:
     """A scenario with given levels; None if validation refuses all that are drawn.
 
     Args:
-        in_space: Whether the hand stands in space.
+        spatial: Whether the hand stands in space.
         row: A level of each of `factors`.
         seed: Of the numbers within the levels.
     """
-    named = zip(factors(in_space), row, strict=True)
+    named = zip(factors(spatial), row, strict=True)
     levels = {factor.name: factor.levels[level] for factor, level in named}
     for number in range(TRIES):
-        draft = Draft(in_space, levels, Random(f"{seed} {row} {number}"))
+        draft = Draft(spatial, levels, Random(f"{seed} {row} {number}"))
         for count in range(len(draft.further_changes), -1, -1):
             changes = [*draft.mapping["changes"], *draft.further_changes[:count]]
             try:
@@ -99,11 +99,11 @@ def draw_levels(in_space: bool, row: Row, seed: str) -> Scenario | None:
 
 
 @lru_cache(maxsize=4)
-def rows_of_block(in_space: bool, seed: str) -> list[Row]:
+def rows_of_block(spatial: bool, seed: str) -> list[Row]:
     """Rows in which all pairs of levels meet but those of known conflicts.
 
     Args:
-        in_space: Whether the hand stands in space.
+        spatial: Whether the hand stands in space.
         seed: Seed and number of the block.
     """
-    return list(islice(cover(sizes(in_space), conflicts(in_space), Random(seed)), BLOCK))
+    return list(islice(cover(sizes(spatial), conflicts(spatial), Random(seed)), BLOCK))

@@ -96,7 +96,7 @@ def test_a_law_with_a_fact_that_a_kernel_does_not_read_is_refused_there():
         with_values(load_scenario("composite-case-2"), {"controller.kind": "slip-damping"})
     )
     told = (
-        "controller.kind is 'slip-damping', which is not computed for hands in space yet; "
+        "controller.kind is 'slip-damping', which is not computed for spatial hands yet; "
         "choose one of theorem-3, theorem-4, certainty-equivalence, pd-gravity, grip-reflex, "
         "composite"
     )
@@ -115,7 +115,7 @@ def test_a_law_with_a_fact_that_a_kernel_does_not_read_is_refused_there():
 @pytest.mark.parametrize("key", ["controller.recognition_time", "controller.link_length_ratio"])
 def test_a_parameter_that_a_kernel_does_not_use_is_refused_there(key):
     value, usual = 1.05 * describe(load_scenario("spatial-box"))[key].value, ControllerParameters()
-    told = f"{key} is {value:g}, which is not computed for hands in space yet; set it to "
+    told = f"{key} is {value:g}, which is not computed for spatial hands yet; set it to "
     with pytest.raises(ScenarioError) as refusal:
         with_values(load_scenario("spatial-box"), {key: value})
     (error,) = refusal.value.errors

@@ -1,4 +1,4 @@
-"""A law of one's own: three front ends, its memory, what it tells, and how it fails."""
+"""A custom law: three front ends, its memory, what it tells, and how it fails."""
 
 from dataclasses import replace
 from pathlib import Path

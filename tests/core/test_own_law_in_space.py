@@ -1,4 +1,4 @@
-"""Laws of one's own for hands in space: what they see, their front ends, and how they fail."""
+"""Custom laws for spatial hands: what they see, their front ends, and how they fail."""
 
 from typing import ClassVar
 

@@ -1,4 +1,4 @@
-"""The kernel of hands in space against the NumPy reference: every phase, n = 2, 3, 4.
+"""The kernel of spatial hands against the NumPy reference: every phase, n = 2, 3, 4.
 
 Neither was written with the other in sight. Both compute in double precision by unlike
 algorithms: the kernel eliminates contact by contact, the reference assembles and inverts.

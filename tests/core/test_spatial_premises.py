@@ -1,4 +1,4 @@
-"""Premises and bounds of the theorems for hands in space, against the second implementation."""
+"""Premises and bounds of the theorems for spatial hands, against the second implementation."""
 
 import numpy as np
 import pytest

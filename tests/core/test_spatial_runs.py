@@ -1,4 +1,4 @@
-"""Runs of hands in space: the digits of independent prototypes, symmetries, energy, outcomes."""
+"""Runs of spatial hands: the digits of independent prototypes, symmetries, energy, outcomes."""
 
 import math
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""What the controller measures of a hand in space, and what the joints make of its commands."""
+"""What the controller measures of a spatial hand, and what the joints make of its commands."""
 
 from typing import NamedTuple
 

@@ -1,4 +1,4 @@
-"""A hand in space as Foxglove shows it is that of the trace.
+"""A spatial hand as Foxglove shows it is that of the trace.
 
 Frames come from the reference hand of the tests, which shares no code with what is tested.
 """

@@ -1,4 +1,4 @@
-"""A run of a hand in space as a file: read back, verified, drawn."""
+"""A run of a spatial hand as a file: read back, verified, drawn."""
 
 import io
 import json

@@ -1,4 +1,4 @@
-"""Recordings of a law of one's own: read, verified and shown where the law is not installed."""
+"""Recordings of a custom law: read, verified and shown where the law is not installed."""
 
 import json
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Random hands in space, with an object tilted and turning between them."""
+"""Random spatial hands, with an object tilted and turning between them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A hand in space and its object: geometry of contacts, equations of motion, three ways.
+"""A spatial hand and its object: geometry of contacts, equations of motion, three ways.
 
 `solve_all_unknowns` solves the four blocks of Eq. 15 together; `reduced_form` is Eq. 18 as
 printed; `contact_space` gives relative accelerations at the contacts as a function of forces.

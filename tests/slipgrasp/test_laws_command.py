@@ -1,4 +1,4 @@
-"""Laws of one's own on the command line, in studies, on workers and in the service."""
+"""Custom laws on the command line, in studies, on workers and in the service."""
 
 import json
 import subprocess

@@ -1,4 +1,4 @@
-"""The page on laws of one's own: its examples run, its tables name what there is."""
+"""The page on custom laws: its examples run, its tables name what there is."""
 
 import re
 from pathlib import Path

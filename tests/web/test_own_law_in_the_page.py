@@ -1,4 +1,4 @@
-"""A law of one's own in the dashboard: its knobs, its signals, and branches at the play head."""
+"""A custom law in the dashboard: its knobs, its signals, and branches at the play head."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A hand in space on the page, in a real Chromium."""
+"""A spatial hand on the page, in a real Chromium."""
 
 from __future__ import annotations
 

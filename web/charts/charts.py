@@ -249,12 +249,12 @@ def estimate_charts(result: RunResult) -> tuple[Chart, ...]:
 
 
 def belief_charts(result: RunResult) -> tuple[Chart, ...]:
-    """The estimates, and what a law of one's own tells of itself."""
+    """The estimates, and what a custom law tells of itself."""
     return (*estimate_charts(result), *diagnostic_charts(result))
 
 
 def diagnostic_charts(result: RunResult) -> tuple[Chart, ...]:
-    """One chart per diagnostic of a law of one's own."""
+    """One chart per diagnostic of a custom law."""
     diagnostics = result.trace.shape.diagnostics
     return tuple(
         Chart(

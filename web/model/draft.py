@@ -199,7 +199,7 @@ class Draft:
         return _plain(_definitions(self.base)[key].value)
 
     def _law_parameter(self, time: float, key: str) -> Value:
-        """What a parameter of a law of one's own is unless it is set: as the law declares it."""
+        """What a parameter of a custom law is unless it is set: as the law declares it."""
         name, given = key.removeprefix(f"{LAW_PARAMETERS}."), self.base.controller.parameters
         if name in given:
             return given[name]
@@ -246,7 +246,7 @@ class Draft:
 
 
 def is_of_law(key: str) -> bool:
-    """Whether a key is that of a parameter of a law of one's own."""
+    """Whether a key is that of a parameter of a custom law."""
     return key.startswith(f"{LAW_PARAMETERS}.")
 
 

@@ -109,7 +109,7 @@ def _without_laws(draft: Draft, at: Callable[[float], bool]) -> Draft:
 
 
 def _without_orphans(draft: Draft) -> Draft:
-    """The draft without what was set of laws of one's own that it has no more."""
+    """The draft without what was set of custom laws that it has no more."""
 
     def is_kept(key: str, value: Value, kinds: Iterable[Value]) -> bool:
         names = {name for kind in kinds for name in law_parameters(str(kind))}

@@ -146,7 +146,7 @@ def _title(key: str, is_open: bool, names: Sequence[str]) -> str:
 
 
 def law_groups(base: Scenario) -> tuple[Group, ...]:
-    """A group for every law of one's own that has parameters, titled with its name.
+    """A group for every custom law that has parameters, titled with its name.
 
     Args:
         base: What knobs start from; a law has the values that it has there.

@@ -58,7 +58,7 @@ TOUR = (
     Stop("spatial-composite", "Up to which mass is it held?", "object.mass"),
     Stop(
         "spatial-composite-noisy",
-        "How much noise in the measured velocities can a hand in space bear?",
+        "How much noise in the measured velocities can a spatial hand bear?",
         "sensing.velocity_noise",
     ),
     Stop("spatial-box", "What if the thumb's face is smooth?", "fingers.0.friction"),

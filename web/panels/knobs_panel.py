@@ -84,7 +84,7 @@ class KnobsPanel:
         return self._knobs[key][index][0]
 
     def law_folder(self, kind: str) -> viser.GuiFolderHandle:
-        """Where the knobs of a law of one's own are."""
+        """Where the knobs of a custom law are."""
         return self._law_folders[kind]
 
     @property
@@ -224,7 +224,7 @@ def _steady(definitions: dict[str, Parameter]) -> dict[str, Parameter]:
 
 
 def _is_seen_by_own_law(kind: str, key: str) -> bool:
-    """Whether a law of one's own is shown a parameter that only some built-in laws use."""
+    """Whether a custom law is shown a parameter that only some built-in laws use."""
     law = own_law(kind)
     return law is not None and key == law.facts.holds_with
 

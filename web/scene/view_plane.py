@@ -44,4 +44,4 @@ class ViewPlane(NamedTuple):
 
 
 FRONT = ViewPlane((1.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.0, -1.0, 0.0))
-"""The plane of hands in the plane: x to the right, y up."""
+"""The plane of planar hands: x to the right, y up."""

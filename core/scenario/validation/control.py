@@ -130,7 +130,7 @@ def check_law(scenario: Scenario) -> Iterator[FieldError]:
 
 
 def check_law_parameters(scenario: Scenario) -> Iterator[FieldError]:
-    """A run has one law of one's own at most, and its parameters are as it declares them."""
+    """A run has one custom law at most, and its parameters are as it declares them."""
     own = [kind for kind in kinds_in(scenario) if kind not in CONTROL_LAWS]
     if len(own) > 1:
         yield FieldError(

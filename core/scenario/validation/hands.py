@@ -35,7 +35,7 @@ def not_computed(scenario: Scenario, key: str, shown: str, way_out: str) -> Fiel
         shown: Its value.
         way_out: What to do.
     """
-    hands = scenario.space.hands
+    hands = f"{scenario.space.name} hands"
     return FieldError(
         field=key,
         value=shown,

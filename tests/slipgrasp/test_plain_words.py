@@ -1,0 +1,63 @@
+"""Retired terms stay out of the code and its documents: each has a standard one in its place."""
+
+import re
+import subprocess
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+FOLDERS = (
+    "core",
+    "scene",
+    "recordings",
+    "figures",
+    "server",
+    "web",
+    "slipgrasp",
+    "benchmarks",
+    "docs",
+    "examples",
+)
+PAGES = ("README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "SECURITY.md")
+
+# What each one is called now. Contracts, such as options, keys and reason codes, are no terms.
+RETIRED = {
+    r"laws? of one's own|one's own laws?": "custom law",
+    r"laws? of the field": "published control law",
+    r"hands? in (space|the plane)\b(?! of)": "spatial hand, planar hand",
+    r"(?-i:\b(in_space|is_spatial)\b)": "space (core/scenario/space.py)",
+    r"wrong hand": "model mismatch",
+    r"unknowns? of a run": "unknown parameter",
+    r"front ends? of a law": "way to write a law",
+    r"\bcarriers?\b": "tracking controller",
+    r"holds? on to|to be had": "retain, available",
+    r"goes over to (the|where)|go(ing)? over to the next": "switches to, continues with",
+}
+# The units of the kernel follow with their own names.
+LEFT_OUT = ("core/kernel/",)
+
+
+def sources():
+    listed = subprocess.run(
+        ["git", "ls-files", "--cached", "--others", "--exclude-standard", *FOLDERS, *PAGES],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=True,
+    ).stdout.splitlines()
+    suffixes = (".py", ".md", ".toml", ".js")
+    return [name for name in listed if name.endswith(suffixes) and not name.startswith(LEFT_OUT)]
+
+
+@pytest.mark.parametrize("term", RETIRED)
+def test_a_retired_term_does_not_come_back(term):
+    pattern = re.compile(term, re.IGNORECASE)
+    names = [name for name in sources() if (ROOT / name).is_file()]
+    lines = [
+        f"{name}:{number}: {line.strip()[:100]}"
+        for name in names
+        for number, line in enumerate((ROOT / name).read_text("utf-8").splitlines(), 1)
+        if pattern.search(line)
+    ]
+    assert not lines, f"write {RETIRED[term]}:\n" + "\n".join(lines)
