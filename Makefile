@@ -1,4 +1,4 @@
-# make serve [PORT=8080] | check | test | lint | benchmark | wasm | site | audit | constraints |
+# make serve [PORT=8080] | check | test | lint | kernel | benchmark | wasm | site | audit | constraints |
 #      requirements | clean
 #
 # Needs Python >= 3.11 and make. The environment lives in .venv; uv builds it where it is
@@ -14,7 +14,7 @@ export UV_SYSTEM_CERTS ?= 1
 # What is imported is compiled then and kept; most of what pip brings never is.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: serve check quick test lint benchmark wasm site audit constraints requirements clean
+.PHONY: serve check quick test kernel lint benchmark wasm site audit constraints requirements clean
 .DELETE_ON_ERROR:
 
 serve: $(VENV)/.serve
@@ -33,6 +33,10 @@ test: $(VENV)/.develop
 	@$(BIN)/python tests/ensure_programs.py
 	$(BIN)/python -m pytest -n logical --dist worksteal -m "not browser"
 	$(BIN)/python -m pytest -n logical --dist loadfile -m browser
+
+# Compiles the simulation, which otherwise the first run does: planar and spatial.
+kernel: $(VENV)/.develop
+	$(BIN)/python -c "from slipgrasp.core.run.simulator import prepare_kernel as p; p(in_space=True)"
 
 lint: $(VENV)/.develop
 	$(BIN)/ruff check

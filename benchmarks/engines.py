@@ -16,15 +16,19 @@ from numba import types
 from slipgrasp.core.kernel.compilation.compiler import Unit, record_type
 from slipgrasp.core.kernel.compilation.records import Floats, Record
 from slipgrasp.core.kernel.compilation.webassembly import RECORDS
-from slipgrasp.core.kernel.planar.jump import RUNNING
+from slipgrasp.core.kernel.loop.progress import tick_columns
+from slipgrasp.core.kernel.loop.status import RUNNING
 from slipgrasp.core.kernel.planar.packing import whole_faces
 from slipgrasp.core.kernel.planar.rows import ROW
-from slipgrasp.core.kernel.planar.run import OUTLET, PROGRESS, TICK_COLUMNS
+from slipgrasp.core.kernel.planar.run import OUTLET, PROGRESS
+from slipgrasp.core.scenario.space import PLANAR
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
 
 SCRIPT = Path(__file__).parents[1] / "docs" / "webassembly.js"
+
+_TICK_BYTES = 8 * tick_columns(PLANAR.joints_per_finger)
 
 # Steps of a run in one call.
 STEPS = 1000
@@ -169,7 +173,9 @@ class Engine(ABC):
         count, length = (self._long(place) for place in (at + _NUM_ROWS, run + _ROW_LENGTH))
         rows = self.read(at + _ROWS, 8 * count * length)
         ctypes.memmove(outlet + _ROWS, rows, len(rows))
-        ticks = self.read(at + _TICKS, 8 * TICK_COLUMNS * self._long(at + _NUM_TICKS))
+        ticks = self.read(
+            at + _TICKS, 8 * tick_columns(PLANAR.joints_per_finger) * self._long(at + _NUM_TICKS)
+        )
         ctypes.memmove(outlet + _TICKS, ticks, len(ticks))
 
     def _long(self, at: int) -> int:

@@ -61,12 +61,14 @@ def in_processes(work: Callable[[int], T], count: int, processes: int = PROCESSE
 def reported(
     results: Iterable[T], count: int, name: str, is_wrong: Callable[[T], bool]
 ) -> Iterator[T]:
-    """Passes results on, and says on standard error about twenty times how far it is."""
-    wrong, step = 0, max(1, count // REPORTS)
-    for number, result in enumerate(results, 1):
-        wrong += is_wrong(result)
-        if number % step == 0:
-            print(f"{name}: {number} of {count} runs, {wrong} wrong", file=sys.stderr, flush=True)
+    """Passes results on; says on standard error how far it is, and which of them are wrong."""
+    wrong: list[int] = []
+    for index, result in enumerate(results):
+        wrong += [index] * is_wrong(result)
+        if (index + 1) % max(1, count // REPORTS) == 0:
+            which = f" {wrong}" if wrong else ""
+            said = f"{name}: {index + 1} of {count} runs, {len(wrong)} wrong{which}"
+            print(said, file=sys.stderr, flush=True)
         yield result
 
 

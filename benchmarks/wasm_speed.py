@@ -11,10 +11,11 @@ from benchmarks.engines import STEPS, Engine
 from benchmarks.report import PORTABILITY, Table
 from benchmarks.timing import MILLISECONDS
 from slipgrasp.core.kernel.compilation.records import Record
+from slipgrasp.core.kernel.loop.output import rows_in
+from slipgrasp.core.kernel.loop.status import RUNNING
 from slipgrasp.core.kernel.planar.advance import advance_run
-from slipgrasp.core.kernel.planar.jump import RUNNING
 from slipgrasp.core.kernel.planar.packing import make_table, pack_model, whole_faces
-from slipgrasp.core.kernel.planar.run import make_run, rows_in
+from slipgrasp.core.kernel.planar.run import make_run
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 

@@ -9,21 +9,27 @@ from __future__ import annotations
 
 import codecs
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from importlib import import_module
+from itertools import chain
 from typing import TYPE_CHECKING, Any, BinaryIO, Protocol
 
 from slipgrasp.recordings.clip import WHOLE, Clip
 from slipgrasp.recordings.still import AT_THE_END, Still
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     import pyarrow
 
     from slipgrasp.core.run.result import RunResult
     from slipgrasp.core.trace.columns import Column
 
 ROWS_AT_ONCE = 1000
+ROWS_PER_GROUP = 10_000
+"""Rows of a Parquet file that are written, and compressed, together."""
+
 SCENARIO = "scenario.json"
 ENDING = "ending.json"
 UNITS = "units.json"
@@ -45,6 +51,8 @@ class ExportFormat:
         writer: ``module:function`` that writes a run to a stream of bytes that is seekable;
             that of a moving picture also takes ``progress``, ``fps`` and ``clip``, that of a
             still ``still`` and ``clip``, that of data ``premises``.
+        long_writer: ``module:function`` that writes the same file of a recording, by its path,
+            without having all samples in memory; empty if none does.
         fps: Frames per second unless asked otherwise; None of what does not move.
         is_still: Whether it is a picture that stands still.
         description: What the REST interface says of it, which offers the formats of data.
@@ -57,6 +65,7 @@ class ExportFormat:
     contents: str
     media_type: str
     writer: str
+    long_writer: str = ""
     fps: float | None = None
     is_still: bool = False
     description: str = ""
@@ -88,14 +97,32 @@ class ExportFormat:
         Raises:
             PremisesError: If they are asked for and the theorems do not speak of the run.
         """
-        module, _, function = self.writer.partition(":")
-        write = getattr(import_module(module), function)
+        write = _find(self.writer)
         if self.is_still:
             write(result, stream, still=still, clip=clip)
         elif self.fps is None:
             write(result, stream, premises=premises)
         else:
             write(result, stream, progress, fps=fps or self.fps, clip=clip)
+
+    def write_long(self, path: Path, stream: BinaryIO) -> None:
+        """Writes a recording without having all its samples in memory.
+
+        Whether its hash and its claims follow from its samples is not looked at.
+
+        Args:
+            path: The recording, whose format states all metrics.
+            stream: Where the file goes.
+
+        Raises:
+            RecordingError: As `slipgrasp.recordings.file.pieces.read_pieces`.
+        """
+        _find(self.long_writer)(path, stream)
+
+
+def _find(name: str) -> Callable[..., None]:
+    module, _, function = name.partition(":")
+    return getattr(import_module(module), function)
 
 
 EXPORT_FORMATS = (
@@ -105,6 +132,7 @@ EXPORT_FORMATS = (
         contents="the main signals",
         media_type="text/csv",
         writer="slipgrasp.recordings.export:write_csv_bytes",
+        long_writer="slipgrasp.recordings.export:write_long_csv",
         description="The table that ``slipgrasp export`` writes.",
         is_text=True,
         is_listed=True,
@@ -115,6 +143,7 @@ EXPORT_FORMATS = (
         contents="all signals with units, and the scenario",
         media_type="application/vnd.apache.parquet",
         writer="slipgrasp.recordings.export:write_parquet",
+        long_writer="slipgrasp.recordings.export:write_long_parquet",
         description="All columns with their units, and the scenario, as a Parquet table.",
         is_listed=True,
     ),
@@ -220,8 +249,16 @@ def write_csv(result: RunResult, stream: TextStream, *, premises: bool = False) 
     from slipgrasp.core.trace.columns import short_columns
 
     table = short_columns(result.trace) + (_premise_columns(result) if premises else [])
+    _write_names(table, stream)
+    _write_rows(table, stream)
+
+
+def _write_names(table: Sequence[Column], stream: TextStream) -> None:
     stream.write(",".join(column.name for column in table) + "\n")
-    for start in range(0, len(result.trace), ROWS_AT_ONCE):
+
+
+def _write_rows(table: Sequence[Column], stream: TextStream) -> None:
+    for start in range(0, len(table[0].values), ROWS_AT_ONCE):
         cells = [_cells(column, start) for column in table]
         stream.write("".join(",".join(row) + "\n" for row in zip(*cells, strict=True)))
 
@@ -229,6 +266,19 @@ def write_csv(result: RunResult, stream: TextStream, *, premises: bool = False) 
 def write_csv_bytes(result: RunResult, stream: BinaryIO, *, premises: bool = False) -> None:
     """Writes a run as comma-separated values in UTF-8; see `write_csv`."""
     write_csv(result, codecs.getwriter("utf-8")(stream), premises=premises)
+
+
+def write_long_csv(path: Path, stream: BinaryIO) -> None:
+    """Writes what `write_csv_bytes` writes of a recording, as it is read."""
+    from slipgrasp.core.trace.columns import short_columns
+    from slipgrasp.recordings.file.pieces import read_groups
+
+    text = codecs.getwriter("utf-8")(stream)
+    for number, rows in enumerate(read_groups(path, ROWS_AT_ONCE)):
+        table = short_columns(rows)
+        if number == 0:
+            _write_names(table, text)
+        _write_rows(table, text)
 
 
 def _cells(column: Column, start: int) -> list[str]:
@@ -291,21 +341,51 @@ def write_parquet(result: RunResult, stream: BinaryIO, *, premises: bool = False
     Raises:
         PremisesError: If they are asked for and the theorems do not speak of the run.
     """
-    import pyarrow
-    from pyarrow import parquet
-
     from slipgrasp.core.trace.columns import columns_of
 
     columns = columns_of(result.trace) + (_premise_columns(result) if premises else [])
-    arrays = [_arrow_array(column) for column in columns]
+    starts = range(0, len(result.trace), ROWS_PER_GROUP)
+    _write_groups(result, ([_rows_of(each, i) for each in columns] for i in starts), stream)
+
+
+def write_long_parquet(path: Path, stream: BinaryIO) -> None:
+    """Writes what `write_parquet` writes of a recording, which is read twice for it."""
+    from slipgrasp.core.trace.columns import columns_of
+    from slipgrasp.recordings.file.pieces import read_ending, read_groups
+
+    groups = (columns_of(rows) for rows in read_groups(path, ROWS_PER_GROUP))
+    _write_groups(read_ending(path), groups, stream)
+
+
+def _rows_of(column: Column, start: int) -> Column:
+    """A group of rows of a column."""
+    return replace(column, values=column.values[start : start + ROWS_PER_GROUP])
+
+
+def _write_groups(run: RunResult, groups: Iterator[list[Column]], stream: BinaryIO) -> None:
+    """Writes groups of rows, of each column the same number, with the documents of a run."""
+    from pyarrow import parquet, record_batch
+
+    first = next(groups)
+    schema = _schema(first, run)
+    with parquet.ParquetWriter(stream, schema) as writer:
+        for columns in chain([first], groups):
+            arrays = [_arrow_array(column) for column in columns]
+            writer.write_batch(record_batch(arrays, schema=schema))
+
+
+def _schema(columns: Sequence[Column], run: RunResult) -> pyarrow.Schema:
+    import pyarrow
+
     fields = [
-        pyarrow.field(column.name, array.type, nullable=False, metadata={"unit": column.unit})
-        for column, array in zip(columns, arrays, strict=True)
+        pyarrow.field(
+            column.name, _arrow_array(column).type, nullable=False, metadata={"unit": column.unit}
+        )
+        for column in columns
     ]
     names = ("slipgrasp.scenario", "slipgrasp.ending", "slipgrasp.provenance")
-    metadata: dict[Any, Any] = dict(zip(names, _documents(result), strict=True))
-    schema = pyarrow.schema(fields, metadata=metadata)
-    parquet.write_table(pyarrow.Table.from_arrays(arrays, schema=schema), stream)
+    metadata: dict[Any, Any] = dict(zip(names, _documents(run), strict=True))
+    return pyarrow.schema(fields, metadata=metadata)
 
 
 def _arrow_array(column: Column) -> pyarrow.Array:

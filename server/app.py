@@ -130,7 +130,6 @@ async def _live(settings: Settings, lifespan: Lifespan | None, app: FastAPI) -> 
     with lock, closing(store):
         if settings.exclusive and settings.token is not None:
             Tokens(settings.token).save(settings.data_directory)
-        store.discard_unfinished()
         service = RunService(store, settings, app.state.stopping.is_set)
         app.state.run_service = service
         app.state.upload_slots = asyncio.Semaphore(recordings.MAX_UPLOADS)

@@ -10,13 +10,14 @@ from collections import deque
 from collections.abc import AsyncIterator, Callable, Iterator
 from concurrent.futures import Future, TimeoutError
 from contextlib import asynccontextmanager, contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from slipgrasp.core.executors.limits import machine_memory
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.chosen_laws import diagnostics_of
 from slipgrasp.core.trace.trace import TraceShape
+from slipgrasp.recordings.export import ROWS_PER_GROUP
 from slipgrasp.recordings.file.size import RecordingSize, size_of_run
 from slipgrasp.server.exceptions import MemoryBusyError, MemoryHeldError, MemoryLimitError
 
@@ -48,6 +49,12 @@ SPARE_SAMPLES = 5000
 
 COLUMN_BYTES = 10
 """A number of a column that is read, with what its array grows ahead [bytes]."""
+
+MOST_EXPORTED_WHOLE = 100_000
+"""A recording of more samples becomes a table as it is read."""
+
+GROUP_COST = 8.0
+"""Peak of writing a table so, per byte of the rows that are written together."""
 
 READ_COST = 2.3
 DIFF_COST = 2.0
@@ -151,6 +158,12 @@ class Need:
             "ask for some signals or a part of the time with GET /runs/{id}/signals, or write it "
             "with 'slipgrasp export'",
         )
+
+    @classmethod
+    def to_export_long(cls, size: RecordingSize) -> Need:
+        """Writing all samples in another format as they are read."""
+        group = replace(size, samples=ROWS_PER_GROUP, ticks=0)
+        return cls(_unpacked(GROUP_COST * group.num_bytes), "this table")
 
     @classmethod
     def to_work_on(cls, *runs: RunResult) -> Need:

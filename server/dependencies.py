@@ -1,4 +1,8 @@
-"""What routes ask for, as annotated aliases."""
+"""What routes ask for, as annotated aliases.
+
+What only looks something up is a coroutine: FastAPI calls everything else in one of forty threads,
+and while these wait for memory, a question for the health would wait for one of them.
+"""
 
 from __future__ import annotations
 
@@ -57,14 +61,18 @@ LastEventId = Annotated[
 """The header of that name; empty where there is none."""
 
 
-def get_settings(request: Request) -> Settings:
+async def get_settings(request: Request) -> Settings:
     """What the application that answers was told when it started."""
     settings: Settings = request.app.state.settings
     return settings
 
 
-def get_run_service(request: Request) -> RunService:
+async def get_run_service(request: Request) -> RunService:
     """The service of the application that answers."""
+    return _run_service_of(request)
+
+
+def _run_service_of(request: Request) -> RunService:
     service: RunService = request.app.state.run_service
     return service
 
@@ -75,7 +83,7 @@ def check_ended(run_id: str, request: Request) -> str:
     Raises:
         RunUnfinishedError: If it has not ended.
     """
-    get_run_service(request).check_ended(run_id)
+    _run_service_of(request).check_ended(run_id)
     return run_id
 
 
@@ -86,10 +94,10 @@ def get_stored_run(run_id: str, request: Request) -> StoredRun:
         RunUnfinishedError: If it has not ended.
         RecordingNotFoundError: If there is none.
     """
-    return get_run_service(request).get(run_id)
+    return _run_service_of(request).get(run_id)
 
 
-def get_recording_reads(request: Request) -> RecordingReads:
+async def get_recording_reads(request: Request) -> RecordingReads:
     """What reads whole recordings for the application that answers."""
     reads: RecordingReads = request.app.state.recording_reads
     return reads
@@ -117,7 +125,7 @@ async def open_columns(
     stretch = query.stretch_of(chosen)
     share = query.share_of(stored.summary.get("end_time", 0.0))
     need = Need.to_read_signals(size, _width_of(stretch, outline), share)
-    reads = get_recording_reads(request)
+    reads = await get_recording_reads(request)
     gone = request.is_disconnected
     async with reads.shared(stored.path, stored.id, stretch, need, gone) as trace:
         yield select_columns(trace, [column.name for column in chosen])
@@ -128,13 +136,17 @@ def _width_of(stretch: Stretch, outline: Trace) -> int:
     return 1 + sum(column.signal in stretch.signals for column in columns_of(outline))
 
 
-def get_memory(request: Request) -> MemoryBudget:
+async def get_memory(request: Request) -> MemoryBudget:
     """The account of memory of the application that answers."""
-    return get_run_service(request).memory
+    return _run_service_of(request).memory
 
 
-def get_study_service(request: Request) -> StudyService:
+async def get_study_service(request: Request) -> StudyService:
     """The service for studies of the application that answers."""
+    return _study_service_of(request)
+
+
+def _study_service_of(request: Request) -> StudyService:
     service: StudyService = request.app.state.study_service
     return service
 
@@ -146,7 +158,7 @@ def open_study_results(study_id: str, request: Request) -> StudyResults:
         StudyNotFoundError: If there is none.
         RecordingError: If its file is damaged.
     """
-    return get_study_service(request).results(study_id)
+    return _study_service_of(request).results(study_id)
 
 
 async def read_study_body(request: Request) -> Any:
@@ -164,37 +176,37 @@ async def read_run_update(request: Request) -> RunUpdate:
     return await read_body(request, RunUpdate, (JSON_TYPE, MERGE_TYPE))
 
 
-def get_retention_service(request: Request) -> RetentionService:
+async def get_retention_service(request: Request) -> RetentionService:
     """What deletes runs by rules for the application that answers."""
     service: RetentionService = request.app.state.retention_service
     return service
 
 
-def get_stopping(request: Request) -> asyncio.Event:
+async def get_stopping(request: Request) -> asyncio.Event:
     """What is set once the server is to stop."""
     stopping: asyncio.Event = request.app.state.stopping
     return stopping
 
 
-def get_file_cache(request: Request) -> FileCache:
+async def get_file_cache(request: Request) -> FileCache:
     """The files that the application that answers has made and keeps."""
     cache: FileCache = request.app.state.file_cache
     return cache
 
 
-def get_event_slots(request: Request) -> EventSlots:
+async def get_event_slots(request: Request) -> EventSlots:
     """How many streams of events of the application that answers are open."""
     slots: EventSlots = request.app.state.event_slots
     return slots
 
 
-def get_upload_slots(request: Request) -> asyncio.Semaphore:
+async def get_upload_slots(request: Request) -> asyncio.Semaphore:
     """How many more recordings may be sent at the same time."""
     slots: asyncio.Semaphore = request.app.state.upload_slots
     return slots
 
 
-def read_wait_preference(
+async def read_wait_preference(
     request: Request,
     prefer: Annotated[
         str | None,
@@ -206,13 +218,13 @@ def read_wait_preference(
     ] = None,
 ) -> WaitPreference:
     """How long the client is willing to wait."""
-    settings = get_settings(request)
+    settings = await get_settings(request)
     # There may be several lines, of which the parameter above is only one.
     text = ",".join(request.headers.getlist("prefer"))
     return WaitPreference.from_header(text, settings.answer_within, settings.max_wait)
 
 
-def read_download_request(
+async def read_download_request(
     request: Request,
     range_: Annotated[
         str | None,

@@ -8,7 +8,7 @@ import numpy as np
 
 from slipgrasp.core.kernel.compilation.compiler import call
 from slipgrasp.core.kernel.compilation.records import Floats, Record, make_record
-from slipgrasp.core.kernel.planar.jump import RUNNING
+from slipgrasp.core.kernel.loop.status import RUNNING
 from slipgrasp.core.kernel.spatial.command import spatial_command
 from slipgrasp.core.kernel.spatial.flow import spatial_plant
 from slipgrasp.core.kernel.spatial.learning import MEMORY, spatial_learn

@@ -48,7 +48,8 @@ from slipgrasp.web.workers.open_recordings import OpenRecordings
 from slipgrasp.web.workers.saved_runs import SavedRuns
 from slipgrasp.web.workers.worker import Worker
 
-FIRST_PRESET = "paper-case-2"
+FIRST_PRESET = "paper-case-1"
+"""One that stays held when the object is pulled, the first thing that visitors do."""
 _TIME_TO_LEAVE = 1.0
 _logger = logging.getLogger(__name__)
 

@@ -3,6 +3,8 @@
 `python -m benchmarks.faults.survivors RANDOM LAST SEED` kills so many at random instants of their
 life, and so many within the last second of a recording. A recording that states its end has to be
 the file of a run that nobody disturbed, byte for byte; one that was recovered, a prefix of its run.
+Most of the processes start with everything imported (`benchmarks.faults.warm`), since before that
+they touch no file; every tenth is a new interpreter.
 """
 
 from __future__ import annotations
@@ -15,12 +17,14 @@ import tempfile
 import time
 import urllib.request
 from collections import Counter
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
+from multiprocessing.process import BaseProcess
 from pathlib import Path
+from typing import Any
 
+from benchmarks.faults import warm
 from benchmarks.faults.services import POLL, start_service
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.trace.types import Outcome
@@ -33,6 +37,9 @@ VALUES = {"simulation.duration": 60.0, "simulation.max_steps": 100_000_000}
 
 EACH_SERVICE = 5
 """Of so many kills one is of a service, which takes longer to start."""
+
+EACH_COLD = 10
+"""Of so many kills one is of a new interpreter."""
 
 LAST_SECOND = 1.0
 NEARLY_WHOLE = 0.8
@@ -84,11 +91,61 @@ def kill_and_compare(
         for i in range(at_random + in_last_second):
             aim = _at_random if i < at_random else _in_last_second
             kill = _kill_service if i % EACH_SERVICE == 0 else _kill_run
+            start = _COLD if source.randrange(EACH_COLD) == 0 else _WARM
             with tempfile.TemporaryDirectory(dir=name) as folder:
-                kill(Path(folder), lambda parts, aim=aim: aim(whole, source, parts), whole, found)
+                aimed = partial(aim, whole, start, source)
+                kill(Path(folder), start, aimed, whole, found)
+            found["new interpreter"] += start is _COLD
             report(found)
     kinds = ("whole", "laid out", "recovered", "nothing")
     return Survivors(at_random + in_last_second, *(found[kind] for kind in kinds))
+
+
+@dataclass(frozen=True, slots=True)
+class _Start:
+    """How processes start; each function returns what kills one and waits for its end.
+
+    Attributes:
+        run: Starts `slipgrasp run` with the recording to write.
+        serve: Starts `slipgrasp serve` on a folder; also returns its URL.
+    """
+
+    run: Callable[[Path], Callable[[], None]]
+    serve: Callable[[Path], tuple[Callable[[], None], str]]
+
+
+def _run_cold(path: Path) -> Callable[[], None]:
+    command = [sys.executable, "-m", "slipgrasp", *_arguments(path)]
+    nothing = subprocess.DEVNULL
+    return partial(_kill_cold, subprocess.Popen(command, stdout=nothing, stderr=nothing))
+
+
+def _serve_cold(folder: Path) -> tuple[Callable[[], None], str]:
+    process, url = start_service(folder)
+    return partial(_kill_cold, process), url
+
+
+def _kill_cold(process: subprocess.Popen[Any]) -> None:
+    with process:
+        process.kill()
+
+
+def _run_warm(path: Path) -> Callable[[], None]:
+    return partial(_kill_warm, warm.start(*_arguments(path)))
+
+
+def _serve_warm(folder: Path) -> tuple[Callable[[], None], str]:
+    process, url = warm.start_service(folder)
+    return partial(_kill_warm, process), url
+
+
+def _kill_warm(process: BaseProcess) -> None:
+    process.kill()
+    process.join()
+
+
+_COLD = _Start(_run_cold, _serve_cold)
+_WARM = _Start(_run_warm, _serve_warm)
 
 
 class _Whole:
@@ -101,21 +158,32 @@ class _Whole:
     """
 
     def __init__(self, path: Path) -> None:
-        began = time.monotonic()
-        subprocess.run(_command(path), check=True, stdout=subprocess.DEVNULL)
-        self.seconds = time.monotonic() - began
+        _seconds_of_run(_WARM, path)  # the first process waits for those it is forked from
+        self.seconds = {start: _seconds_of_run(start, path) for start in (_COLD, _WARM)}
         self.data = path.read_bytes()
         self.rows = read_recording(path).trace.to_rows()
 
 
+def _seconds_of_run(start: _Start, path: Path) -> float:
+    """Until a recording has its name."""
+    path.unlink(missing_ok=True)
+    began = time.monotonic()
+    kill = start.run(path)
+    _wait_until(path.exists)
+    seconds = time.monotonic() - began
+    kill()
+    return seconds
+
+
 _Parts = Callable[[], list[Path]]
+_Aim = Callable[[_Parts], None]
 
 
-def _at_random(whole: _Whole, source: random.Random, _parts: _Parts) -> None:
-    time.sleep(source.uniform(0.0, 1.1 * whole.seconds))
+def _at_random(whole: _Whole, start: _Start, source: random.Random, _parts: _Parts) -> None:
+    time.sleep(source.uniform(0.0, 1.1 * whole.seconds[start]))
 
 
-def _in_last_second(whole: _Whole, source: random.Random, parts: _Parts) -> None:
+def _in_last_second(whole: _Whole, _start: _Start, source: random.Random, parts: _Parts) -> None:
     """Waits until a file is nearly whole and some more, or until it is laid out or has its name."""
     _wait_until(lambda: max(map(_size, parts()), default=0) >= NEARLY_WHOLE * len(whole.data))
     if source.random() < 0.5:
@@ -139,47 +207,34 @@ def _size(path: Path) -> int:
         return 0
 
 
-def _command(path: Path) -> list[str]:
+def _arguments(path: Path) -> list[str]:
     values = [word for key, value in VALUES.items() for word in ("--set", f"{key}={value}")]
-    run = ["run", PRESET, *values, "--output", str(path)]
-    return [sys.executable, "-m", "slipgrasp", *run]
+    return ["run", PRESET, *values, "--output", str(path)]
 
 
-def _kill_run(
-    folder: Path, wait: Callable[[_Parts], None], whole: _Whole, found: Counter[str]
-) -> None:
+def _kill_run(folder: Path, start: _Start, aim: _Aim, whole: _Whole, found: Counter[str]) -> None:
     path = folder / f"run{RECORDING_SUFFIX}"
-    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-    with subprocess.Popen(_command(path), **quiet) as process:
-        wait(lambda: list(folder.glob(f"run{RECORDING_SUFFIX}*")))
-        process.kill()
+    kill = start.run(path)
+    aim(lambda: list(folder.glob(f"run{RECORDING_SUFFIX}*")))
+    kill()
     was_named = path.exists()
     recover_orphans(folder)
     _check(folder, path, was_named, whole, found)
 
 
 def _kill_service(
-    folder: Path, wait: Callable[[_Parts], None], whole: _Whole, found: Counter[str]
+    folder: Path, start: _Start, aim: _Aim, whole: _Whole, found: Counter[str]
 ) -> None:
-    with _service(folder) as (process, url):
-        path = folder / f"{_ask(url)}{RECORDING_SUFFIX}"
-        wait(lambda: list(folder.glob(f"{path.name}*")))
-        process.kill()
+    kill, url = start.serve(folder)
+    path = folder / f"{_ask(url)}{RECORDING_SUFFIX}"
+    aim(lambda: list(folder.glob(f"{path.name}*")))
+    kill()
     was_named = path.exists()
-    with _service(folder) as (_, url):
-        while _get(url, "health")["recovering"]:
-            time.sleep(POLL)
+    kill, url = start.serve(folder)
+    while _get(url, "health")["recovering"]:
+        time.sleep(POLL)
+    kill()
     _check(folder, path, was_named, whole, found)
-
-
-@contextmanager
-def _service(folder: Path) -> Iterator[tuple[subprocess.Popen[str], str]]:
-    process, url = start_service(folder)
-    with process:
-        try:
-            yield process, url
-        finally:
-            process.terminate()
 
 
 def _ask(url: str) -> str:
@@ -199,8 +254,7 @@ def _get(url: str, path: str) -> dict[str, int]:
 def _check(folder: Path, path: Path, was_named: bool, whole: _Whole, found: Counter[str]) -> None:
     """Compares what is left of one run, and looks that nothing lies beside it."""
     left = [file.name for file in folder.iterdir() if file.name.startswith(path.stem)]
-    # Recovery leaves an empty part alone: its writer may be about to lock it.
-    parts = [name for name in left if name.endswith(".part") and _size(folder / name)]
+    parts = [name for name in left if name.endswith(".part")]
     assert not parts, f"left beside the recording: {parts}"
     if not path.exists():
         found["nothing"] += 1

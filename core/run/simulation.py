@@ -9,16 +9,10 @@ from typing import Self
 import numpy as np
 
 from slipgrasp.core.kernel.compilation.records import Record
-from slipgrasp.core.kernel.planar.jump import LAW_FAILED, LEFT_FACE, REACHED, RUNNING
-from slipgrasp.core.kernel.planar.laws.own_law import ANSWERED, ASKED
-from slipgrasp.core.kernel.planar.run import (
-    ROWS_BEFORE_PAUSE,
-    TICKS_BEFORE_PAUSE,
-    rows_in,
-    settled_rows,
-    take_rows,
-    ticks_in,
-)
+from slipgrasp.core.kernel.laws.own_law import ANSWERED, ASKED
+from slipgrasp.core.kernel.loop.output import rows_in, settled_rows, take_rows, ticks_in
+from slipgrasp.core.kernel.loop.progress import ROWS_BEFORE_PAUSE, TICKS_BEFORE_PAUSE
+from slipgrasp.core.kernel.loop.status import LAW_FAILED, LEFT_FACE, REACHED, RUNNING
 from slipgrasp.core.run.engine import make_engine
 from slipgrasp.core.run.law_code import LawCode, Replay, set_parameters
 from slipgrasp.core.run.metrics import compute_metrics

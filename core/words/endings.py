@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from slipgrasp.core.kernel.planar.jump import (
+from slipgrasp.core.kernel.loop.status import (
     CHATTERING,
     EVENT_STALL,
     INCONSISTENT,

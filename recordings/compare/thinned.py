@@ -21,7 +21,7 @@ from slipgrasp.core.trace.columns import columns_of
 from slipgrasp.core.trace.trace import TIME_COLUMN, Trace
 from slipgrasp.core.trace.types import ContactPhase, PhaseChange
 from slipgrasp.recordings.compare.alignment import match_rows
-from slipgrasp.recordings.file.pieces import Piece, read_pieces
+from slipgrasp.recordings.file.pieces import Piece, joined, read_pieces
 from slipgrasp.recordings.file.size import RecordingSize
 
 MOST_OF_EVENTS = 20_000
@@ -137,17 +137,6 @@ class _Thinning:
     def result(self) -> RunResult:
         """The run of what remains."""
         return self._last.run_of(joined(self._kept), tuple(self._changes))
-
-
-def joined(parts: list[Trace]) -> Trace:
-    """Traces of one shape one after the other."""
-    first = parts[0]
-    arrays = {
-        name: np.concatenate([getattr(part, name) for part in parts])
-        for name in first.__slots__
-        if isinstance(getattr(first, name), np.ndarray)
-    }
-    return Trace(shape=first.shape, absent=first.absent, **arrays)
 
 
 def _differences(a: Trace, b: Trace) -> list[NDArray[Any]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -17,6 +18,7 @@ from slipgrasp.recordings.exceptions import (
 
 PART_SUFFIX = ".part"
 RECORDING_PART = ".mcap.part"
+_POLL = 0.001
 
 
 @contextmanager
@@ -84,22 +86,43 @@ def part_of(path: Path) -> Path:
     return path.with_name(path.name + PART_SUFFIX)
 
 
+def lock_in_place(stream: BinaryIO, path: Path) -> bool:
+    """Locks an open file; False if another process holds it, or its name is gone or given anew.
+
+    Raises:
+        OSError: If its file system has no locks.
+    """
+    return try_lock(stream) and _is_in_place(stream, path)
+
+
+def _is_in_place(stream: BinaryIO, path: Path) -> bool:
+    try:
+        return os.path.samestat(os.fstat(stream.fileno()), path.lstat())
+    except FileNotFoundError:
+        return False
+
+
 def _remove_remains(part: Path) -> None:
     """Removes what a killed process left of a file that can be made again; a run cannot."""
     if part.name.endswith(RECORDING_PART) or part.is_symlink() or not part.exists():
         return
     with part.open("rb") as stream:
-        if try_lock(stream):
+        if lock_in_place(stream, part):
             part.unlink()
 
 
 def _create(part: Path) -> BinaryIO:
+    """Opens a new file and locks it."""
     flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0)
-    stream = os.fdopen(os.open(part, flags, 0o666), "wb")
-    # Where the file system has no locks, the name alone keeps writers apart.
-    with suppress(OSError):
-        try_lock(stream)
-    return stream
+    while True:
+        stream = os.fdopen(os.open(part, flags, 0o666), "wb")
+        # Where the file system has no locks, the name alone keeps writers apart.
+        with suppress(OSError):
+            while not try_lock(stream):
+                time.sleep(_POLL)
+        if _is_in_place(stream, part):
+            return stream
+        stream.close()  # recovery found it empty, not yet locked, and deleted it
 
 
 def _words_for_existing(part: Path) -> str:

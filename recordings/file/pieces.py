@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from os import PathLike
 from typing import BinaryIO
 
+import numpy as np
+
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.trace.ticks import Ticks
 from slipgrasp.core.trace.trace import Trace
@@ -64,6 +66,67 @@ def read_pieces(
     with open_recording(path) as stream:
         for contents in _PieceReading(stream, str(path), signals).pieces(should_stop):
             yield Piece.of(contents)
+
+
+def read_groups(
+    path: str | PathLike[str], count: int, should_stop: Callable[[], bool] = lambda: False
+) -> Iterator[Trace]:
+    """Reads the samples of a complete recording in groups.
+
+    Args:
+        path: The MCAP file.
+        count: Samples of each group but the last, which may have less.
+        should_stop: As for `read_pieces`.
+
+    Raises:
+        RecordingError: As `read_pieces`.
+    """
+    waiting: list[Trace] = []
+    for piece in read_pieces(path, should_stop=should_stop):
+        waiting.append(piece.trace)
+        if sum(map(len, waiting)) >= count:
+            rows = joined(waiting)
+            num_whole = len(rows) // count * count
+            yield from (rows[start : start + count] for start in range(0, num_whole, count))
+            waiting = [rows[num_whole:]]
+    if len(rows := joined(waiting)):
+        yield rows
+
+
+def read_ending(
+    path: str | PathLike[str], should_stop: Callable[[], bool] = lambda: False
+) -> RunResult:
+    """Reads a run of which the first and the last sample suffice.
+
+    Args:
+        path: The MCAP file; its format states all metrics (`RecordingSize.has_all_metrics`).
+        should_stop: As for `read_pieces`.
+
+    Returns:
+        The run with these samples, their time and estimates alone.
+
+    Raises:
+        RecordingError: As `read_pieces`.
+    """
+    pieces = read_pieces(path, frozenset({"estimates"}), should_stop)
+    last = next(pieces)
+    rows, changes = last.trace, list(last.phase_changes)
+    for last in pieces:
+        rows = joined([rows, last.trace])
+        rows = rows[:: max(1, len(rows) - 1)]
+        changes += last.phase_changes
+    return last.run_of(rows, tuple(changes))
+
+
+def joined(parts: list[Trace]) -> Trace:
+    """Traces of one shape one after the other."""
+    first = parts[0]
+    arrays = {
+        name: np.concatenate([getattr(part, name) for part in parts])
+        for name in first.__slots__
+        if isinstance(getattr(first, name), np.ndarray)
+    }
+    return Trace(shape=first.shape, absent=first.absent, **arrays)
 
 
 class _PieceReading(Reading):

@@ -315,8 +315,11 @@ class Reading:
                 return self._shape, self._version
         raise self._damaged("how the run began is missing")
 
-    def counts(self) -> tuple[TraceShape, dict[str, int]]:
-        """The shape of the trace, and the messages of each topic as the index states them."""
+    def counts(self) -> tuple[TraceShape, int, dict[str, int]]:
+        """The shape of the trace, the format of the file and the messages of each topic.
+
+        Their numbers are those that the index states.
+        """
         records = self._scanner.records()
         self._check_header(next(records))
         for record in records:
@@ -328,7 +331,7 @@ class Reading:
             raise self._damaged("how the run began is missing")
         stated = self._scanner.index.message_counts
         counts = {c.layout.topic.name: stated[number] for number, c in self._channels.items()}
-        return self._shape, counts
+        return self._shape, self._version, counts
 
     def _is_wanted(self, channel: int) -> bool:
         return channel in self._channels and self._channels[channel].is_kept

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import os
+from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import dataclass
 from itertools import chain, count
@@ -18,14 +19,15 @@ from slipgrasp.recordings.exceptions import (
     RecordingBusyError,
     RecordingError,
 )
-from slipgrasp.recordings.file.atomic_file import PART_SUFFIX
+from slipgrasp.recordings.file.atomic_file import PART_SUFFIX, RECORDING_PART, lock_in_place
 from slipgrasp.recordings.file.reader import read_as_stated, read_unfinished
 from slipgrasp.recordings.file.writer import REGULAR_SUFFIX, write_recording
 
 RECORDING_SUFFIX = ".mcap"
 DAMAGED_SUFFIX = ".damaged"
 RECOVERING_SUFFIX = ".recovering.part"
-COPY_SUFFIXES = (RECOVERING_SUFFIX, REGULAR_SUFFIX)
+
+_COPIES = tuple(RECORDING_SUFFIX + suffix for suffix in (RECOVERING_SUFFIX, REGULAR_SUFFIX))
 
 _logger = logging.getLogger(__name__)
 
@@ -89,24 +91,32 @@ def recovered_name(source: Path) -> Path:
 def recover_orphans(folder: Path) -> list[Recovered]:
     """Recovers every recording in a folder that nobody writes any more.
 
-    What holds no sample is kept as ``NAME.damaged``; nothing is deleted but what lies in
-    another file whole.
+    What holds no sample is kept as ``NAME.damaged``; nothing is deleted but empty files and what
+    another file holds completely.
     """
-    delete_orphaned_copies(folder)
-    found = (recover_if_orphaned(part) for part in parts_in(folder))
+    left = unfinished_files(folder)
+    delete_orphaned_copies(left)
+    found = (recover_if_orphaned(part) for part in recordings_among(left))
     return [recovered for recovered in found if recovered is not None]
 
 
-def delete_orphaned_copies(folder: Path) -> None:
+def unfinished_files(folder: Path) -> list[Path]:
+    """Files in a folder that are being written, or were when their writer was killed."""
+    # One pass, and no path for the others: there may be hundreds of thousands.
+    names = os.listdir(folder) if folder.is_dir() else ()
+    return [folder / name for name in sorted(names) if name.endswith(PART_SUFFIX)]
+
+
+def delete_orphaned_copies(unfinished: Iterable[Path]) -> None:
     """Deletes what is left of recoveries and regular copies; what they were made of is there."""
-    for suffix in COPY_SUFFIXES:
-        for copy in folder.glob(f"*{RECORDING_SUFFIX}{suffix}"):
+    for copy in unfinished:
+        if copy.name.endswith(_COPIES):
             _delete_if_orphaned(copy)
 
 
-def parts_in(folder: Path) -> list[Path]:
-    """Files in a folder that are being written, or were when their writer was killed."""
-    return sorted(folder.glob(f"*{RECORDING_SUFFIX}{PART_SUFFIX}"))
+def recordings_among(unfinished: Iterable[Path]) -> list[Path]:
+    """Those of the unfinished files that are recordings themselves."""
+    return [part for part in unfinished if part.name.endswith(RECORDING_PART)]
 
 
 def recover_if_orphaned(part: Path) -> Recovered | None:
@@ -119,25 +129,26 @@ def recover_if_orphaned(part: Path) -> Recovered | None:
 
 
 def recover_orphan(part: Path) -> Recovered | None:
-    """Recovers one file of `parts_in`.
+    """Recovers one file of `recordings_among`.
 
     Args:
         part: The file. It goes once what it holds is on disk under its own name.
 
     Returns:
-        What was kept; None if somebody writes it, or a recovery was killed after its end.
+        What was kept; None if somebody writes it, if it is empty, or if a recovery was killed
+        after its end.
 
     Raises:
         NothingToRecoverError: If it holds no sample; it is then kept as ``NAME.damaged``.
         RecordingError: If it cannot be read, or its recording cannot be written.
         OSError: If the disk fails.
     """
-    if part.is_symlink() or part.stat().st_size == 0:
-        return None  # a link leads elsewhere; a file that was just made is not locked yet
+    if part.is_symlink():
+        return None
     with part.open("rb") as stream:
-        if not try_lock(stream):
+        if not lock_in_place(stream, part):
             return None
-        if not _was_recovered(part):
+        if part.stat().st_size and not _was_recovered(part):
             return _recover_orphan(part)
         part.unlink()
     return None
@@ -190,7 +201,7 @@ def _was_recovered(part: Path) -> bool:
 
 def _delete_if_orphaned(copy: Path) -> None:
     with suppress(OSError), copy.open("rb") as stream:
-        if try_lock(stream):
+        if lock_in_place(stream, copy):
             copy.unlink()
 
 

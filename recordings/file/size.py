@@ -11,6 +11,7 @@ from slipgrasp.core.trace.ticks import Ticks
 from slipgrasp.core.trace.trace import TraceShape
 from slipgrasp.recordings.file.reader import Reading, open_recording
 from slipgrasp.recordings.file.schemas import PHASE_CHANGES, SAMPLE_TOPICS, TICKS
+from slipgrasp.recordings.file.versions import FIRST_FORMAT_WITH_STEP_METRICS
 
 _NUMBER = 8
 _UNPACKED_PER_BYTE = 6
@@ -27,12 +28,14 @@ class RecordingSize:
         samples: Samples of the trace.
         ticks: Ticks of sampled control.
         phase_changes: Phase changes.
+        has_all_metrics: Whether its file states all metrics; else they follow from its samples.
     """
 
     shape: TraceShape
     samples: int
     ticks: int
     phase_changes: int = 0
+    has_all_metrics: bool = True
 
     @property
     def num_bytes(self) -> int:
@@ -65,8 +68,12 @@ def read_size(path: str | PathLike[str], *, unfinished: bool = False) -> Recordi
             shape, _ = Reading(stream, str(path), unfinished=True).outline()
             most = _UNPACKED_PER_BYTE * os.fstat(stream.fileno()).st_size
             return RecordingSize(shape, most // (_NUMBER * shape.num_columns), 0)
-        shape, counts = Reading(stream, str(path)).counts()
+        shape, version, counts = Reading(stream, str(path)).counts()
     samples = max(counts.get(topic.name, 0) for topic in SAMPLE_TOPICS)
     return RecordingSize(
-        shape, samples, counts.get(TICKS.name, 0), counts.get(PHASE_CHANGES.name, 0)
+        shape,
+        samples,
+        counts.get(TICKS.name, 0),
+        counts.get(PHASE_CHANGES.name, 0),
+        has_all_metrics=version >= FIRST_FORMAT_WITH_STEP_METRICS,
     )

@@ -28,6 +28,9 @@ PRIVATE = ""
 """The path of a table without a name, which SQLite keeps on disk once it is large."""
 BUSY_SECONDS = 0.5
 
+_FIRST = 2000
+"""So many of the newest, or oldest, runs are searched before a pass over all of them."""
+
 # Another one whenever the same columns hold something else.
 _CONTENT = 4
 
@@ -50,6 +53,7 @@ _COLUMNS = (
 _SCHEMA = (
     f"CREATE TABLE runs ({', '.join(f'{name} {kind}' for name, kind in _COLUMNS)})",
     "CREATE INDEX newest ON runs (created, id)",
+    "CREATE INDEX words ON runs (words)",
     "CREATE INDEX unread ON runs (created, id) WHERE NOT is_read",
     "CREATE TABLE descriptions (id TEXT PRIMARY KEY, content TEXT NOT NULL)",
 )
@@ -176,23 +180,42 @@ class IndexTable:
         terms = list(_terms(query))
         where = " AND ".join(term for term, _ in terms) or "1"
         values = [value for _, value in terms]
+        # Texts are compared in their index, which is read in half the time of the table.
+        source = "runs INDEXED BY words" if query.text else "runs"
+        if terms and query.sort_key == "created" and query.limit is not None:
+            # Counting takes half the time of counting and sorting at once, where many are found.
+            page = self._find_among_first(query, where, values)
+            if len(page) == query.limit:
+                return page, self._count(source, where, values)
         # One pass over the table where runs have to be told apart, none where it is in order.
         counted = "count(*) OVER ()" if terms else "(SELECT count(*) FROM runs)"
         rows = self._connection.execute(
-            f"SELECT id, stamp, {counted} FROM runs WHERE {where} "
+            f"SELECT id, stamp, {counted} FROM {source} WHERE {where} "
             f"ORDER BY {_order(query, is_narrowed=bool(terms))} LIMIT ? OFFSET ?",
             [*values, -1 if query.limit is None else query.limit, query.offset],
         ).fetchall()
-        count = rows[0][2] if rows else self._count(where, values)
-        return {run_id: stamp for run_id, stamp, _ in rows}, count
+        is_beyond = query.offset > 0 or query.limit == 0
+        if not rows:
+            return {}, self._count(source, where, values) if is_beyond else 0
+        return {run_id: stamp for run_id, stamp, _ in rows}, rows[0][2]
+
+    def _find_among_first(self, query: RunQuery, where: str, values: list[Any]) -> dict[str, int]:
+        """As much of a page as the first runs hold, in the order in which they were made."""
+        order = f"ORDER BY {_order(query, is_narrowed=False)}"
+        first = f"SELECT * FROM runs {order} LIMIT {_FIRST}"
+        rows = self._connection.execute(
+            f"SELECT id, stamp FROM ({first}) WHERE {where} {order} LIMIT ? OFFSET ?",
+            [*values, query.limit, query.offset],
+        )
+        return dict(rows.fetchall())
 
     def count(self) -> int:
         """How many runs it has."""
-        return self._count("1", [])
+        return self._count("runs", "1", [])
 
-    def _count(self, where: str, values: list[Any]) -> int:
+    def _count(self, source: str, where: str, values: list[Any]) -> int:
         (count,) = self._connection.execute(
-            f"SELECT count(*) FROM runs WHERE {where}", values
+            f"SELECT count(*) FROM {source} WHERE {where}", values
         ).fetchone()
         return int(count)
 

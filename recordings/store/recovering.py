@@ -29,7 +29,7 @@ def recover_run(part: Path, _should_stop: Callable[[], bool]) -> Recovery:
     """Recovers what is left of a run, and describes it, so that nobody has to read it for that.
 
     Args:
-        part: A file of `slipgrasp.recordings.file.recovery.parts_in`.
+        part: A file of `slipgrasp.recordings.file.recovery.recordings_among`.
     """
     try:
         recovered = recover_orphan(part)

@@ -11,7 +11,7 @@ from __future__ import annotations
 import json
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from hashlib import blake2b
@@ -19,6 +19,7 @@ from pathlib import Path
 from stat import S_ISREG
 from typing import Any
 
+from slipgrasp.core.run.result import RunResult
 from slipgrasp.recordings.exceptions import (
     RecordingError,
     RecordingNotFoundError,
@@ -27,7 +28,9 @@ from slipgrasp.recordings.exceptions import (
 )
 from slipgrasp.recordings.file.atomic_file import atomic_file
 from slipgrasp.recordings.file.documents import parse_json
+from slipgrasp.recordings.file.pieces import read_ending
 from slipgrasp.recordings.file.reader import read_recording
+from slipgrasp.recordings.file.size import read_size
 from slipgrasp.recordings.store.annotations import Annotations, usable_part
 from slipgrasp.recordings.store.description import Description
 from slipgrasp.recordings.store.identifiers import ID
@@ -35,6 +38,10 @@ from slipgrasp.recordings.store.stored_run import StoredRun
 
 MAX_SIDECAR_BYTES = 1 << 25
 DIGEST_BYTES = 12
+MOST_DESCRIBED_WHOLE = 100_000
+"""Samples of a recording that is in memory as a whole while it is described."""
+
+_FILES_PER_PAUSE = 1000
 
 _HALF_PAIR = re.compile(rb"\\u[dD][89a-fA-F]")
 
@@ -79,12 +86,18 @@ class RunFiles:
         path = self.recording(run_id)
         return path.is_file() and not path.is_symlink()
 
-    def scan(self) -> dict[str, int]:
-        """The stamp of every run."""
+    def scan(self, pause: Callable[[], None] = lambda: None) -> dict[str, int]:
+        """The stamp of every run.
+
+        Args:
+            pause: Called every thousand files.
+        """
         stamps: dict[str, dict[str, int]] = {"mcap": {}, "json": {}}
         try:
             with os.scandir(self.path) as entries:
-                for entry in entries:
+                for number, entry in enumerate(entries):
+                    if number % _FILES_PER_PAUSE == 0:
+                        pause()
                     run_id, _, kind = entry.name.partition(".")
                     if kind in stamps and ID.fullmatch(run_id):
                         stamps[kind][run_id] = _stamp(entry)
@@ -139,7 +152,7 @@ class RunFiles:
             RecordingNotFoundError: If it is not there, or no longer.
         """
         try:
-            return Description.from_result(read_recording(self.recording(run_id)))
+            return Description.from_result(_read_to_describe(self.recording(run_id)))
         except RecordingNotFoundError:
             raise RecordingNotFoundError(run_id) from None
         except RecordingError as error:
@@ -196,6 +209,13 @@ class RunFiles:
         except OSError as error:
             path = self.recording(run_id)
             raise RecordingError(f"cannot delete '{path}': {error.strerror}") from error
+
+
+def _read_to_describe(path: Path) -> RunResult:
+    """A run; a long one without its samples, with which nothing it states is compared then."""
+    size = read_size(path)
+    is_long = size.samples > MOST_DESCRIBED_WHOLE and size.has_all_metrics
+    return read_ending(path) if is_long else read_recording(path)
 
 
 def sidecar_text(stored: StoredRun) -> bytes:

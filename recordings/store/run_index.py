@@ -3,8 +3,8 @@
 The files are the truth; `IndexTable` repeats what searches need. What this program writes is
 entered at once. What others changed is found by a look over the folder: in a small one before
 every search; a large one is looked at by a thread, for a twentieth of the time at most, and
-searches do not wait for it. Runs of a page are read from their own files, so that a page shows
-nothing outdated.
+searches do not wait for it; between short pieces of work it rests, so that they are not slowed
+down. Runs of a page are read from their own files, so that a page shows nothing outdated.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import math
 import sqlite3
 import threading
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -33,6 +33,8 @@ SMALL = 2000
 """Runs of a folder that is looked at before every search, in some ten milliseconds."""
 _PAUSE = 20.0
 """How many times longer than a look it takes until there is another one."""
+_REST = 3.0
+"""How many times longer than it works a look rests, while nobody waits for it."""
 _BATCH = 500
 _STAMPS = 5000
 _CORRECTIONS = 5
@@ -105,7 +107,7 @@ class RunIndex:
         with self._lock:
             look = self._close()
         if look is not None:
-            look.join()
+            look.finish()
 
     def _find(self, query: RunQuery) -> FoundRuns:
         if not self._files.path.is_dir():
@@ -131,7 +133,7 @@ class RunIndex:
             look = self._begin(in_background=self._look is not None and not self._look.is_small)
             look.is_useful.wait()
         if everything:
-            look.join()
+            look.finish()
         if look.error is not None:
             raise look.error
         return look.left
@@ -180,11 +182,17 @@ class RunIndex:
             table.apply([run_id for run_id, stamp in stamps.items() if stamp is None], current)
         return True
 
-    def compare(self, table: IndexTable) -> tuple[list[str], int]:
-        """Ids of runs that are not as the table has them, and how many there are."""
-        present = self._files.scan()
+    def compare(self, table: IndexTable, pause: Callable[[], None]) -> tuple[list[str], int]:
+        """Ids of runs that are not as the table has them, and how many there are.
+
+        Args:
+            table: The table.
+            pause: Called every hundredth of a second or so.
+        """
+        present = self._files.scan(pause)
         count, gone, last = len(present), [], ""
         while True:
+            pause()
             with self._lock:
                 rows = table.stamps(last, _STAMPS) if table is self._table else []
             if not rows:
@@ -308,6 +316,8 @@ class _Look(threading.Thread):
         self._count = 0
         self._pause = 0.0
         self._next = math.inf
+        self._is_awaited = threading.Event()
+        self._spent = 0.0
 
     @property
     def is_small(self) -> bool:
@@ -318,6 +328,11 @@ class _Look(threading.Thread):
     def is_due(self) -> bool:
         """Whether it is over, and time for another one."""
         return time.monotonic() >= self._next
+
+    def finish(self) -> None:
+        """Waits for its end, which comes as soon as it can."""
+        self._is_awaited.set()
+        self.join()
 
     def run(self) -> None:
         """Compares folder and table, and enters what differs."""
@@ -332,7 +347,7 @@ class _Look(threading.Thread):
     def _work(self) -> None:
         # The cost, not the time: on a busy machine a look comes no later.
         began = time.thread_time()
-        changed, self._count = self._index.compare(self._table)
+        changed, self._count = self._index.compare(self._table, self._rest)
         self._pause = 0.0 if self.is_small else _PAUSE * (time.thread_time() - began)
         changed.sort(reverse=True)  # ids rise with time, and the newest are asked for first
         self.left = len(changed)
@@ -345,6 +360,11 @@ class _Look(threading.Thread):
         self._let_search()
         if self._is_first:
             self._table.check()
+
+    def _rest(self) -> None:
+        if self.is_useful.is_set():
+            self._is_awaited.wait(_REST * (time.thread_time() - self._spent))
+        self._spent = time.thread_time()
 
     def _let_search(self) -> None:
         if not self.is_small:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import logging
 import os
 import time
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
@@ -226,14 +226,15 @@ class RecordingStore:
         """What takes a recording that is sent; `register` it once it is finished."""
         return Upload(reservation.path, self._limits)
 
-    def discard_unfinished(self) -> None:
-        """Deletes what a service left of uploads and of sidecars when it was killed."""
-        folder = self._files.path
-        # One pass: a folder may hold hundreds of thousands of files.
-        for name in os.listdir(folder) if folder.is_dir() else ():
-            if not name.endswith((UPLOAD_SUFFIX, SIDECAR_PART)):
+    def discard_unfinished(self, unfinished: Iterable[Path]) -> None:
+        """Deletes what a service left of uploads and of sidecars when it was killed.
+
+        Args:
+            unfinished: All that it left in the folder.
+        """
+        for part in unfinished:
+            if not part.name.endswith((UPLOAD_SUFFIX, SIDECAR_PART)):
                 continue
-            part = folder / name
             try:
                 if not part.is_symlink() and not _is_being_written(part):
                     part.unlink()

@@ -4,16 +4,21 @@ from __future__ import annotations
 
 import os
 from collections import OrderedDict
-from collections.abc import Callable
-from contextlib import ExitStack
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager, nullcontext
 from pathlib import Path
 from tempfile import TemporaryDirectory, gettempdir, mkstemp
 from threading import Lock
 from typing import BinaryIO
 
 from slipgrasp.recordings.exceptions import RecordingWriteError
+from slipgrasp.server.exceptions import ServiceBusyError
 
 MAX_BYTES = 500_000_000
+
+PATIENCE = 10.0
+"""How long a file waits for another one that takes long [s]."""
+RETRY_AFTER = 5
 
 
 class FileCache:
@@ -28,20 +33,44 @@ class FileCache:
         self._folder: TemporaryDirectory[str] | None = None
         self._files: OrderedDict[str, tuple[Path, int]] = OrderedDict()
         self._lock = Lock()
+        self._long_turn = Lock()
 
-    def open(self, tag: str, write: Callable[[BinaryIO], object]) -> BinaryIO:
+    def open(
+        self, tag: str, write: Callable[[BinaryIO], object], *, takes_long: bool = False
+    ) -> BinaryIO:
         """Opens a file, making it if it is not there; safe to call from several threads.
 
         Args:
             tag: The same for files with the same bytes.
             write: Writes it to a stream that is seekable.
+            takes_long: Whether to make it when no other such file is being made, so that several
+                do not take all processors, and one that many ask for at once is made once.
 
         Raises:
             RecordingWriteError: If there is no room for it.
+            ServiceBusyError: If another file that takes long is not made in time.
         """
+        if (known := self._locked_known(tag)) is not None:
+            return known
+        with self._turn() if takes_long else nullcontext():
+            # Who waited for it may find it made.
+            return self._locked_known(tag) or self._make_and_keep(tag, write)
+
+    def _locked_known(self, tag: str) -> BinaryIO | None:
         with self._lock:
-            if (known := self._open_known(tag)) is not None:
-                return known
+            return self._open_known(tag)
+
+    @contextmanager
+    def _turn(self) -> Iterator[None]:
+        if not self._long_turn.acquire(timeout=PATIENCE):
+            raise ServiceBusyError(1, RETRY_AFTER, "long table is being written already")
+        try:
+            yield
+        finally:
+            self._long_turn.release()
+
+    def _make_and_keep(self, tag: str, write: Callable[[BinaryIO], object]) -> BinaryIO:
+        with self._lock:
             folder = self._find_folder()
         path = _make(folder, write)
         file = path.open("rb")

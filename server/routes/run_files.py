@@ -14,7 +14,7 @@ from slipgrasp.recordings.export import DATA_FORMATS, ExportFormat
 from slipgrasp.recordings.file.reader import read_recording
 from slipgrasp.recordings.file.size import read_size
 from slipgrasp.recordings.store.stored_run import StoredRun
-from slipgrasp.server.budget import MemoryBudget, Need
+from slipgrasp.server.budget import MOST_EXPORTED_WHOLE, MemoryBudget, Need
 from slipgrasp.server.dependencies import (
     ColumnsDep,
     DownloadRequestDep,
@@ -88,15 +88,26 @@ def _table(
     except FileNotFoundError:
         raise RecordingNotFoundError(stored.id) from None
 
-    def make(stream: BinaryIO) -> None:
-        with memory.room(Need.to_export(read_size(stored.path))):
+    def open_table() -> BinaryIO:
+        size = read_size(stored.path)
+        is_long = size.samples > MOST_EXPORTED_WHOLE and size.has_all_metrics
+        if not (is_long and export.long_writer):
+            return cache.open(tag, partial(make, Need.to_export(size)))
+        return cache.open(tag, partial(make_long, Need.to_export_long(size)), takes_long=True)
+
+    def make(need: Need, stream: BinaryIO) -> None:
+        with memory.room(need):
             export.write(read_recording(stored.path), stream)
+
+    def make_long(need: Need, stream: BinaryIO) -> None:
+        with memory.room(need):
+            export.write_long(stored.path, stream)
 
     download = Download(
         tag=tag,
         name=stored.file_name(export.name),
         media_type=export.media_type,
-        open=lambda: cache.open(tag, make),
+        open=open_table,
     )
     return download.answer(asked)
 

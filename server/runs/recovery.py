@@ -15,7 +15,11 @@ from slipgrasp.core.executors import ExecutorError, Finished
 from slipgrasp.core.executors.limits import WorkerLimits
 from slipgrasp.core.executors.processes import ProcessExecutor
 from slipgrasp.recordings.exceptions import RecordingWriteError, StorageFullError
-from slipgrasp.recordings.file.recovery import delete_orphaned_copies, parts_in
+from slipgrasp.recordings.file.recovery import (
+    delete_orphaned_copies,
+    recordings_among,
+    unfinished_files,
+)
 from slipgrasp.recordings.store.recovering import Recovery, recover_run
 from slipgrasp.recordings.store.store import RecordingStore
 
@@ -51,8 +55,10 @@ class RunRecovery:
 
     def start(self) -> None:
         """Begins with what a killed service has left."""
-        delete_orphaned_copies(self._folder)
-        parts = parts_in(self._folder)
+        left = unfinished_files(self._folder)
+        self._store.discard_unfinished(left)
+        delete_orphaned_copies(left)
+        parts = recordings_among(left)
         self._orphans = {_run_of(part) for part in parts}
         self._thread = threading.Thread(target=self._work, args=(parts,), name="recovery")
         self._thread.start()

@@ -8,6 +8,7 @@ import os
 import re
 import signal
 import socket
+import sys
 from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -24,6 +25,9 @@ if TYPE_CHECKING:
 HOST = "127.0.0.1"
 DEFAULT_PORT = 8020
 DEFAULT_EXECUTOR = "processes"
+
+SWITCH_SECONDS = 1e-3
+"""How long a thread that computes keeps the interpreter from one that answers; 5 ms by itself."""
 
 _SIZE = re.compile(r"([0-9]{1,15}(?:\.[0-9]{1,6})?) ?([kmgt]?b)?")
 _UNITS = {"": 1, "b": 1, "kb": 10**3, "mb": 10**6, "gb": 10**9, "tb": 10**12}
@@ -163,6 +167,7 @@ def serve_dashboard(
     from slipgrasp.server.service_lock import check_not_served
 
     give_back_freed_memory()
+    sys.setswitchinterval(SWITCH_SECONDS)
     # What it is told about an executor, it is told before anything has started.
     make_executor(others.get("study_executor", DEFAULT_EXECUTOR)).close()
     store_in(folder).prepare()

@@ -110,7 +110,7 @@ ONCE_WRONG = {
     ),
     ON_BOUNDS: (7, 8, 10, 220, 349, 1126),
     # Also segments of the motion that last no time, and extremes of forces near the end of a step.
-    PAIRS: (1276, 1666, 3712, 6713, 7013, 7162, 10789, 13795, 15764, 16769),
+    PAIRS: (1276, 1666, 2412, 3712, 6713, 7013, 7162, 10789, 13795, 15764, 16769),
 }
 
 

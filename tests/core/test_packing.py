@@ -7,13 +7,8 @@ import numpy as np
 import pytest
 from scipy.linalg import solve_continuous_lyapunov
 
-from slipgrasp.core.kernel.planar.model import (
-    FACTS,
-    FRICTION,
-    LINK_MASS,
-    OBJECT_INERTIA,
-    OBJECT_MASS,
-)
+from slipgrasp.core.kernel.loop.model import FRICTION, LINK_MASS, OBJECT_INERTIA, OBJECT_MASS
+from slipgrasp.core.kernel.planar.model import FACTS
 from slipgrasp.core.kernel.planar.packing import make_table, pack_model, whole_faces
 from slipgrasp.core.kernel.spatial.model import pack_model as pack_spatial_model
 from slipgrasp.core.run.schedule import Schedule

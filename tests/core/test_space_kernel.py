@@ -9,7 +9,7 @@ import pytest
 
 from slipgrasp.core.kernel.compilation.compiler import call
 from slipgrasp.core.kernel.compilation.records import make_record
-from slipgrasp.core.kernel.planar.jump import RUNNING, TORQUE_NOT_FINITE
+from slipgrasp.core.kernel.loop.status import RUNNING, TORQUE_NOT_FINITE
 from slipgrasp.core.kernel.spatial.command import spatial_command
 from slipgrasp.core.kernel.spatial.contact_problem import (
     FEW_STARTS,

@@ -7,7 +7,7 @@ import slipgrasp.core.kernel
 
 FOLDER = Path(slipgrasp.core.kernel.__file__).parent
 # They copy the part they are given, and write elsewhere.
-ONLY_READ = {"evaluate_at", "emit_as_of", "spatial_emit_as_of"}
+ONLY_READ = {"evaluate_at", "emit_as_of"}
 
 
 def functions(tree):

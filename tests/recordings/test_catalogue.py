@@ -21,7 +21,7 @@ from slipgrasp.core.run.metrics import metric_names
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.recordings.exceptions import QueryError
 from slipgrasp.recordings.file.writer import write_recording
-from slipgrasp.recordings.store import run_index
+from slipgrasp.recordings.store import index_table, run_index
 from slipgrasp.recordings.store.index_table import IndexTable
 from slipgrasp.recordings.store.run_files import RunFiles, Sidecar
 from slipgrasp.recordings.store.run_index import INDEX_NAME, RunIndex
@@ -562,7 +562,7 @@ def test_a_folder_in_which_no_catalogue_can_be_made_is_listed(store, several, mo
 KILLED_PROCESS = """
 import os, signal, sys
 from pathlib import Path
-from slipgrasp.recordings.store import run_index
+from slipgrasp.recordings.store import index_table, run_index
 from slipgrasp.recordings.store.store import RecordingStore
 run_index._BATCH = 1
 enter, left = run_index.RunIndex.enter, [int(sys.argv[2])]
@@ -584,3 +584,17 @@ def test_a_process_killed_while_it_makes_the_catalogue_loses_nothing(store, seve
     assert execute(catalogue_of(folder), "SELECT count(*) FROM runs") == [(entered,)]
 
     assert store.list() == several[::-1]
+
+
+@pytest.mark.parametrize("sort", ["created", "-created"])
+def test_pages_of_a_search_are_the_same_however_many_runs_are_searched_first(
+    store, several, monkeypatch, sort
+):
+    everything = [run.id for run in store.find(RunQuery(sort=sort, text="e")).runs]
+    assert len(everything) > 2
+    for first in range(5):
+        monkeypatch.setattr(index_table, "_FIRST", first)
+        for offset in range(4):
+            page = store.find(RunQuery(sort=sort, text="e", offset=offset, limit=2))
+            assert [run.id for run in page.runs] == everything[offset : offset + 2]
+            assert page.count == len(everything)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import tracemalloc
 from dataclasses import replace
 from pathlib import Path
@@ -13,13 +14,17 @@ from slipgrasp.core.run.simulation import Simulation
 from slipgrasp.core.run.simulator import run_to_end, simulate
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.recordings import export as exports
 from slipgrasp.recordings.exceptions import DamagedRecordingError
+from slipgrasp.recordings.export import DATA_FORMATS, ExportFormat
 from slipgrasp.recordings.file import recorder
-from slipgrasp.recordings.file.pieces import read_pieces
+from slipgrasp.recordings.file.pieces import read_ending, read_pieces
 from slipgrasp.recordings.file.reader import read_recording
 from slipgrasp.recordings.file.recorder import record
+from slipgrasp.recordings.file.size import read_size
 from slipgrasp.recordings.file.state_hash import state_hash
 from slipgrasp.recordings.file.writer import write_recording
+from slipgrasp.recordings.store.description import Description
 from slipgrasp.recordings.study.study_row import RunHash
 from slipgrasp.recordings.study.task import release_hashed
 
@@ -83,6 +88,25 @@ def test_what_was_released_is_counted_and_what_follows_is_there() -> None:
     np.testing.assert_array_equal(np.concatenate(ticks), whole.ticks.to_rows())
     assert (simulation.num_rows, simulation.num_ticks) == (len(whole.trace), len(whole.ticks))
     assert simulation.num_released_rows > 0
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("export", [each for each in DATA_FORMATS if each.long_writer])
+def test_a_table_that_is_written_as_the_recording_is_read_is_the_same_file(
+    name: str, export: ExportFormat, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(exports, "ROWS_AT_ONCE", 400)
+    monkeypatch.setattr(exports, "ROWS_PER_GROUP", 700)
+    path, whole, long = tmp_path / "run.mcap", io.BytesIO(), io.BytesIO()
+    write_recording(simulate(long_run(name, 2.0)), path)
+
+    export.write(read_recording(path), whole)
+    export.write_long(path, long)
+
+    assert read_size(path).has_all_metrics
+    told = Description.from_result(read_ending(path))
+    assert told == Description.from_result(read_recording(path))
+    assert long.getvalue() == whole.getvalue()
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -21,7 +21,7 @@ from slipgrasp.recordings.exceptions import (
     RecordingBusyError,
     RecordingError,
 )
-from slipgrasp.recordings.file import writer
+from slipgrasp.recordings.file import atomic_file, writer
 from slipgrasp.recordings.file.atomic_file import part_of
 from slipgrasp.recordings.file.reader import read_back, read_recording, read_unfinished
 from slipgrasp.recordings.file.recorder import record
@@ -235,6 +235,34 @@ def test_an_orphan_without_a_sample_is_kept_under_another_name(part, tmp_path):
 
     assert recover_orphans(tmp_path) == []
     assert [file.name for file in tmp_path.iterdir()] == ["abc.mcap.damaged"]
+
+
+def test_an_empty_part_that_nobody_writes_is_deleted(tmp_path):
+    (tmp_path / "abc.mcap.part").touch()
+    growing = tmp_path / "def.mcap.part"
+    with growing.open("wb") as stream:
+        assert try_lock(stream)
+        assert recover_orphans(tmp_path) == []
+    assert [file.name for file in tmp_path.iterdir()] == [growing.name]
+
+
+def test_a_writer_whose_new_file_recovery_deletes_before_it_is_locked_makes_another(
+    tmp_path, monkeypatch
+):
+    path, deletions = tmp_path / "abc.mcap", []
+
+    def recover_first(stream):
+        if not deletions:
+            deletions.append(part_of(path).exists())
+            assert recover_orphans(tmp_path) == []
+        return try_lock(stream)
+
+    monkeypatch.setattr(atomic_file, "try_lock", recover_first)
+    with atomic_file.atomic_file(path, overwrite=False) as stream:
+        stream.write(b"whole")
+
+    assert deletions == [True]
+    assert path.read_bytes() == b"whole"
 
 
 def test_samples_that_do_not_fit_the_hash_are_told_apart_from_damage(small, tmp_path):

@@ -559,6 +559,6 @@ def test_what_a_killed_service_left_of_a_sidecar_goes_at_the_next_start(store, s
     written = stored.path.with_name("anotherrun01.json.part")
     with written.open("wb") as stream:
         assert try_lock(stream)
-        store.discard_unfinished()
+        store.discard_unfinished([left, written])
         assert written.exists()
     assert not left.exists() and store.get(stored.id) == stored

@@ -202,7 +202,9 @@ def test_a_preview_that_can_never_fit_is_refused_before_it_begins(tmp_path: Path
     service.close()
 
 
-def test_too_long_a_comparison_is_refused_in_words_and_its_figure_drawn(tmp_path: Path) -> None:
+def test_too_long_a_comparison_is_refused_in_words_while_figure_and_tables_are_made(
+    tmp_path: Path,
+) -> None:
     """What needs all samples at once is refused at once; what needs few of them is made."""
     values = {"simulation.duration": 60.0, "simulation.output_rate": 2000.0}
     with serve(patient_settings(tmp_path, memory_bytes=220_000_000)) as running:
@@ -212,8 +214,9 @@ def test_too_long_a_comparison_is_refused_in_words_and_its_figure_drawn(tmp_path
             pair = {"a": ids[0], "b": ids[1]}
             refused = [
                 client.get("/diff", params=pair),
-                client.get(f"/runs/{ids[0]}/signals.parquet"),
+                client.get(f"/runs/{ids[0]}/signals.npz"),
             ]
+            tables = [client.get(f"/runs/{ids[0]}/signals.{name}") for name in ("csv", "parquet")]
             figure = client.get("/diff/figure", params={**pair, "format": "png"})
             short = client.get(f"/runs/{ids[0]}/signals", params={"names": "slip", "t_to": 1.0})
         memory = running.app.state.run_service.memory
@@ -223,5 +226,7 @@ def test_too_long_a_comparison_is_refused_in_words_and_its_figure_drawn(tmp_path
         assert answer.headers["Content-Type"] == "application/problem+json"
         told = answer.json()["detail"]
         assert re.search(r"needs \d+ MB of memory, and there are 220 MB for it; .*--memory", told)
-    assert (figure.status_code, short.status_code) == (200, 200)
+    assert {answer.status_code for answer in (figure, short, *tables)} == {200}
+    assert tables[0].content.count(b"\n") > 120_000
+    assert tables[1].content.endswith(b"PAR1")
     assert figure.content.startswith(b"\x89PNG")

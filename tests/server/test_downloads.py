@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import shutil
 import threading
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,8 @@ import numpy as np
 import pytest
 
 from slipgrasp.recordings.exceptions import RecordingWriteError
+from slipgrasp.server.exceptions import ServiceBusyError
+from slipgrasp.server.http import file_cache
 from slipgrasp.server.http.file_cache import FileCache
 from tests.server.raw_http import exchange
 from tests.server.running import run_to_end
@@ -255,3 +258,31 @@ def test_several_threads_get_the_same_file() -> None:
         thread.join()
     made.close()
     assert results == [numbers] * 8
+
+
+def test_a_file_that_takes_long_is_made_once_for_all_and_alone(monkeypatch) -> None:
+    made, calls, begun, go_on = FileCache(), [], threading.Event(), threading.Event()
+
+    def write(stream) -> None:
+        calls.append(begun.set())
+        assert go_on.wait(60.0)
+        stream.write(b"made")
+
+    def fetch() -> bytes:
+        with made.open("tag", write, takes_long=True) as file:
+            return file.read()
+
+    with ThreadPoolExecutor(2) as threads:
+        waiting = [threads.submit(fetch)]
+        assert begun.wait(60.0)
+        with monkeypatch.context() as patched:
+            patched.setattr(file_cache, "PATIENCE", 0.0)
+            with pytest.raises(ServiceBusyError, match="1 long table"):
+                made.open("other", write, takes_long=True)
+            with made.open("short", lambda stream: stream.write(b"short")) as file:
+                assert file.read() == b"short"
+        waiting.append(threads.submit(fetch))
+        go_on.set()
+        assert [each.result() for each in waiting] == [b"made", b"made"]
+    assert len(calls) == 1
+    made.close()

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from slipgrasp.cli.main import main
+from tests.slipgrasp.forked import run_forked
 from tests.waiting import PATIENCE
 
 ROOT = Path(__file__).parents[2]
@@ -43,6 +44,8 @@ class CommandLine:
         }
 
     def __call__(self, *arguments, **options) -> subprocess.CompletedProcess[str]:
+        if not options:
+            return run_forked([*map(str, arguments)], self.folder, self.environment)
         return subprocess.run(
             self.command(*arguments),
             cwd=self.folder,

@@ -21,6 +21,7 @@ from slipgrasp.web.model.intents.scenario import DragObject, LetGo, Undo
 from slipgrasp.web.model.view import Shown, ViewState
 from slipgrasp.web.scene.dragging import ObjectDrag
 from slipgrasp.web.scene.scene import Scene
+from slipgrasp.web.session import FIRST_PRESET
 from tests.web.reducing import after, view_of
 
 
@@ -44,6 +45,17 @@ def test_letting_go_is_a_push_at_the_play_head_which_plays_on_and_can_be_undone(
     assert pushed.playback.playing and not np.any(pushed.sample.external_wrench)
     assert after(pushed, Undo()).draft == view.draft
     assert not after(view, DragObject((1.0, 2.0)), LetGo((3.0, -4.0))).playback.playing
+
+
+@pytest.mark.parametrize("newtons", [0.3, 3.0, 10.0])
+def test_the_first_scenario_stays_held_however_the_object_is_pulled(newtons) -> None:
+    """Sixteen directions, at instants from the first to the last second."""
+    scenario = load_scenario(FIRST_PRESET)
+    for k in range(16):
+        angle, time = k * math.pi / 8.0, (5 * k % 16) / 16.0 * scenario.simulation.duration
+        force = newtons * math.cos(angle), newtons * math.sin(angle)
+        run = simulate(with_values(scenario, {"pulses": [{"time": time, "force": force}]}))
+        assert run.metrics.held, (force, time)
 
 
 def test_no_force_is_no_push_and_a_force_of_another_space_is_none_either(view) -> None:

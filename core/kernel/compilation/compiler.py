@@ -48,23 +48,24 @@ from slipgrasp.core.kernel.compilation.records import Record
 
 OPTIONS: dict[str, Any] = {"error_model": "numpy"}
 _FEW_UNITS = 2
+_KERNEL = "slipgrasp.core.kernel."
 _LOCK = threading.Lock()
 
 
 class Unit:
     """A function compiled apart; ``entry`` is its machine code once it is loaded."""
 
-    def __init__(self, function: Callable[..., Any], signature: Any) -> None:
+    def __init__(self, function: Callable[..., Any], signature: Any, prefix: str) -> None:
         self.function = function
         self.signature = signature
-        self.symbol = f"slipgrasp_{function.__name__}"
+        self.symbol = f"slipgrasp_{prefix}{function.__name__}"
         self.entry: Callable[..., Any] | None = None
 
     @cached_property
     def name(self) -> str:
         """Under which its machine code is kept."""
         digest = fingerprint(self.function, self.signature, OPTIONS | ENTRY_OPTIONS)
-        return f"{self.function.__name__}-{digest}"
+        return f"{self.symbol.removeprefix('slipgrasp_')}-{digest}"
 
     @property
     def is_kept(self) -> bool:
@@ -100,10 +101,17 @@ _UNITS: dict[str, Unit] = {}
 _DECLARED: dict[Callable[..., Any], tuple[Any, ...]] = {}
 
 
-def compiled_apart(result: Any, *arguments: Any) -> Callable[[Callable[..., Any]], Any]:
+def compiled_apart(
+    result: Any, *arguments: Any, prefix: str = ""
+) -> Callable[[Callable[..., Any]], Any]:
     """Declares a unit with its signature: numba types, or dtypes of records; callees come first.
 
     In the kernel the decorated name is called like any function; from Python by `call`.
+
+    Args:
+        result: Type of what it returns.
+        arguments: Types of its arguments.
+        prefix: Of its symbol, where one source is compiled for several mechanics.
     """
 
     def declare(function: Callable[..., Any]) -> Any:
@@ -111,7 +119,7 @@ def compiled_apart(result: Any, *arguments: Any) -> Callable[[Callable[..., Any]
         if INTERPRETED:
             return function
         kinds = [a if isinstance(a, types.Type) else record_type(a) for a in arguments]
-        unit = Unit(function, result(*kinds))
+        unit = Unit(function, result(*kinds), prefix)
         assert unit.symbol not in _UNITS, f"two units are called {unit.symbol}"
         _UNITS[unit.symbol] = unit
         return types.ExternalFunction(unit.symbol, unit.signature)
@@ -243,7 +251,8 @@ def compile_from_the_end() -> None:
 
 
 def _start_second_process() -> subprocess.Popen[bytes] | None:
-    modules = ", ".join(dict.fromkeys(unit.function.__module__ for unit in _UNITS.values()))
+    # A unit may be declared by another module than the one that defines its function.
+    modules = ", ".join(name for name in sys.modules if name.startswith(_KERNEL))
     command = (
         f"import {modules}; "
         "from slipgrasp.core.kernel.compilation.compiler import compile_from_the_end as go; go()"

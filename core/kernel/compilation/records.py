@@ -19,6 +19,7 @@ _CACHE_LINE = 64
 Record: TypeAlias = np.record
 Floats: TypeAlias = NDArray[np.float64]
 Integers: TypeAlias = NDArray[np.int64]
+Layout: TypeAlias = np.dtype[np.void]
 
 MAX_COORDINATES = 3 + MAX_FINGERS
 MAX_SIDE = max(2 * MAX_FINGERS, MAX_COORDINATES)

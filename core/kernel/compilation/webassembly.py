@@ -22,8 +22,8 @@ from llvmlite import binding
 
 from slipgrasp.core.kernel.compilation.cache import read_code, write_code
 from slipgrasp.core.kernel.compilation.compiler import Unit, all_units
+from slipgrasp.core.kernel.loop.status import LEFT_FACE, REACHED, RUNNING
 from slipgrasp.core.kernel.planar import advance as _all_that_is_called  # noqa: F401
-from slipgrasp.core.kernel.planar.jump import LEFT_FACE, REACHED, RUNNING
 from slipgrasp.core.kernel.planar.model import MODEL
 from slipgrasp.core.kernel.planar.packing import STRETCH
 from slipgrasp.core.kernel.planar.run import OUTLET, PROGRESS

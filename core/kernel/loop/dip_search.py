@@ -6,16 +6,19 @@ kink. Only if these lines cross near its level, the continuous extension of the 
 the least value itself. This costs nothing but comparisons in nearly all steps, and no output time
 has a part in it.
 
-The planar and the spatial kernel share it: `slipgrasp.core.kernel.planar.dips` and
-`slipgrasp.core.kernel.spatial.dips` say which guards are sampled and how one is evaluated.
+The planar and the spatial kernel share it: `slipgrasp.core.kernel.planar.interior` and
+`slipgrasp.core.kernel.spatial.interior` say which guards are sampled and how one is evaluated.
 """
 
 from __future__ import annotations
 
 from typing import Any
 
-from slipgrasp.core.kernel.compilation.compiler import compiled
+from numba import types
+
+from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import Record
+from slipgrasp.core.kernel.loop.progress import Layouts
 from slipgrasp.core.kernel.numerics.methods import method_of
 
 # A guard is looked at where its least value may come this near to its level, as a share of the
@@ -147,3 +150,37 @@ def comes_near(model: Record, step: Record, j: int, start: float, end: float, le
         least = min(least, step.samples[row, j])
         largest = max(largest, step.samples[row, j])
     return least - level < NEAR * (largest - least)
+
+
+def make_dip_of(layouts: Layouts, band_of: Any, value_inside: Any) -> tuple[Any, Any]:
+    """How a mechanics looks for a guard that is past its level inside the step just taken.
+
+    Args:
+        layouts: Its records.
+        band_of: Noise and band of a guard.
+        value_inside: Value of a guard at a share of the step.
+
+    Returns:
+        The search, for a guard with samples at all slopes; the same where those come near its
+        level, for one whose samples at the ends are missing.
+    """
+
+    @compiled_apart(
+        types.float64,
+        *(layouts.model, layouts.progress, types.float64, types.int64),
+        prefix=layouts.prefix,
+    )
+    def find_least(model: Record, run: Record, h: float, j: int) -> float:
+        """The share of the step at which guard ``j`` is past its level; 0 if it is nowhere."""
+        noise, _ = band_of(model, run.discrete, run.guards.ends, j)
+        return search_step(model, run, h, j, noise, value_inside)
+
+    @compiled
+    def dip_of(model: Record, run: Record, h: float, j: int) -> float:
+        """The same, where the guard comes near its level at all."""
+        guards = run.guards
+        if not comes_near(model, run.step, j, guards.starts[j], guards.ends[j], guards.levels[j]):
+            return 0.0
+        return find_least(model, run, h, j)
+
+    return find_least, dip_of

@@ -4,8 +4,8 @@ Where the slopes of the step were taken its forces are known. Only if one of the
 a new extreme of the run, and lies inside the step or at an end where the force turns towards the
 inside, the continuous extension of the method is searched for the extreme itself.
 
-The planar and the spatial kernel share it: `slipgrasp.core.kernel.planar.extremes` and
-`slipgrasp.core.kernel.spatial.extremes` say which guards are forces and how one is evaluated.
+The planar and the spatial kernel share it: `slipgrasp.core.kernel.planar.interior` and
+`slipgrasp.core.kernel.spatial.interior` say which guards are forces and how one is evaluated.
 """
 
 from __future__ import annotations
@@ -13,10 +13,13 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numba import types
 
-from slipgrasp.core.kernel.compilation.compiler import compiled
+from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import Record
 from slipgrasp.core.kernel.loop.dip_search import GOLDEN
+from slipgrasp.core.kernel.loop.progress import Layouts
+from slipgrasp.core.kernel.loop.tally import count_force, count_forces, count_margin
 from slipgrasp.core.kernel.numerics.methods import method_of
 
 # A value is searched around where it comes this near to the extreme so far, as a share of the
@@ -82,21 +85,25 @@ def least_inside(
         return np.inf
     final = method.num_ordered - 1
     ends = min(sign * start, sign * end)
+    share, value = 0.0, np.inf
     if place not in (0, final):
         # Slopes are taken at states of low order, where a force may seem extreme.
         share = method.nodes[method.ordered[place]]
-        if not sign * value_inside(model, run, h, j, share) < ends:
+        value = sign * value_inside(model, run, h, j, share)
+        if not value < ends:
             place = 0 if sign * start < sign * end else final
     if place in (0, final):
-        if not _may_turn_inside(model, step, j):
+        # Nothing tells of a kink of the law between the start and the next node.
+        if place == final and not _may_turn_inside(model, step, j):
             return np.inf
         share = BESIDE if place == 0 else 1.0 - BESIDE
-        if not sign * value_inside(model, run, h, j, share) < ends - FLAT * (1.0 + abs(ends)):
+        value = sign * value_inside(model, run, h, j, share)
+        if not value < ends - FLAT * (1.0 + abs(ends)):
             return np.inf
     # For the same reason the extreme may lie beyond the next nodes.
     low, high = method.ordered[max(place - 3, 0)], method.ordered[min(place + 3, final)]
     shares = method.nodes[low], method.nodes[high]
-    return _search(model, run, h, j, sign, shares[0], shares[1], value_inside)
+    return _search(model, run, h, j, sign, shares[0], shares[1], share, value, value_inside)
 
 
 @compiled
@@ -120,6 +127,13 @@ def _may_turn_inside(model: Record, step: Record, j: int) -> bool:
 
 
 @compiled
+def _to_vertex(x1: float, x2: float, x3: float, y1: float, y2: float, y3: float) -> float:
+    """Way from ``x1`` to the vertex of the parabola through three points; inf if there is none."""
+    a, b = (x1 - x2) * (y1 - y3), (x1 - x3) * (y1 - y2)
+    return 0.5 * ((x1 - x3) * b - (x1 - x2) * a) / (a - b) if a != b else np.inf
+
+
+@compiled
 def _search(
     model: Record,
     run: Record,
@@ -128,21 +142,88 @@ def _search(
     sign: float,
     low: float,
     high: float,
+    x1: float,
+    y1: float,
     value_inside: Any,
 ) -> float:
-    """The least value of ``sign`` times guard ``j`` between two shares, by golden sections."""
-    x1, x2 = low + GOLDEN * (high - low), high - GOLDEN * (high - low)
-    y1 = sign * value_inside(model, run, h, j, x1)
-    y2 = sign * value_inside(model, run, h, j, x2)
-    least = min(y1, y2)
-    while high - low > WIDTH:
-        if y1 < y2:
-            high, x2, y2 = x2, x1, y1
-            x1 = low + GOLDEN * (high - low)
-            y1 = sign * value_inside(model, run, h, j, x1)
+    """The least value of ``sign`` times guard ``j`` between two shares, from a point between them.
+
+    By Brent's method: parabolas through the three best points, golden sections where they do not
+    converge (Algorithms for Minimization without Derivatives, 1973, chapter 5).
+    """
+    x2, x3, y2, y3 = x1, x1, y1, y1
+    last = before = 0.0
+    while max(x1 - low, high - x1) > WIDTH:
+        wider = (low if x1 - low > high - x1 else high) - x1
+        move = _to_vertex(x1, x2, x3, y1, y2, y3)
+        if abs(move) < 0.5 * abs(before) and low < x1 + move < high:
+            before = last
         else:
-            low, x1, y1 = x1, x2, y2
-            x2 = high - GOLDEN * (high - low)
-            y2 = sign * value_inside(model, run, h, j, x2)
-        least = min(least, y1, y2)
-    return least
+            before, move = wider, GOLDEN * wider
+        if abs(move) < 0.5 * WIDTH:
+            move = 0.5 * WIDTH if wider > 0.0 else -0.5 * WIDTH
+        last, x = move, x1 + move
+        y = sign * value_inside(model, run, h, j, x)
+        if y <= y1:
+            low, high = (low, x1) if move < 0.0 else (x1, high)
+            x3, y3, x2, y2, x1, y1 = x2, y2, x1, y1, x, y
+            continue
+        low, high = (x, high) if move < 0.0 else (low, x)
+        if y <= y2 or x2 == x1:
+            x3, y3, x2, y2 = x2, y2, x, y
+        elif y <= y3 or x3 in (x1, x2):
+            x3, y3 = x, y
+    return y1
+
+
+def make_count_extremes(
+    layouts: Layouts, per_contact: int, count_ways: Any, value_inside: Any
+) -> Any:
+    """How a mechanics counts the forces of a step.
+
+    Args:
+        layouts: Its records.
+        per_contact: Number of guards of a contact.
+        count_ways: How many of these are of phases, for a model.
+        value_inside: Value of a guard at a share of the step.
+    """
+
+    @compiled_apart(
+        types.float64,
+        *(layouts.model, layouts.progress, types.float64, types.int64),
+        *(types.float64, types.float64, types.float64),
+        prefix=layouts.prefix,
+    )
+    def find_extreme(
+        model: Record, run: Record, h: float, j: int, sign: float, start: float, record: float
+    ) -> float:
+        """The least value of ``sign`` times guard ``j`` in the step; inf if it is no extreme."""
+        end = run.guards.ends[j]
+        return least_inside(model, run, h, j, sign, start, end, record, value_inside)
+
+    @compiled
+    def _extreme_of(
+        model: Record, run: Record, h: float, j: int, sign: float, start: float, record: float
+    ) -> float:
+        """The same where one is possible."""
+        if not nears_record(model, run.step, j, sign, start, run.guards.ends[j], record):
+            return np.inf
+        return find_extreme(model, run, h, j, sign, start, record)
+
+    @compiled
+    def count_extremes(model: Record, run: Record, h: float) -> None:
+        """Counts the forces in the step of size ``h`` and at its end."""
+        discrete, tally = run.discrete, run.tally
+        for i in range(model.num_fingers):
+            base, peak = per_contact * i, tally.peak_normal_force[i]
+            normal = base + per_contact - 3
+            least = _extreme_of(model, run, h, normal, -1.0, tally.force[i], -peak)
+            count_force(tally.peak_normal_force, i, -least)
+            if discrete.phases[i] == 0:
+                for way in range(count_ways(model)):
+                    record, start = tally.least_margin[i], tally.margins[i, way]
+                    least = _extreme_of(model, run, h, base + way, 1.0, start, record)
+                    count_margin(tally.least_margin, i, least)
+        count_forces(model, discrete, run.guards.ends, tally, per_contact, count_ways(model))
+
+    return count_extremes

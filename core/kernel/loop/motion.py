@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 
 from slipgrasp.core.kernel.compilation.compiler import compiled
-from slipgrasp.core.kernel.compilation.records import Record
+from slipgrasp.core.kernel.compilation.records import Layout, Record
 from slipgrasp.core.kernel.numerics.elementary import sincos
 from slipgrasp.core.scenario import MAX_SET_POINTS, MAX_TABLE_ROWS
 from slipgrasp.core.scenario.motion import SAME_TIME
@@ -21,19 +21,21 @@ from slipgrasp.core.scenario.motion import SAME_TIME
 DEGREE = 5
 MAX_PIECES = max(MAX_TABLE_ROWS, 2 * MAX_SET_POINTS + 1)
 
-MOTION = np.dtype(
-    [
+
+def motion_layout(num_coordinates: int) -> Layout:
+    """The desired motion of some coordinates, in meters and radians."""
+    each = (num_coordinates,)
+    fields = [
         ("coasts", np.bool_),  # whether it is the paper's, by start and acceleration alone
-        ("start", np.float64, (3,)),
-        ("acceleration", np.float64, (3,)),
+        ("start", np.float64, each),
+        ("acceleration", np.float64, each),
         ("breaks", np.float64, (MAX_PIECES,)),  # ends of the pieces, inf from the last one on [s]
-        ("sine", np.float64, (3,)),  # [m, m, rad]
-        ("cosine", np.float64, (3,)),  # [m, m, rad]
+        ("sine", np.float64, each),
+        ("cosine", np.float64, each),
         ("angles", np.float64, (MAX_PIECES, 3)),  # [rad, and per power of s]
-        ("polynomials", np.float64, (MAX_PIECES, 3, DEGREE + 1)),  # [m, m, rad, per power of s]
-    ],
-    align=True,
-)
+        ("polynomials", np.float64, (MAX_PIECES, num_coordinates, DEGREE + 1)),  # per power of s
+    ]
+    return np.dtype(fields, align=True)
 
 
 @compiled

@@ -101,9 +101,9 @@ def invert_dense(matrix: Floats, size: int, order: Integers) -> bool:
         for column in range(size):
             matrix[k, column] *= inverse
         for row in range(size):
-            if row == k:
-                continue
             factor = matrix[row, k]
+            if row == k or factor == 0.0:
+                continue
             matrix[row, k] = 0.0
             for column in range(size):
                 matrix[row, column] -= factor * matrix[k, column]

@@ -71,3 +71,25 @@ def add_couplings(law: Record, error: Floats, rate: Floats, size: int, weighted:
             if k != j:
                 weighted[k] += law.couplings[size + k, j] * error[j]
                 weighted[k] += law.couplings[size + k, size + j] * rate[j]
+
+
+@compiled
+def error_value(law: Record, room: Record, size: int) -> float:
+    """V of Eq. 44 for the errors in ``room``, without what the estimates add."""
+    value = 0.0
+    for k in range(size):
+        e, rate = room.error[k], room.error_rate[k]
+        value += law.lyapunov_11[k] * e * e + 2.0 * law.lyapunov_12[k] * e * rate
+        value += law.lyapunov_22[k] * rate * rate
+    if law.couples:
+        value += coupled_value(law, room.error, room.error_rate, size)
+    return value
+
+
+@compiled
+def error_weights(law: Record, room: Record, size: int, weights: Floats) -> None:
+    """Writes E^T P xi for the errors in ``room``."""
+    for k in range(size):
+        weights[k] = law.lyapunov_12[k] * room.error[k] + law.lyapunov_22[k] * room.error_rate[k]
+    if law.couples:
+        add_couplings(law, room.error, room.error_rate, size, weights)

@@ -11,12 +11,12 @@ from numba import types
 
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import Floats, Record
+from slipgrasp.core.kernel.loop.rows import remove_parts
 from slipgrasp.core.kernel.numerics.elementary import square
 from slipgrasp.core.kernel.planar.model import MODEL
 from slipgrasp.core.kernel.planar.workspace import DISCRETE, WORKSPACE
 from slipgrasp.core.kernel.planar.wrench import assemble_rows
 
-DEPENDENT = 1e-10
 APART = 1e-6  # [m]
 
 
@@ -68,19 +68,8 @@ def _keep_independent(vectors: Floats, length: int, count: int, candidate: int) 
     Returns:
         1 if it is, else 0.
     """
-    whole, rest = 0.0, 0.0
-    for k in range(length):
-        whole += square(vectors[candidate, k])
-    for _ in range(2):
-        for i in range(count):
-            part = 0.0
-            for k in range(length):
-                part += vectors[i, k] * vectors[candidate, k]
-            for k in range(length):
-                vectors[candidate, k] -= part * vectors[i, k]
-    for k in range(length):
-        rest += square(vectors[candidate, k])
-    if rest <= square(DEPENDENT) * whole:
+    rest = remove_parts(vectors, length, count, candidate)
+    if rest == 0.0:
         return 0
     for k in range(length):
         vectors[count, k] = vectors[candidate, k] / np.sqrt(rest)

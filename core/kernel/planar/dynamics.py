@@ -12,10 +12,9 @@ import numpy as np
 
 from slipgrasp.core.kernel.compilation.compiler import compiled
 from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Floats, Record
+from slipgrasp.core.kernel.loop.links import joint_friction
 from slipgrasp.core.kernel.planar.kinematics import Finger, stored_finger
 from slipgrasp.core.kernel.planar.state import Y, velocity_at
-
-REST_RATE = 0.01  # of a joint, below which dry friction fades [rad/s]
 
 # Apparent inertia and bias force of the fingers at their tips.
 TIP_DYNAMICS = np.dtype(
@@ -120,27 +119,6 @@ def seen_at_tip(
 
 
 @compiled
-def combine_links(truth: Record, unit: Record, total: Record) -> None:
-    """Sums the links of every finger, weighted with their masses, into ``total``."""
-    for i in range(truth.num_fingers):
-        first, second = truth.link_masses[i, 0], truth.link_masses[i, 1]
-        for k in range(3):
-            total.inertia[i, k] = first * unit.inertia[i, 0, k] + second * unit.inertia[i, 1, k]
-        for k in range(2):
-            total.bias[i, k] = first * unit.bias[i, 0, k] + second * unit.bias[i, 1, k]
-
-
-@compiled
-def joint_friction(hand: Record, i: int, rate: float) -> float:
-    """Torque of friction against one joint of finger ``i`` that turns with a rate [N m].
-
-    Viscous, and dry with a smooth passage through rest, so that no joint sticks.
-    """
-    dry = hand.joint_friction[i] * rate / np.sqrt(rate * rate + REST_RATE * REST_RATE)
-    return hand.joint_damping[i] * rate + dry
-
-
-@compiled
 def add_joint_friction(hand: Record, kin: Record, total: Record) -> None:
     """Adds what the friction of the joints takes to the bias forces f_0, by J^-T."""
     for i in range(hand.num_fingers):
@@ -149,17 +127,6 @@ def add_joint_friction(hand: Record, kin: Record, total: Record) -> None:
         for axis in range(2):
             total.bias[i, axis] += kin.inverses[i, 0, axis] * first
             total.bias[i, axis] += kin.inverses[i, 1, axis] * second
-
-
-@compiled
-def joint_friction_power(hand: Record, kin: Record) -> float:
-    """Power lost to friction in the joints [W]."""
-    total = 0.0
-    for i in range(hand.num_fingers):
-        for joint in range(2):
-            rate = kin.joint_velocities[i, joint]
-            total += joint_friction(hand, i, rate) * rate
-    return total
 
 
 @compiled

@@ -7,11 +7,10 @@ from numba import types
 
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import Floats, Record
+from slipgrasp.core.kernel.loop.links import combine_links, joint_friction_power
 from slipgrasp.core.kernel.numerics.linear import factor, solve
 from slipgrasp.core.kernel.planar.dynamics import (
     add_joint_friction,
-    combine_links,
-    joint_friction_power,
     update_unit_dynamics,
 )
 from slipgrasp.core.kernel.planar.kinematics import (
@@ -31,9 +30,11 @@ from slipgrasp.core.kernel.planar.reduced import (
 )
 from slipgrasp.core.kernel.planar.state import (
     STATE,
+    count_coordinates,
     dissipated_at,
     estimate_at,
     slip_at,
+    slip_coordinate,
     slip_velocity_at,
     supplied_at,
     velocity_at,
@@ -141,7 +142,7 @@ def solve_plant(model: Record, discrete: Record, work: Record) -> None:
     truth, kin, acceleration = model.truth, work.kin, work.acceleration
     _update_factors(model, discrete, work)
     apply_tip_forces(kin, truth, discrete.phases, work.tip_forces, acceleration)
-    for k in range(3 + n):
+    for k in range(count_coordinates(n)):
         acceleration[k] -= work.bias[k]
     for k in range(3):
         acceleration[k] += model.load[k]
@@ -191,7 +192,7 @@ def flow(
         derivative.x[velocity_at(k)] = work.acceleration[k]
     for i in range(n):
         derivative.x[slip_at(i)] = state.x[slip_velocity_at(n, i)]
-        derivative.x[slip_velocity_at(n, i)] = work.acceleration[3 + i]
+        derivative.x[slip_velocity_at(n, i)] = work.acceleration[slip_coordinate(i)]
     for k in range(p):
         derivative.x[estimate_at(n, k)] = 0.0 if discrete.clamps[k] != 0 else work.rates[k]
     supplied, dissipated = _powers(model, discrete, state, work)
@@ -212,7 +213,7 @@ def _powers(model: Record, discrete: Record, state: Record, work: Record) -> tup
         speed = discrete.phases[i] * state.x[slip_velocity_at(n, i)]
         dissipated += model.truth.friction[i] * work.forces[i, 1] * speed
     if model.hand.joints_rub:
-        dissipated += joint_friction_power(model.hand, kin)
+        dissipated += joint_friction_power(model.hand, kin.joint_velocities)
     for k in range(3):
         supplied += model.load[k] * state.x[velocity_at(k)]
     return supplied, dissipated

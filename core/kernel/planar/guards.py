@@ -8,11 +8,20 @@ whether the limits of the grasp force can still, or still not, be met all at onc
 
 from __future__ import annotations
 
-import numpy as np
 from numba import types
 
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Floats, Record
+from slipgrasp.core.kernel.loop.friction import present_friction
+from slipgrasp.core.kernel.loop.guards import (
+    ENDING_BAND,
+    FORCE_BAND,
+    FORCE_NOISE,
+    SLIP_BAND,
+    SLIP_NOISE,
+    guards_layout,
+    make_guards,
+)
 from slipgrasp.core.kernel.planar.model import MODEL
 from slipgrasp.core.kernel.planar.state import STATE, estimate_at, slip_at, slip_velocity_at
 from slipgrasp.core.kernel.planar.workspace import DISCRETE, WORKSPACE
@@ -20,41 +29,14 @@ from slipgrasp.core.scenario import MAX_UNKNOWNS
 
 PHASE, NORMAL_FORCE, FACE, SINGULAR = range(4)
 PER_CONTACT = 4
-MAX_GUARDS = PER_CONTACT * MAX_FINGERS + 1 + MAX_UNKNOWNS + 1
 
-FORCE_BAND, FORCE_NOISE = 4e-10, 1e-11
 VELOCITY_BAND, VELOCITY_NOISE = 1e-9, 1e-13
-# As wide as the edge of a patch (slipgrasp.core.run.schedule): tips that cross theirs together
-# do so at once.
-SLIP_BAND, SLIP_NOISE = 1e-11, 1e-15
 # Of an estimate at its bound, and of the rate that holds it there.
 ESTIMATE_BAND = 1e-9
-WIDEST_BAND = 1e-2  # of a force of 10^7 N
-# These two end the run and cannot fire again.
-ENDING_BAND = 1e-12
 VIOLATION_BAND = 1e-9  # [N]
-NEAR_SINGULAR = 0.05  # sin^2 q2, where a finger is nearly straight or folded
 
-# Values of all guards and what is known of them.
-GUARDS = np.dtype(
-    [
-        ("count", np.int64),
-        ("values", np.float64, (MAX_GUARDS,)),
-        ("starts", np.float64, (MAX_GUARDS,)),  # values at the start of the step
-        ("ends", np.float64, (MAX_GUARDS,)),  # and at its end
-        ("levels", np.float64, (MAX_GUARDS,)),
-        ("fired", np.int64, (MAX_GUARDS,)),
-        ("infeasible", np.int64),  # 1 where the limits of the grasp force contradict each other
-    ],
-    align=True,
-)
-
-
-@compiled
-def present_friction(model: Record, discrete: Record, i: int) -> float:
-    """The friction coefficient that bounds, or sets, the force of contact i in its phase."""
-    truth = model.truth
-    return truth.static_friction[i] if discrete.phases[i] == 0 else truth.friction[i]
+GUARDS = guards_layout(PER_CONTACT * MAX_FINGERS + 1 + MAX_UNKNOWNS + 1)
+MAX_GUARDS = GUARDS["values"].shape[0]
 
 
 @compiled
@@ -110,12 +92,13 @@ def _update_values(
             guards.values[j] = guard_value(model, discrete, j, state.x[estimate_at(n, k)])
         else:
             guards.values[j] = discrete.clamps[k] * work.rates[k]
-    same = model.law.period > 0.0 or _is_infeasible(work.room.violation) == guards.infeasible
+    same = model.law.period > 0.0 or is_infeasible(work.room.violation) == guards.infeasible
     guards.values[guards.count - 1] = 1.0 if same else -1.0
 
 
 @compiled
-def _is_infeasible(violation: float) -> int:
+def is_infeasible(violation: float) -> int:
+    """1 where the limits of the grasp force contradict each other by this force [N]."""
     return 1 if violation > VIOLATION_BAND else 0
 
 
@@ -167,94 +150,24 @@ def band_of(model: Record, discrete: Record, values: Floats, j: int) -> tuple[fl
     return FORCE_NOISE * scale, FORCE_BAND * scale
 
 
-@compiled_apart(types.void, MODEL, DISCRETE, STATE, WORKSPACE, GUARDS)
-def arm_guards(
-    model: Record, discrete: Record, state: Record, work: Record, guards: Record
-) -> None:
-    """After a jump: a guard that starts inside its band may sink to twice the band before it fires.
-
-    Without this, a contact that starts to slip, or rests exactly on its cone, fires again
-    at the same instant by rounding.
-    """
-    guards.infeasible = _is_infeasible(work.room.violation)
-    _update_values(model, discrete, state, work, guards)
-    for j in range(guards.count):
-        value = guards.values[j]
-        guards.starts[j], guards.levels[j] = value, 0.0
-        if value < WIDEST_BAND:
-            _, band = band_of(model, discrete, guards.values, j)
-            if value <= band:
-                guards.levels[j] = min(-2.0 * band, value - band)
-
-
-@compiled_apart(types.int64, MODEL, DISCRETE, STATE, WORKSPACE, GUARDS)
-def is_past_event(
-    model: Record, discrete: Record, state: Record, work: Record, guards: Record
-) -> int:
-    """1 if any guard is below its level by more than noise."""
-    _update_values(model, discrete, state, work, guards)
-    for j in range(guards.count):
-        if _is_past(model, discrete, guards, j):
-            return 1
-    return 0
-
-
 @compiled
-def _is_past(model: Record, discrete: Record, guards: Record, j: int) -> bool:
-    """Whether guard ``j`` is below its level by more than noise."""
-    below = guards.levels[j] - guards.values[j]
-    if not below > 0.0:
-        return False
-    noise, _ = band_of(model, discrete, guards.values, j)
-    return below > noise
+def _is_beyond(value: float, level: float, noise: float) -> bool:
+    """Whether a value is below a level by more than noise."""
+    return level - value > noise
 
 
-@compiled_apart(types.int64, MODEL, DISCRETE, STATE, WORKSPACE, GUARDS)
-def find_fired(model: Record, discrete: Record, state: Record, work: Record, guards: Record) -> int:
-    """1 if any guard is past its level at the end of a step; marks those, which fired in it."""
-    evaluate_ends(model, discrete, state, work, guards)
-    found = 0
-    for j in range(guards.count):
-        guards.fired[j] = 1 if _is_past(model, discrete, guards, j) else 0
-        found |= guards.fired[j]
-    return found
-
-
-@compiled
-def evaluate_ends(
-    model: Record, discrete: Record, state: Record, work: Record, guards: Record
-) -> None:
-    """Values of all guards at the state that ``work`` holds, as those at the end of a step."""
-    _update_values(model, discrete, state, work, guards)
-    for j in range(guards.count):
-        guards.ends[j] = guards.values[j]
-
-
-@compiled_apart(types.int64, MODEL, DISCRETE, GUARDS)
-def find_overlooked(model: Record, discrete: Record, guards: Record) -> int:
-    """1 if a guard that did not fire in the whole step is past its level at the event in it.
-
-    Such guards are marked too: the first event is theirs, or at the same time.
-    """
-    found = 0
-    for j in range(guards.count):
-        if guards.fired[j] == 0 and _is_past(model, discrete, guards, j):
-            guards.fired[j] = 1
-            found = 1
-    return found
-
-
-@compiled_apart(types.float64, MODEL, DISCRETE, STATE, WORKSPACE, GUARDS)
-def least_fired(
-    model: Record, discrete: Record, state: Record, work: Record, guards: Record
-) -> float:
-    """The least distance to its level, at this state, among the guards that fired in this step."""
-    _update_values(model, discrete, state, work, guards)
-    least = np.inf
-    for j in range(guards.count):
-        if guards.fired[j] == 1:
-            least = min(least, guards.values[j] - guards.levels[j])
-    return least
+(
+    arm_guards,
+    is_past_event,
+    find_fired,
+    evaluate_ends,
+    find_overlooked,
+    least_fired,
+    pass_step,
+    keep_first_fired,
+) = make_guards(
+    "", (MODEL, DISCRETE, STATE, WORKSPACE, GUARDS), _update_values, band_of, _is_beyond
+)
 
 
 @compiled_apart(types.int64, MODEL, DISCRETE, GUARDS)
@@ -265,23 +178,3 @@ def is_past_band(model: Record, discrete: Record, guards: Record) -> int:
         if guards.fired[j] == 1 and guards.levels[j] - guards.values[j] > band:
             return 1
     return 0
-
-
-@compiled_apart(types.void, MODEL, DISCRETE, GUARDS)
-def pass_step(model: Record, discrete: Record, guards: Record) -> None:
-    """After a step without event: guards that have left their band are back at level 0."""
-    for j in range(guards.count):
-        guards.starts[j] = guards.ends[j]
-        if guards.levels[j] < 0.0:
-            _, band = band_of(model, discrete, guards.ends, j)
-            if guards.ends[j] > band:
-                guards.levels[j] = 0.0
-
-
-@compiled
-def keep_first_fired(guards: Record, least: float) -> None:
-    """Of the fired guards keeps those at their level here; the others would come later."""
-    for j in range(guards.count):
-        guards.ends[j] = guards.values[j]
-        if guards.values[j] - guards.levels[j] > max(0.0, least):
-            guards.fired[j] = 0

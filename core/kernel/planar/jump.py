@@ -7,23 +7,29 @@ from numba import types
 
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import Record
+from slipgrasp.core.kernel.loop.output import log_changes, pass_output_times
+from slipgrasp.core.kernel.loop.progress import AMBIGUITIES, CLAMPED, FIRST_STEP, HOLDS, warn
+from slipgrasp.core.kernel.loop.status import (
+    CHATTERING,
+    INCONSISTENT,
+    PAINLEVE,
+    RUNNING,
+    SEPARATED,
+    SINGULAR,
+)
+from slipgrasp.core.kernel.loop.tally import count_forces
 from slipgrasp.core.kernel.planar.flow import flow
-from slipgrasp.core.kernel.planar.guards import ESTIMATE_BAND, FACE, PER_CONTACT, PHASE, arm_guards
+from slipgrasp.core.kernel.planar.guards import (
+    ESTIMATE_BAND,
+    FACE,
+    PER_CONTACT,
+    PHASE,
+    arm_guards,
+    is_infeasible,
+)
 from slipgrasp.core.kernel.planar.model import MODEL
 from slipgrasp.core.kernel.planar.opening import find_opening
-from slipgrasp.core.kernel.planar.run import (
-    AMBIGUITIES,
-    CLAMPED,
-    FIRST_STEP,
-    HOLDS,
-    OUTLET,
-    PROGRESS,
-    emit,
-    keep_old,
-    log_changes,
-    pass_output_times,
-    warn,
-)
+from slipgrasp.core.kernel.planar.run import OUTLET, PROGRESS, emit, keep_old, leave_slip
 from slipgrasp.core.kernel.planar.selection import (
     AMBIGUOUS,
     NONE_CONSISTENT,
@@ -32,33 +38,8 @@ from slipgrasp.core.kernel.planar.selection import (
     is_consistent,
     select_phases,
 )
-from slipgrasp.core.kernel.planar.slip_rows import leave_slip
 from slipgrasp.core.kernel.planar.state import estimate_at, slip_at, slip_velocity_at
 from slipgrasp.core.kernel.planar.stepper import effort_rate
-from slipgrasp.core.kernel.planar.tally import count_forces
-
-(
-    RUNNING,
-    REACHED,
-    SEPARATED,
-    LEFT_FACE,
-    SINGULAR,
-    CHATTERING,
-    INCONSISTENT,
-    PAINLEVE,
-    MODEL_SINGULAR,
-    STEP_UNDERFLOW,
-    MAX_STEPS,
-    EVENT_STALL,
-    STIFF,
-    NOT_FINITE,
-    LAW_FAILED,
-    TORQUE_NOT_FINITE,
-    TURNED_TOO_FAR,
-    UNBOUNDED_FORCE,
-) = range(18)
-
-LARGEST_TILT = 3.1  # of a spatial object; the coordinates of its control laws end at pi [rad]
 
 # Sin^2 q2 beyond its least value: forces go with its inverse, their errors with its square.
 LOST_FORCES = 1e-4
@@ -133,8 +114,9 @@ def set_first_slope(model: Record, run: Record) -> None:
 @compiled
 def arm(model: Record, run: Record) -> None:
     """Guards and metrics after a jump, at the present state, which ``work`` holds."""
+    run.guards.infeasible = is_infeasible(run.work.room.violation)
     arm_guards(model, run.discrete, run.step.start, run.work, run.guards)
-    count_forces(model, run.discrete, run.guards.starts, run.tally)
+    count_forces(model, run.discrete, run.guards.starts, run.tally, PER_CONTACT, 1)
 
 
 @compiled_apart(types.void, MODEL, PROGRESS)
@@ -207,7 +189,7 @@ def finish_jump(model: Record, run: Record, outlet: Record, status: int) -> int:
         return status
     chatters = log_changes(model, run, outlet)
     leave_slip(model, run, outlet, 0)
-    emit(model, run, outlet, run.now, run.step.start)
+    emit(model, run, outlet, run.discrete)
     pass_output_times(model, run)
     if model.law.period == 0.0:
         flow(model, run.discrete, run.now, run.step.start, run.step.slopes[0], run.work)
@@ -230,7 +212,7 @@ def recognise(model: Record, run: Record, outlet: Record) -> int:
     If those are consistent under their own torque the hold is over, otherwise they are held.
     """
     keep_old(model, run)
-    emit(model, run, outlet, run.now, run.step.start)
+    emit(model, run, outlet, run.discrete)
     for i in range(model.num_fingers):
         run.discrete.beliefs[i] = run.discrete.phases[i]
     if is_consistent(model, run.discrete, run.now, run.step.start, run.work, run.selection) == 1:

@@ -8,11 +8,18 @@ from __future__ import annotations
 
 from slipgrasp.core.kernel.compilation.compiler import compiled
 from slipgrasp.core.kernel.compilation.records import Integers, Record
+from slipgrasp.core.kernel.loop.model import FRICTION, LINK_MASS, OBJECT_INERTIA, OBJECT_MASS
 from slipgrasp.core.kernel.loop.motion import desired_motion
 from slipgrasp.core.kernel.numerics.elementary import square
-from slipgrasp.core.kernel.numerics.lyapunov import coupled_value
-from slipgrasp.core.kernel.planar.model import FRICTION, LINK_MASS, OBJECT_INERTIA, OBJECT_MASS
-from slipgrasp.core.kernel.planar.state import estimate_at, slip_at, slip_velocity_at, velocity_at
+from slipgrasp.core.kernel.numerics.lyapunov import error_value
+from slipgrasp.core.kernel.planar.state import (
+    count_coordinates,
+    estimate_at,
+    slip_at,
+    slip_coordinate,
+    slip_velocity_at,
+    velocity_at,
+)
 
 LEAST_BRAKE = 0.01  # share of slip_stop, so that no slip creeps on
 
@@ -62,7 +69,7 @@ def demand_acceleration(
             + law.position_gains[k] * room.error[k]
         )
     for i in range(n):
-        k = 3 + i
+        k = slip_coordinate(i)
         room.error[k] = 0.0
         room.error_rate[k] = -state.x[slip_velocity_at(n, i)]
         room.demand[k] = 0.0
@@ -85,15 +92,9 @@ def lyapunov_value(
     law: Record, truth: Record, unknowns: Record, state: Record, room: Record
 ) -> float:
     """V of Eq. 44 for the errors in ``room``."""
-    value, n = 0.0, law.num_fingers
-    for k in range(3 + n):
-        e, rate = room.error[k], room.error_rate[k]
-        value += law.lyapunov_11[k] * e * e + 2.0 * law.lyapunov_12[k] * e * rate
-        value += law.lyapunov_22[k] * rate * rate
-    if law.couples:
-        value += coupled_value(law, room.error, room.error_rate, 3 + n)
+    value = error_value(law, room, count_coordinates(law.num_fingers))
     for k in range(unknowns.count):
-        deviation = true_value(truth, unknowns, k) - state.x[estimate_at(n, k)]
+        deviation = true_value(truth, unknowns, k) - state.x[estimate_at(law.num_fingers, k)]
         value += square(deviation) / law.adaptation_gains[k]
     return value
 

@@ -11,14 +11,17 @@ from __future__ import annotations
 import numpy as np
 
 from slipgrasp.core.kernel.compilation.records import MAX_COORDINATES, MAX_FINGERS
-from slipgrasp.core.kernel.loop.motion import MOTION
+from slipgrasp.core.kernel.loop.model import (
+    ACTUATORS,
+    NUMERICS,
+    SENSORS,
+    UNKNOWNS,
+    facts_layout,
+    law_layout,
+)
+from slipgrasp.core.kernel.loop.motion import motion_layout
 from slipgrasp.core.kernel.numerics.methods import MAX_METHODS, METHOD
-from slipgrasp.core.scenario import CONTROL_LAWS, MAX_UNKNOWNS
-from slipgrasp.core.scenario.laws import facts_read_for
-from slipgrasp.core.scenario.own_laws import OUTSIDE, law_of
 from slipgrasp.core.scenario.space import PLANAR
-
-OBJECT_MASS, OBJECT_INERTIA, FRICTION, LINK_MASS = range(4)
 
 # Geometry of fingers and contacts.
 HAND = np.dtype(
@@ -53,119 +56,22 @@ TRUTH = np.dtype(
     align=True,
 )
 
-# Which entries of TRUTH the controller estimates, and the bounds of its estimates.
-UNKNOWNS = np.dtype(
-    [
-        ("count", np.int64),
-        ("kinds", np.int64, (MAX_UNKNOWNS,)),
-        ("fingers", np.int64, (MAX_UNKNOWNS,)),  # -1 where none
-        ("links", np.int64, (MAX_UNKNOWNS,)),  # -1 where none
-        ("minimum", np.float64, (MAX_UNKNOWNS,)),  # -inf where none
-        ("maximum", np.float64, (MAX_UNKNOWNS,)),  # inf where none
-    ],
-    align=True,
-)
-
-
-def facts_layout(hand: str) -> np.dtype:
-    """What is true of a control law, for the kernel of a kind of hands."""
-    return np.dtype([(fact, np.bool_) for fact in facts_read_for(hand)], align=True)
-
-
-def facts_table(hand: str) -> np.ndarray:
-    """What is true of every law by its number; those of one's own are the last."""
-    laws, facts = (*CONTROL_LAWS.values(), law_of(OUTSIDE)), facts_read_for(hand)
-    rows = [tuple(getattr(law, fact) for fact in facts) for law in laws]
-    return np.array(rows, facts_layout(hand))
-
-
 FACTS = facts_layout(PLANAR)
 
-# Gains and settings of the control law (Theorems 3 and 4).
-LAW = np.dtype(
+# Of the control law (Theorems 3 and 4).
+LAW = law_layout(
+    FACTS,
+    MAX_COORDINATES,
     [
         ("num_fingers", np.int64),
-        ("facts", FACTS),
-        ("period", np.float64),  # [s], 0 = continuous
         ("recognition_time", np.float64),  # [s]
-        ("position_gains", np.float64, (MAX_COORDINATES,)),  # K_p
-        ("velocity_gains", np.float64, (MAX_COORDINATES,)),  # K_v
-        ("adaptation_gains", np.float64, (MAX_UNKNOWNS,)),  # Gamma
-        ("lyapunov_11", np.float64, (MAX_COORDINATES,)),  # diagonal blocks of P, Eq. 25
-        ("lyapunov_12", np.float64, (MAX_COORDINATES,)),
-        ("lyapunov_22", np.float64, (MAX_COORDINATES,)),
-        ("couples", np.bool_),  # whether P has entries between different coordinates
         ("grasp_force", np.bool_),
         ("holds", np.bool_),  # every contact inside its cone, slipping or not
-        ("link_mass_ratio", np.float64),  # of the masses believed, over the true ones
         ("knows_lengths", np.bool_),  # whether its links are those of the plant
-        ("grip_safety", np.float64),
-        ("minimum_normal_force", np.float64),  # [N]
-        ("maximum_normal_force", np.float64),  # inf where none [N]
         ("torque_limit", np.float64),  # inf where none [N m]
-        ("estimate_norm_bound", np.float64),  # phi_0
-        ("latency", np.float64),  # [s]
-        ("predicts", np.bool_),  # commands for the state when the torque acts
-        ("grip_force", np.float64),  # [N]
-        ("grip_rate", np.float64),  # [N/s]
-        ("slip_stop", np.float64),  # K_f [m/s^2]
-        ("forgetting", np.float64),  # per control period
-        ("probing", np.float64),  # [1/s]
-        ("force_variance", np.float64),  # [N^2]
-        ("acceleration_variance", np.float64),  # expected of filtered differences [m^2/s^4]
-        ("slip_level", np.float64),  # measured speed above which slip is sure; -inf: told [m/s]
-        ("prior_variances", np.float64, (MAX_UNKNOWNS,)),
-        ("couplings", np.float64, (2 * MAX_COORDINATES, 2 * MAX_COORDINATES)),  # by e, then e'
     ],
-    align=True,
 )
-
-# What is measured, and how well.
-SENSORS = np.dtype(
-    [
-        ("perfect", np.int64),  # 1: everything below is off, and the law knows its lengths
-        ("noisy", np.int64),
-        ("seed", np.int64),  # of the noise
-        ("position_noise", np.float64),  # standard deviations, SI units
-        ("velocity_noise", np.float64),
-        ("acceleration_noise", np.float64),
-        ("true_accelerations", np.int64),
-        ("filter_time", np.float64),  # [s]
-        ("true_phases", np.int64),
-        ("sums_slip", np.int64),  # 1: cumulative sums detect it, 0: its duration
-        ("slip_threshold", np.float64),  # [m/s]
-        ("slip_delay", np.float64),  # [s]
-        ("slip_delay_deviation", np.float64),  # [s]
-        ("least_sum", np.float64),  # that noise does not reach [m/s]
-        ("force_noise", np.float64),  # of measured contact forces [N]
-        ("force_bias", np.float64, (2,)),  # along the face, normal [N]
-        ("force_filter_time", np.float64),  # [s]
-    ],
-    align=True,
-)
-
-# What the joints can give.
-ACTUATORS = np.dtype(
-    [
-        ("torque_limit", np.float64),  # inf where none [N m]
-        ("torque_rate_limit", np.float64),  # inf where none [N m/s]
-    ],
-    align=True,
-)
-
-# Accuracy and limits of the integration.
-NUMERICS = np.dtype(
-    [
-        ("relative_tolerance", np.float64),
-        ("absolute_tolerance", np.float64),
-        ("max_step", np.float64),  # [s]
-        ("max_steps", np.int64),
-        ("output_rate", np.float64),  # [Hz]
-        ("chatter_changes", np.int64),
-        ("chatter_window", np.float64),  # [s]
-    ],
-    align=True,
-)
+MOTION = motion_layout(3)
 
 # Everything constant over one stretch of a run.
 MODEL = np.dtype(

@@ -16,7 +16,7 @@ from slipgrasp.core.kernel.planar.kinematics import to_contact_frame
 from slipgrasp.core.kernel.planar.model import MODEL
 from slipgrasp.core.kernel.planar.reduced import tip_acceleration, torques_to_forces
 from slipgrasp.core.kernel.planar.selection import REST_SPEED, SELECTION_ROOM, distance_inside
-from slipgrasp.core.kernel.planar.state import STATE, slip_velocity_at
+from slipgrasp.core.kernel.planar.state import STATE, count_coordinates, slip_velocity_at
 from slipgrasp.core.kernel.planar.workspace import DISCRETE, WORKSPACE
 
 GAP_ROUNDING = 1e-9  # of 1 m/s^2 and the largest acceleration
@@ -155,7 +155,7 @@ def _is_possible(model: Record, discrete: Record, work: Record, room: Record) ->
     if not work.factors.determinant > 0.0:
         return False
     fastest = 1.0
-    for k in range(3 + model.num_fingers):
+    for k in range(count_coordinates(model.num_fingers)):
         fastest = max(fastest, abs(work.acceleration[k]))
     for i in range(model.num_fingers):
         if room.open[i] == 1:

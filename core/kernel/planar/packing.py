@@ -11,20 +11,20 @@ from numba import types
 
 from slipgrasp.core.kernel.compilation.compiler import call, compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Record, as_record, make_record
+from slipgrasp.core.kernel.loop.model import (
+    FRICTION,
+    LINK_MASS,
+    OBJECT_INERTIA,
+    OBJECT_MASS,
+    facts_table,
+)
 from slipgrasp.core.kernel.loop.pieces import pack_motion
 from slipgrasp.core.kernel.numerics.dop853 import DOP853
 from slipgrasp.core.kernel.numerics.elementary import exp, log
 from slipgrasp.core.kernel.numerics.lyapunov import pack_coupling, pack_lyapunov
 from slipgrasp.core.kernel.numerics.methods import BS32, DOPRI5, METHOD, RK43
-from slipgrasp.core.kernel.planar.model import (
-    FRICTION,
-    LINK_MASS,
-    MODEL,
-    OBJECT_INERTIA,
-    OBJECT_MASS,
-    facts_table,
-)
-from slipgrasp.core.kernel.planar.state import count_states
+from slipgrasp.core.kernel.planar.model import MODEL
+from slipgrasp.core.kernel.planar.state import count_coordinates, count_states
 from slipgrasp.core.scenario import (
     CONTROL_LAWS,
     ControllerParameters,
@@ -245,11 +245,11 @@ def _pack_law(table: Record, n: int, law: Record) -> None:
     law.facts = _FACTS[int(controller.kind)]
     law.period = controller.control_period
     law.recognition_time = controller.recognition_time
-    for k in range(3 + n):
+    for k in range(count_coordinates(n)):
         gain = controller.position_gain[k] if k < 3 else controller.slip_position_gain[k - 3]
         law.position_gains[k] = gain
         law.velocity_gains[k] = controller.velocity_gain[k]
-    _pack_weights(controller, 3 + n, law)
+    _pack_weights(controller, count_coordinates(n), law)
     law.grasp_force = controller.grasp_force == _MINIMUM_GRASP
     law.link_mass_ratio = controller.link_mass_ratio
     law.knows_lengths = controller.link_length_ratio == 1.0

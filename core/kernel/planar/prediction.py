@@ -15,7 +15,7 @@ from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Record
 from slipgrasp.core.kernel.numerics.linear import solve
 from slipgrasp.core.kernel.planar.model import MODEL
 from slipgrasp.core.kernel.planar.reduced import apply_tip_forces, assemble_bias, torques_to_forces
-from slipgrasp.core.kernel.planar.state import STATE, reduced_at
+from slipgrasp.core.kernel.planar.state import STATE, count_coordinates, reduced_at, slip_coordinate
 from slipgrasp.core.kernel.planar.workspace import DISCRETE, WORKSPACE
 
 # What the law expects.
@@ -44,16 +44,16 @@ def predict(
     n, lead, ahead = model.num_fingers, model.law.latency, prediction.state
     for k in range(model.num_states):
         ahead.x[k] = state.x[k]
-    for k in range(3 + n):
+    for k in range(count_coordinates(n)):
         at, rate = reduced_at(n, k)
         ahead.x[at] += lead * state.x[rate]
     for order in range(2):
         _integrate(model, discrete, work, prediction, order)
-        for k in range(3 + n):
+        for k in range(count_coordinates(n)):
             at, rate = reduced_at(n, k)
             ahead.x[rate if order == 0 else at] += work.column[k]
     for i in range(n):
-        at, rate = reduced_at(n, 3 + i)
+        at, rate = reduced_at(n, slip_coordinate(i))
         if discrete.beliefs[i] == 0 or ahead.x[rate] * discrete.beliefs[i] < 0.0:
             ahead.x[rate] = 0.0
             ahead.x[at] = state.x[at]
@@ -71,6 +71,6 @@ def _integrate(
     assemble_bias(
         kin, work.believed_dynamics, work.believed, model.hand.gravity, discrete.beliefs, work.bias
     )
-    for k in range(3 + n):
+    for k in range(count_coordinates(n)):
         work.column[k] -= span * work.bias[k]
     solve(work.estimated_factors, n, work.column)

@@ -8,9 +8,10 @@ from __future__ import annotations
 
 from slipgrasp.core.kernel.compilation.compiler import compiled
 from slipgrasp.core.kernel.compilation.records import Floats, Integers, Record
+from slipgrasp.core.kernel.loop.model import FRICTION, OBJECT_INERTIA, OBJECT_MASS
 from slipgrasp.core.kernel.numerics.linear import Symmetric
 from slipgrasp.core.kernel.planar.kinematics import to_contact_frame
-from slipgrasp.core.kernel.planar.model import FRICTION, OBJECT_INERTIA, OBJECT_MASS
+from slipgrasp.core.kernel.planar.state import count_coordinates, slip_coordinate
 
 
 @compiled
@@ -26,7 +27,7 @@ def cone_normal(kin: Record, i: int, phase: int, friction: float) -> tuple[float
 @compiled
 def tip_acceleration(kin: Record, i: int, acceleration: Floats) -> tuple[float, float]:
     """Acceleration of fingertip ``i`` for reduced accelerations x'', without its bias."""
-    turn, slip = acceleration[2], acceleration[3 + i]
+    turn, slip = acceleration[2], acceleration[slip_coordinate(i)]
     return (
         acceleration[0] - turn * kin.arms[i, 1] + slip * kin.tangents[i, 0],
         acceleration[1] + turn * kin.arms[i, 0] + slip * kin.tangents[i, 1],
@@ -59,9 +60,9 @@ def assemble_inertia(
         # Forces on the fingertip per unit of angular acceleration and of slip acceleration.
         px, py = xy * rx - xx * ry, yy * rx - xy * ry
         gx, gy = xx * tx + xy * ty, xy * tx + yy * ty
-        row = 3 + i
+        row = slip_coordinate(i)
         matrix[0, row], matrix[1, row], matrix[2, row] = gx, gy, rx * gy - ry * gx
-        for column in range(3, 3 + n):
+        for column in range(3, count_coordinates(n)):
             matrix[row, column] = 0.0
         dx, dy = cone_normal(kin, i, phases[i], truth.friction[i])
         matrix[row, 0], matrix[row, 1] = -xx * dx - xy * dy, -xy * dx - yy * dy
@@ -94,7 +95,7 @@ def apply_tip_forces(
         total_y += fy
         moment += kin.arms[i, 0] * fy - kin.arms[i, 1] * fx
         dx, dy = cone_normal(kin, i, phases[i], truth.friction[i])
-        result[3 + i] = -dx * fx - dy * fy
+        result[slip_coordinate(i)] = -dx * fx - dy * fy
     result[0], result[1], result[2] = total_x, total_y, moment
 
 
@@ -146,12 +147,12 @@ def multiply_regressor(
         elif kind == FRICTION:
             fx, fy = inertial_force(kin, work.believed_dynamics, i, acceleration)
             _, normal = to_contact_frame(kin, i, fx, fy)
-            products[k] = -discrete.beliefs[i] * normal * weights[3 + i]
+            products[k] = -discrete.beliefs[i] * normal * weights[slip_coordinate(i)]
         else:
             fx, fy = unit_force(kin, work.unit, i, link, acceleration)
             dx, dy = cone_normal(kin, i, discrete.beliefs[i], work.believed.friction[i])
-            wx = weights[0] - kin.arms[i, 1] * weights[2] - dx * weights[3 + i]
-            wy = weights[1] + kin.arms[i, 0] * weights[2] - dy * weights[3 + i]
+            wx = weights[0] - kin.arms[i, 1] * weights[2] - dx * weights[slip_coordinate(i)]
+            wy = weights[1] + kin.arms[i, 0] * weights[2] - dy * weights[slip_coordinate(i)]
             products[k] = wx * fx + wy * fy
 
 

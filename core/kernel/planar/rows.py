@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
-from collections import namedtuple
-from collections.abc import Sequence
-
 import numpy as np
 from numba import types
 
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Record
+from slipgrasp.core.kernel.loop.friction import present_friction
+from slipgrasp.core.kernel.loop.rows import (
+    finite,
+    make_fill_shared,
+    place_signals,
+    row_layout,
+    set_value,
+)
 from slipgrasp.core.kernel.numerics.linear import condition
 from slipgrasp.core.kernel.planar.controllability import find_controllable
 from slipgrasp.core.kernel.planar.dynamics import stored_energy
@@ -19,7 +24,7 @@ from slipgrasp.core.kernel.planar.flow import (
     update_command,
     update_mechanics,
 )
-from slipgrasp.core.kernel.planar.guards import friction_margin, present_friction
+from slipgrasp.core.kernel.planar.guards import friction_margin
 from slipgrasp.core.kernel.planar.kinematics import joint_angle
 from slipgrasp.core.kernel.planar.law import lyapunov_value, true_value
 from slipgrasp.core.kernel.planar.laws.interface import adapt
@@ -27,56 +32,23 @@ from slipgrasp.core.kernel.planar.model import MODEL
 from slipgrasp.core.kernel.planar.reduced import forces_to_torques, torques_to_forces
 from slipgrasp.core.kernel.planar.state import (
     STATE,
+    count_coordinates,
     dissipated_at,
     estimate_at,
     slip_at,
+    slip_coordinate,
     slip_velocity_at,
     supplied_at,
     velocity_at,
 )
 from slipgrasp.core.kernel.planar.workspace import DISCRETE, WORKSPACE
-from slipgrasp.core.scenario import MAX_DIAGNOSTICS, MAX_UNKNOWNS
-from slipgrasp.core.scenario.own_laws import Diagnostic
 from slipgrasp.core.scenario.space import PLANAR
-from slipgrasp.core.trace.trace import SIGNALS, Signal, TraceShape
 
-
-def _columns_before(signals: Sequence[Signal]) -> tuple[int, int, int, int]:
-    """Columns of signals: a number, and how many more per finger, unknown and diagnostic."""
-
-    def columns(n: int, p: int, d: int) -> int:
-        shape = TraceShape(n, ("",) * p, (Diagnostic("", "", ""),) * d)
-        return sum(shape.width(signal) for signal in signals)
-
-    none = columns(0, 0, 0)
-    return none, columns(1, 0, 0) - none, columns(0, 1, 0) - none, columns(0, 0, 1) - none
-
-
-# First column of every signal, by its name, and the end of a row.
-_Places = namedtuple("_Places", [signal.name for signal in SIGNALS])
-AT = _Places._make(_columns_before(SIGNALS[:index]) for index in range(len(SIGNALS)))
-END = _columns_before(SIGNALS)
-
-LARGEST = 1e300
+AT = place_signals(PLANAR)
 JOINTS_PER_FINGER = PLANAR.joints_per_finger
-MAX_COLUMNS = TraceShape(
-    MAX_FINGERS, ("",) * MAX_UNKNOWNS, (Diagnostic("", "", ""),) * MAX_DIAGNOSTICS
-).num_columns
+ROW = row_layout(STATE, DISCRETE, [("torques", np.float64, (MAX_FINGERS, 2))], PLANAR)
 
-# The state of one row with all that belongs to it, and the row itself.
-ROW = np.dtype(
-    [
-        ("time", np.float64),  # [s]
-        ("state", STATE),
-        ("discrete", DISCRETE),
-        ("torques", np.float64, (MAX_FINGERS, 2)),
-        ("kinetic_energy", np.float64),  # [J]
-        ("potential_energy", np.float64),  # [J]
-        ("length", np.int64),
-        ("values", np.float64, (MAX_COLUMNS,)),
-    ],
-    align=True,
-)
+_fill_shared = make_fill_shared(AT, true_value)
 
 
 @compiled_apart(types.int64, MODEL, ROW, WORKSPACE)
@@ -110,7 +82,7 @@ def evaluate_row(model: Record, row: Record, work: Record) -> int:
     finite = abs(kinetic + potential) < np.inf
     for k in range(model.num_states):
         finite = finite and abs(row.state.x[k]) < np.inf
-    for k in range(3 + n):
+    for k in range(count_coordinates(n)):
         finite = finite and abs(work.acceleration[k]) < np.inf
     for i in range(n):
         for axis in range(2):
@@ -122,88 +94,59 @@ def evaluate_row(model: Record, row: Record, work: Record) -> int:
 @compiled_apart(types.void, MODEL, ROW, WORKSPACE)
 def fill_row(model: Record, row: Record, work: Record) -> None:
     """Writes the values of an evaluated row, which are finite as what it is made of is."""
-    _set(model, row, AT.times, 0, row.time)
+    _fill_shared(model, row, row.state.x[supplied_at(model)], row.state.x[dissipated_at(model)])
     _set_object(model, row, work)
     for i in range(model.num_fingers):
         _set_contact(model, row, work, i)
     _set_controller(model, row, work)
-    _set(model, row, AT.kinetic_energy, 0, row.kinetic_energy)
-    _set(model, row, AT.potential_energy, 0, row.potential_energy)
-    _set(model, row, AT.supplied_energy, 0, row.state.x[supplied_at(model)])
-    _set(model, row, AT.dissipated_energy, 0, row.state.x[dissipated_at(model)])
-    row.length = column_of(model, END)
-
-
-@compiled
-def column_of(model: Record, place: tuple[int, int, int, int]) -> int:
-    """Column at which a signal begins, by its entry in `AT`."""
-    n, p, d = model.num_fingers, model.num_unknowns, model.num_diagnostics
-    return place[0] + place[1] * n + place[2] * p + place[3] * d
-
-
-@compiled
-def _set(
-    model: Record, row: Record, place: tuple[int, int, int, int], k: int, value: float
-) -> None:
-    """Writes entry ``k`` of a signal."""
-    row.values[column_of(model, place) + k] = value
 
 
 @compiled
 def _set_object(model: Record, row: Record, work: Record) -> None:
     rank = find_controllable(model, row.discrete, work)
-    _set(model, row, AT.input_rank, 0, rank)
+    set_value(model, row, AT.input_rank, 0, rank)
     for k in range(3):
-        _set(model, row, AT.object_pose, k, row.state.x[k])
-        _set(model, row, AT.object_velocity, k, row.state.x[velocity_at(k)])
-        _set(model, row, AT.object_acceleration, k, work.acceleration[k])
-        _set(model, row, AT.tracking_error, k, work.room.error[k])
-        _set(model, row, AT.external_wrench, k, model.load[k])
-        _set(model, row, AT.controllability, k, work.shares[k])
+        set_value(model, row, AT.object_pose, k, row.state.x[k])
+        set_value(model, row, AT.object_velocity, k, row.state.x[velocity_at(k)])
+        set_value(model, row, AT.object_acceleration, k, work.acceleration[k])
+        set_value(model, row, AT.tracking_error, k, work.room.error[k])
+        set_value(model, row, AT.external_wrench, k, model.load[k])
+        set_value(model, row, AT.controllability, k, work.shares[k])
 
 
 @compiled
 def _set_contact(model: Record, row: Record, work: Record, i: int) -> None:
     """What belongs to contact ``i`` and to the joints of its finger."""
     n, discrete = model.num_fingers, row.discrete
-    _set(model, row, AT.slip, i, row.state.x[slip_at(i)])
-    _set(model, row, AT.slip_velocity, i, row.state.x[slip_velocity_at(n, i)])
-    _set(model, row, AT.slip_acceleration, i, work.acceleration[3 + i])
-    _set(model, row, AT.phase, i, discrete.phases[i])
-    _set(model, row, AT.believed_phase, i, discrete.beliefs[i])
-    _set(model, row, AT.tangential_force, i, work.forces[i, 0])
-    _set(model, row, AT.normal_force, i, work.forces[i, 1])
-    _set(model, row, AT.friction_margin, i, friction_margin(model, discrete, work, i))
-    _set(model, row, AT.friction_coefficient, i, present_friction(model, discrete, i))
+    set_value(model, row, AT.slip, i, row.state.x[slip_at(i)])
+    set_value(model, row, AT.slip_velocity, i, row.state.x[slip_velocity_at(n, i)])
+    set_value(model, row, AT.slip_acceleration, i, work.acceleration[slip_coordinate(i)])
+    set_value(model, row, AT.phase, i, discrete.phases[i])
+    set_value(model, row, AT.believed_phase, i, discrete.beliefs[i])
+    set_value(model, row, AT.tangential_force, i, work.forces[i, 0])
+    set_value(model, row, AT.normal_force, i, work.forces[i, 1])
+    set_value(model, row, AT.friction_margin, i, friction_margin(model, discrete, work, i))
+    set_value(model, row, AT.friction_coefficient, i, present_friction(model, discrete, i))
     for joint in range(JOINTS_PER_FINGER):
         k = JOINTS_PER_FINGER * i + joint
-        _set(model, row, AT.joint_position, k, joint_angle(work.kin, i, joint))
-        _set(model, row, AT.joint_velocity, k, work.kin.joint_velocities[i, joint])
-        _set(model, row, AT.joint_torque, k, row.torques[i, joint])
+        set_value(model, row, AT.joint_position, k, joint_angle(work.kin, i, joint))
+        set_value(model, row, AT.joint_velocity, k, work.kin.joint_velocities[i, joint])
+        set_value(model, row, AT.joint_torque, k, row.torques[i, joint])
         commanded = row.torques[i, joint]
         if model.law.period > 0.0:
             commanded = discrete.commanded[i, joint]
-        _set(model, row, AT.commanded_torque, k, commanded)
+        set_value(model, row, AT.commanded_torque, k, commanded)
 
 
 @compiled
 def _set_controller(model: Record, row: Record, work: Record) -> None:
     n, truth, unknowns = model.num_fingers, model.truth, model.unknowns
     for k in range(model.num_unknowns):
-        _set(model, row, AT.estimates, k, row.state.x[estimate_at(n, k)])
-        _set(model, row, AT.true_parameters, k, true_value(truth, unknowns, k))
-    for k in range(model.num_diagnostics):
-        _set(model, row, AT.diagnostics, k, row.discrete.diagnostics[k])
+        set_value(model, row, AT.estimates, k, row.state.x[estimate_at(n, k)])
     value = lyapunov_value(model.law, truth, unknowns, row.state, work.room)
-    _set(model, row, AT.lyapunov_value, 0, _finite(value))
-    _set(model, row, AT.grasp_violation, 0, work.room.violation)
+    set_value(model, row, AT.lyapunov_value, 0, finite(value))
+    set_value(model, row, AT.grasp_violation, 0, work.room.violation)
     value = condition(work.inertia, work.factors, n, work.column)
-    _set(model, row, AT.inertia_condition, 0, _finite(value))
+    set_value(model, row, AT.inertia_condition, 0, finite(value))
     value = condition(work.estimated_inertia, work.estimated_factors, n, work.column)
-    _set(model, row, AT.estimated_inertia_condition, 0, _finite(value))
-
-
-@compiled
-def _finite(value: float) -> float:
-    """A value that says how large something is, where a singular matrix makes it infinite."""
-    return value if value < LARGEST else LARGEST
+    set_value(model, row, AT.estimated_inertia_condition, 0, finite(value))

@@ -7,11 +7,18 @@ from numba import types
 
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Integers, Record
+from slipgrasp.core.kernel.loop.friction import has_static_excess
+from slipgrasp.core.kernel.loop.guards import FORCE_BAND
 from slipgrasp.core.kernel.numerics.linear import solve
 from slipgrasp.core.kernel.planar.flow import flow
-from slipgrasp.core.kernel.planar.guards import FORCE_BAND, friction_margin
+from slipgrasp.core.kernel.planar.guards import friction_margin
 from slipgrasp.core.kernel.planar.model import MODEL
-from slipgrasp.core.kernel.planar.state import STATE, slip_velocity_at
+from slipgrasp.core.kernel.planar.state import (
+    STATE,
+    count_coordinates,
+    slip_coordinate,
+    slip_velocity_at,
+)
 from slipgrasp.core.kernel.planar.workspace import DISCRETE, WORKSPACE
 
 SELECTED, AMBIGUOUS, NONE_CONSISTENT, NONE_REGULAR = range(4)
@@ -54,10 +61,12 @@ def distance_inside(model: Record, discrete: Record, work: Record, i: int) -> tu
     if discrete.phases[i] == 0:
         return friction_margin(model, discrete, work, i), band
     n, unit = model.num_fingers, work.column
-    for k in range(3 + n):
-        unit[k] = 1.0 if k == 3 + i else 0.0
+    for k in range(count_coordinates(n)):
+        unit[k] = 1.0 if k == slip_coordinate(i) else 0.0
     solve(work.factors, n, unit)
-    return discrete.phases[i] * work.acceleration[3 + i] / abs(unit[3 + i]), band
+    return discrete.phases[i] * work.acceleration[slip_coordinate(i)] / abs(
+        unit[slip_coordinate(i)]
+    ), band
 
 
 @compiled
@@ -138,17 +147,11 @@ def _set_candidate(model: Record, discrete: Record, room: Record, code: int, ins
 
 
 @compiled
-def _has_static_excess(model: Record, i: int) -> bool:
-    """Whether contact i has more friction in stick than in slip."""
-    return model.truth.static_friction[i] > model.truth.friction[i]
-
-
-@compiled
 def _differ_by_static_excess(model: Record, phases: Integers, others: Integers) -> bool:
     """Whether one has stick and the other slip, and only at contacts with static excess."""
     for i in range(model.num_fingers):
         if phases[i] != others[i] and (
-            phases[i] * others[i] != 0 or not _has_static_excess(model, i)
+            phases[i] * others[i] != 0 or not has_static_excess(model, i)
         ):
             return False
     return True
@@ -162,7 +165,7 @@ def _find_loose(
     flow(model, discrete, t, state, room.derivative, work)
     for i in range(model.num_fingers):
         value, band = distance_inside(model, discrete, work, i)
-        held = room.free[i] == 0 or value > band or not _has_static_excess(model, i)
+        held = room.free[i] == 0 or value > band or not has_static_excess(model, i)
         room.loose[i] = 0 if held else 1
 
 
@@ -221,7 +224,7 @@ def select_phases(
         room.beliefs[i] = discrete.beliefs[i]
         room.free[i] = 1 if abs(state.x[slip_velocity_at(n, i)]) < REST_SPEED else 0
         room.loose[i] = 0
-        excess = excess or _has_static_excess(model, i)
+        excess = excess or has_static_excess(model, i)
         combinations *= 3 if room.free[i] == 1 else 1
     found, ambiguous, best_score, verdict_found = 0, False, 0, NONE_CONSISTENT
     for code in range(combinations):

@@ -6,18 +6,24 @@ import numpy as np
 
 from slipgrasp.core.kernel.compilation.compiler import compiled
 from slipgrasp.core.kernel.compilation.records import MAX_COORDINATES, MAX_FINGERS, Floats, Record
-from slipgrasp.core.kernel.numerics.elementary import exp
+from slipgrasp.core.kernel.loop.sensing import (
+    SAME_TIME,
+    filter_velocities,
+    filtered_share,
+    slip_delay,
+)
 from slipgrasp.core.kernel.numerics.noise import (
-    DELAY_NOISE,
     FORCE_NOISE,
     NOISE,
     STATE_NOISE,
     draw_noise,
-    draw_number,
 )
-from slipgrasp.core.kernel.planar.state import STATE, reduced_at, slip_velocity_at
-
-SAME_TIME = 1e-9
+from slipgrasp.core.kernel.planar.state import (
+    STATE,
+    count_coordinates,
+    reduced_at,
+    slip_velocity_at,
+)
 
 # What is measured, and what the filters and detectors remember.
 SENSES = np.dtype(
@@ -42,6 +48,12 @@ SENSES = np.dtype(
 
 
 @compiled
+def _rate_at(n: int, k: int) -> int:
+    """Where the rate of reduced coordinate ``k`` stands in the state."""
+    return reduced_at(n, k)[1]
+
+
+@compiled
 def measure(model: Record, senses: Record, state: Record, torques: Floats, now: float) -> None:
     """Measures positions and velocities, and differences velocities if need be.
 
@@ -52,7 +64,7 @@ def measure(model: Record, senses: Record, state: Record, torques: Floats, now: 
         torques: ``(n, 2)`` that acted since the tick before [N m].
         now: Time [s].
     """
-    sensors, size = model.sensors, 3 + model.num_fingers
+    sensors, size = model.sensors, count_coordinates(model.num_fingers)
     for k in range(model.num_states):
         senses.measured.x[k] = state.x[k]
     if sensors.noisy == 1:
@@ -62,34 +74,10 @@ def measure(model: Record, senses: Record, state: Record, torques: Floats, now: 
             senses.measured.x[at] += sensors.position_noise * senses.noise.numbers[k]
             senses.measured.x[rate] += sensors.velocity_noise * senses.noise.numbers[size + k]
     if sensors.true_accelerations == 0:
-        _difference(model, senses, torques, now)
+        filter_velocities(model, senses, torques, now, size, _rate_at)
     else:
         senses.num_filtered = 0
     senses.num_ticks += 1
-
-
-@compiled
-def _difference(model: Record, senses: Record, torques: Floats, now: float) -> None:
-    """Velocity differences and the torques, through one low-pass filter of first order.
-
-    It starts as the mean of all differences so far.
-    """
-    elapsed, size, seen = now - senses.time, 3 + model.num_fingers, senses.num_filtered
-    share = 1.0
-    if seen > 1:
-        share = max(elapsed / (model.sensors.filter_time + elapsed), 1.0 / seen)
-    for k in range(size):
-        _, rate = reduced_at(model.num_fingers, k)
-        velocity = senses.measured.x[rate]
-        if seen > 0:
-            slope = (velocity - senses.velocities[k]) / elapsed
-            senses.acceleration[k] += share * (slope - senses.acceleration[k])
-        senses.velocities[k] = velocity
-    for i in range(model.num_fingers):
-        for joint in range(2):
-            senses.torques[i, joint] += share * (torques[i, joint] - senses.torques[i, joint])
-    senses.time = now
-    senses.num_filtered += 1
 
 
 @compiled
@@ -102,9 +90,7 @@ def measure_forces(model: Record, senses: Record, forces: Floats) -> None:
         forces: ``(n, 2)`` of the fingertips on the object, F_x (against the tangent), F_n [N].
     """
     sensors, n = model.sensors, model.num_fingers
-    senses.num_forces += 1
-    share = model.law.period / (sensors.force_filter_time + model.law.period)
-    share = max(share, 1.0 / senses.num_forces)
+    share = filtered_share(model, senses)
     if sensors.force_noise > 0.0:
         # Laws of one's own, which alone see it, need no noise of accelerations any more.
         tick = senses.num_ticks - 1  # counted already
@@ -144,12 +130,7 @@ def detect_slip(model: Record, discrete: Record, senses: Record, now: float) -> 
 @compiled
 def _delay(senses: Record, sensors: Record, i: int) -> float:
     """How long the next change of contact ``i`` must last to be believed, less a rounding [s]."""
-    delay = sensors.slip_delay
-    if sensors.slip_delay_deviation > 0.0:
-        event = senses.num_detected[i]
-        number = draw_number(sensors.seed, DELAY_NOISE, i, event)
-        delay = max(0.0, delay + sensors.slip_delay_deviation * number)
-    return delay - SAME_TIME
+    return slip_delay(sensors, i, senses.num_detected[i]) - SAME_TIME
 
 
 @compiled
@@ -179,7 +160,7 @@ def _sum_slip(model: Record, discrete: Record, senses: Record, now: float, i: in
 @compiled
 def measure_acceleration(model: Record, senses: Record, discrete: Record, work: Record) -> None:
     """Acceleration as measured, from the true one in ``work``, and the torques it belongs to."""
-    sensors, size = model.sensors, 3 + model.num_fingers
+    sensors, size = model.sensors, count_coordinates(model.num_fingers)
     if sensors.true_accelerations == 0:
         return
     for k in range(size):
@@ -190,22 +171,3 @@ def measure_acceleration(model: Record, senses: Record, discrete: Record, work: 
     for i in range(model.num_fingers):
         for joint in range(2):
             senses.torques[i, joint] = discrete.torques[i, joint]
-
-
-@compiled
-def trust(model: Record, senses: Record) -> float:
-    """Noise of a filtered difference in the long run, over that of the present one: 0 to 1."""
-    if model.sensors.true_accelerations == 1:
-        return 1.0
-    period = model.law.period
-    return min(1.0, (senses.num_filtered - 1) * period / (model.sensors.filter_time + period))
-
-
-@compiled
-def trust_in_contact(model: Record, senses: Record, now: float, i: int) -> float:
-    """How much of the filtered force of contact ``i`` dates from its present phase, 0 to 1."""
-    if model.sensors.true_accelerations == 1:
-        return 1.0
-    if model.sensors.filter_time == 0.0:
-        return 1.0 if now > senses.since[i] else 0.0
-    return 1.0 - exp((senses.since[i] - now) / model.sensors.filter_time)

@@ -79,6 +79,18 @@ def slip_velocity_at(n: int, i: int) -> int:
 
 
 @compiled
+def count_coordinates(n: int) -> int:
+    """Reduced coordinates of n fingers: those of the object, then one slip per contact."""
+    return _VELOCITY + n
+
+
+@compiled
+def slip_coordinate(i: int) -> int:
+    """Number of the reduced coordinate that is the slip of contact i."""
+    return _VELOCITY + i
+
+
+@compiled
 def reduced_at(n: int, k: int) -> tuple[int, int]:
     """Where reduced coordinate k (pose, then slip) and its velocity stand."""
     if k < _VELOCITY:

@@ -9,7 +9,8 @@ import numpy as np
 from numba import types
 
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
-from slipgrasp.core.kernel.compilation.records import Floats, Record
+from slipgrasp.core.kernel.compilation.records import Record
+from slipgrasp.core.kernel.loop.stages import fill_terms, set_stage, weigh_slopes
 from slipgrasp.core.kernel.numerics.elementary import square
 from slipgrasp.core.kernel.numerics.linear import Triple
 from slipgrasp.core.kernel.numerics.methods import DENSE_ROWS, MAX_SLOPES, method_of
@@ -22,7 +23,6 @@ from slipgrasp.core.kernel.planar.state import (
     STATE,
     X,
     Y,
-    dissipated_at,
     slip_at,
     supplied_at,
     velocity_at,
@@ -64,31 +64,6 @@ def effort_rate(model: Record, work: Record) -> float:
                 torque = jacobians[i, 0, joint] * forces[i, 0]
                 total += square(torque + jacobians[i, 1, joint] * forces[i, 1])
     return total
-
-
-@compiled
-def _combine(model: Record, row: int, h: float, step: Record, target: Record) -> None:
-    """The state at which slope ``row`` is taken."""
-    size, matrix = model.num_states, method_of(model, step).matrix
-    for j in range(size):
-        target.x[j] = step.start.x[j]
-    for k in range(row):
-        weight = h * matrix[row, k]
-        if weight != 0.0:
-            for j in range(size):
-                target.x[j] += weight * step.slopes[k].x[j]
-
-
-@compiled
-def _weigh_slopes(weights: Floats, count: int, size: int, step: Record, total: Floats) -> None:
-    """Sum of the first ``count`` slopes, each times its weight."""
-    for j in range(size):
-        total[j] = 0.0
-    for k in range(count):
-        weight = weights[k]
-        if weight != 0.0:
-            for j in range(size):
-                total[j] += weight * step.slopes[k].x[j]
 
 
 @compiled
@@ -150,12 +125,12 @@ def take_step(
         _end_sticking(model, h, step)
     else:
         for row in range(1, method.last):
-            _combine(model, row, h, step, step.end)
+            set_stage(model, row, h, step, step.end)
             flow(model, discrete, t + method.nodes[row] * h, step.end, step.slopes[row], work)
             sample_guards(model, discrete, work, step.samples, row)
             if method.matrix[method.last, row] != 0.0:
                 step.efforts[row] = effort_rate(model, work)
-        _combine(model, method.last, h, step, step.end)
+        set_stage(model, method.last, h, step, step.end)
     flow(model, discrete, t + h, step.end, step.slopes[method.last], work)
     step.efforts[method.last] = effort_rate(model, work)
     step.prepared = 0
@@ -171,8 +146,8 @@ def step_error(model: Record, h: float, step: Record) -> float:
         step: The step; the first terms of its interpolant are overwritten.
     """
     size, method = model.num_states, method_of(model, step)
-    _weigh_slopes(method.error, method.last + 1, size, step, step.terms[0])
-    _weigh_slopes(method.correction, method.last + 1, size, step, step.terms[1])
+    weigh_slopes(method.error, method.last + 1, size, step, step.terms[0])
+    weigh_slopes(method.correction, method.last + 1, size, step, step.terms[1])
     relative, absolute = model.numerics.relative_tolerance, model.numerics.absolute_tolerance
     total, correction = 0.0, 0.0
     for j in range(size):
@@ -186,34 +161,20 @@ def step_error(model: Record, h: float, step: Record) -> float:
 
 
 @compiled
-def is_quiet(model: Record, h: float, step: Record, sticks: bool) -> bool:
+def is_quiet(model: Record, h: float, step: Record) -> bool:
     """Whether no error of the step is more than the share QUIET of what is allowed.
 
-    The error as `step_error` has it is then not more either, and nobody divides to see it.
-
-    Args:
-        model: Constants of the run.
-        h: Size of the step [s].
-        step: The step.
-        sticks: Whether the object moved alone.
+    The error as `step_error` has it is then not more either, and nobody divides to see it. The
+    first terms of the interpolant are overwritten.
     """
-    for j in range(slip_at(0) if sticks else supplied_at(model)):
-        if not _is_quiet_along(model, h, step, j):
+    method, numerics, errors = method_of(model, step), model.numerics, step.terms[0]
+    weigh_slopes(method.error, method.last + 1, model.num_states, step, errors)
+    for j in range(model.num_states):
+        largest = max(abs(step.start.x[j]), abs(step.end.x[j]))
+        allowed = numerics.absolute_tolerance + numerics.relative_tolerance * largest
+        if not abs(h * errors[j]) <= QUIET * allowed:
             return False
-    return _is_quiet_along(model, h, step, supplied_at(model)) and _is_quiet_along(
-        model, h, step, dissipated_at(model)
-    )
-
-
-@compiled
-def _is_quiet_along(model: Record, h: float, step: Record, j: int) -> bool:
-    """Whether the error of coordinate ``j`` is not more than the share QUIET of what is allowed."""
-    method, numerics, error = method_of(model, step), model.numerics, 0.0
-    for k in range(method.last + 1):
-        error += method.error[k] * step.slopes[k].x[j]
-    largest = max(abs(step.start.x[j]), abs(step.end.x[j]))
-    allowed = numerics.absolute_tolerance + numerics.relative_tolerance * largest
-    return abs(h * error) <= QUIET * allowed
+    return True
 
 
 @compiled_apart(types.void, MODEL, DISCRETE, types.float64, types.float64, STEP, WORKSPACE)
@@ -226,36 +187,6 @@ def prepare_interpolant(
     step.prepared = 1
     method = method_of(model, step)
     for row in range(method.last + 1, method.num_slopes):
-        _combine(model, row, h, step, step.stage)
+        set_stage(model, row, h, step, step.stage)
         flow(model, discrete, t + method.nodes[row] * h, step.stage, step.slopes[row], work)
     fill_terms(model, h, step)
-
-
-@compiled
-def fill_terms(model: Record, h: float, step: Record) -> None:
-    """Fills ``terms`` from all slopes, those that only the interpolant needs included."""
-    size, method = model.num_states, method_of(model, step)
-    for j in range(size):
-        difference = step.end.x[j] - step.start.x[j]
-        first, last = h * step.slopes[0].x[j], h * step.slopes[method.last].x[j]
-        step.terms[0, j] = difference
-        step.terms[1, j] = first - difference
-        step.terms[2, j] = 2.0 * difference - first - last
-    for term in range(method.num_dense):
-        _weigh_slopes(method.dense[term], method.num_slopes, size, step, step.terms[3 + term])
-        for j in range(size):
-            step.terms[3 + term, j] *= h
-
-
-@compiled
-def interpolate(model: Record, step: Record, fraction: float, state: Record) -> None:
-    """State inside the step, by the continuous extension of the method."""
-    size, last = model.num_states, method_of(model, step).num_dense + 2
-    for j in range(size):
-        state.x[j] = 0.0
-    for term in range(last, -1, -1):
-        factor = fraction if term % 2 == 0 else 1.0 - fraction
-        for j in range(size):
-            state.x[j] = factor * (state.x[j] + step.terms[term, j])
-    for j in range(size):
-        state.x[j] += step.start.x[j]

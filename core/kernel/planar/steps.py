@@ -7,10 +7,17 @@ from numba import types
 
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import Record
-from slipgrasp.core.kernel.loop.ledger import FAST_RATE, LEAST_LEDGER_STEP, allowed_imbalance
+from slipgrasp.core.kernel.loop.ledger import (
+    FAST_RATE,
+    LEAST_LEDGER_STEP,
+    allowed_imbalance,
+)
+from slipgrasp.core.kernel.loop.location import LOCATION_SHARE, make_locate
+from slipgrasp.core.kernel.loop.output import next_output
+from slipgrasp.core.kernel.loop.progress import AT_POLE, OUTPUT_ROUNDING
+from slipgrasp.core.kernel.loop.stages import interpolate
 from slipgrasp.core.kernel.numerics.elementary import root
 from slipgrasp.core.kernel.numerics.methods import method_of
-from slipgrasp.core.kernel.planar.dips import find_dip
 from slipgrasp.core.kernel.planar.dynamics import stored_energy
 from slipgrasp.core.kernel.planar.flow import flow, update_mechanics
 from slipgrasp.core.kernel.planar.guards import (
@@ -24,18 +31,19 @@ from slipgrasp.core.kernel.planar.guards import (
     least_fired,
     pass_step,
 )
+from slipgrasp.core.kernel.planar.interior import find_dip
 from slipgrasp.core.kernel.planar.model import MODEL
 from slipgrasp.core.kernel.planar.run import (
+    LAYOUTS,
     OUTLET,
-    OUTPUT_ROUNDING,
     PROGRESS,
-    emit,
-    emit_as_of,
+    emit_or_end,
     evaluate_at,
     store_row,
 )
 from slipgrasp.core.kernel.planar.state import (
     ANGLE,
+    count_coordinates,
     dissipated_at,
     slip_velocity_at,
     supplied_at,
@@ -43,7 +51,6 @@ from slipgrasp.core.kernel.planar.state import (
 )
 from slipgrasp.core.kernel.planar.stepper import (
     QUIET,
-    interpolate,
     is_quiet,
     prepare_interpolant,
     step_error,
@@ -54,16 +61,13 @@ from slipgrasp.core.kernel.planar.sticking import moves_object_alone
 LEAST_STEP = 1e-13
 MAX_GROWTH = 10.0
 QUIET_STEPS = 100
-LOCATION_WIDTH = 2e-14
-# A value this small, as a share of the largest at the ends, and in its own unit, is zero.
-LOCATION_SHARE, LARGEST_ZERO = 1e-13, 1e-10
+LARGEST_ZERO = 1e-10
 MAX_CUTS = 50
 ROUGH = 1.0
 # Where the law jumps velocities go on, but for this and the tolerance of steps.
 VELOCITY_JUMP = 1e-9  # [m/s, rad/s]
 CROSSING = 1e-3  # a step over a jump of the law is so much shorter than one that felt its far side
 POLE = 1.0  # a normal force that far beyond its zero, where that was located, has none [N]
-AT_POLE = 2  # of run.fired: there the law asks for forces without bound
 
 
 @compiled_apart(types.float64, MODEL, PROGRESS, types.float64)
@@ -78,7 +82,7 @@ def take_accepted_step(model: Record, run: Record, until: float) -> float:
         take_step(model, run.discrete, now, size, step, run.work)
         run.steps += 1
         fast = size > LEAST_LEDGER_STEP and _turns_fast(model, run)
-        if size == rest and not fast and is_quiet(model, size, step, sticks):
+        if size == rest and not fast and is_quiet(model, size, step):
             run.step_size = max(run.step_size, 2.0 * size)
             _count_quiet_step(run)
             return size
@@ -155,71 +159,44 @@ def _energy(model: Record, run: Record, state: Record) -> tuple[float, float]:
     return kinetic + potential - supplied + dissipated, kinetic
 
 
-@compiled_apart(types.float64, MODEL, PROGRESS, types.float64)
-def locate(model: Record, run: Record, h: float) -> float:
-    """Size of the step at whose end the first of the fired guards is at its level.
-
-    The step is taken again at every trial, so that the root is that of the method itself
-    and not of an interpolant. Regula falsi (Illinois) with bisection as a safeguard.
-    """
-    now, discrete, step, work, guards = run.now, run.discrete, run.step, run.work, run.guards
-    low, high, at, is_far = 0.0, h, 0.0, False
-    value_high = least_fired(model, discrete, step.end, work, guards)
-    take_step(model, discrete, now, low, step, work)
-    value_low = least_fired(model, discrete, step.end, work, guards)
-    width = LOCATION_WIDTH * max(1.0, now)
-    nothing = min(LOCATION_SHARE * max(abs(value_low), abs(value_high)), LARGEST_ZERO)
-    side = 0
-    for trial in range(100):
-        if value_low <= 0.0 or (high - low <= width and not is_far):
-            break
-        at = (low * value_high - high * value_low) / (value_high - value_low)
-        if not low < at < high or trial % 8 == 7:
-            at = 0.5 * (low + high)
-        take_step(model, discrete, now, at, step, work)
-        value = least_fired(model, discrete, step.end, work, guards)
-        if abs(value) <= nothing:
-            high = at
-            break
-        if value > 0.0:
-            low, value_low = at, value
-            value_high *= 0.5 if side == 1 else 1.0
-            side = 1
-        else:
-            high, value_high = at, value
-            # Near a pole of the law a force goes through its whole band within the width.
-            is_far = is_past_band(model, discrete, guards) == 1
-            value_low *= 0.5 if side == -1 else 1.0
-            side = -1
-    if value_low <= 0.0:
-        high = 0.0
-    if guards.fired[guards.count - 1] == 1:
-        # There the law jumps: the row before shows this side of it.
-        take_step(model, discrete, now, low, step, work)
-        run.location_error = step_error(model, low, step)
-        run.before_time = now + low
-        for k in range(model.num_states):
-            run.before.x[k] = step.end.x[k]
-        take_step(model, discrete, now, high, step, work)
-    else:
-        take_step(model, discrete, now, high, step, work)
-        run.location_error = step_error(model, high, step)
-    keep_first_fired(guards, least_fired(model, discrete, step.end, work, guards))
-    return high
+@compiled
+def _step_to(model: Record, run: Record, h: float) -> None:
+    """Takes the step again in another size."""
+    take_step(model, run.discrete, run.now, h, run.step, run.work)
 
 
 @compiled
-def emit_due(model: Record, run: Record, outlet: Record) -> None:
-    """Rows whose time has come are those of the present state.
+def _size_of_zero(low: float, high: float) -> float:
+    """Values this small, as a share of the largest at the ends, and in their own unit, are zero."""
+    return min(LOCATION_SHARE * max(abs(low), abs(high)), LARGEST_ZERO)
 
-    Before the step that leaves it: mechanics and law of the state are still at hand.
-    """
-    while True:
-        t = run.outputs / model.numerics.output_rate
-        if t > run.now + OUTPUT_ROUNDING:
-            return
-        emit_as_of(model, run, outlet, run.now, run.step.start, t)
-        run.outputs += 1
+
+@compiled
+def _finish_location(model: Record, run: Record, low: float, high: float) -> None:
+    """Takes the step to the event; where the law jumps there, keeps the state before it."""
+    if run.guards.fired[run.guards.count - 1] == 1:
+        # There the law jumps: the row before shows this side of it.
+        _step_to(model, run, low)
+        run.location_error = step_error(model, low, run.step)
+        run.before_time = run.now + low
+        for k in range(model.num_states):
+            run.before.x[k] = run.step.end.x[k]
+        _step_to(model, run, high)
+    else:
+        _step_to(model, run, high)
+        run.location_error = step_error(model, high, run.step)
+
+
+locate = make_locate(
+    LAYOUTS,
+    step_to=_step_to,
+    least_fired=least_fired,
+    is_past_band=is_past_band,
+    keep_first_fired=keep_first_fired,
+    size_of_zero=_size_of_zero,
+    finish=_finish_location,
+    bisect_every=8,
+)
 
 
 @compiled_apart(types.void, MODEL, PROGRESS, OUTLET, types.float64)
@@ -229,8 +206,7 @@ def emit_inside(model: Record, run: Record, outlet: Record, h: float) -> None:
     They lie on the continuous extension of the method; from where that is past an event on, each
     is a shorter step of the method, and the step itself is taken again then.
     """
-    step, rate, end = run.step, model.numerics.output_rate, run.now + h
-    t = run.outputs / rate
+    step, end, t = run.step, run.now + h, next_output(model, run)
     if t >= end - OUTPUT_ROUNDING:
         return
     prepare_interpolant(model, run.discrete, run.now, h, step, run.work)
@@ -246,9 +222,9 @@ def emit_inside(model: Record, run: Record, outlet: Record, h: float) -> None:
         else:
             take_step(model, run.discrete, run.now, t - run.now, step, run.work)
             least = _set_between(step.end, lost, least, most)
-            emit(model, run, outlet, t, step.end)
+            emit_or_end(model, run, outlet, run.discrete, t, step.end, t)
         run.outputs += 1
-        t = run.outputs / rate
+        t = next_output(model, run)
     if not is_good:
         take_step(model, run.discrete, run.now, h, step, run.work)
 
@@ -266,7 +242,7 @@ def _set_between(state: Record, j: int, least: float, most: float) -> float:
 @compiled
 def _agrees_with_phases(model: Record, run: Record, t: float) -> bool:
     """Evaluates the state inside the step; False where it is past an event, or not finite."""
-    if evaluate_at(model, run, t, run.step.stage) == 0:
+    if evaluate_at(model, run, run.discrete, t, run.step.stage) == 0:
         return False
     return is_past_event(model, run.discrete, run.row.state, run.work, run.guards) == 0
 
@@ -280,7 +256,7 @@ def _goes_on(model: Record, run: Record) -> bool:
     if run.guards.fired[run.guards.count - 1] == 0:
         return True
     n, relative = model.num_fingers, model.numerics.relative_tolerance
-    for k in range(3 + n):
+    for k in range(count_coordinates(n)):
         at = velocity_at(k) if k < 3 else slip_velocity_at(n, k - 3)
         before, after = run.before.x[at], run.step.end.x[at]
         if not abs(after - before) <= VELOCITY_JUMP + relative * abs(before):

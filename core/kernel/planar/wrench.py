@@ -16,6 +16,7 @@ from slipgrasp.core.kernel.numerics.linear import orthonormalize
 from slipgrasp.core.kernel.planar.kinematics import to_contact_frame, to_inertial_frame
 from slipgrasp.core.kernel.planar.model import MODEL
 from slipgrasp.core.kernel.planar.reduced import torques_to_forces
+from slipgrasp.core.kernel.planar.state import count_coordinates
 from slipgrasp.core.kernel.planar.workspace import WORKSPACE
 
 DEPENDENT_ROWS = 1e-13
@@ -103,7 +104,7 @@ def assemble_rows(kin: Record, believed: Record, on_cone: Integers, room: Record
     n = believed.num_fingers
     rows = 3
     for i in range(2 * n):
-        for k in range(3 + n):
+        for k in range(count_coordinates(n)):
             room.basis[i, k] = 0.0
     for i in range(n):
         tx, ty = kin.tangents[i, 0], kin.tangents[i, 1]

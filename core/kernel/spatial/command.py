@@ -14,14 +14,15 @@ from numba import types
 
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import Record
-from slipgrasp.core.kernel.planar.jump import (
+from slipgrasp.core.kernel.loop.links import combine_links
+from slipgrasp.core.kernel.loop.status import (
     LARGEST_TILT,
     MODEL_SINGULAR,
     RUNNING,
     TORQUE_NOT_FINITE,
     TURNED_TOO_FAR,
 )
-from slipgrasp.core.kernel.spatial.dynamics import combine_links, multiply, update_unit_dynamics
+from slipgrasp.core.kernel.spatial.dynamics import multiply, update_unit_dynamics
 from slipgrasp.core.kernel.spatial.grasp import spatial_grasp
 from slipgrasp.core.kernel.spatial.grip import fill_wrench, spatial_grip
 from slipgrasp.core.kernel.spatial.kinematics import forces_to_torques, update_kinematics
@@ -46,6 +47,7 @@ def spatial_believe(
 ) -> None:
     """The controller's model of the hand as measured, in the believed phases; errors and demand."""
     room = work.room
+    work.at_start = 0
     update_kinematics(model.hand, senses.measured, work.kin)
     update_unit_dynamics(model.hand, work.kin, work.unit)
     believe(model, discrete.estimates, work.believed)

@@ -12,8 +12,8 @@ import numpy as np
 
 from slipgrasp.core.kernel.compilation.compiler import compiled
 from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Floats, Record
+from slipgrasp.core.kernel.loop.links import joint_friction
 from slipgrasp.core.kernel.numerics.elementary import square
-from slipgrasp.core.kernel.planar.dynamics import joint_friction
 from slipgrasp.core.kernel.spatial.state import POSITION, SPIN, VELOCITY
 
 # Apparent inertia and bias force of the fingers at their tips.
@@ -161,17 +161,6 @@ def add_joint_friction(hand: Record, kin: Record, total: Record) -> None:
 
 
 @compiled
-def joint_friction_power(hand: Record, kin: Record) -> float:
-    """Power lost to friction in the joints [W]."""
-    total = 0.0
-    for i in range(hand.num_fingers):
-        for joint in range(3):
-            rate = kin.rates[i, joint]
-            total += joint_friction(hand, i, rate) * rate
-    return total
-
-
-@compiled
 def multiply(matrix: Floats, x: float, y: float, z: float) -> tuple[float, float, float]:
     """A symmetric 3x3 matrix (xx, xy, xz, yy, yz, zz) times a vector."""
     return (
@@ -179,17 +168,6 @@ def multiply(matrix: Floats, x: float, y: float, z: float) -> tuple[float, float
         matrix[1] * x + matrix[3] * y + matrix[4] * z,
         matrix[2] * x + matrix[4] * y + matrix[5] * z,
     )
-
-
-@compiled
-def combine_links(truth: Record, unit: Record, total: Record) -> None:
-    """Sums the links of every finger, weighted with their masses, into ``total``."""
-    for i in range(truth.num_fingers):
-        first, second = truth.link_masses[i, 0], truth.link_masses[i, 1]
-        for k in range(6):
-            total.inertia[i, k] = first * unit.inertia[i, 0, k] + second * unit.inertia[i, 1, k]
-        for k in range(3):
-            total.bias[i, k] = first * unit.bias[i, 0, k] + second * unit.bias[i, 1, k]
 
 
 @compiled

@@ -10,8 +10,8 @@ from numba import types
 
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import Record
+from slipgrasp.core.kernel.loop.guards import FORCE_BAND
 from slipgrasp.core.kernel.numerics.dense import factor_dense, solve_dense
-from slipgrasp.core.kernel.planar.guards import FORCE_BAND
 from slipgrasp.core.kernel.spatial.contact_problem import SELECTION_ROOM
 from slipgrasp.core.kernel.spatial.model import MODEL
 from slipgrasp.core.kernel.spatial.ways import name_phase

@@ -7,9 +7,9 @@ from numba import types
 
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import Floats, Record
+from slipgrasp.core.kernel.loop.links import joint_friction_power
 from slipgrasp.core.kernel.spatial.dynamics import (
     add_joint_friction,
-    joint_friction_power,
     update_tip_dynamics,
 )
 from slipgrasp.core.kernel.spatial.kinematics import torques_to_forces, update_kinematics
@@ -68,6 +68,7 @@ def spatial_phases(model: Record, discrete: Record, state: Record, work: Record)
 @compiled_apart(types.void, MODEL, DISCRETE, STATE, WORKSPACE)
 def spatial_plant(model: Record, discrete: Record, state: Record, work: Record) -> None:
     """Kinematics, accelerations and contact forces at a state, under the torque that is held."""
+    work.at_start = 0
     update_kinematics(model.hand, state, work.kin)
     update_tip_dynamics(model.hand, model.truth, work.kin, work.dynamics)
     if model.hand.joints_rub == 1:
@@ -114,6 +115,6 @@ def set_derivative(model: Record, state: Record, derivative: Record, work: Recor
         rate[path_at(n, i)] = slip_speed(n, state, i) if both else along
         dissipated += model.truth.friction[i] * work.forces[i, 2] * along
     if model.hand.joints_rub == 1:
-        dissipated += joint_friction_power(model.hand, work.kin)
-    rate[supplied_at(n)] = supplied
-    rate[dissipated_at(n)] = dissipated
+        dissipated += joint_friction_power(model.hand, work.kin.rates)
+    rate[supplied_at(model)] = supplied
+    rate[dissipated_at(model)] = dissipated

@@ -11,6 +11,7 @@ from numba import types
 
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import Record
+from slipgrasp.core.kernel.loop.links import weight_moments
 from slipgrasp.core.kernel.spatial.dynamics import multiply
 from slipgrasp.core.kernel.spatial.grasp import spatial_grasp
 from slipgrasp.core.kernel.spatial.model import MODEL
@@ -97,10 +98,7 @@ def _weight_force(
     hand: Record, believed: Record, kin: Record, i: int
 ) -> tuple[float, float, float]:
     """What the joints of finger ``i`` must give, as a tip force, to carry its links."""
-    first, second = believed.link_masses[i, 0], believed.link_masses[i, 1]
-    outer = hand.gravity * second * hand.link_centres[i, 1] * kin.links[i, 1, 0]
-    lever = first * hand.link_centres[i, 0] + second * hand.link_lengths[i, 0]
-    inner = hand.gravity * lever * kin.links[i, 0, 0] + outer
+    inner, outer = weight_moments(hand, believed, kin, i)
     outwards = kin.inverses[i, 0, 0] * inner + kin.inverses[i, 1, 0] * outer
     upwards = kin.inverses[i, 0, 1] * inner + kin.inverses[i, 1, 1] * outer
     return kin.yaws[i, 0] * outwards, kin.yaws[i, 1] * outwards, upwards

@@ -12,13 +12,14 @@ from numba import types
 
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Floats, Record
-from slipgrasp.core.kernel.planar.guards import (
+from slipgrasp.core.kernel.loop.guards import (
     ENDING_BAND,
     FORCE_BAND,
     FORCE_NOISE,
     SLIP_BAND,
     SLIP_NOISE,
-    WIDEST_BAND,
+    guards_layout,
+    make_guards,
 )
 from slipgrasp.core.kernel.spatial.flow import LEAST_SPEED
 from slipgrasp.core.kernel.spatial.model import MODEL
@@ -29,18 +30,10 @@ from slipgrasp.core.kernel.spatial.workspace import DISCRETE, STICK, WORKSPACE
 # The phase guard of the second way stands behind that of the first.
 PHASE, _, NORMAL_FORCE, FACE, SINGULAR = range(5)
 PER_CONTACT = 5
-MAX_GUARDS = PER_CONTACT * MAX_FINGERS + 1
 BACKWARD = 1e-9  # a slip that has just begun may run back by this before it ends [m/s]
 
-GUARDS = np.dtype(
-    [
-        ("values", np.float64, (MAX_GUARDS,)),
-        ("starts", np.float64, (MAX_GUARDS,)),  # values at the start of the step
-        ("levels", np.float64, (MAX_GUARDS,)),
-        ("fired", np.int64, (MAX_GUARDS,)),
-    ],
-    align=True,
-)
+GUARDS = guards_layout(PER_CONTACT * MAX_FINGERS + 1)
+MAX_GUARDS = GUARDS["values"].shape[0]
 
 
 @compiled
@@ -83,6 +76,7 @@ def _update_values(
 ) -> None:
     """Values of all guards at the state that ``work`` holds."""
     n, values = model.num_fingers, guards.values
+    guards.count = PER_CONTACT * n + 1
     for i in range(n):
         base = PER_CONTACT * i
         values[base + PHASE + 1] = np.inf
@@ -115,7 +109,7 @@ def sample_guards(
 
 
 @compiled
-def band_of(model: Record, discrete: Record, work: Record, j: int) -> tuple[float, float]:
+def band_of(model: Record, discrete: Record, values: Floats, j: int) -> tuple[float, float]:
     """Noise and band of guard j: within its band a value does not tell its sign."""
     i, kind = j // PER_CONTACT, j % PER_CONTACT
     if i == model.num_fingers or kind == SINGULAR:
@@ -124,97 +118,38 @@ def band_of(model: Record, discrete: Record, work: Record, j: int) -> tuple[floa
         return SLIP_NOISE, SLIP_BAND
     if kind < NORMAL_FORCE and discrete.slips[i, kind - PHASE] != 0.0:
         return 0.0, 0.0
-    scale = 1.0 + abs(work.forces[i, 2])
+    scale = 1.0 + abs(values[PER_CONTACT * i + NORMAL_FORCE])
     return FORCE_NOISE * scale, FORCE_BAND * scale
 
 
-@compiled_apart(types.void, MODEL, DISCRETE, STATE, WORKSPACE, GUARDS)
-def spatial_arm(
-    model: Record, discrete: Record, state: Record, work: Record, guards: Record
-) -> None:
-    """After a jump: a guard that starts inside its band may sink to twice the band first."""
-    _update_values(model, discrete, state, work, guards)
-    for j in range(PER_CONTACT * model.num_fingers + 1):
-        value = guards.values[j]
-        guards.starts[j], guards.levels[j] = value, 0.0
-        if value < WIDEST_BAND:
-            _, band = band_of(model, discrete, work, j)
-            if value <= band:
-                guards.levels[j] = min(-2.0 * band, value - band)
+@compiled
+def _is_beyond(value: float, level: float, noise: float) -> bool:
+    """Whether a value is below a level by more than noise; so is what is no number."""
+    return not value >= level - noise
 
 
-@compiled_apart(types.int64, MODEL, DISCRETE, STATE, WORKSPACE, GUARDS)
-def spatial_fired(
-    model: Record, discrete: Record, state: Record, work: Record, guards: Record
-) -> int:
-    """1 if any guard is past its level at this state; marks those."""
-    _update_values(model, discrete, state, work, guards)
-    found = 0
-    for j in range(PER_CONTACT * model.num_fingers + 1):
-        guards.fired[j] = 0
-        # Not less, so that what is no number fires too.
-        if not guards.values[j] >= guards.levels[j]:
-            noise, _ = band_of(model, discrete, work, j)
-            guards.fired[j] = 0 if guards.values[j] >= guards.levels[j] - noise else 1
-            found |= guards.fired[j]
-    return found
+(
+    arm_guards,
+    is_past_event,
+    find_fired,
+    _,
+    find_overlooked,
+    least_fired,
+    pass_step,
+    keep_first_fired,
+) = make_guards(
+    "spatial_", (MODEL, DISCRETE, STATE, WORKSPACE, GUARDS), _update_values, band_of, _is_beyond
+)
 
 
-@compiled_apart(types.int64, MODEL, DISCRETE, WORKSPACE, GUARDS)
-def spatial_overlooked(model: Record, discrete: Record, work: Record, guards: Record) -> int:
-    """1 if a guard that did not fire in the whole step is past its level at the event in it.
-
-    Such guards are marked too: the first event is theirs, or at the same time.
-    """
-    found = 0
-    for j in range(PER_CONTACT * model.num_fingers + 1):
-        if guards.fired[j] == 0 and guards.values[j] < guards.levels[j]:
-            noise, _ = band_of(model, discrete, work, j)
-            if guards.values[j] < guards.levels[j] - noise:
-                guards.fired[j] = found = 1
-    return found
-
-
-@compiled_apart(types.float64, MODEL, DISCRETE, STATE, WORKSPACE, GUARDS)
-def spatial_least(
-    model: Record, discrete: Record, state: Record, work: Record, guards: Record
-) -> float:
-    """The least distance to its level, at this state, among the guards that fired."""
-    _update_values(model, discrete, state, work, guards)
-    least = np.inf
-    for j in range(PER_CONTACT * model.num_fingers + 1):
-        if guards.fired[j] == 1:
-            least = min(least, guards.values[j] - guards.levels[j])
-    return least
-
-
-@compiled_apart(types.int64, MODEL, DISCRETE, WORKSPACE, GUARDS)
-def spatial_past_band(model: Record, discrete: Record, work: Record, guards: Record) -> int:
+@compiled_apart(types.int64, MODEL, DISCRETE, GUARDS)
+def spatial_past_band(model: Record, discrete: Record, guards: Record) -> int:
     """1 if a force that fired is below its level by more than its band."""
     for j in range(PER_CONTACT * model.num_fingers):
         if guards.fired[j] == 0 or j % PER_CONTACT > NORMAL_FORCE:
             continue
-        _, band = band_of(model, discrete, work, j)
+        _, band = band_of(model, discrete, guards.values, j)
         # The speed of a slip has no band.
         if band > 0.0 and guards.levels[j] - guards.values[j] > band:
             return 1
     return 0
-
-
-@compiled
-def relax(model: Record, discrete: Record, work: Record, guards: Record) -> None:
-    """After a step without event: guards that have left their band are back at level 0."""
-    for j in range(PER_CONTACT * model.num_fingers + 1):
-        guards.starts[j] = guards.values[j]
-        if guards.levels[j] < 0.0:
-            _, band = band_of(model, discrete, work, j)
-            if guards.values[j] > band:
-                guards.levels[j] = 0.0
-
-
-@compiled
-def keep_first(model: Record, guards: Record, least: float) -> None:
-    """Of the fired guards keeps those at their level here; the others would come later."""
-    for j in range(PER_CONTACT * model.num_fingers + 1):
-        if guards.values[j] - guards.levels[j] > max(0.0, least):
-            guards.fired[j] = 0

@@ -12,13 +12,19 @@ import numpy as np
 
 from slipgrasp.core.kernel.compilation.compiler import compiled
 from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Record
+from slipgrasp.core.kernel.loop.stages import set_stage
 from slipgrasp.core.kernel.numerics.dense import factor_dense, solve_dense
 from slipgrasp.core.kernel.numerics.rosenbrock import COUPLING, DIAGONAL
 from slipgrasp.core.kernel.spatial.flow import flow
 from slipgrasp.core.kernel.spatial.guards import sample_guards
 from slipgrasp.core.kernel.spatial.model import MAX_COORDINATES
 from slipgrasp.core.kernel.spatial.selection import normalise
-from slipgrasp.core.kernel.spatial.state import rate_at, slip_velocity_at
+from slipgrasp.core.kernel.spatial.state import (
+    count_coordinates,
+    rate_at,
+    slip_coordinate,
+    slip_velocity_at,
+)
 
 TURN = 1e-6  # of a slip, by which u_i is found [rad]
 
@@ -56,7 +62,7 @@ def find_stiffness(model: Record, discrete: Record, step: Record, work: Record) 
         c, squared = stiff.count, start[first] * start[first] + start[second] * start[second]
         stiff.contacts[c] = i
         stiff.across[c, 0], stiff.across[c, 1] = -start[second] / squared, start[first] / squared
-        for k in range(6 + 2 * n):
+        for k in range(count_coordinates(n)):
             at = rate_at(n, k)
             stiff.pushes[c, k] = (step.slopes[1].x[at] - step.slopes[0].x[at]) / TURN
         stiff.count = c + 1
@@ -66,7 +72,7 @@ def find_stiffness(model: Record, discrete: Record, step: Record, work: Record) 
 @compiled
 def _turn_by(stiff: Record, c: int, other: int) -> float:
     """V_c . u_other: at which rate slip ``c`` turns per turn of the other [1/s]."""
-    k = 6 + 2 * stiff.contacts[c]
+    k = slip_coordinate(stiff.contacts[c], 0)
     return (
         stiff.across[c, 0] * stiff.pushes[other, k]
         + stiff.across[c, 1] * stiff.pushes[other, k + 1]
@@ -84,7 +90,7 @@ def _turn(n: int, stiff: Record, c: int, slope: Record) -> float:
 @compiled
 def _push(n: int, stiff: Record, c: int, factor: float, slope: Record) -> None:
     """Adds a multiple of u_c to a slope."""
-    for k in range(6 + 2 * n):
+    for k in range(count_coordinates(n)):
         slope.x[rate_at(n, k)] += factor * stiff.pushes[c, k]
 
 
@@ -102,7 +108,7 @@ def implicit_step(model: Record, discrete: Record, h: float, step: Record, work:
     for row in range(1, last):
         slope = step.slopes[row]
         if row > 1:
-            set_stage(model, h, row, step)
+            set_normal_stage(model, h, row, step)
             flow(model, discrete, step.end, slope, work)
             sample_guards(model, discrete, step.end, work, step.samples, row)
         for c in range(stiff.count):
@@ -117,19 +123,12 @@ def implicit_step(model: Record, discrete: Record, h: float, step: Record, work:
         solve_dense(stiff.matrix, stiff.count, stiff.order, stiff.right, stiff.solution)
         for c in range(stiff.count):
             _push(n, stiff, c, h * DIAGONAL * stiff.solution[c], slope)
-    set_stage(model, h, last, step)
+    set_normal_stage(model, h, last, step)
     flow(model, discrete, step.end, step.slopes[last], work)
 
 
 @compiled
-def set_stage(model: Record, h: float, row: int, step: Record) -> None:
+def set_normal_stage(model: Record, h: float, row: int, step: Record) -> None:
     """Writes the state at which slope ``row`` of a method is taken to ``end``."""
-    method, size = model.methods[step.rank], model.num_states
-    for j in range(size):
-        step.end.x[j] = step.start.x[j]
-    for k in range(row):
-        weight = h * method.matrix[row, k]
-        if weight != 0.0:
-            for j in range(size):
-                step.end.x[j] += weight * step.slopes[k].x[j]
+    set_stage(model, row, h, step, step.end)
     normalise(step.end)

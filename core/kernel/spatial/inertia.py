@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from slipgrasp.core.kernel.compilation.compiler import compiled
 from slipgrasp.core.kernel.compilation.records import Floats, Record
+from slipgrasp.core.kernel.spatial.state import count_coordinates, slip_coordinate
 
 
 @compiled
@@ -21,7 +22,7 @@ def fill_inertia(
         matrix: Where it is written.
     """
     n = truth.num_fingers
-    size = 6 + 2 * n
+    size = count_coordinates(n)
     for a in range(size):
         for b in range(size):
             matrix[a, b] = 0.0
@@ -67,7 +68,7 @@ def _add_columns(
         matrix[4, column] += rz * fx - rx * fz
         matrix[5, column] += rx * fy - ry * fx
         for axis in range(2):
-            line = 6 + 2 * i + axis
+            line = slip_coordinate(i, axis)
             if slips[i, axis] == 0.0:
                 matrix[line, column] = 1.0 if line == column else 0.0
             else:

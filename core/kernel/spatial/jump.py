@@ -4,36 +4,29 @@ from __future__ import annotations
 
 from slipgrasp.core.kernel.compilation.compiler import compiled
 from slipgrasp.core.kernel.compilation.records import Record
-from slipgrasp.core.kernel.planar.jump import (
+from slipgrasp.core.kernel.loop.output import log_changes, pass_output_times
+from slipgrasp.core.kernel.loop.progress import FIRST_STEP, RESTARTS, warn
+from slipgrasp.core.kernel.loop.status import (
     CHATTERING,
     INCONSISTENT,
     PAINLEVE,
     RUNNING,
     SEPARATED,
 )
-from slipgrasp.core.kernel.planar.run import FIRST_STEP, OUTPUT_ROUNDING, log_changes, warn
+from slipgrasp.core.kernel.loop.tally import count_forces
 from slipgrasp.core.kernel.spatial.flow import set_derivative, set_directions
-from slipgrasp.core.kernel.spatial.guards import spatial_arm
-from slipgrasp.core.kernel.spatial.run import copy_discrete, next_output, spatial_emit
+from slipgrasp.core.kernel.spatial.guards import PER_CONTACT, arm_guards
+from slipgrasp.core.kernel.spatial.run import copy_discrete, emit, leave_slip
 from slipgrasp.core.kernel.spatial.selection import NONE_REGULAR, OPENS, SELECTED, spatial_select
-from slipgrasp.core.kernel.spatial.slip_rows import spatial_leave_slip
-from slipgrasp.core.kernel.spatial.tally import count_forces
-
-FREE_ROTATION, RESTARTS, SOFTENED = 4, 5, 6  # of the warnings, after those of the plane
-
-
-@compiled
-def next_tick(model: Record, run: Record) -> float:
-    """When the law is asked next [s]."""
-    return run.tick_origin + run.ticks * model.law.period
 
 
 @compiled
 def restart(model: Record, run: Record) -> None:
     """First slope in the present phases, whose evaluation is at hand; guards armed."""
     set_derivative(model, run.step.start, run.step.slopes[0], run.work)
-    spatial_arm(model, run.discrete, run.step.start, run.work, run.guards)
-    count_forces(model, run.discrete, run.guards.values, run.tally)
+    arm_guards(model, run.discrete, run.step.start, run.work, run.guards)
+    count_forces(model, run.discrete, run.guards.starts, run.tally, PER_CONTACT, model.ways)
+    run.work.at_start = 1
 
 
 @compiled
@@ -64,7 +57,6 @@ def keep_old(model: Record, run: Record) -> None:
     copy_discrete(model, run.discrete, run.old)
     set_directions(model, run.discrete, run.step.start, run.old.directions)
     for i in range(model.num_fingers):
-        run.old_phases[i] = run.discrete.phases[i]
         for way in range(model.ways):
             run.old.frozen[i, way] = int(run.discrete.slips[i, way])
 
@@ -73,14 +65,13 @@ def keep_old(model: Record, run: Record) -> None:
 def finish_jump(model: Record, run: Record, outlet: Record, status: int, before: bool) -> int:
     """Writes the rows before and after, logs phase changes and prepares the flow that follows."""
     if before:
-        spatial_emit(model, run, outlet, run.old)
+        emit(model, run, outlet, run.old)
     if status != RUNNING:
         return status
     chatters = log_changes(model, run, outlet)
-    spatial_leave_slip(model, run, outlet, 0)
-    spatial_emit(model, run, outlet, run.discrete)
-    while next_output(model, run) <= run.now + OUTPUT_ROUNDING:
-        run.outputs += 1
+    leave_slip(model, run, outlet, 0)
+    emit(model, run, outlet, run.discrete)
+    pass_output_times(model, run)
     restart(model, run)
     run.step_size = min(run.step_size, FIRST_STEP)
     return CHATTERING if chatters else RUNNING

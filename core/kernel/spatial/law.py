@@ -10,10 +10,10 @@ import numpy as np
 
 from slipgrasp.core.kernel.compilation.compiler import compiled
 from slipgrasp.core.kernel.compilation.records import Floats, Record
+from slipgrasp.core.kernel.loop.model import FRICTION, OBJECT_INERTIA, OBJECT_MASS
 from slipgrasp.core.kernel.loop.motion import desired_motion
 from slipgrasp.core.kernel.numerics.elementary import atan2, sincos, square
-from slipgrasp.core.kernel.numerics.lyapunov import add_couplings, coupled_value
-from slipgrasp.core.kernel.planar.model import FRICTION, OBJECT_INERTIA, OBJECT_MASS
+from slipgrasp.core.kernel.numerics.lyapunov import error_value, error_weights
 from slipgrasp.core.kernel.spatial.dynamics import multiply
 from slipgrasp.core.kernel.spatial.kinematics import rotate
 from slipgrasp.core.kernel.spatial.plant import own_force, tip_acceleration, to_contact_frame
@@ -23,7 +23,9 @@ from slipgrasp.core.kernel.spatial.state import (
     POSITION,
     SPIN,
     VELOCITY,
+    count_coordinates,
     slip_at,
+    slip_coordinate,
     slip_velocity_at,
 )
 from slipgrasp.core.kernel.spatial.ways import axes_of
@@ -160,25 +162,29 @@ def _logarithm(q: tuple[float, float, float, float]) -> tuple[float, float, floa
 
 @compiled
 def update_errors(model: Record, piece: int, t: float, state: Record, room: Record) -> None:
-    """Writes e, e' and the demand v for a hand of which every contact slips, without slip_stop.
-
-    The end of a step, a row and a tick are often the same state: the object's part is kept.
-    """
+    """Writes e, e' and the demand v for a hand of which every contact slips, without slip_stop."""
     x, n, law = state.x, model.num_fingers, model.law
-    if not _are_known(piece, t, state, room):
-        _update_shift(model, piece, t, state, room)
-        _update_turn(model, piece, t, state, room)
-        room.known_time, room.known_piece = t, piece
-        for k in range(BODY_STATES):
-            room.known_state[k] = x[k]
+    update_object_errors(model, piece, t, state, room)
     for i in range(n):
         for axis in range(2):
-            k = 6 + 2 * i + axis
+            k = slip_coordinate(i, axis)
             room.error[k] = -x[slip_at(i, axis)]
             room.error_rate[k] = -x[slip_velocity_at(n, i, axis)]
             room.slip_demand[i, axis] = (
                 law.velocity_gains[k] * room.error_rate[k] + law.position_gains[k] * room.error[k]
             )
+
+
+@compiled
+def update_object_errors(model: Record, piece: int, t: float, state: Record, room: Record) -> None:
+    """Writes the part of the object; the end of a step, a row and a tick are often one state."""
+    if _are_known(piece, t, state, room):
+        return
+    _update_shift(model, piece, t, state, room)
+    _update_turn(model, piece, t, state, room)
+    room.known_time, room.known_piece = t, piece
+    for k in range(BODY_STATES):
+        room.known_state[k] = state.x[k]
 
 
 @compiled
@@ -204,7 +210,7 @@ def leave_stuck(n: int, slips: Floats, room: Record) -> None:
     for i in range(n):
         for axis in range(2):
             if slips[i, axis] == 0.0:
-                room.error[6 + 2 * i + axis] = room.slip_demand[i, axis] = 0.0
+                room.error[slip_coordinate(i, axis)] = room.slip_demand[i, axis] = 0.0
 
 
 @compiled
@@ -336,13 +342,8 @@ def brake_slips(model: Record, discrete: Record, state: Record, room: Record) ->
 @compiled
 def lyapunov_value(model: Record, estimates: Floats, room: Record) -> float:
     """V of Eq. 44 for the errors in ``room``."""
-    law, value = model.law, 0.0
-    for k in range(6 + 2 * model.num_fingers):
-        e, rate = room.error[k], room.error_rate[k]
-        value += law.lyapunov_11[k] * e * e + 2.0 * law.lyapunov_12[k] * e * rate
-        value += law.lyapunov_22[k] * rate * rate
-    if law.couples:
-        value += coupled_value(law, room.error, room.error_rate, 6 + 2 * model.num_fingers)
+    law = model.law
+    value = error_value(law, room, count_coordinates(model.num_fingers))
     for k in range(model.num_unknowns):
         deviation = true_value(model.truth, model.unknowns, k) - estimates[k]
         value += square(deviation) / law.adaptation_gains[k]
@@ -353,10 +354,7 @@ def lyapunov_value(model: Record, estimates: Floats, room: Record) -> float:
 def weights_of_error(model: Record, room: Record) -> None:
     """Blkdiag(I, A^-T, I) E^T P xi, in ``weights``; errors and A are up to date."""
     law, weights, a = model.law, room.weights, room.rotation
-    for k in range(6 + 2 * model.num_fingers):
-        weights[k] = law.lyapunov_12[k] * room.error[k] + law.lyapunov_22[k] * room.error_rate[k]
-    if law.couples:
-        add_couplings(law, room.error, room.error_rate, 6 + 2 * model.num_fingers, weights)
+    error_weights(law, room, count_coordinates(model.num_fingers), weights)
     # A^-T by Cramer's rule.
     c00, c01, c02 = _cross(a[0, 1], a[1, 1], a[2, 1], a[0, 2], a[1, 2], a[2, 2])
     c10, c11, c12 = _cross(a[0, 2], a[1, 2], a[2, 2], a[0, 0], a[1, 0], a[2, 0])
@@ -408,14 +406,18 @@ def multiply_regressor(model: Record, state: Record, work: Record, weights: Floa
             x, y, z = own_force(kin, work.believed_dynamics, i, a, work.slip_acceleration)
             _, _, normal = to_contact_frame(kin, i, x, y, z)
             gamma, slips = work.room.gamma[i], work.room.slips[i]
-            along = slips[0] * gamma[0] * weights[6 + 2 * i]
-            along += slips[1] * gamma[1] * weights[7 + 2 * i]
+            along = slips[0] * gamma[0] * weights[slip_coordinate(i, 0)]
+            along += slips[1] * gamma[1] * weights[slip_coordinate(i, 1)]
             work.rates[k] = -normal * along
         else:
             fx, fy, fz = unit_force(kin, work, i, link)
             rx, ry, rz = kin.arms[i, 0], kin.arms[i, 1], kin.arms[i, 2]
             px, py, pz = _cross(weights[3], weights[4], weights[5], rx, ry, rz)
-            e, first, second = system.normals[i], weights[6 + 2 * i], weights[7 + 2 * i]
+            e, first, second = (
+                system.normals[i],
+                weights[slip_coordinate(i, 0)],
+                weights[slip_coordinate(i, 1)],
+            )
             work.rates[k] = (
                 fx * (weights[0] + px + first * e[0, 0] + second * e[1, 0])
                 + fy * (weights[1] + py + first * e[0, 1] + second * e[1, 1])

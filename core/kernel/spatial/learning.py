@@ -12,9 +12,19 @@ from numba import types
 
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Record
+from slipgrasp.core.kernel.laws.grip_reflex import squeeze_harder
+from slipgrasp.core.kernel.laws.least_squares import (
+    ACTIVE_BAND,
+    LEAST_TRUST,
+    begin_rows,
+    forget,
+    make_take_row,
+    memory_layout,
+    set_rates,
+    weigh_tracking,
+)
+from slipgrasp.core.kernel.loop.model import FRICTION, LINK_MASS, OBJECT_INERTIA, OBJECT_MASS
 from slipgrasp.core.kernel.numerics.elementary import square
-from slipgrasp.core.kernel.planar.laws.grip_reflex import squeeze_harder
-from slipgrasp.core.kernel.planar.model import FRICTION, LINK_MASS, OBJECT_INERTIA, OBJECT_MASS
 from slipgrasp.core.kernel.spatial.dynamics import multiply
 from slipgrasp.core.kernel.spatial.inertia import fill_inertia
 from slipgrasp.core.kernel.spatial.law import (
@@ -23,75 +33,31 @@ from slipgrasp.core.kernel.spatial.law import (
     unit_force,
     weights_of_error,
 )
-from slipgrasp.core.kernel.spatial.model import MAX_COORDINATES, MODEL
+from slipgrasp.core.kernel.spatial.model import LAW, MAX_COORDINATES, MODEL
 from slipgrasp.core.kernel.spatial.plant import own_force, to_contact_frame, weigh_error
-from slipgrasp.core.kernel.spatial.state import SPIN, STATE, slip_velocity_at
+from slipgrasp.core.kernel.spatial.state import (
+    SPIN,
+    STATE,
+    count_coordinates,
+    slip_coordinate,
+    slip_velocity_at,
+)
 from slipgrasp.core.kernel.spatial.ways import axes_of, way_size
 from slipgrasp.core.kernel.spatial.workspace import DISCRETE, WORKSPACE
 from slipgrasp.core.scenario import MAX_UNKNOWNS
 
-# What the composite law remembers from tick to tick, and its intermediate values.
-MEMORY = np.dtype(
+MEMORY = memory_layout(
     [
-        ("begun", np.int64),
-        ("covariance", np.float64, (MAX_UNKNOWNS, MAX_UNKNOWNS)),
-        ("before", np.float64, (MAX_UNKNOWNS, MAX_UNKNOWNS)),  # that before the rows of this tick
-        ("estimates", np.float64, (MAX_UNKNOWNS,)),
-        ("row", np.float64, (MAX_UNKNOWNS,)),  # of Y
-        ("gain", np.float64, (MAX_UNKNOWNS,)),
+        ("before", np.float64, (MAX_UNKNOWNS, MAX_UNKNOWNS)),  # covariance before the rows
         ("slips", np.float64, (MAX_FINGERS, 2)),  # in which contacts tell their friction
         ("gamma", np.float64, (MAX_FINGERS, 2)),  # directions of these
-        ("trust", np.float64),  # in the measured accelerations, 0 to 1
-        ("contact_trust", np.float64, (MAX_FINGERS,)),  # in the force of a slipping contact too
         ("inertia", np.float64, (MAX_COORDINATES, MAX_COORDINATES)),  # M~ as believed
         ("forces", np.float64, (MAX_FINGERS, 3)),  # that follow from torque and acceleration
         ("wrench", np.float64, (6,)),
-        ("known", np.int64, (MAX_FINGERS,)),  # 1 once a contact has told its friction by a slip
-    ],
-    align=True,
+    ]
 )
 
-LEAST_TRUST = 1e-3
-ACTIVE_BAND = 1e-6  # share of its cone within which a force counts as on it
-SURPRISE = 36.0  # squared error over its variance from which what was known no longer counts
-
-
-@compiled
-def _multiply_covariance(count: int, memory: Record) -> float:
-    """Writes P Y^T of the present row to ``gain``; returns Y P Y^T."""
-    spread = 0.0
-    for j in range(count):
-        total = 0.0
-        for k in range(count):
-            total += memory.covariance[j, k] * memory.row[k]
-        memory.gain[j] = total
-        spread += memory.row[j] * total
-    return spread
-
-
-@compiled_apart(types.void, MODEL, DISCRETE, MEMORY, types.float64, types.float64)
-def spatial_take_row(
-    model: Record, discrete: Record, memory: Record, error: float, variance: float
-) -> None:
-    """One measurement of Y phi = y; ``error`` is y - Y phi at the estimates of the tick."""
-    law, count = model.law, model.num_unknowns
-    row, covariance = memory.row, memory.covariance
-    for k in range(count):
-        error -= row[k] * (memory.estimates[k] - discrete.estimates[k])
-    spread = _multiply_covariance(count, memory)
-    if spread == 0.0:
-        return
-    if error * error > SURPRISE * (variance + spread):
-        for k in range(count):
-            if row[k] != 0.0:
-                covariance[k, k] = max(covariance[k, k], law.prior_variances[k])
-        spread = _multiply_covariance(count, memory)
-    scale = 1.0 / (variance + spread)
-    for j in range(count):
-        memory.estimates[j] += scale * memory.gain[j] * error
-        for k in range(j + 1):
-            covariance[j, k] -= scale * memory.gain[j] * memory.gain[k]
-            covariance[k, j] = covariance[j, k]
+_take_row = make_take_row("spatial_", LAW, MEMORY)
 
 
 @compiled_apart(types.void, MODEL, DISCRETE, STATE, WORKSPACE, MEMORY)
@@ -141,32 +107,20 @@ def _learn_composite(
     model: Record, discrete: Record, state: Record, work: Record, memory: Record
 ) -> None:
     law, count = model.law, model.num_unknowns
-    if memory.begun == 0:
-        memory.begun = 1
-        for j in range(count):
-            for k in range(count):
-                memory.covariance[j, k] = 0.0
-            memory.covariance[j, j] = law.prior_variances[j]
+    for k in range(count):
+        memory.initial[k] = discrete.estimates[k]
+    begin_rows(law, count, memory)
     for j in range(count):
-        memory.estimates[j] = discrete.estimates[j]
         for k in range(count):
             memory.before[j, k] = memory.covariance[j, k]
     if memory.trust > LEAST_TRUST:
         _find_forces(model, work, memory)
         _find_inertia(model, work, memory)
-        _take_object_rows(model, discrete, state, work, memory)
-        _take_slip_rows(model, discrete, state, work, memory)
-    for j in range(count):
-        tracking = 0.0
-        for k in range(count):
-            tracking += memory.before[j, k] * work.rates[k]
-        memory.gain[j] = tracking
-    _forget(law, count, memory)
-    for k in range(count):
-        learnt = (memory.estimates[k] - discrete.estimates[k]) / law.period
-        work.rates[k] = learnt + memory.gain[k]
-        if _is_probed(model, work, memory, k):
-            work.rates[k] += law.probing * discrete.estimates[k]
+        _take_object_rows(model, state, work, memory)
+        _take_slip_rows(model, state, work, memory)
+    weigh_tracking(count, memory.before, work.rates, memory)
+    forget(law, count, memory)
+    set_rates(model, work, memory, _is_probed)
 
 
 @compiled
@@ -227,7 +181,7 @@ def _row_noise(
     variance, total = model.law.acceleration_variance, 0.0
     if variance == 0.0:
         return 0.0
-    for k in range(6 + 2 * model.num_fingers):
+    for k in range(count_coordinates(model.num_fingers)):
         if k < 6 or work.room.slips[k // 2 - 3, k % 2] != 0.0:
             part = first * memory.inertia[line, k]
             if second != 0.0:
@@ -237,9 +191,7 @@ def _row_noise(
 
 
 @compiled
-def _take_object_rows(
-    model: Record, discrete: Record, state: Record, work: Record, memory: Record
-) -> None:
+def _take_object_rows(model: Record, state: Record, work: Record, memory: Record) -> None:
     """The equations of the object: three forces, three moments."""
     n, a, believed, x = model.num_fingers, work.acceleration, work.believed, state.x
     variance, reach = model.law.force_variance, 0.0
@@ -264,7 +216,7 @@ def _take_object_rows(
         _fill_object_row(model, state, work, memory, row)
         noise = variance if row < 3 else variance * reach
         noise = scale * (noise + _row_noise(model, work, memory, row, 1.0, 0.0))
-        spatial_take_row(model, discrete, memory, memory.wrench[row] - needed[row], noise)
+        _take_row(model.law, model.num_unknowns, memory, memory.wrench[row] - needed[row], noise)
 
 
 @compiled
@@ -286,9 +238,7 @@ def _fill_object_row(model: Record, state: Record, work: Record, memory: Record,
 
 
 @compiled
-def _take_slip_rows(
-    model: Record, discrete: Record, state: Record, work: Record, memory: Record
-) -> None:
+def _take_slip_rows(model: Record, state: Record, work: Record, memory: Record) -> None:
     """Every contact that slips lies on its cone, F_n mu = -g . F_t."""
     unknowns, kin = model.unknowns, work.kin
     for i in range(model.num_fingers):
@@ -314,7 +264,7 @@ def _take_slip_rows(
                     memory.row[k] = _along(model, memory, i, way, unit) - mu * unit[2]
             error = _along(model, memory, i, way, force) - mu * force[2]
             variance = model.law.force_variance + _slip_noise(model, work, memory, i, way)
-            spatial_take_row(model, discrete, memory, error, variance / square(trust))
+            _take_row(model.law, model.num_unknowns, memory, error, variance / square(trust))
             memory.known[i] = 1
 
 
@@ -342,23 +292,7 @@ def _is_measured(model: Record, state: Record, memory: Record, i: int, way: int)
 @compiled
 def _slip_noise(model: Record, work: Record, memory: Record, i: int, way: int) -> float:
     """What noise of the accelerations adds to the variance of the row of a slip."""
-    line, gamma = 6 + 2 * i, work.room.gamma[i]
+    line, gamma = slip_coordinate(i, 0), work.room.gamma[i]
     if model.ways == 2:
         return _row_noise(model, work, memory, line + way, 1.0, 0.0)
     return _row_noise(model, work, memory, line, gamma[0], gamma[1])
-
-
-@compiled
-def _forget(law: Record, count: int, memory: Record) -> None:
-    """Lets the covariance grow, but none of its variances beyond that of the start."""
-    covariance = memory.covariance
-    for j in range(count):
-        for k in range(count):
-            covariance[j, k] /= law.forgetting
-    for j in range(count):
-        most = law.prior_variances[j]
-        if covariance[j, j] > most:
-            scale = np.sqrt(most / covariance[j, j])
-            for k in range(count):
-                covariance[j, k] *= scale
-                covariance[k, j] *= scale

@@ -37,7 +37,7 @@ def spatial_imbalance(model: Record, run: Record, h: float) -> float:
     state_inside(model, step, h, 0.5, inside)
     update_kinematics(model.hand, inside, kin)
     middle, _ = _energy(model, inside, kin)
-    supplied = step.end.x[supplied_at(model.num_fingers)]
+    supplied = step.end.x[supplied_at(model)]
     allowed = allowed_imbalance(model.numerics, kinetic, supplied)
     return max(abs(end - start), abs(middle - start)) / allowed
 
@@ -46,6 +46,5 @@ def spatial_imbalance(model: Record, run: Record, h: float) -> float:
 def _energy(model: Record, state: Record, kin: Record) -> tuple[float, float]:
     """Stored energy less what came in and with what friction took, and the kinetic part [J]."""
     kinetic, potential = stored_energy(model.hand, model.truth, kin, state)
-    n = model.num_fingers
-    supplied, dissipated = state.x[supplied_at(n)], state.x[dissipated_at(n)]
+    supplied, dissipated = state.x[supplied_at(model)], state.x[dissipated_at(model)]
     return kinetic + potential - supplied + dissipated, kinetic

@@ -11,11 +11,7 @@ from numba import types
 
 from slipgrasp.core.kernel.compilation.compiler import call, compiled_apart
 from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Record, make_record
-from slipgrasp.core.kernel.numerics.elementary import exp, log
-from slipgrasp.core.kernel.numerics.lyapunov import pack_coupling, pack_lyapunov
-from slipgrasp.core.kernel.numerics.methods import BS32, DOPRI5, METHOD, RK43
-from slipgrasp.core.kernel.numerics.rosenbrock import ROS34PW2
-from slipgrasp.core.kernel.planar.model import (
+from slipgrasp.core.kernel.loop.model import (
     ACTUATORS,
     FRICTION,
     LINK_MASS,
@@ -26,10 +22,18 @@ from slipgrasp.core.kernel.planar.model import (
     UNKNOWNS,
     facts_layout,
     facts_table,
+    law_layout,
 )
+from slipgrasp.core.kernel.numerics.elementary import exp, log
+from slipgrasp.core.kernel.numerics.lyapunov import pack_coupling, pack_lyapunov
+from slipgrasp.core.kernel.numerics.methods import BS32, DOPRI5, METHOD, RK43
+from slipgrasp.core.kernel.numerics.rosenbrock import ROS34PW2
 from slipgrasp.core.kernel.spatial.motion import MOTION, pack_motion
-from slipgrasp.core.kernel.spatial.state import count_states
-from slipgrasp.core.scenario import MAX_UNKNOWNS
+from slipgrasp.core.kernel.spatial.state import (
+    count_coordinates,
+    count_states,
+    number_of_coordinates,
+)
 from slipgrasp.core.scenario.own_laws import law_number
 from slipgrasp.core.scenario.space import SPATIAL
 from slipgrasp.core.scenario.spatial import SpatialController, SpatialScenario
@@ -39,7 +43,7 @@ from slipgrasp.core.scenario.world import MAX_PATCHES
 
 MAX_EDGES = 12
 MAX_SLIPS = 2 * MAX_FINGERS
-MAX_COORDINATES = 6 + MAX_SLIPS
+MAX_COORDINATES = number_of_coordinates(MAX_FINGERS)
 # Q of Eq. 25.
 _MATRIX = np.dtype([("entries", np.float64, (2 * MAX_COORDINATES, 2 * MAX_COORDINATES))])
 FORGETTING_TIME = 1e-3  # [s]
@@ -101,40 +105,14 @@ TRUTH = np.dtype(
     align=True,
 )
 
-# Gains and settings of the control law.
-LAW = np.dtype(
+LAW = law_layout(
+    facts_layout(SPATIAL),
+    MAX_COORDINATES,
     [
-        ("facts", facts_layout(SPATIAL)),
-        ("period", np.float64),  # [s]
-        ("position_gains", np.float64, (MAX_COORDINATES,)),  # K_p
-        ("velocity_gains", np.float64, (MAX_COORDINATES,)),  # K_v
-        ("adaptation_gains", np.float64, (MAX_UNKNOWNS,)),  # Gamma
-        ("lyapunov_11", np.float64, (MAX_COORDINATES,)),  # diagonal blocks of P, Eq. 25
-        ("lyapunov_12", np.float64, (MAX_COORDINATES,)),
-        ("lyapunov_22", np.float64, (MAX_COORDINATES,)),
-        ("couples", np.bool_),  # whether P has entries between different coordinates
         ("grasp_force", np.int64),  # 1: the least inside the cones, 0: none
         ("holds", np.int64),  # 1: every contact inside its cone, slipping or not
         ("softens", np.int64),  # 1: gives up what only huge forces would give
-        ("link_mass_ratio", np.float64),
-        ("grip_safety", np.float64),
-        ("minimum_normal_force", np.float64),  # [N]
-        ("maximum_normal_force", np.float64),  # inf where none [N]
-        ("grip_force", np.float64),  # [N]
-        ("grip_rate", np.float64),  # [N/s]
-        ("estimate_norm_bound", np.float64),  # phi_0
-        ("slip_stop", np.float64),  # K_f [m/s^2]
-        ("probing", np.float64),  # [1/s]
-        ("predicts", np.bool_),  # commands for the state when the torque acts
-        ("latency", np.float64),  # [s]
-        ("forgetting", np.float64),  # per control period
-        ("force_variance", np.float64),  # [N^2]
-        ("acceleration_variance", np.float64),  # expected of filtered differences [m^2/s^4]
-        ("slip_level", np.float64),  # measured speed above which slip is sure; -inf: told [m/s]
-        ("prior_variances", np.float64, (MAX_UNKNOWNS,)),
-        ("couplings", np.float64, (2 * MAX_COORDINATES, 2 * MAX_COORDINATES)),  # by e, then e'
     ],
-    align=True,
 )
 
 IMPLICIT = 3  # rank of the method for slips that creep
@@ -281,7 +259,7 @@ def _pack_law(scenario: SpatialScenario, model: Record) -> None:
     controller, law, n = scenario.controller, model.law, model.num_fingers
     law.facts = _FACTS[law_number(controller.kind)]
     law.period = controller.control_period
-    size = 6 + 2 * int(n)
+    size = number_of_coordinates(int(n))
     law.position_gains[:6] = controller.position_gain
     law.position_gains[6:size] = controller.slip_position_gain
     law.velocity_gains[:size] = controller.velocity_gain
@@ -309,7 +287,7 @@ def _pack_law(scenario: SpatialScenario, model: Record) -> None:
 @compiled_apart(types.void, MODEL, _MATRIX)
 def spatial_weights(model: Record, matrix: Record) -> None:
     """P of Eq. 25 for Q, given by its rows ``(12 + 4n, 12 + 4n)``."""
-    law, q, size = model.law, matrix.entries, 6 + 2 * model.num_fingers
+    law, q, size = model.law, matrix.entries, count_coordinates(model.num_fingers)
     for j in range(size):
         pack_lyapunov(law, j, q[j, j], q[j, size + j], q[size + j, size + j])
         for k in range(size):

@@ -13,27 +13,13 @@ from itertools import pairwise
 import numpy as np
 
 from slipgrasp.core.kernel.compilation.records import Floats, Record
-from slipgrasp.core.kernel.loop.motion import DEGREE
-from slipgrasp.core.scenario import MAX_SET_POINTS, MAX_TABLE_ROWS
+from slipgrasp.core.kernel.loop.motion import motion_layout
 from slipgrasp.core.scenario.motion import SAME_TIME
 from slipgrasp.core.scenario.spatial import SpatialTrajectory
 
-MAX_PIECES = max(MAX_TABLE_ROWS, 2 * MAX_SET_POINTS + 1)
 _MINIMUM_JERK = (10.0, -15.0, 6.0)
 
-MOTION = np.dtype(
-    [
-        ("coasts", np.bool_),  # whether it is the paper's, by start and acceleration alone
-        ("start", np.float64, (6,)),
-        ("acceleration", np.float64, (6,)),
-        ("breaks", np.float64, (MAX_PIECES,)),  # ends of the pieces, inf from the last one on [s]
-        ("sine", np.float64, (6,)),
-        ("cosine", np.float64, (6,)),
-        ("angles", np.float64, (MAX_PIECES, 3)),  # [rad, and per power of s]
-        ("polynomials", np.float64, (MAX_PIECES, 6, DEGREE + 1)),
-    ],
-    align=True,
-)
+MOTION = motion_layout(6)
 
 
 def pack_motion(path: SpatialTrajectory, motion: Record) -> None:

@@ -1,7 +1,6 @@
-"""A law of one's own for a hand in space: what it is shown at a tick, and where it answers.
+"""What a law of one's own is shown of a spatial hand at a tick (`slipgrasp.core.kernel.laws`).
 
-As in the plane (`slipgrasp.core.kernel.planar.laws.own_law`), which also calls it. Vectors are in
-world axes; attitude errors are rotation vectors.
+Vectors are in world axes; attitude errors are rotation vectors.
 """
 
 from __future__ import annotations
@@ -10,11 +9,12 @@ import numpy as np
 
 from slipgrasp.core.kernel.compilation.compiler import compiled
 from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Record
+from slipgrasp.core.kernel.laws.own_law import answer_layout, own_law_layout, show_fingers
 from slipgrasp.core.kernel.loop.motion import desired_motion
 from slipgrasp.core.kernel.spatial.kinematics import joint_angle
 from slipgrasp.core.kernel.spatial.law import desired_turn
 from slipgrasp.core.kernel.spatial.state import POSITION, VELOCITY, slip_at, slip_velocity_at
-from slipgrasp.core.scenario import MAX_DIAGNOSTICS, MAX_LAW_PARAMETERS, MAX_UNKNOWNS
+from slipgrasp.core.scenario import MAX_LAW_PARAMETERS, MAX_UNKNOWNS
 
 # What the law is shown: measured, believed and nominal, never the truth.
 SEEN = np.dtype(
@@ -60,29 +60,7 @@ SEEN = np.dtype(
     align=True,
 )
 
-# What the law answers with.
-ANSWER = np.dtype(
-    [
-        ("torque", np.float64, (MAX_FINGERS, 3)),  # [N m]
-        ("estimates", np.float64, (MAX_UNKNOWNS,)),
-        ("diagnostics", np.float64, (MAX_DIAGNOSTICS,)),
-    ],
-    align=True,
-)
-
-# The law in a run.
-OWN_LAW = np.dtype(
-    [
-        ("address", np.int64),  # of its code; 0: the run pauses for its answer
-        ("memory", np.int64),  # address of its memory
-        ("asked", np.int64),  # NOTHING, ASKED or ANSWERED
-        ("first", np.int64),  # 1 where the tick that waits is the first of the run
-        ("stretch", np.int64),  # 1 where it begins a stretch
-        ("seen", SEEN),
-        ("answer", ANSWER),
-    ],
-    align=True,
-)
+OWN_LAW = own_law_layout(SEEN, answer_layout(3))
 
 
 @compiled
@@ -105,7 +83,11 @@ def look(model: Record, run: Record) -> None:
         _show_jacobian(model, run.work.kin, seen, i)
         for joint in range(3):
             own.answer.torque[i, joint] = run.discrete.commanded[i, joint]
-    _show_model(model, run.work.believed, seen)
+    believed = run.work.believed
+    seen.object_mass = believed.object_mass
+    for k in range(3):
+        seen.object_inertias[k] = believed.inertias[k]
+    show_fingers(model, model.hand, believed, seen)
 
 
 @compiled
@@ -171,32 +153,3 @@ def _show_jacobian(model: Record, kin: Record, seen: Record, i: int) -> None:
         along, up = kin.links[i, link, 0], kin.links[i, link, 1]
         direction = seen.link_direction[i, link]
         direction[0], direction[1], direction[2] = cosine * along, sine * along, up
-
-
-@compiled
-def _show_model(model: Record, believed: Record, seen: Record) -> None:
-    """The hand and the object as the controller believes them to be."""
-    seen.object_mass = believed.object_mass
-    seen.gravity, seen.torque_limit = model.hand.gravity, model.actuators.torque_limit
-    for k in range(3):
-        seen.object_inertias[k] = believed.inertias[k]
-    for i in range(model.num_fingers):
-        seen.friction[i] = believed.friction[i]
-        for link in range(2):
-            seen.link_masses[i, link] = believed.link_masses[i, link]
-            seen.link_lengths[i, link] = model.hand.link_lengths[i, link]
-            seen.link_centres[i, link] = model.hand.link_centres[i, link]
-
-
-@compiled
-def is_answer_finite(model: Record, answer: Record) -> bool:
-    """Whether every number of an answer is finite."""
-    total = 0.0
-    for i in range(model.num_fingers):
-        for joint in range(3):
-            total += abs(answer.torque[i, joint])
-    for k in range(model.num_unknowns):
-        total += abs(answer.estimates[k])
-    for k in range(model.num_diagnostics):
-        total += abs(answer.diagnostics[k])
-    return total < np.inf

@@ -17,7 +17,7 @@ from slipgrasp.core.kernel.compilation.compiler import compiled
 from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Floats, Record
 from slipgrasp.core.kernel.numerics.dense import factor_dense, solve_dense, solve_dense_transposed
 from slipgrasp.core.kernel.spatial.dynamics import multiply, world_inertia
-from slipgrasp.core.kernel.spatial.state import SPIN
+from slipgrasp.core.kernel.spatial.state import SPIN, slip_coordinate
 
 # Sigma and what belongs to the slipping contacts.
 SYSTEM = np.dtype(
@@ -330,7 +330,7 @@ def weigh_error(n: int, kin: Record, system: Record, weights: Floats, weighted: 
     for i in range(n):
         # K^-T w_s, taken through the rows e_k . Lambda H of the contact.
         inverse = system.inverse[i]
-        w0, w1 = weights[6 + 2 * i], weights[7 + 2 * i]
+        w0, w1 = weights[slip_coordinate(i, 0)], weights[slip_coordinate(i, 1)]
         first = inverse[0, 0] * w0 + inverse[1, 0] * w1
         second = inverse[0, 1] * w0 + inverse[1, 1] * w1
         _subtract_wrench(kin, system.felt[i], i, first, second, right)
@@ -340,10 +340,10 @@ def weigh_error(n: int, kin: Record, system: Record, weights: Floats, weighted: 
     for i in range(n):
         x, y, z = _arm_product(kin, i, system.solution)
         moved, inverse = system.moved[i], system.inverse[i]
-        w0 = weights[6 + 2 * i] - (moved[0, 0] * x + moved[0, 1] * y + moved[0, 2] * z)
-        w1 = weights[7 + 2 * i] - (moved[1, 0] * x + moved[1, 1] * y + moved[1, 2] * z)
-        weighted[6 + 2 * i] = inverse[0, 0] * w0 + inverse[1, 0] * w1
-        weighted[7 + 2 * i] = inverse[0, 1] * w0 + inverse[1, 1] * w1
+        w0 = weights[slip_coordinate(i, 0)] - (moved[0, 0] * x + moved[0, 1] * y + moved[0, 2] * z)
+        w1 = weights[slip_coordinate(i, 1)] - (moved[1, 0] * x + moved[1, 1] * y + moved[1, 2] * z)
+        weighted[slip_coordinate(i, 0)] = inverse[0, 0] * w0 + inverse[1, 0] * w1
+        weighted[slip_coordinate(i, 1)] = inverse[0, 1] * w0 + inverse[1, 1] * w1
 
 
 @compiled

@@ -125,22 +125,3 @@ def _keep_from_turning_back(
     for axis in axes_of(model, way):
         ahead[slip_velocity_at(n, i, axis)] = 0.0
         ahead[slip_at(i, axis)] = x[slip_at(i, axis)]
-
-
-@compiled
-def add_up_impulses(model: Record, run: Record) -> None:
-    """Integrates the torques that will act over the latency from now, once and twice."""
-    impulses, end = run.prediction.impulses, run.now + model.law.latency
-    for i in range(model.num_fingers):
-        for joint in range(3):
-            impulses[0, i, joint] = impulses[1, i, joint] = 0.0
-    for k in range(run.num_waiting + 1):
-        place = (run.first_waiting + k - 1) % len(run.due)
-        start = run.now if k == 0 else run.due[place]
-        stop = end if k == run.num_waiting else run.due[(place + 1) % len(run.due)]
-        span = stop - start
-        for i in range(model.num_fingers):
-            for joint in range(3):
-                torque = run.discrete.torques[i, joint] if k == 0 else run.waiting[place, i, joint]
-                impulses[0, i, joint] += span * torque
-                impulses[1, i, joint] += span * (end - 0.5 * (start + stop)) * torque

@@ -11,8 +11,9 @@ from numba import types
 
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import Record
+from slipgrasp.core.kernel.loop.friction import has_static_excess
+from slipgrasp.core.kernel.loop.guards import FORCE_BAND
 from slipgrasp.core.kernel.numerics.elementary import square
-from slipgrasp.core.kernel.planar.guards import FORCE_BAND
 from slipgrasp.core.kernel.spatial.contact_problem import (
     FEW_STARTS,
     MANY_STARTS,
@@ -172,12 +173,6 @@ def _begin_slip(
 
 
 @compiled
-def _has_static_excess(model: Record, i: int) -> bool:
-    """Whether contact ``i`` has more friction in stick than in slip."""
-    return model.truth.static_friction[i] > model.truth.friction[i]
-
-
-@compiled
 def _loosen_overcome(model: Record, work: Record, room: Record) -> bool:
     """Leaves the friction of slip where static friction is overcome while all that is free sticks.
 
@@ -186,7 +181,7 @@ def _loosen_overcome(model: Record, work: Record, room: Record) -> bool:
     found = False
     for i in range(model.num_fingers):
         for way in range(model.ways):
-            if _has_static_excess(model, i) and _is_near(work, room, i, way):
+            if has_static_excess(model, i) and _is_near(work, room, i, way):
                 room.bounds[i, way] = model.truth.friction[i]
                 found = True
     return found
@@ -314,7 +309,7 @@ def _choose_bounds(model: Record, room: Record, choice: int) -> bool:
     for i in range(model.num_fingers):
         for way in range(model.ways):
             is_loose = (choice >> (model.ways * i + way)) & 1 == 1
-            has_choice = _has_static_excess(model, i) and room.free[i, way] == 1
+            has_choice = has_static_excess(model, i) and room.free[i, way] == 1
             if is_loose and not has_choice:
                 return False
             has_excess = has_excess or has_choice

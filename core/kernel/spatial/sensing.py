@@ -1,7 +1,7 @@
 """What the controller measures of a hand in space, and which slips it believes in.
 
-As in the plane (`slipgrasp.core.kernel.planar.sensing`), with the same noise and filters. Attitude
-is measured turned by a small rotation vector; where a contact slips to is told, or follows from the
+Noise and filters are those of planar hands. Attitude is measured turned by a small rotation vector;
+where a contact slips to is told, or follows from the
 measured slip velocity.
 """
 
@@ -11,8 +11,13 @@ import numpy as np
 
 from slipgrasp.core.kernel.compilation.compiler import compiled
 from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Floats, Record
-from slipgrasp.core.kernel.numerics.noise import DELAY_NOISE, FORCE_NOISE, STATE_NOISE, draw_number
-from slipgrasp.core.kernel.planar.sensing import SAME_TIME
+from slipgrasp.core.kernel.loop.sensing import (
+    SAME_TIME,
+    filter_velocities,
+    filtered_share,
+    slip_delay,
+)
+from slipgrasp.core.kernel.numerics.noise import FORCE_NOISE, STATE_NOISE, draw_number
 from slipgrasp.core.kernel.spatial.flow import LEAST_SPEED, set_directions
 from slipgrasp.core.kernel.spatial.law import exponential, product
 from slipgrasp.core.kernel.spatial.model import MAX_COORDINATES
@@ -21,6 +26,7 @@ from slipgrasp.core.kernel.spatial.state import (
     POSITION,
     SLIP,
     STATE,
+    count_coordinates,
     rate_at,
     slip_velocity_at,
 )
@@ -63,7 +69,7 @@ def measure(model: Record, senses: Record, state: Record, torques: Floats, now: 
         now: Time [s].
     """
     sensors, n, x = model.sensors, model.num_fingers, senses.measured.x
-    size = 6 + 2 * n
+    size = count_coordinates(n)
     for k in range(model.num_states):
         x[k] = state.x[k]
     if sensors.position_noise > 0.0:
@@ -72,7 +78,7 @@ def measure(model: Record, senses: Record, state: Record, torques: Floats, now: 
         for k in range(size):
             x[rate_at(n, k)] += sensors.velocity_noise * _draw(model, senses, size + k)
     if sensors.true_accelerations == 0:
-        _difference(model, senses, torques, now)
+        filter_velocities(model, senses, torques, now, size, rate_at)
     else:
         senses.num_filtered = 0
     senses.num_ticks += 1
@@ -91,9 +97,7 @@ def measure_forces(model: Record, senses: Record, forces: Floats) -> None:
             [N].
     """
     sensors, tick = model.sensors, senses.num_ticks - 1  # counted already
-    senses.num_forces += 1
-    share = model.law.period / (sensors.force_filter_time + model.law.period)
-    share = max(share, 1.0 / senses.num_forces)
+    share = filtered_share(model, senses)
     for i in range(model.num_fingers):
         for axis in range(3):
             force = forces[i, 2] if axis == 2 else -forces[i, axis]
@@ -130,35 +134,12 @@ def _blur_pose(model: Record, senses: Record) -> None:
 
 
 @compiled
-def _difference(model: Record, senses: Record, torques: Floats, now: float) -> None:
-    """Velocity differences and the torques, through one low-pass filter of first order.
-
-    It starts as the mean of all differences so far.
-    """
-    n, elapsed, seen = model.num_fingers, now - senses.time, senses.num_filtered
-    share = 1.0
-    if seen > 1:
-        share = max(elapsed / (model.sensors.filter_time + elapsed), 1.0 / seen)
-    for k in range(6 + 2 * n):
-        velocity = senses.measured.x[rate_at(n, k)]
-        if seen > 0:
-            slope = (velocity - senses.velocities[k]) / elapsed
-            senses.acceleration[k] += share * (slope - senses.acceleration[k])
-        senses.velocities[k] = velocity
-    for i in range(n):
-        for joint in range(3):
-            senses.torques[i, joint] += share * (torques[i, joint] - senses.torques[i, joint])
-    senses.time = now
-    senses.num_filtered += 1
-
-
-@compiled
 def measure_acceleration(model: Record, senses: Record, discrete: Record, work: Record) -> None:
     """Acceleration as measured, from the true one in ``work``, and the torques it belongs to."""
     sensors, n = model.sensors, model.num_fingers
     if sensors.true_accelerations == 0:
         return
-    size = 6 + 2 * n
+    size = count_coordinates(n)
     for k in range(size):
         true = work.acceleration[k] if k < 6 else work.slip_acceleration[k // 2 - 3, k % 2]
         senses.acceleration[k] = true
@@ -249,13 +230,7 @@ def _change_belief(
 @compiled
 def _delay(model: Record, senses: Record, i: int, way: int) -> float:
     """How long the next change of a belief must last [s]."""
-    sensors = model.sensors
-    delay = sensors.slip_delay
-    if sensors.slip_delay_deviation > 0.0:
-        place, event = model.ways * i + way, senses.num_detected[i, way]
-        number = draw_number(sensors.seed, DELAY_NOISE, place, event)
-        delay = max(0.0, delay + sensors.slip_delay_deviation * number)
-    return delay
+    return slip_delay(model.sensors, model.ways * i + way, senses.num_detected[i, way])
 
 
 @compiled

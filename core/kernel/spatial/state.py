@@ -44,6 +44,20 @@ def slip_velocity_at(n: int, i: int, axis: int) -> int:
     return SLIP + 2 * n + 2 * i + axis
 
 
+def number_of_coordinates(n: int) -> int:
+    """Coordinates of the reduced form of n fingers: those of the object, then two slips each."""
+    return 6 + 2 * n
+
+
+count_coordinates = compiled(number_of_coordinates)
+
+
+@compiled
+def slip_coordinate(i: int, axis: int) -> int:
+    """Number of the coordinate that is the slip of contact i along a tangent."""
+    return 6 + 2 * i + axis
+
+
 @compiled
 def rate_at(n: int, k: int) -> int:
     """Where the rate of coordinate k of the reduced form (object, then slips) stands."""
@@ -51,15 +65,15 @@ def rate_at(n: int, k: int) -> int:
 
 
 @compiled
-def supplied_at(n: int) -> int:
+def supplied_at(model: Record) -> int:
     """Where the energy supplied stands."""
-    return SLIP + 4 * n
+    return SLIP + 4 * model.num_fingers
 
 
 @compiled
-def dissipated_at(n: int) -> int:
+def dissipated_at(model: Record) -> int:
     """Where the energy dissipated stands."""
-    return SLIP + 4 * n + 1
+    return SLIP + 4 * model.num_fingers + 1
 
 
 @compiled

@@ -13,16 +13,16 @@ from numba import types
 
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import Record
+from slipgrasp.core.kernel.loop.stages import fill_terms, interpolate, weigh_slopes
 from slipgrasp.core.kernel.numerics.elementary import square
-from slipgrasp.core.kernel.numerics.methods import DENSE_ROWS, MAX_SLOPES
-from slipgrasp.core.kernel.planar.stepper import fill_terms, interpolate
+from slipgrasp.core.kernel.numerics.methods import DENSE_ROWS, MAX_SLOPES, method_of
 from slipgrasp.core.kernel.spatial.flow import flow, slip_speed
 from slipgrasp.core.kernel.spatial.guards import MAX_GUARDS, sample_guards
-from slipgrasp.core.kernel.spatial.implicit import STIFFNESS, implicit_step, set_stage
+from slipgrasp.core.kernel.spatial.implicit import STIFFNESS, implicit_step, set_normal_stage
 from slipgrasp.core.kernel.spatial.model import IMPLICIT, MODEL
 from slipgrasp.core.kernel.spatial.selection import normalise
 from slipgrasp.core.kernel.spatial.state import MAX_STATE, STATE, slip_velocity_at
-from slipgrasp.core.kernel.spatial.ways import axes_of, way_of, way_speed
+from slipgrasp.core.kernel.spatial.ways import axes_of, way_speed
 from slipgrasp.core.kernel.spatial.workspace import DISCRETE, WORKSPACE
 
 SLIP_TOLERANCE = 1e-11  # absolute, of slip velocities [m/s]
@@ -36,7 +36,6 @@ CREEP_STEP, CREEP_STEPS = 1e-6, 100.0  # a shorter step [s], of which the speed 
 STEP = np.dtype(
     [
         ("rank", np.int64),  # of the method by which it is taken
-        ("last", np.int64),  # number of the slope at its end
         ("start", STATE),
         ("end", STATE),
         ("slopes", STATE, (MAX_SLOPES,)),
@@ -52,12 +51,12 @@ STEP = np.dtype(
 @compiled_apart(types.void, MODEL, DISCRETE, types.float64, STEP, WORKSPACE)
 def spatial_step(model: Record, discrete: Record, h: float, step: Record, work: Record) -> None:
     """Fills ``end`` and ``slopes``; ``work`` is left at the end of the step."""
-    step.prepared, step.last = 0, model.methods[step.rank].last
+    step.prepared = 0
     if step.rank == IMPLICIT:
         implicit_step(model, discrete, h, step, work)
         return
-    for row in range(1, step.last + 1):
-        set_stage(model, h, row, step)
+    for row in range(1, method_of(model, step).last + 1):
+        set_normal_stage(model, h, row, step)
         flow(model, discrete, step.end, step.slopes[row], work)
         sample_guards(model, discrete, step.end, work, step.samples, row)
 
@@ -94,24 +93,36 @@ def _leave_stiff_slopes(model: Record, step: Record) -> None:
 
 @compiled_apart(types.float64, MODEL, types.float64, STEP)
 def spatial_error(model: Record, h: float, step: Record) -> float:
-    """The error of a step over what is allowed, root mean square; NaN if anything is not finite."""
+    """The error of a step over what is allowed, root mean square; NaN if anything is not finite.
+
+    The first terms of the interpolant are overwritten.
+    """
     method, size, n = model.methods[step.rank], model.num_states, model.num_fingers
-    relative, absolute = model.numerics.relative_tolerance, model.numerics.absolute_tolerance
-    first, last = slip_velocity_at(n, 0, 0), slip_velocity_at(n, n, 0)
-    total = 0.0
-    for j in range(size):
-        error = 0.0
-        for k in range(method.last + 1):
-            error += method.error[k] * step.slopes[k].x[j]
-        if first <= j < last:
-            i, way = (j - first) // 2, way_of(model, (j - first) % 2)
-            largest = max(way_speed(model, step.start, i, way), way_speed(model, step.end, i, way))
-            scale = min(absolute, SLIP_TOLERANCE) + relative * largest
-        else:
-            largest = max(abs(step.start.x[j]), abs(step.end.x[j]))
-            scale = absolute + relative * largest
-        total += square(h * error / scale)
-    return np.sqrt(total / size)
+    relative = model.numerics.relative_tolerance
+    absolute = min(model.numerics.absolute_tolerance, SLIP_TOLERANCE)
+    first, last, errors = slip_velocity_at(n, 0, 0), slip_velocity_at(n, n, 0), step.terms[0]
+    weigh_slopes(method.error, method.last + 1, size, step, errors)
+    total = _add_errors(model, h, step, 0, first, 0.0)
+    for i in range(n):
+        for way in range(model.ways):
+            fastest = max(way_speed(model, step.start, i, way), way_speed(model, step.end, i, way))
+            for axis in axes_of(model, way):
+                error = h * errors[slip_velocity_at(n, i, axis)]
+                total += square(error / (absolute + relative * fastest))
+    return np.sqrt(_add_errors(model, h, step, last, size, total) / size)
+
+
+@compiled
+def _add_errors(
+    model: Record, h: float, step: Record, first: int, last: int, total: float
+) -> float:
+    """Adds the squared errors of coordinates ``first`` up to ``last``, over what is allowed."""
+    numerics = model.numerics
+    for j in range(first, last):
+        largest = max(abs(step.start.x[j]), abs(step.end.x[j]))
+        scale = numerics.absolute_tolerance + numerics.relative_tolerance * largest
+        total += square(h * step.terms[0, j] / scale)
+    return total
 
 
 @compiled

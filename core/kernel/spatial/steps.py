@@ -8,27 +8,23 @@ from numba import types
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import Record
 from slipgrasp.core.kernel.loop.ledger import LEAST_LEDGER_STEP
+from slipgrasp.core.kernel.loop.location import LOCATION_SHARE, make_locate
+from slipgrasp.core.kernel.loop.output import next_output
+from slipgrasp.core.kernel.loop.progress import OUTPUT_ROUNDING
 from slipgrasp.core.kernel.numerics.elementary import root, square
-from slipgrasp.core.kernel.planar.run import OUTPUT_ROUNDING
-from slipgrasp.core.kernel.spatial.dips import spatial_dip
 from slipgrasp.core.kernel.spatial.guards import (
-    keep_first,
-    relax,
-    spatial_fired,
-    spatial_least,
-    spatial_overlooked,
+    find_fired,
+    find_overlooked,
+    keep_first_fired,
+    least_fired,
+    pass_step,
     spatial_past_band,
 )
 from slipgrasp.core.kernel.spatial.implicit import find_stiffness
+from slipgrasp.core.kernel.spatial.interior import spatial_dip
 from slipgrasp.core.kernel.spatial.ledger import spatial_imbalance, turns_fast
 from slipgrasp.core.kernel.spatial.model import IMPLICIT, MODEL
-from slipgrasp.core.kernel.spatial.run import (
-    OUTLET,
-    PROGRESS,
-    emit_due,
-    next_output,
-    spatial_emit_as_of,
-)
+from slipgrasp.core.kernel.spatial.run import LAYOUTS, OUTLET, PROGRESS, emit_as_of
 from slipgrasp.core.kernel.spatial.state import slip_at, slip_velocity_at
 from slipgrasp.core.kernel.spatial.stepper import (
     creeps,
@@ -43,7 +39,6 @@ LEAST_STEP = 1e-14
 STIFF = 1.0  # steps times the rate of a slip that creeps, from which on they are implicit
 CAUTION = 30.0  # with the error of these, which is not much smaller than its estimate
 QUIET, QUIET_STEPS, MAX_GROWTH = 0.03, 100, 10.0
-LOCATION_WIDTH, LOCATION_SHARE = 2e-14, 1e-13
 MAX_CUTS = 50
 CLOSEST_HALVINGS = 20  # of the step in which a fingertip passes the middle of a patch
 
@@ -165,77 +160,56 @@ def stop_in_patch(model: Record, run: Record, h: float) -> float:
     return size
 
 
-@compiled_apart(types.float64, MODEL, PROGRESS, types.float64)
-def spatial_locate(model: Record, run: Record, h: float) -> float:
-    """Size of the step at whose end the first of the fired guards is at its level.
+@compiled
+def _step_to(model: Record, run: Record, h: float) -> None:
+    """Takes the step again in another size."""
+    spatial_step(model, run.discrete, h, run.step, run.work)
 
-    Regula falsi (Illinois) with bisection as a safeguard, every trial a step of the method.
-    """
-    discrete, step, work, guards = run.discrete, run.step, run.work, run.guards
-    low, high, is_far = 0.0, h, False
-    value_high = spatial_least(model, discrete, step.end, work, guards)
-    spatial_step(model, discrete, 0.0, step, work)
-    value_low = spatial_least(model, discrete, step.end, work, guards)
-    width = LOCATION_WIDTH * max(1.0, run.now)
-    # Of the lower value alone: the higher one may be a force where this is a speed.
-    nothing = LOCATION_SHARE * abs(value_low)
-    side = 0
-    for trial in range(100):
-        if not value_low > 0.0 or (high - low <= width and not is_far):
-            break
-        at = (low * value_high - high * value_low) / (value_high - value_low)
-        if not low < at < high or trial % 3 == 2:
-            at = 0.5 * (low + high)
-        spatial_step(model, discrete, at, step, work)
-        value = spatial_least(model, discrete, step.end, work, guards)
-        if abs(value) <= nothing:
-            high = at
-            break
-        if value > 0.0:
-            low, value_low = at, value
-            value_high *= 0.5 if side == 1 else 1.0
-            side = 1
-        else:
-            high, value_high = at, value
-            # Near a pole a force goes through its whole band within the width.
-            is_far = spatial_past_band(model, discrete, work, guards) == 1
-            value_low *= 0.5 if side == -1 else 1.0
-            side = -1
-    if not value_low > 0.0:
-        high = 0.0
-    spatial_step(model, discrete, high, step, work)
-    keep_first(model, guards, spatial_least(model, discrete, step.end, work, guards))
-    return high
+
+@compiled
+def _size_of_zero(low: float, _high: float) -> float:
+    """Of the lower value alone: the higher one may be a force where this is a speed."""
+    return LOCATION_SHARE * abs(low)
+
+
+@compiled
+def _finish_location(model: Record, run: Record, _low: float, high: float) -> None:
+    """Takes the step to the event."""
+    _step_to(model, run, high)
+
+
+locate = make_locate(
+    LAYOUTS,
+    step_to=_step_to,
+    least_fired=least_fired,
+    is_past_band=spatial_past_band,
+    keep_first_fired=keep_first_fired,
+    size_of_zero=_size_of_zero,
+    finish=_finish_location,
+    bisect_every=3,
+)
 
 
 @compiled_apart(types.float64, MODEL, PROGRESS, types.float64)
 def spatial_cut(model: Record, run: Record, h: float) -> float:
     """The step just taken, cut at the first event in it; ``run.fired`` tells whether there is."""
-    discrete, step, work, guards, size = run.discrete, run.step, run.work, run.guards, h
+    discrete, guards, size = run.discrete, run.guards, h
     for _ in range(MAX_CUTS):
-        run.fired = spatial_fired(model, discrete, step.end, work, guards)
+        run.fired = find_fired(model, discrete, run.step.end, run.work, guards)
         if run.fired == 1:
-            size = spatial_locate(model, run, size)
+            size = locate(model, run, size)
             # What is quiet again at the end of the whole step may have fired before this event.
-            while size > 0.0 and spatial_overlooked(model, discrete, work, guards) == 1:
-                size = spatial_locate(model, run, size)
+            while size > 0.0 and find_overlooked(model, discrete, guards) == 1:
+                size = locate(model, run, size)
         dip = spatial_dip(model, run, size) if size > 0.0 else 0.0
         if dip == 0.0:
             break
         # A guard of this step is past its level there, though not at the end.
-        spatial_step(model, discrete, dip, step, work)
+        _step_to(model, run, dip)
         size = dip
     if run.fired == 0:
-        relax(model, discrete, work, guards)
+        pass_step(model, discrete, guards)
     return size
-
-
-@compiled
-def emit_at_start(model: Record, run: Record, outlet: Record) -> None:
-    """Rows whose time has come are those of the present state."""
-    while next_output(model, run) <= run.now + OUTPUT_ROUNDING:
-        emit_due(model, run, outlet, run.discrete, next_output(model, run))
-        run.outputs += 1
 
 
 @compiled_apart(types.void, MODEL, PROGRESS, OUTLET, types.float64)
@@ -248,7 +222,7 @@ def spatial_emit_inside(model: Record, run: Record, outlet: Record, h: float) ->
     while next_output(model, run) < end - OUTPUT_ROUNDING:
         t = next_output(model, run)
         spatial_step(model, run.discrete, t - run.now, step, run.work)
-        spatial_emit_as_of(model, run, outlet, run.discrete, t, step.end, t)
+        emit_as_of(model, run, outlet, run.discrete, t, step.end, t)
         run.outputs += 1
         found = True
     if found:

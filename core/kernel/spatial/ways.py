@@ -61,13 +61,6 @@ def least_margin(model: Record, discrete: Record, work: Record, i: int) -> float
 
 
 @compiled
-def present_friction(model: Record, discrete: Record, i: int) -> float:
-    """The friction coefficient of contact ``i``: that of slip as soon as any way slips."""
-    truth = model.truth
-    return truth.static_friction[i] if discrete.phases[i] == STICK else truth.friction[i]
-
-
-@compiled
 def name_of(model: Record, slips: Floats, directions: Floats) -> int:
     """The phase that the slips and directions of a contact make."""
     if slips[0] == 0.0 and slips[1] == 0.0:

@@ -15,7 +15,7 @@ from slipgrasp.core.scenario import MAX_DIAGNOSTICS, MAX_UNKNOWNS
 # `slipgrasp.core.trace.types.ContactPhase`; to the last the signs (3, 1) of both slips are added.
 STICK, SLIP, SLIPS_ALONG_TANGENTS = 0, 2, 7
 MAX_FORCES = 3 * MAX_FINGERS
-MAX_ROWS = 6 + 2 * MAX_FINGERS
+MAX_ROWS = MAX_COORDINATES
 
 # What stays fixed between two jumps.
 DISCRETE = np.dtype(
@@ -106,6 +106,7 @@ WORKSPACE = np.dtype(
         ("room", LAW_ROOM),
         ("grasp", GRASP),
         ("rates", np.float64, (MAX_UNKNOWNS,)),  # of the estimates
+        ("at_start", np.int64),  # 1 where the plant is evaluated at the start of the next step
     ],
     align=True,
 )

@@ -17,76 +17,35 @@ from numba import types
 
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Record
+from slipgrasp.core.kernel.laws.least_squares import (
+    ACTIVE_BAND,
+    LEAST_TRUST,
+    begin_rows,
+    forget,
+    make_take_row,
+    memory_layout,
+    set_rates,
+    weigh_tracking,
+)
+from slipgrasp.core.kernel.loop.model import FRICTION, LINK_MASS, OBJECT_INERTIA, OBJECT_MASS
 from slipgrasp.core.kernel.planar.kinematics import to_contact_frame
 from slipgrasp.core.kernel.planar.laws.theorem_3 import gradient_rates
-from slipgrasp.core.kernel.planar.model import (
-    FRICTION,
-    LINK_MASS,
-    MODEL,
-    OBJECT_INERTIA,
-    OBJECT_MASS,
-)
+from slipgrasp.core.kernel.planar.model import LAW, MODEL
 from slipgrasp.core.kernel.planar.reduced import inertial_force, unit_force
-from slipgrasp.core.kernel.planar.state import STATE, estimate_at, slip_velocity_at
+from slipgrasp.core.kernel.planar.state import (
+    STATE,
+    count_coordinates,
+    estimate_at,
+    slip_coordinate,
+    slip_velocity_at,
+)
 from slipgrasp.core.kernel.planar.workspace import DISCRETE, WORKSPACE
-from slipgrasp.core.scenario import MAX_UNKNOWNS
 
-# What the law remembers from tick to tick, and its intermediate values.
-COMPOSITE_MEMORY = np.dtype(
-    [
-        ("begun", np.int64),
-        ("covariance", np.float64, (MAX_UNKNOWNS, MAX_UNKNOWNS)),
-        ("estimates", np.float64, (MAX_UNKNOWNS,)),
-        ("row", np.float64, (MAX_UNKNOWNS,)),  # of Y
-        ("gain", np.float64, (MAX_UNKNOWNS,)),
-        ("trust", np.float64),  # in the measured accelerations, 0 to 1
-        ("contact_trust", np.float64, (MAX_FINGERS,)),  # in the force of a slipping contact too
-        ("directions", np.int64, (MAX_FINGERS,)),  # in which each contact slips, 0 in stick
-        ("known", np.int64, (MAX_FINGERS,)),  # 1 once a contact has told its friction by a slip
-    ],
-    align=True,
+COMPOSITE_MEMORY = memory_layout(
+    [("directions", np.int64, (MAX_FINGERS,))]  # in which each contact slips, 0 in stick
 )
 
-SURPRISE = 36.0  # squared error over its variance from which what was known no longer counts
-LEAST_TRUST = 1e-3
-ACTIVE_BAND = 1e-6  # share of its cone within which a force counts as on it
-
-
-@compiled_apart(types.void, MODEL, STATE, COMPOSITE_MEMORY, types.float64, types.float64)
-def _take_row(model: Record, state: Record, memory: Record, error: float, variance: float) -> None:
-    """One measurement of Y phi = y; ``error`` is y - Y phi at the estimates in ``state``."""
-    law, n, count = model.law, model.num_fingers, model.num_unknowns
-    row, covariance = memory.row, memory.covariance
-    for k in range(count):
-        error -= row[k] * (memory.estimates[k] - state.x[estimate_at(n, k)])
-    spread = _multiply_covariance(count, memory)
-    if spread == 0.0:
-        return
-    if error * error > SURPRISE * (variance + spread):
-        for k in range(count):
-            if row[k] != 0.0:
-                covariance[k, k] = max(covariance[k, k], law.prior_variances[k])
-        spread = _multiply_covariance(count, memory)
-    scale = 1.0 / (variance + spread)
-    for j in range(count):
-        memory.estimates[j] += scale * memory.gain[j] * error
-        for k in range(j + 1):
-            # Both halves alike: forgetting would blow up the least difference between them.
-            covariance[j, k] -= scale * memory.gain[j] * memory.gain[k]
-            covariance[k, j] = covariance[j, k]
-
-
-@compiled
-def _multiply_covariance(count: int, memory: Record) -> float:
-    """Writes P Y^T of the present row to ``gain``; returns Y P Y^T."""
-    spread = 0.0
-    for j in range(count):
-        total = 0.0
-        for k in range(count):
-            total += memory.covariance[j, k] * memory.row[k]
-        memory.gain[j] = total
-        spread += memory.row[j] * total
-    return spread
+_take_row = make_take_row("", LAW, COMPOSITE_MEMORY)
 
 
 @compiled_apart(types.void, MODEL, DISCRETE, STATE, WORKSPACE, COMPOSITE_MEMORY)
@@ -101,29 +60,16 @@ def learn(model: Record, discrete: Record, state: Record, work: Record, memory: 
         memory: Covariance of the estimates, updated.
     """
     law, n, count = model.law, model.num_fingers, model.num_unknowns
-    if memory.begun == 0:
-        memory.begun = 1
-        for j in range(count):
-            for k in range(count):
-                memory.covariance[j, k] = 0.0
-            memory.covariance[j, j] = law.prior_variances[j]
     gradient_rates(model, discrete, work)
     for k in range(count):
-        memory.estimates[k] = state.x[estimate_at(n, k)]
+        memory.initial[k] = state.x[estimate_at(n, k)]
+    begin_rows(law, count, memory)
     if memory.trust > LEAST_TRUST:
-        _take_object_rows(model, state, work, memory)
+        _take_object_rows(model, work, memory)
         _take_slip_rows(model, state, work, memory)
-    _forget(law, count, memory)
-    for j in range(count):
-        tracking = 0.0
-        for k in range(count):
-            tracking += memory.covariance[j, k] * work.rates[k]
-        memory.gain[j] = tracking
-    for k in range(count):
-        learnt = (memory.estimates[k] - state.x[estimate_at(n, k)]) / law.period
-        work.rates[k] = learnt + memory.gain[k]
-        if _is_probed(model, work, memory, k):
-            work.rates[k] += law.probing * state.x[estimate_at(n, k)]
+    forget(law, count, memory)
+    weigh_tracking(count, memory.covariance, work.rates, memory)
+    set_rates(model, work, memory, _is_probed)
 
 
 @compiled
@@ -145,7 +91,7 @@ def _believed_force(work: Record, i: int) -> tuple[float, float]:
 
 
 @compiled
-def _take_object_rows(model: Record, state: Record, work: Record, memory: Record) -> None:
+def _take_object_rows(model: Record, work: Record, memory: Record) -> None:
     """The equations of the object along x and y, and about its centre."""
     n, kin, body = model.num_fingers, work.kin, work.believed.object_inertia
     total_x, total_y, moment, square = 0.0, 0.0, 0.0, 0.0
@@ -160,24 +106,24 @@ def _take_object_rows(model: Record, state: Record, work: Record, memory: Record
     turn = work.acceleration[2]
     _fill_object_row(model, work, memory, 1.0, 0.0, 0.0)
     _take_row(
-        model,
-        state,
+        model.law,
+        model.num_unknowns,
         memory,
         total_x - body[0] * ax,
         scale * (force + _row_noise(model, work, memory, 0)),
     )
     _fill_object_row(model, work, memory, 0.0, 1.0, 0.0)
     _take_row(
-        model,
-        state,
+        model.law,
+        model.num_unknowns,
         memory,
         total_y - body[1] * ay,
         scale * (force + _row_noise(model, work, memory, 1)),
     )
     _fill_object_row(model, work, memory, 0.0, 0.0, 1.0)
     _take_row(
-        model,
-        state,
+        model.law,
+        model.num_unknowns,
         memory,
         moment - body[2] * turn,
         scale * (force * square / n + _row_noise(model, work, memory, 2)),
@@ -188,7 +134,7 @@ def _take_object_rows(model: Record, state: Record, work: Record, memory: Record
 def _row_noise(model: Record, work: Record, memory: Record, row: int) -> float:
     """Variance that noise of the differenced velocities gives a row, through that row of M~."""
     square = 0.0
-    for k in range(3 + model.num_fingers):
+    for k in range(count_coordinates(model.num_fingers)):
         if k < 3 or memory.directions[k - 3] != 0:
             square += work.estimated_inertia[row, k] * work.estimated_inertia[row, k]
     return model.law.acceleration_variance * square
@@ -228,10 +174,10 @@ def _take_slip_rows(model: Record, state: Record, work: Record, memory: Record) 
         along, normal = to_contact_frame(work.kin, i, fx, fy)
         slope = direction * work.believed.friction[i]
         _fill_slip_row(model, work, memory, i, direction, normal)
-        variance = (model.law.force_variance + _row_noise(model, work, memory, 3 + i)) / (
-            trust * trust
-        )
-        _take_row(model, state, memory, -along - slope * normal, variance)
+        variance = (
+            model.law.force_variance + _row_noise(model, work, memory, slip_coordinate(i))
+        ) / (trust * trust)
+        _take_row(model.law, model.num_unknowns, memory, -along - slope * normal, variance)
         memory.known[i] = 1
 
 
@@ -251,19 +197,3 @@ def _fill_slip_row(
             fx, fy = unit_force(work.kin, work.unit, i, unknowns.links[k], work.acceleration)
             own_along, own_normal = to_contact_frame(work.kin, i, fx, fy)
             memory.row[k] = -own_along - direction * work.believed.friction[i] * own_normal
-
-
-@compiled
-def _forget(law: Record, count: int, memory: Record) -> None:
-    """Lets the covariance grow, but none of its variances beyond that of the start."""
-    covariance = memory.covariance
-    for j in range(count):
-        for k in range(count):
-            covariance[j, k] /= law.forgetting
-    for j in range(count):
-        most = law.prior_variances[j]
-        if covariance[j, j] > most:
-            scale = np.sqrt(most / covariance[j, j])
-            for k in range(count):
-                covariance[j, k] *= scale
-                covariance[k, j] *= scale

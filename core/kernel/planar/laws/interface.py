@@ -12,9 +12,9 @@ from numba import types
 
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import Record
+from slipgrasp.core.kernel.laws.grip_reflex import squeeze_harder
 from slipgrasp.core.kernel.planar.laws.certainty_equivalence import command_forces
 from slipgrasp.core.kernel.planar.laws.composite import COMPOSITE_MEMORY, learn
-from slipgrasp.core.kernel.planar.laws.grip_reflex import squeeze_harder
 from slipgrasp.core.kernel.planar.laws.pd_gravity import command_grip
 from slipgrasp.core.kernel.planar.laws.theorem_3 import gradient_rates
 from slipgrasp.core.kernel.planar.laws.theorem_4 import pull_back

@@ -1,27 +1,16 @@
-"""A law of one's own: what it is shown at a tick, where it answers, and how it is called.
-
-Its machine code is not part of the kernel. It is called through its address, or, where that is 0,
-the run pauses until the answer is there (`slipgrasp.core.run.simulation.Simulation.ticks`).
-"""
+"""What a law of one's own is shown of a planar hand at a tick (`slipgrasp.core.kernel.laws`)."""
 
 from __future__ import annotations
 
-import ctypes
-from typing import Any
-
 import numpy as np
-from llvmlite import ir
-from numba import types
-from numba.extending import intrinsic
 
-from slipgrasp.core.kernel.compilation.compiler import INTERPRETED, address_of, compiled
+from slipgrasp.core.kernel.compilation.compiler import compiled
 from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Record
+from slipgrasp.core.kernel.laws.own_law import answer_layout, own_law_layout, show_fingers
 from slipgrasp.core.kernel.loop.motion import desired_motion
 from slipgrasp.core.kernel.planar.kinematics import joint_angle
 from slipgrasp.core.kernel.planar.state import estimate_at, slip_at, slip_velocity_at, velocity_at
-from slipgrasp.core.scenario import MAX_DIAGNOSTICS, MAX_LAW_PARAMETERS, MAX_UNKNOWNS
-
-NOTHING, ASKED, ANSWERED = range(3)
+from slipgrasp.core.scenario import MAX_LAW_PARAMETERS, MAX_UNKNOWNS
 
 # What the law is shown: measured, believed and nominal, never the truth.
 SEEN = np.dtype(
@@ -64,53 +53,7 @@ SEEN = np.dtype(
     align=True,
 )
 
-# What the law answers with.
-ANSWER = np.dtype(
-    [
-        ("torque", np.float64, (MAX_FINGERS, 2)),  # [N m]
-        ("estimates", np.float64, (MAX_UNKNOWNS,)),
-        ("diagnostics", np.float64, (MAX_DIAGNOSTICS,)),
-    ],
-    align=True,
-)
-
-# The law in a run.
-OWN_LAW = np.dtype(
-    [
-        ("address", np.int64),  # of its code; 0: the run pauses for its answer
-        ("memory", np.int64),  # address of its memory
-        ("asked", np.int64),  # NOTHING, ASKED or ANSWERED
-        ("first", np.int64),  # 1 where the tick that waits is the first of the run
-        ("stretch", np.int64),  # 1 where it begins a stretch
-        ("seen", SEEN),
-        ("answer", ANSWER),
-    ],
-    align=True,
-)
-
-_PROTOTYPE = ctypes.CFUNCTYPE(ctypes.c_int64, *[ctypes.c_void_p] * 3)
-
-
-@intrinsic
-def _call_compiled(_typing: Any, address: Any, seen: Any, memory: Any, answer: Any) -> Any:
-    """Calls machine code by its address, with the addresses of two records and a block."""
-
-    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-        word = ir.IntType(64)
-        pointer = ir.PointerType(ir.FunctionType(word, [word] * 3))
-        code, seen_at, memory_at, answer_at = values
-        shown, written = (builder.ptrtoint(at, word) for at in (seen_at, answer_at))
-        return builder.call(builder.inttoptr(code, pointer), [shown, memory_at, written])
-
-    return types.int64(types.int64, seen, types.int64, answer), generate
-
-
-def _call_interpreted(address: int, seen: Record, memory: int, answer: Record) -> int:
-    status: int = _PROTOTYPE(int(address))(address_of(seen), int(memory), address_of(answer))
-    return status
-
-
-call_law = _call_interpreted if INTERPRETED else _call_compiled
+OWN_LAW = own_law_layout(SEEN, answer_layout(2))
 
 
 @compiled
@@ -133,7 +76,9 @@ def look(model: Record, run: Record) -> None:
         _show_finger(model, run, i)
         for joint in range(2):
             own.answer.torque[i, joint] = run.discrete.commanded[i, joint]
-    _show_model(model, run.work.believed, seen)
+    believed = run.work.believed
+    seen.object_mass, seen.object_inertia = believed.object_inertia[0], believed.object_inertia[2]
+    show_fingers(model, model.nominal, believed, seen)
 
 
 @compiled
@@ -156,37 +101,3 @@ def _show_finger(model: Record, run: Record, i: int) -> None:
             seen.link_direction[i, axis, other] = kin.links[i, axis, other]
     seen.contact_normal[i, 0] = kin.tangents[i, 1]
     seen.contact_normal[i, 1] = -kin.tangents[i, 0]
-
-
-@compiled
-def _show_model(model: Record, believed: Record, seen: Record) -> None:
-    """The hand and the object as the controller believes them to be."""
-    seen.object_mass, seen.object_inertia = believed.object_inertia[0], believed.object_inertia[2]
-    seen.gravity, seen.torque_limit = model.hand.gravity, model.actuators.torque_limit
-    for i in range(model.num_fingers):
-        seen.friction[i] = believed.friction[i]
-        for link in range(2):
-            seen.link_masses[i, link] = believed.link_masses[i, link]
-            seen.link_lengths[i, link] = model.nominal.link_lengths[i, link]
-            seen.link_centres[i, link] = model.nominal.link_centres[i, link]
-
-
-@compiled
-def ask(own: Record) -> int:
-    """Calls the law; 0 unless it failed. An answer from outside is there already."""
-    if own.address == 0:
-        return 0
-    return call_law(own.address, own.seen, own.memory, own.answer)
-
-
-@compiled
-def is_answer_finite(model: Record, answer: Record) -> bool:
-    """Whether every number of an answer is finite."""
-    total = 0.0
-    for i in range(model.num_fingers):
-        total += abs(answer.torque[i, 0]) + abs(answer.torque[i, 1])
-    for k in range(model.num_unknowns):
-        total += abs(answer.estimates[k])
-    for k in range(model.num_diagnostics):
-        total += abs(answer.diagnostics[k])
-    return total < np.inf

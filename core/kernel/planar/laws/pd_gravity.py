@@ -11,6 +11,7 @@ from numba import types
 
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import Record
+from slipgrasp.core.kernel.loop.links import weight_moments
 from slipgrasp.core.kernel.planar.kinematics import to_inertial_frame
 from slipgrasp.core.kernel.planar.model import MODEL
 from slipgrasp.core.kernel.planar.workspace import WORKSPACE
@@ -59,10 +60,7 @@ def command_grip(model: Record, work: Record, grip: float) -> int:
 @compiled
 def _weight_force(hand: Record, believed: Record, kin: Record, i: int) -> tuple[float, float]:
     """What the joints of finger ``i`` must give, as a tip force, to carry its links."""
-    first, second = believed.link_masses[i, 0], believed.link_masses[i, 1]
-    outer = hand.gravity * second * hand.link_centres[i, 1] * kin.links[i, 1, 0]
-    lever = first * hand.link_centres[i, 0] + second * hand.link_lengths[i, 0]
-    inner = hand.gravity * lever * kin.links[i, 0, 0] + outer
+    inner, outer = weight_moments(hand, believed, kin, i)
     return (
         kin.inverses[i, 0, 0] * inner + kin.inverses[i, 1, 0] * outer,
         kin.inverses[i, 0, 1] * inner + kin.inverses[i, 1, 1] * outer,

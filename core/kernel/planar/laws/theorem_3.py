@@ -5,20 +5,16 @@ from __future__ import annotations
 from slipgrasp.core.kernel.compilation.compiler import compiled
 from slipgrasp.core.kernel.compilation.records import Record
 from slipgrasp.core.kernel.numerics.linear import solve_transposed
-from slipgrasp.core.kernel.numerics.lyapunov import add_couplings
+from slipgrasp.core.kernel.numerics.lyapunov import error_weights
 from slipgrasp.core.kernel.planar.reduced import multiply_regressor
+from slipgrasp.core.kernel.planar.state import count_coordinates
 
 
 @compiled
 def weigh_error(law: Record, factors: Record, room: Record) -> None:
     """R = M~^-T E^T P xi of Eq. 46, from the factors of the estimated M~."""
-    size = 3 + law.num_fingers
-    for k in range(size):
-        room.weighted_error[k] = (
-            law.lyapunov_12[k] * room.error[k] + law.lyapunov_22[k] * room.error_rate[k]
-        )
-    if law.couples:
-        add_couplings(law, room.error, room.error_rate, size, room.weighted_error)
+    size = count_coordinates(law.num_fingers)
+    error_weights(law, room, size, room.weighted_error)
     solve_transposed(factors, law.num_fingers, room.weighted_error)
 
 

@@ -1,4 +1,4 @@
-"""Guards of a planar hand that sink below their level and recover within one step."""
+"""What happens inside a step of a planar run: guards past their level, extremes of forces."""
 
 from __future__ import annotations
 
@@ -6,24 +6,28 @@ from numba import types
 
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import Record
-from slipgrasp.core.kernel.loop.dip_search import NEAR, comes_near, search_step
+from slipgrasp.core.kernel.loop.dip_search import NEAR, make_dip_of
+from slipgrasp.core.kernel.loop.extreme_search import make_count_extremes
+from slipgrasp.core.kernel.loop.guards import NEAR_SINGULAR
+from slipgrasp.core.kernel.loop.stages import interpolate
 from slipgrasp.core.kernel.numerics.methods import method_of
 from slipgrasp.core.kernel.planar.flow import flow
 from slipgrasp.core.kernel.planar.guards import (
-    NEAR_SINGULAR,
     NORMAL_FORCE,
     PER_CONTACT,
     PHASE,
     SINGULAR,
     VIOLATION_BAND,
     band_of,
+    evaluate_ends,
     guard_value,
     sample_guards,
 )
 from slipgrasp.core.kernel.planar.model import MODEL
-from slipgrasp.core.kernel.planar.run import PROGRESS
+from slipgrasp.core.kernel.planar.run import LAYOUTS, PROGRESS
 from slipgrasp.core.kernel.planar.state import estimate_at, slip_velocity_at
-from slipgrasp.core.kernel.planar.stepper import interpolate, prepare_interpolant
+from slipgrasp.core.kernel.planar.stepper import prepare_interpolant, take_step
+from slipgrasp.core.kernel.planar.tally import add_step
 
 
 @compiled
@@ -54,20 +58,7 @@ def value_inside(model: Record, run: Record, h: float, j: int, share: float) -> 
     return step.samples[row, j]
 
 
-@compiled_apart(types.float64, MODEL, PROGRESS, types.float64, types.int64)
-def _find_least(model: Record, run: Record, h: float, j: int) -> float:
-    """The share of the step at which guard ``j`` is past its level; 0 if it is nowhere."""
-    noise, _ = band_of(model, run.discrete, run.guards.ends, j)
-    return search_step(model, run, h, j, noise, value_inside)
-
-
-@compiled
-def _dip_of(model: Record, run: Record, h: float, j: int) -> float:
-    """The share of the step at which guard ``j``, whose samples are kept, is past its level."""
-    guards = run.guards
-    if not comes_near(model, run.step, j, guards.starts[j], guards.ends[j], guards.levels[j]):
-        return 0.0
-    return _find_least(model, run, h, j)
+_find_least, _dip_of = make_dip_of(LAYOUTS, band_of, value_inside)
 
 
 @compiled
@@ -142,3 +133,33 @@ def find_dip(model: Record, run: Record, h: float) -> float:
                 found = max(found, _dip_of(model, run, h, j))
         found = max(found, _jump_inside(model, run))
     return found * h
+
+
+@compiled
+def _count_ways(_model: Record) -> int:
+    """A planar contact slips one way at a time."""
+    return 1
+
+
+_count_extremes = make_count_extremes(LAYOUTS, PER_CONTACT, _count_ways, value_inside)
+
+
+@compiled_apart(types.void, MODEL, PROGRESS, types.float64)
+def count_step(model: Record, run: Record, h: float) -> None:
+    """Adds the step of size ``h`` from the present state on to the metrics.
+
+    Where the law jumps at its end the forces there are those of neither side: those up to just
+    before the jump count.
+    """
+    discrete, guards, step, work = run.discrete, run.guards, run.step, run.work
+    add_step(model, discrete, step, run.now, h, run.tally)
+    if run.fired == 1 and guards.fired[guards.count - 1] == 1:
+        before = run.before_time - run.now
+        if before > 0.0:
+            take_step(model, discrete, run.now, before, step, work)
+            evaluate_ends(model, discrete, step.end, work, guards)
+            _count_extremes(model, run, before)
+        take_step(model, discrete, run.now, h, step, work)
+    else:
+        _count_extremes(model, run, h)
+    step.efforts[0] = step.efforts[method_of(model, step).last]

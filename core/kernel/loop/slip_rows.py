@@ -4,9 +4,6 @@ How long a slip will be is known when it is over. Until then states are kept at 
 the distance of the output times again and again, every other one is dropped whenever there are too
 many, and at its end as many become rows as it lacks. They lie on the method's own interpolant and
 are evaluated apart: nothing that the run computes, or adds up, knows of them.
-
-`follow` and `leave` ask for what differs between the plane and space: how a state inside a step is
-sampled, how what stays fixed between jumps is copied, how a row is evaluated.
 """
 
 from __future__ import annotations
@@ -17,18 +14,9 @@ from numba import types
 
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import Record
-from slipgrasp.core.kernel.planar.flow import forget_mechanics
-from slipgrasp.core.kernel.planar.guards import is_past_event
-from slipgrasp.core.kernel.planar.model import MODEL
-from slipgrasp.core.kernel.planar.rows import AT, column_of, evaluate_row, fill_row
-from slipgrasp.core.kernel.planar.run import (
-    OUTLET,
-    OUTPUT_ROUNDING,
-    PROGRESS,
-    copy_discrete,
-)
-from slipgrasp.core.kernel.planar.stepper import interpolate, prepare_interpolant
-from slipgrasp.core.kernel.planar.tally import count_row_forces
+from slipgrasp.core.kernel.loop.progress import OUTPUT_ROUNDING, Layouts
+from slipgrasp.core.kernel.loop.rows import Columns, column_of
+from slipgrasp.core.kernel.loop.tally import count_row_forces
 
 LEAST_ROWS = 49  # of every slip, beside the one at its beginning
 LEAST_DISTANCE = 1e-6  # of two instants [s]
@@ -36,43 +24,59 @@ GIVEN_BACK = 1e-10  # [J]
 MAX_ADDED_ROWS = 5000  # in a run: one that chatters has no end of slips
 
 
-@compiled_apart(types.void, MODEL, PROGRESS, OUTLET, types.float64)
-def follow_slip(model: Record, run: Record, outlet: Record, h: float) -> None:
-    """Keeps states inside the step just taken while a contact is in the beginning of its slip."""
-    if run.slip.level == 0:
-        forget_mechanics(run.slip.work)
-    follow(model, run, outlet, h, _sample, copy_discrete)
+def make_slip_rows(
+    layouts: Layouts,
+    *,
+    sample: Any,
+    copy_discrete: Any,
+    evaluate_row: Any,
+    is_past_event: Any,
+    fill_row: Any,
+    friction_margin: Any,
+    dissipated: Columns,
+) -> tuple[Any, Any]:
+    """How a mechanics keeps states while contacts slip, and writes rows of them.
 
+    Args:
+        layouts: Its records.
+        sample: The state at a share of the step just taken.
+        copy_discrete: Copies what stays fixed between two jumps.
+        evaluate_row: Evaluates a row; 0 where it is not finite.
+        is_past_event: 1 where any guard is past its level.
+        fill_row: Writes the values of an evaluated row.
+        friction_margin: Of a contact [N].
+        dissipated: Place of the energy that friction has dissipated in a row.
+    """
+    records = layouts.model, layouts.progress, layouts.outlet
 
-@compiled_apart(types.void, MODEL, PROGRESS, OUTLET, types.int64)
-def leave_slip(model: Record, run: Record, outlet: Record, at_end: int) -> None:
-    """Writes the rows that a slip lacks: where a phase has changed, or the stretch ends."""
-    lost = column_of(model, AT.dissipated_energy)
-    leave(model, run, outlet, at_end, lost, _evaluate, copy_discrete)
+    @compiled
+    def _evaluate(model: Record, run: Record, row: Record) -> int:
+        """Fills a row for the state in it; 0 where that is not finite, or past an event."""
+        work = run.slip.work
+        if evaluate_row(model, row, work) == 0:
+            return 0
+        if is_past_event(model, row.discrete, row.state, work, run.guards) == 1:
+            return 0
+        fill_row(model, row, work)
+        count_row_forces(model, row, work, run.tally, friction_margin)
+        return 1
+
+    @compiled_apart(types.void, *records, types.float64, prefix=layouts.prefix)
+    def follow_slip(model: Record, run: Record, outlet: Record, h: float) -> None:
+        """Keeps states inside the step just taken while a contact begins its slip."""
+        _follow(model, run, outlet, h, sample, copy_discrete)
+
+    @compiled_apart(types.void, *records, types.int64, prefix=layouts.prefix)
+    def leave_slip(model: Record, run: Record, outlet: Record, at_end: int) -> None:
+        """Writes the rows that a slip lacks: where a phase has changed, or the segment ends."""
+        column = column_of(model, dissipated)
+        _leave(model, run, outlet, at_end, column, _evaluate, copy_discrete)
+
+    return follow_slip, leave_slip
 
 
 @compiled
-def _sample(model: Record, run: Record, h: float, fraction: float, state: Record) -> None:
-    """The state inside the step just taken."""
-    prepare_interpolant(model, run.discrete, run.now, h, run.step, run.slip.work)
-    interpolate(model, run.step, fraction, state)
-
-
-@compiled
-def _evaluate(model: Record, run: Record, row: Record) -> int:
-    """Fills a row for the state in it; 0 where that is not finite, or past an event."""
-    work = run.slip.work
-    if evaluate_row(model, row, work) == 0:
-        return 0
-    if is_past_event(model, row.discrete, row.state, work, run.guards) == 1:
-        return 0
-    fill_row(model, row, work)
-    count_row_forces(model, row, work, run.tally)
-    return 1
-
-
-@compiled
-def follow(model: Record, run: Record, outlet: Record, h: float, sample: Any, copy: Any) -> None:
+def _follow(model: Record, run: Record, outlet: Record, h: float, sample: Any, copy: Any) -> None:
     """Keeps states inside the step just taken, with the ``sample`` and ``copy`` of its kernel."""
     slip, rate = run.slip, model.numerics.output_rate
     if outlet.keeps_rows == 0 or (slip.level == 0 and not _begin(model, run, outlet)):
@@ -156,7 +160,7 @@ def _let_go(model: Record, slip: Record) -> None:
 
 
 @compiled
-def leave(
+def _leave(
     model: Record,
     run: Record,
     outlet: Record,

@@ -1,4 +1,4 @@
-"""Guards of a spatial hand that sink below their level and recover within one step."""
+"""What happens inside a step of a spatial run: guards past their level, extremes of forces."""
 
 from __future__ import annotations
 
@@ -6,9 +6,10 @@ from numba import types
 
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import Record
-from slipgrasp.core.kernel.loop.dip_search import comes_near, search_step
+from slipgrasp.core.kernel.loop.dip_search import make_dip_of
+from slipgrasp.core.kernel.loop.extreme_search import make_count_extremes
+from slipgrasp.core.kernel.loop.guards import NEAR_SINGULAR
 from slipgrasp.core.kernel.numerics.methods import method_of
-from slipgrasp.core.kernel.planar.guards import NEAR_SINGULAR
 from slipgrasp.core.kernel.spatial.flow import spatial_plant
 from slipgrasp.core.kernel.spatial.guards import (
     FACE,
@@ -20,8 +21,9 @@ from slipgrasp.core.kernel.spatial.guards import (
     sample_guards,
 )
 from slipgrasp.core.kernel.spatial.model import MODEL
-from slipgrasp.core.kernel.spatial.run import PROGRESS
+from slipgrasp.core.kernel.spatial.run import LAYOUTS, PROGRESS
 from slipgrasp.core.kernel.spatial.stepper import state_inside
+from slipgrasp.core.kernel.spatial.tally import add_step
 from slipgrasp.core.kernel.spatial.workspace import STICK
 
 
@@ -36,19 +38,7 @@ def value_inside(model: Record, run: Record, h: float, j: int, share: float) -> 
     return step.samples[row, j]
 
 
-@compiled_apart(types.float64, MODEL, PROGRESS, types.float64, types.int64)
-def _spatial_least(model: Record, run: Record, h: float, j: int) -> float:
-    """The share of the step at which guard ``j`` is past its level; 0 if it is nowhere."""
-    noise, _ = band_of(model, run.discrete, run.work, j)
-    return search_step(model, run, h, j, noise, value_inside)
-
-
-@compiled
-def _dip_of(model: Record, run: Record, h: float, j: int) -> float:
-    guards = run.guards
-    if not comes_near(model, run.step, j, guards.starts[j], guards.values[j], guards.levels[j]):
-        return 0.0
-    return _spatial_least(model, run, h, j)
+_, _dip_of = make_dip_of(LAYOUTS, band_of, value_inside)
 
 
 @compiled_apart(types.float64, MODEL, PROGRESS, types.float64)
@@ -68,8 +58,24 @@ def spatial_dip(model: Record, run: Record, h: float) -> float:
             slips = True
             found = max(found, _dip_of(model, run, h, base + NORMAL_FORCE))
             found = max(found, _dip_of(model, run, h, base + FACE))
-        if min(guards.starts[base + SINGULAR], guards.values[base + SINGULAR]) < NEAR_SINGULAR:
+        if min(guards.starts[base + SINGULAR], guards.ends[base + SINGULAR]) < NEAR_SINGULAR:
             found = max(found, _dip_of(model, run, h, base + SINGULAR))
     if slips:
         found = max(found, _dip_of(model, run, h, PER_CONTACT * model.num_fingers))
     return found * h
+
+
+@compiled
+def _count_ways(model: Record) -> int:
+    """In how many ways a contact slips."""
+    return model.ways
+
+
+_count_extremes = make_count_extremes(LAYOUTS, PER_CONTACT, _count_ways, value_inside)
+
+
+@compiled_apart(types.void, MODEL, PROGRESS, types.float64)
+def spatial_count(model: Record, run: Record, h: float) -> None:
+    """Adds the step of size ``h`` from the present state on, cut at its event, to the metrics."""
+    add_step(model, run.discrete, run.step, run.work, run.tally, run.now, h)
+    _count_extremes(model, run, h)

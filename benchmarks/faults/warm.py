@@ -1,0 +1,51 @@
+"""Processes of the command line that start with all modules imported and the kernel loaded.
+
+They are forked from one process, so that killing a thousand of them costs what they do, and not a
+thousand starts of an interpreter. From there on they run the code of the command.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from multiprocessing import get_context
+from multiprocessing.connection import Connection
+from multiprocessing.context import ForkServerProcess
+from pathlib import Path
+
+import slipgrasp.web.app  # noqa: F401, imported for the processes forked from this one
+from slipgrasp.cli.main import main
+from slipgrasp.core.run.simulator import prepare_kernel
+
+_CONTEXT = get_context("forkserver")
+_CONTEXT.set_forkserver_preload([__name__])
+
+
+def start(*arguments: str) -> ForkServerProcess:
+    """Starts a command, which prints nothing."""
+    process = _CONTEXT.Process(target=_execute, args=(arguments, None))
+    process.start()
+    return process
+
+
+def start_service(folder: Path) -> tuple[ForkServerProcess, str]:
+    """A service on a folder, and its URL; it is ready."""
+    reader, writer = _CONTEXT.Pipe(duplex=False)
+    arguments = ("serve", "--port", "0", "--data-dir", str(folder))
+    process = _CONTEXT.Process(target=_execute, args=(arguments, writer))
+    process.start()
+    writer.close()
+    with reader, open(reader.fileno(), encoding="utf-8", closefd=False) as output:
+        return process, output.readline().strip()
+
+
+def _execute(arguments: tuple[str, ...], output: Connection | None) -> None:
+    nothing = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nothing if output is None else output.fileno(), 1)
+    os.dup2(nothing, 2)
+    # The old one remembers whether it was a file, in which it could seek.
+    sys.stdout = open(1, "w", encoding="utf-8", closefd=False)  # noqa: SIM115
+    raise SystemExit(main(arguments))
+
+
+prepare_kernel()

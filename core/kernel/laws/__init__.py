@@ -1,0 +1,1 @@
+"""What the control laws of both mechanics share."""

@@ -1,0 +1,112 @@
+"""A law of one's own: where it answers, and how it is called.
+
+Its machine code is not part of the kernel. It is called through its address, or, where that is 0,
+the run pauses until the answer is there (`slipgrasp.core.run.simulation.Simulation.ticks`). What it
+is shown at a tick differs between planar and spatial hands.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from typing import Any
+
+import numpy as np
+from llvmlite import ir
+from numba import types
+from numba.extending import intrinsic
+
+from slipgrasp.core.kernel.compilation.compiler import INTERPRETED, address_of, compiled
+from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Layout, Record
+from slipgrasp.core.scenario import MAX_DIAGNOSTICS, MAX_UNKNOWNS
+
+NOTHING, ASKED, ANSWERED = range(3)
+
+
+def answer_layout(num_joints: int) -> Layout:
+    """What the law answers with."""
+    fields = [
+        ("torque", np.float64, (MAX_FINGERS, num_joints)),  # [N m]
+        ("estimates", np.float64, (MAX_UNKNOWNS,)),
+        ("diagnostics", np.float64, (MAX_DIAGNOSTICS,)),
+    ]
+    return np.dtype(fields, align=True)
+
+
+def own_law_layout(seen: Layout, answer: Layout) -> Layout:
+    """The law in a run, with what it is shown."""
+    fields = [
+        ("address", np.int64),  # of its code; 0: the run pauses for its answer
+        ("memory", np.int64),  # address of its memory
+        ("asked", np.int64),  # NOTHING, ASKED or ANSWERED
+        ("first", np.int64),  # 1 where the tick that waits is the first of the run
+        ("stretch", np.int64),  # 1 where it begins a stretch
+        ("seen", seen),
+        ("answer", answer),
+    ]
+    return np.dtype(fields, align=True)
+
+
+_PROTOTYPE = ctypes.CFUNCTYPE(ctypes.c_int64, *[ctypes.c_void_p] * 3)
+
+
+@intrinsic
+def _call_compiled(_typing: Any, address: Any, seen: Any, memory: Any, answer: Any) -> Any:
+    """Calls machine code by its address, with the addresses of two records and a block."""
+
+    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        word = ir.IntType(64)
+        pointer = ir.PointerType(ir.FunctionType(word, [word] * 3))
+        code, seen_at, memory_at, answer_at = values
+        shown, written = (builder.ptrtoint(at, word) for at in (seen_at, answer_at))
+        return builder.call(builder.inttoptr(code, pointer), [shown, memory_at, written])
+
+    return types.int64(types.int64, seen, types.int64, answer), generate
+
+
+def _call_interpreted(address: int, seen: Record, memory: int, answer: Record) -> int:
+    status: int = _PROTOTYPE(int(address))(address_of(seen), int(memory), address_of(answer))
+    return status
+
+
+call_law = _call_interpreted if INTERPRETED else _call_compiled
+
+
+@compiled
+def ask(own: Record) -> int:
+    """Calls the law; 0 unless it failed. An answer from outside is there already."""
+    if own.address == 0:
+        return 0
+    return call_law(own.address, own.seen, own.memory, own.answer)
+
+
+@compiled
+def is_answer_finite(model: Record, answer: Record) -> bool:
+    """Whether every number of an answer is finite."""
+    total = 0.0
+    for i in range(model.num_fingers):
+        for joint in range(answer.torque.shape[1]):
+            total += abs(answer.torque[i, joint])
+    for k in range(model.num_unknowns):
+        total += abs(answer.estimates[k])
+    for k in range(model.num_diagnostics):
+        total += abs(answer.diagnostics[k])
+    return total < np.inf
+
+
+@compiled
+def show_fingers(model: Record, hand: Record, believed: Record, seen: Record) -> None:
+    """Links and friction of the fingers as the controller believes them to be.
+
+    Args:
+        model: Constants of the run.
+        hand: Of which the law believes the links to be.
+        believed: Masses and friction that it believes in.
+        seen: Where this is shown.
+    """
+    seen.gravity, seen.torque_limit = model.hand.gravity, model.actuators.torque_limit
+    for i in range(model.num_fingers):
+        seen.friction[i] = believed.friction[i]
+        for link in range(2):
+            seen.link_masses[i, link] = believed.link_masses[i, link]
+            seen.link_lengths[i, link] = hand.link_lengths[i, link]
+            seen.link_centres[i, link] = hand.link_centres[i, link]

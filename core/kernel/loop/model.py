@@ -1,0 +1,129 @@
+"""Constants of a run that both mechanics have."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from slipgrasp.core.kernel.compilation.records import Layout
+from slipgrasp.core.scenario import CONTROL_LAWS, MAX_UNKNOWNS
+from slipgrasp.core.scenario.laws import facts_read_for
+from slipgrasp.core.scenario.own_laws import OUTSIDE, law_of
+
+OBJECT_MASS, OBJECT_INERTIA, FRICTION, LINK_MASS = range(4)
+
+# Which entries of TRUTH the controller estimates, and the bounds of its estimates.
+UNKNOWNS = np.dtype(
+    [
+        ("count", np.int64),
+        ("kinds", np.int64, (MAX_UNKNOWNS,)),
+        ("fingers", np.int64, (MAX_UNKNOWNS,)),  # -1 where none
+        ("links", np.int64, (MAX_UNKNOWNS,)),  # -1 where none
+        ("minimum", np.float64, (MAX_UNKNOWNS,)),  # -inf where none
+        ("maximum", np.float64, (MAX_UNKNOWNS,)),  # inf where none
+    ],
+    align=True,
+)
+
+
+def facts_layout(hand: str) -> np.dtype:
+    """What is true of a control law, for the kernel of a kind of hands."""
+    return np.dtype([(fact, np.bool_) for fact in facts_read_for(hand)], align=True)
+
+
+def facts_table(hand: str) -> np.ndarray:
+    """What is true of every law by its number; those of one's own are the last."""
+    laws, facts = (*CONTROL_LAWS.values(), law_of(OUTSIDE)), facts_read_for(hand)
+    rows = [tuple(getattr(law, fact) for fact in facts) for law in laws]
+    return np.array(rows, facts_layout(hand))
+
+
+def law_layout(facts: Layout, num_coordinates: int, more: Sequence[tuple[Any, ...]]) -> Layout:
+    """Gains and settings of the control law.
+
+    Args:
+        facts: What is true of it.
+        num_coordinates: Reduced coordinates of the largest hand.
+        more: Fields of the mechanics.
+    """
+    each, both = (num_coordinates,), (2 * num_coordinates, 2 * num_coordinates)
+    fields = [
+        ("facts", facts),
+        ("period", np.float64),  # [s], 0 = continuous
+        ("position_gains", np.float64, each),  # K_p
+        ("velocity_gains", np.float64, each),  # K_v
+        ("adaptation_gains", np.float64, (MAX_UNKNOWNS,)),  # Gamma
+        ("lyapunov_11", np.float64, each),  # diagonal blocks of P, Eq. 25
+        ("lyapunov_12", np.float64, each),
+        ("lyapunov_22", np.float64, each),
+        ("couples", np.bool_),  # whether P has entries between different coordinates
+        ("link_mass_ratio", np.float64),  # of the masses believed, over the true ones
+        ("grip_safety", np.float64),
+        ("minimum_normal_force", np.float64),  # [N]
+        ("maximum_normal_force", np.float64),  # inf where none [N]
+        ("grip_force", np.float64),  # [N]
+        ("grip_rate", np.float64),  # [N/s]
+        ("estimate_norm_bound", np.float64),  # phi_0
+        ("slip_stop", np.float64),  # K_f [m/s^2]
+        ("probing", np.float64),  # [1/s]
+        ("predicts", np.bool_),  # commands for the state when the torque acts
+        ("latency", np.float64),  # [s]
+        ("forgetting", np.float64),  # per control period
+        ("force_variance", np.float64),  # [N^2]
+        ("acceleration_variance", np.float64),  # expected of filtered differences [m^2/s^4]
+        ("slip_level", np.float64),  # measured speed above which slip is sure; -inf: told [m/s]
+        ("prior_variances", np.float64, (MAX_UNKNOWNS,)),
+        *more,
+        ("couplings", np.float64, both),  # by e, then e'
+    ]
+    return np.dtype(fields, align=True)
+
+
+# What is measured, and how well.
+SENSORS = np.dtype(
+    [
+        ("perfect", np.int64),  # 1: everything below is off, and the law knows its lengths
+        ("noisy", np.int64),
+        ("seed", np.int64),  # of the noise
+        ("position_noise", np.float64),  # standard deviations, SI units
+        ("velocity_noise", np.float64),
+        ("acceleration_noise", np.float64),
+        ("true_accelerations", np.int64),
+        ("filter_time", np.float64),  # [s]
+        ("true_phases", np.int64),
+        ("sums_slip", np.int64),  # 1: cumulative sums detect it, 0: its duration
+        ("slip_threshold", np.float64),  # [m/s]
+        ("slip_delay", np.float64),  # [s]
+        ("slip_delay_deviation", np.float64),  # [s]
+        ("least_sum", np.float64),  # that noise does not reach [m/s]
+        ("force_noise", np.float64),  # of measured contact forces [N]
+        ("force_bias", np.float64, (2,)),  # along the face, normal [N]
+        ("force_filter_time", np.float64),  # [s]
+    ],
+    align=True,
+)
+
+# What the joints can give.
+ACTUATORS = np.dtype(
+    [
+        ("torque_limit", np.float64),  # inf where none [N m]
+        ("torque_rate_limit", np.float64),  # inf where none [N m/s]
+    ],
+    align=True,
+)
+
+# Accuracy and limits of the integration.
+NUMERICS = np.dtype(
+    [
+        ("relative_tolerance", np.float64),
+        ("absolute_tolerance", np.float64),
+        ("max_step", np.float64),  # [s]
+        ("max_steps", np.int64),
+        ("output_rate", np.float64),  # [Hz]
+        ("chatter_changes", np.int64),
+        ("chatter_window", np.float64),  # [s]
+    ],
+    align=True,
+)

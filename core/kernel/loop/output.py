@@ -1,0 +1,211 @@
+"""Rows of the trace and phase changes: how a run writes them, and how its caller takes them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from numba import types
+
+from slipgrasp.core.kernel.compilation.compiler import call, compiled, compiled_apart
+from slipgrasp.core.kernel.compilation.records import Floats, Record
+from slipgrasp.core.kernel.loop.progress import OUTPUT_ROUNDING, Layouts
+
+
+def make_output(
+    layouts: Layouts, evaluate_row: Any, fill_row: Any, add_to_tally: Any, copy_discrete: Any
+) -> tuple[Any, ...]:
+    """The output of a mechanics.
+
+    Args:
+        layouts: Its records.
+        evaluate_row: Evaluates the closed loop for the state in a row; 0 if not all is finite.
+        fill_row: Writes the values of an evaluated row.
+        add_to_tally: Adds an evaluated row to the accumulators of the metrics.
+        copy_discrete: Copies what stays fixed between two jumps.
+
+    Returns:
+        How it evaluates a state, stores the row just evaluated, writes a row as of another time, or
+        ends the run if it cannot; writes the present state, and the rows that are due; for Python,
+        the last row of a run that keeps none.
+    """
+    prefix, model_type, state_type, discrete_type, run_type, outlet_type = layouts
+    parts = model_type, run_type, outlet_type
+
+    @compiled
+    def _set_row(model: Record, t: float, state: Record, discrete: Record, row: Record) -> None:
+        row.time = t
+        for k in range(model.num_states):
+            row.state.x[k] = state.x[k]
+        copy_discrete(model, discrete, row.discrete)
+
+    @compiled_apart(
+        types.int64,
+        *(model_type, run_type, discrete_type, types.float64, state_type),
+        prefix=prefix,
+    )
+    def evaluate_at(model: Record, run: Record, discrete: Record, t: float, state: Record) -> int:
+        """Evaluates ``state`` into ``run.row``; 0 if not all is finite."""
+        _set_row(model, t, state, discrete, run.row)
+        return evaluate_row(model, run.row, run.work)
+
+    @compiled_apart(types.void, *parts, prefix=prefix)
+    def store_row(model: Record, run: Record, outlet: Record) -> None:
+        """Appends the row just evaluated and counts it in the tally."""
+        row = run.row
+        if outlet.keeps_rows == 1:
+            fill_row(model, row, run.work)
+            start = outlet.num_rows * row.length
+            for k in range(row.length):
+                outlet.rows[start + k] = row.values[k]
+            outlet.num_rows += 1
+        else:
+            _set_row(model, row.time, row.state, row.discrete, run.last_row)
+        add_to_tally(model, row, run.work, run.tally)
+
+    @compiled_apart(
+        types.int64,
+        *(*parts, discrete_type, types.float64, state_type, types.float64),
+        prefix=prefix,
+    )
+    def emit_as_of(
+        model: Record,
+        run: Record,
+        outlet: Record,
+        discrete: Record,
+        t: float,
+        state: Record,
+        written: float,
+    ) -> int:
+        """Appends a row for ``state`` at ``t``, which it says is ``written``, a rounding beside.
+
+        Returns:
+            0 where the row is not finite and is dropped.
+        """
+        if evaluate_at(model, run, discrete, t, state) == 0:
+            return 0
+        run.row.time = written
+        store_row(model, run, outlet)
+        return 1
+
+    @compiled
+    def emit_or_end(
+        model: Record,
+        run: Record,
+        outlet: Record,
+        discrete: Record,
+        t: float,
+        state: Record,
+        written: float,
+    ) -> None:
+        """The same; a row that is not finite ends the run."""
+        if emit_as_of(model, run, outlet, discrete, t, state, written) == 0:
+            run.lost = 1
+
+    @compiled
+    def emit(model: Record, run: Record, outlet: Record, discrete: Record) -> None:
+        """Appends a row for the present state, as of now."""
+        emit_or_end(model, run, outlet, discrete, run.now, run.step.start, run.now)
+
+    @compiled
+    def emit_due(model: Record, run: Record, outlet: Record) -> None:
+        """Rows whose time has come are those of the present state.
+
+        Before the step that leaves it: what was computed for the state is still at hand.
+        """
+        while True:
+            t = next_output(model, run)
+            if t > run.now + OUTPUT_ROUNDING:
+                return
+            emit_or_end(model, run, outlet, run.discrete, run.now, run.step.start, t)
+            run.outputs += 1
+
+    def last_row(model: Record, run: Record) -> Floats:
+        """The last row of a run that keeps none, ``(1, num_columns)``."""
+        row = run.last_row
+        call(evaluate_row, model, row, run.work)
+        call(fill_row, model, row, run.work)
+        values: Floats = row.values[None, : row.length].copy()
+        return values
+
+    return evaluate_at, store_row, emit_as_of, emit_or_end, emit, emit_due, last_row
+
+
+@compiled
+def next_output(model: Record, run: Record) -> float:
+    """When the next row is due [s]."""
+    return run.outputs / model.numerics.output_rate
+
+
+@compiled
+def pass_output_times(model: Record, run: Record) -> None:
+    """Marks output times up to now as served, where an event has written its own rows."""
+    while next_output(model, run) <= run.now + OUTPUT_ROUNDING:
+        run.outputs += 1
+
+
+@compiled
+def log_changes(model: Record, run: Record, outlet: Record) -> bool:
+    """Logs every contact whose phase differs from the remembered one.
+
+    Returns:
+        True if there have been too many changes in the chatter window; in one period of
+        sampled control where that is shorter, for what the controller commands is no chatter.
+    """
+    now = run.now
+    chatters = False
+    window = model.numerics.chatter_window
+    if model.law.period > 0.0:
+        window = min(window, model.law.period)
+    for i in range(model.num_fingers):
+        before, after = run.old.phases[i], run.discrete.phases[i]
+        if before == after:
+            continue
+        entry = run.num_changes
+        outlet.changes[entry, 0], outlet.changes[entry, 1] = now, i
+        outlet.changes[entry, 2], outlet.changes[entry, 3] = before, after
+        run.num_changes += 1
+        slot = run.all_changes % model.numerics.chatter_changes
+        chatters = chatters or now - outlet.history[slot] < window
+        outlet.history[slot] = now
+        run.all_changes += 1
+        if after == 0:
+            run.last_stick = now
+    return chatters
+
+
+@compiled
+def phases_changed(model: Record, run: Record) -> bool:
+    """Whether any phase differs from the remembered one."""
+    for i in range(model.num_fingers):
+        if run.discrete.phases[i] != run.old.phases[i]:
+            return True
+    return False
+
+
+def rows_in(outlet: Record, num_columns: int) -> Floats:
+    """The rows in the buffer, ``(rows, num_columns)``, as a view."""
+    count = int(outlet.num_rows)
+    rows: Floats = outlet["rows"][: count * num_columns].reshape(count, num_columns)
+    return rows
+
+
+def settled_rows(run: Record, outlet: Record) -> int:
+    """How many rows of the buffer never change: others may yet come between the rest."""
+    return int(run.slip.since if run.slip.level > 0 else outlet.num_rows)
+
+
+def take_rows(run: Record, outlet: Record, num_columns: int) -> Floats:
+    """The settled rows, which leave the buffer."""
+    count, rows = settled_rows(run, outlet), rows_in(outlet, num_columns)
+    taken: Floats = rows[:count].copy()
+    outlet.num_rows -= count
+    run.slip.since -= count
+    rows[: len(rows) - count] = rows[count:].copy()
+    return taken
+
+
+def ticks_in(outlet: Record, num_columns: int) -> Floats:
+    """The ticks in the buffer, ``(ticks, num_columns)``, as a view."""
+    count = int(outlet.num_ticks)
+    ticks: Floats = outlet["ticks"][: count * num_columns].reshape(count, num_columns)
+    return ticks

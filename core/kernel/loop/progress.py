@@ -1,0 +1,137 @@
+"""Everything that changes during a run, in records, so that it can be interrupted and resumed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from slipgrasp.core.kernel.compilation.compiler import compiled
+from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Layout, Record
+from slipgrasp.core.scenario import MAX_CHATTER_CHANGES, MAX_DIAGNOSTICS, MAX_UNKNOWNS
+
+# Warnings, counted with their first time.
+AMBIGUITIES, HOLDS, CLAMPED, SATURATED, FREE_ROTATION, RESTARTS, SOFTENED = range(7)
+NUM_WARNINGS = 7
+
+MAX_WAITING = 128
+ROWS_PER_STEP = 10_001  # of the longest step at the highest rate of output
+ROWS_BEFORE_PAUSE = 2048
+CHANGE_CAPACITY = 512
+ROOM_TO_SPARE = 16
+TICKS_BEFORE_PAUSE = 2048
+MAX_SLIP_STATES = 108
+ROW_CAPACITY = ROWS_BEFORE_PAUSE + ROWS_PER_STEP + 2 * MAX_SLIP_STATES + ROOM_TO_SPARE
+OUTPUT_ROUNDING = 1e-12
+FIRST_STEP = 5e-4
+AT_POLE = 2  # of ``fired`` below: there the law asks for forces without bound
+
+
+class Layouts(NamedTuple):
+    """Records of a mechanics, by which the units of its loop are compiled."""
+
+    prefix: str  # of the symbols of these units
+    model: Layout
+    state: Layout
+    discrete: Layout
+    progress: Layout
+    outlet: Layout
+
+
+def slip_states_layout(state: Layout, discrete: Layout, row: Layout, work: Layout) -> Layout:
+    """States in the beginning of a slip, of which some become rows (`slip_rows`)."""
+    fields = [
+        ("level", np.int64),  # they lie 2**level times closer than the output times; 0 for none
+        ("next", np.int64),  # number of the next instant, at that distance from each other
+        ("since", np.int64),  # rows in the outlet when they began
+        ("phases", np.int64, (MAX_FINGERS,)),  # since then
+        ("seen", np.int64, (MAX_FINGERS,)),  # rows of the present slip of each contact before
+        ("added", np.int64),  # rows in the whole run
+        ("count", np.int64),
+        ("instants", np.int64, (MAX_SLIP_STATES,)),
+        ("states", state, (MAX_SLIP_STATES,)),
+        ("discrete", discrete, (MAX_SLIP_STATES,)),
+        ("row", row),
+        ("work", work),
+    ]
+    return np.dtype(fields, align=True)
+
+
+def progress_layout(parts: Sequence[tuple[str, Layout]], num_joints: int) -> Layout:
+    """Everything that changes during a run, but for the outlet.
+
+    Args:
+        parts: Records of the mechanics, by their names: ``step``, whose start is the present state,
+            ``discrete``, ``old``, which is that before the present jump, and others.
+        num_joints: Of a finger.
+    """
+    fields = [
+        ("now", np.float64),  # simulation time [s]
+        ("step_size", np.float64),  # to try next [s]
+        ("rank", np.int64),  # of the method for the next step
+        ("quiet_steps", np.int64),  # in a row, far within tolerance
+        ("hold_until", np.float64),  # end of a recognition hold, inf if none [s]
+        ("tick_origin", np.float64),  # time of tick 0 of sampled control [s]
+        ("last_tick", np.float64),  # [s]
+        ("last_event", np.float64),  # [s]
+        ("before_time", np.float64),  # just before a jump of the law that no time tells [s]
+        ("location_error", np.float64),  # of the step to the last event, over what is allowed
+        ("ticks", np.int64),
+        ("outputs", np.int64),  # output times served
+        ("steps", np.int64),
+        ("stalls", np.int64),  # events in a row without progress in time
+        ("concerned", np.int64),  # contact or finger of the last event, -1 if none
+        ("fired", np.int64),  # 1 where the present step ends at an event, 2 before a pole
+        ("lost", np.int64),  # 1 once a row of the trace has a number that is not finite
+        ("pace_time", np.float64),  # when the steps were last looked at for their size [s]
+        ("pace_steps", np.int64),  # and how many there were
+        ("begun", np.int64),  # 1 once the present stretch has begun
+        ("num_changes", np.int64),  # in the buffer
+        ("all_changes", np.int64),
+        ("last_stick", np.float64),  # time of the last change to stick; -inf if none [s]
+        ("warning_counts", np.int64, (NUM_WARNINGS,)),
+        ("warning_times", np.float64, (NUM_WARNINGS,)),  # first of each [s]
+        ("pending_rates", np.float64, (MAX_UNKNOWNS,)),  # of sampled control, for the next tick
+        ("acting", np.int64),  # 1 once a torque of sampled control acts
+        ("given", np.float64, (MAX_FINGERS, num_joints)),  # of the last command, by the joints
+        ("first_waiting", np.int64),  # place of the oldest command that waits
+        ("num_waiting", np.int64),
+        ("due", np.float64, (MAX_WAITING,)),  # when they act [s]
+        ("waiting", np.float64, (MAX_WAITING, MAX_FINGERS, num_joints)),  # [N m]
+    ]
+    return np.dtype([*parts, *fields], align=True)
+
+
+def tick_columns(num_joints: int) -> int:
+    """Numbers of the longest tick: time, command, estimates and diagnostics."""
+    return 1 + num_joints * MAX_FINGERS + MAX_UNKNOWNS + MAX_DIAGNOSTICS
+
+
+def outlet_layout(row: Layout, num_joints: int) -> Layout:
+    """What a run writes for the caller to take away.
+
+    Args:
+        row: One with its values.
+        num_joints: Of a finger.
+    """
+    fields = [
+        ("keeps_rows", np.int64),  # 0: rows only count in the tally
+        ("num_rows", np.int64),
+        ("changes", np.float64, (CHANGE_CAPACITY, 4)),  # time, contact, from, to
+        ("history", np.float64, (MAX_CHATTER_CHANGES,)),  # times of the latest phase changes [s]
+        # Of the trace, one after another.
+        ("rows", np.float64, (ROW_CAPACITY * row["values"].shape[0],)),
+        ("num_ticks", np.int64),
+        # One after another.
+        ("ticks", np.float64, ((TICKS_BEFORE_PAUSE + 1) * tick_columns(num_joints),)),
+    ]
+    return np.dtype(fields, align=True)
+
+
+@compiled
+def warn(run: Record, code: int) -> None:
+    """Counts a warning and keeps the time of the first."""
+    if run.warning_counts[code] == 0:
+        run.warning_times[code] = run.now
+    run.warning_counts[code] += 1

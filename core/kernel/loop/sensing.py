@@ -1,0 +1,88 @@
+"""Filters and delays of what the controller measures."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from slipgrasp.core.kernel.compilation.compiler import compiled
+from slipgrasp.core.kernel.compilation.records import Floats, Record
+from slipgrasp.core.kernel.numerics.elementary import exp
+from slipgrasp.core.kernel.numerics.noise import DELAY_NOISE, draw_number
+
+SAME_TIME = 1e-9
+
+
+@compiled
+def filter_velocities(
+    model: Record, senses: Record, torques: Floats, now: float, size: int, rate_at: Any
+) -> None:
+    """Velocity differences and the torques, through one low-pass filter of first order.
+
+    It starts as the mean of all differences so far.
+
+    Args:
+        model: Constants of the run.
+        senses: What is measured, with the velocities of this tick.
+        torques: That acted since the tick before [N m].
+        now: Time [s].
+        size: Number of coordinates.
+        rate_at: Place of the rate of a coordinate in the state.
+    """
+    elapsed, seen = now - senses.time, senses.num_filtered
+    share = 1.0
+    if seen > 1:
+        share = max(elapsed / (model.sensors.filter_time + elapsed), 1.0 / seen)
+    for k in range(size):
+        velocity = senses.measured.x[rate_at(model.num_fingers, k)]
+        if seen > 0:
+            slope = (velocity - senses.velocities[k]) / elapsed
+            senses.acceleration[k] += share * (slope - senses.acceleration[k])
+        senses.velocities[k] = velocity
+    for i in range(model.num_fingers):
+        for joint in range(torques.shape[1]):
+            senses.torques[i, joint] += share * (torques[i, joint] - senses.torques[i, joint])
+    senses.time = now
+    senses.num_filtered += 1
+
+
+@compiled
+def filtered_share(model: Record, senses: Record) -> float:
+    """Share of a new measurement of forces in their filter, which has seen one more now."""
+    senses.num_forces += 1
+    share = model.law.period / (model.sensors.force_filter_time + model.law.period)
+    return max(share, 1.0 / senses.num_forces)
+
+
+@compiled
+def slip_delay(sensors: Record, contact: int, event: int) -> float:
+    """How long the next change of a contact must last to be believed [s].
+
+    Args:
+        sensors: Delay and its deviation.
+        contact: Number of what has a phase.
+        event: Number of its changes so far.
+    """
+    delay = sensors.slip_delay
+    if sensors.slip_delay_deviation > 0.0:
+        number = draw_number(sensors.seed, DELAY_NOISE, contact, event)
+        delay = max(0.0, delay + sensors.slip_delay_deviation * number)
+    return delay
+
+
+@compiled
+def trust(model: Record, senses: Record) -> float:
+    """Noise of a filtered difference in the long run, over that of the present one: 0 to 1."""
+    if model.sensors.true_accelerations == 1:
+        return 1.0
+    period = model.law.period
+    return min(1.0, (senses.num_filtered - 1) * period / (model.sensors.filter_time + period))
+
+
+@compiled
+def trust_in_contact(model: Record, senses: Record, now: float, i: int) -> float:
+    """How much of the filtered force of contact ``i`` dates from its present phase, 0 to 1."""
+    if model.sensors.true_accelerations == 1:
+        return 1.0
+    if model.sensors.filter_time == 0.0:
+        return 1.0 if now > senses.since[i] else 0.0
+    return 1.0 - exp((senses.since[i] - now) / model.sensors.filter_time)

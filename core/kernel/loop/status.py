@@ -1,0 +1,24 @@
+"""How a call of the kernel, or a run, ends."""
+
+(
+    RUNNING,
+    REACHED,
+    SEPARATED,
+    LEFT_FACE,
+    SINGULAR,
+    CHATTERING,
+    INCONSISTENT,
+    PAINLEVE,
+    MODEL_SINGULAR,
+    STEP_UNDERFLOW,
+    MAX_STEPS,
+    EVENT_STALL,
+    STIFF,
+    NOT_FINITE,
+    LAW_FAILED,
+    TORQUE_NOT_FINITE,
+    TURNED_TOO_FAR,
+    UNBOUNDED_FORCE,
+) = range(18)
+
+LARGEST_TILT = 3.1  # of a spatial object; the coordinates of its control laws end at pi [rad]
