@@ -29,7 +29,7 @@ def place_signals(space: Space) -> Any:
 
     def columns_before(signals: Sequence[Signal]) -> Columns:
         def columns(n: int, p: int, d: int) -> int:
-            shape = _shape(space, n, p, d)
+            shape = _shape(n, p, d, space)
             return sum(shape.width(signal) for signal in signals)
 
         none = columns(0, 0, 0)
@@ -38,8 +38,8 @@ def place_signals(space: Space) -> Any:
     return _Places._make(columns_before(SIGNALS[:index]) for index in range(len(SIGNALS) + 1))
 
 
-def _shape(space: Space, n: int, p: int, d: int) -> TraceShape:
-    return TraceShape(n, ("",) * p, (Diagnostic("", "", ""),) * d, space=space)
+def _shape(n: int, p: int, d: int, space: Space) -> TraceShape:
+    return TraceShape(n, ("",) * p, (Diagnostic("", "", ""),) * d, space)
 
 
 def row_layout(
@@ -51,9 +51,9 @@ def row_layout(
         state: The integrated state.
         discrete: What stays fixed between two jumps.
         more: Fields of the mechanics.
-        space: Of the hand.
+        space: The kind of hand.
     """
-    shape = _shape(space, MAX_FINGERS, MAX_UNKNOWNS, MAX_DIAGNOSTICS)
+    shape = _shape(MAX_FINGERS, MAX_UNKNOWNS, MAX_DIAGNOSTICS, space)
     fields = [
         ("time", np.float64),  # [s]
         ("state", state),

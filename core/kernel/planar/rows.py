@@ -44,8 +44,8 @@ from slipgrasp.core.kernel.planar.state import (
 from slipgrasp.core.kernel.planar.workspace import DISCRETE, WORKSPACE
 from slipgrasp.core.scenario.space import PLANAR
 
-JOINTS_PER_FINGER = PLANAR.joints_per_finger
 AT = place_signals(PLANAR)
+JOINTS_PER_FINGER = PLANAR.joints_per_finger
 ROW = row_layout(STATE, DISCRETE, [("torques", np.float64, (MAX_FINGERS, 2))], PLANAR)
 
 _fill_shared = make_fill_shared(AT, true_value)
