@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, nullcontext
 from pathlib import Path
 from tempfile import TemporaryDirectory, gettempdir, mkstemp
-from threading import Lock
+from threading import Lock, Semaphore
 from typing import BinaryIO
 
 from slipgrasp.recordings.exceptions import RecordingWriteError
@@ -18,6 +18,8 @@ MAX_BYTES = 500_000_000
 
 PATIENCE = 10.0
 """How long a file waits for another one that takes long [s]."""
+MAX_WAITING = 16
+"""How many may wait so: each takes a thread that could answer others."""
 RETRY_AFTER = 5
 
 
@@ -34,6 +36,7 @@ class FileCache:
         self._files: OrderedDict[str, tuple[Path, int]] = OrderedDict()
         self._lock = Lock()
         self._long_turn = Lock()
+        self._places = Semaphore(MAX_WAITING)
 
     def open(
         self, tag: str, write: Callable[[BinaryIO], object], *, takes_long: bool = False
@@ -62,12 +65,12 @@ class FileCache:
 
     @contextmanager
     def _turn(self) -> Iterator[None]:
-        if not self._long_turn.acquire(timeout=PATIENCE):
-            raise ServiceBusyError(1, RETRY_AFTER, "long table is being written already")
-        try:
+        with ExitStack() as stack:
+            for gate, patience in ((self._places, 0.0), (self._long_turn, PATIENCE)):
+                if not gate.acquire(timeout=patience):
+                    raise ServiceBusyError(1, RETRY_AFTER, "long table is being written already")
+                stack.callback(gate.release)
             yield
-        finally:
-            self._long_turn.release()
 
     def _make_and_keep(self, tag: str, write: Callable[[BinaryIO], object]) -> BinaryIO:
         with self._lock:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import json
 import logging
 import socket
@@ -17,6 +18,7 @@ from slipgrasp.recordings.store.store import RecordingStore
 from slipgrasp.server.exceptions import ServiceEndingError
 from slipgrasp.server.http.log_limit import MAX_LINES, BoundedLog, log_prints, log_stray_errors
 from slipgrasp.server.log_format import LogFormat
+from slipgrasp.server.routes import health
 from slipgrasp.server.runs.service import RunService
 from tests.server.raw_http import get
 from tests.server.running import AT_ONCE
@@ -228,3 +230,9 @@ def test_refusals_of_each_kind_are_bounded_by_themselves(server, capfd) -> None:
     unknown = [line for line in lines if "refused http with 401" in line]
     assert 1 <= len(unknown) <= 11 and "wrong" not in "".join(unknown)
     assert any("refused http with 400" in line for line in lines)
+
+
+def test_the_health_is_answered_without_a_thread_for_which_it_would_wait() -> None:
+    (route,) = (each for each in health.router.routes if each.path == "/health")
+    calls = [route.endpoint, *(each.call for each in route.dependant.dependencies)]
+    assert len(calls) > 1 and all(map(inspect.iscoroutinefunction, calls))
