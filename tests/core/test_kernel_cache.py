@@ -12,7 +12,9 @@ from numba import types
 from slipgrasp.core.kernel.compilation.cache import code_path, read_code, write_code
 from slipgrasp.core.kernel.compilation.compiler import all_units, compiled
 from slipgrasp.core.kernel.compilation.fingerprint import fingerprint
+from slipgrasp.core.run.engine import engine_of
 from slipgrasp.core.run.simulator import prepare_kernel
+from slipgrasp.core.scenario import SPATIAL
 
 pytestmark = pytest.mark.slow
 
@@ -81,6 +83,14 @@ def test_what_is_missing_is_compiled_while_it_tells_how_far_it_is(tmp_path):
     for path in sorted(paths, key=lambda path: path.stat().st_size)[9:]:
         shutil.copy(path, folder)
     assert float(python(RUN, tmp_path)) == pytest.approx(0.11293, abs=5e-6)
+
+
+def test_one_source_is_compiled_for_both_mechanics_under_two_symbols():
+    engine_of(SPATIAL)
+    units = {unit.symbol: unit for unit in all_units()}
+    planar, spatial = units["slipgrasp_advance"], units["slipgrasp_spatial_advance"]
+    assert planar.function.__code__ is spatial.function.__code__
+    assert planar.name != spatial.name
 
 
 def function_of(source):

@@ -8,6 +8,7 @@ from slipgrasp.core.kernel.compilation.compiler import compiled
 from slipgrasp.core.kernel.compilation.records import Floats, Record
 
 REST_RATE = 0.01  # of a joint, below which dry friction fades [rad/s]
+LEAST_SINE = 1e-2  # nearer to a straight or folded finger rounding decides on its forces
 
 
 @compiled

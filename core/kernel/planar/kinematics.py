@@ -8,10 +8,9 @@ import numpy as np
 
 from slipgrasp.core.kernel.compilation.compiler import compiled
 from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Record
+from slipgrasp.core.kernel.loop.links import LEAST_SINE
 from slipgrasp.core.kernel.numerics.elementary import atan2, sincos, square
 from slipgrasp.core.kernel.planar.state import ANGLE, X, Y, slip_at, slip_velocity_at, velocity_at
-
-LEAST_SINE = 1e-2  # nearer to a straight or folded finger rounding decides on its forces
 
 # One finger whose tip is at a contact: directions of its links, bend, J^-1, joint velocities, the
 # acceleration of its tip with the joints' accelerations at 0, and sin^2 q2 less its least value.

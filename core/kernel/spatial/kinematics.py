@@ -10,8 +10,8 @@ import numpy as np
 
 from slipgrasp.core.kernel.compilation.compiler import compiled
 from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Floats, Record
+from slipgrasp.core.kernel.loop.links import LEAST_SINE
 from slipgrasp.core.kernel.numerics.elementary import atan2, square
-from slipgrasp.core.kernel.planar.kinematics import LEAST_SINE
 from slipgrasp.core.kernel.spatial.state import (
     ATTITUDE,
     POSITION,
