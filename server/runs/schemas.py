@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Self, get_type_hints
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, create_model
 
-from slipgrasp.core.run.metrics import METRICS, Metric
+from slipgrasp.core.run.metrics import METRICS, Metric, Metrics
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.law_choice import with_law
 from slipgrasp.core.scenario.loading import scenario_from_mapping, with_values
@@ -119,12 +119,13 @@ class WarningPublic(BaseModel):
     first_time: FiniteOrNone
 
 
-_METRIC_TYPES = {"boolean": bool, "integer": int, "number": FiniteOrNone}
+_HINTS = get_type_hints(Metrics)
 
 
 def _metric_type(metric: Metric) -> Any:
-    one = _METRIC_TYPES[metric.kind]
-    return list[one] if metric.per else one
+    if metric.kind != "number":
+        return _HINTS[metric.name]
+    return list[FiniteOrNone] if metric.per else FiniteOrNone
 
 
 class MetricsPublic(create_model("_Metrics", **{m.name: _metric_type(m) for m in METRICS})):

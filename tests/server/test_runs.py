@@ -102,6 +102,16 @@ def test_a_run_that_physics_ends_early_is_created_too(client) -> None:
     assert client.get(f"/runs/{run['id']}").json() == run
 
 
+def test_a_run_too_short_to_tell_whether_it_holds_is_answered_and_listed(client) -> None:
+    values = {"estimates.4.initial": 1.0, "simulation.duration": 0.2}
+    answer = client.post("/runs", json={"scenario": "paper-case-1", "set": values})
+    assert answer.status_code == 201, answer.text
+    run = answer.json()
+    assert run["metrics"]["held"] is None and run["metrics"]["last_slip_time"] is None
+    assert client.get(f"/runs/{run['id']}").json()["metrics"] == run["metrics"]
+    assert run["id"] in [each["id"] for each in client.get("/runs").json()["data"]]
+
+
 def test_a_run_beyond_the_time_limit_ends_as_limit_and_is_created(tmp_path) -> None:
     settings = patient_settings(tmp_path, wall_limit=0.3)
     with serve(settings) as running, running.client() as client:
