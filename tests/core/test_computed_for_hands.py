@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from slipgrasp.core.exceptions import ScenarioError
+from slipgrasp.core.kernel.compilation.compiler import call
 from slipgrasp.core.kernel.compilation.normal_form import NormalForm, tree_of
 from slipgrasp.core.run.engine import PlanarEngine
 from slipgrasp.core.run.simulation import Simulation
@@ -49,7 +50,7 @@ PRISM = [[0.1, -0.1], [0.12, 0.1], [-0.12, 0.1], [-0.1, -0.1]]
 @cache
 def trees(hand):
     """The code of the kernel that advances a run: what packs its constants is not part of it."""
-    codes = NormalForm([STEPS[hand]]).reached
+    codes = NormalForm([STEPS[hand]], (call,)).reached
     return [tree for code in codes if (tree := tree_of(code)) and ".kernel" in code.__module__]
 
 

@@ -15,7 +15,7 @@ from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.run.trying import Budget, follow, try_hint
 from slipgrasp.core.run.verdict import describe_run
-from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario import PlanarScenario
 from slipgrasp.core.scenario.law_choice import LAW
 from slipgrasp.core.scenario.loading import load_scenario, parameter_definitions, with_values
 from slipgrasp.core.scenario.spatial import SpatialScenario
@@ -269,7 +269,7 @@ def test_an_object_that_is_held_as_it_should_be_leaves_the_question_of_its_margi
 def test_hints_of_random_runs_do_what_they_say_when_pressed() -> None:
     """A sample of ``python -m benchmarks hints``."""
     cases = [press_hints(32, index) for index in range(24)]
-    assert {type(draw(32, index)) for index in range(4)} == {Scenario, SpatialScenario}
+    assert {type(draw(32, index)) for index in range(4)} == {PlanarScenario, SpatialScenario}
     presses = [press for case in cases for press in case.presses]
     assert len(presses) > 20 and all(press.is_true and press.holds for press in presses)
     rows = dict(tabulate(cases, 32).rows)
