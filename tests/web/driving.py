@@ -70,6 +70,13 @@ def told(page: Page) -> dict[str, Any]:
     return json.loads(text or "{}")
 
 
+def choose_case_2(page: Page) -> None:
+    """Chooses the paper's case II, in which the slip is long, and waits for its run."""
+    page.get_by_role("combobox", name="scenario", exact=True).click()
+    page.locator("[role=option]:visible").filter(has_text="paper-case-2").first.click()
+    page.get_by_text("47.2 mm left").wait_for()
+
+
 def pause(page: Page) -> None:
     button = page.get_by_role("button", name="Pause", exact=True)
     if button.count():

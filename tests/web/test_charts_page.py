@@ -12,7 +12,7 @@ from PIL import Image
 from playwright.sync_api import Page, Position
 
 from tests.waiting import wait_until
-from tests.web.driving import SLIP_CHART, pause_at, told
+from tests.web.driving import SLIP_CHART, choose_case_2, pause_at, told
 
 pytestmark = pytest.mark.browser
 
@@ -48,6 +48,7 @@ def drag_over(page: Page, chart: int, start: float, end: float) -> None:
 
 
 def test_charts_zoom_together_read_the_play_head_and_hide_lines(page: Page) -> None:
+    choose_case_2(page)
     pause_at(page, 0.05)
     wait_until(
         lambda: 10.0 < float(legend(page, "slip")[0] or "0") < 20.0,

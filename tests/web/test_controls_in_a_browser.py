@@ -8,7 +8,7 @@ from playwright.sync_api import Page, expect
 
 from tests.waiting import wait_until
 from tests.web.conftest import Visitors
-from tests.web.driving import knob, number_field, pause_at, picture, told
+from tests.web.driving import choose_case_2, knob, number_field, pause_at, picture, told
 
 pytestmark = [
     pytest.mark.browser,
@@ -67,6 +67,15 @@ def test_space_plays_after_a_click_and_presses_the_button_that_the_keyboard_has_
     assert not is_playing(page)
 
 
+def test_space_plays_after_a_scenario_was_chosen(visitors: Visitors) -> None:
+    page = visitors.open()
+    choose_case_2(page)
+    expect(page.get_by_role("combobox", name="scenario", exact=True)).to_be_focused()
+    was_playing = is_playing(page)
+    page.keyboard.press("Space")
+    wait_until(lambda: is_playing(page) != was_playing, "Space did not play or pause")
+
+
 def test_a_lecture_has_one_chart_in_large_type_and_work_at_a_desk_comes_back(
     visitors: Visitors,
 ) -> None:
@@ -95,6 +104,7 @@ def test_a_lecture_has_one_chart_in_large_type_and_work_at_a_desk_comes_back(
 
 def test_arrows_on_a_knob_leave_the_camera_where_it_is(visitors: Visitors) -> None:
     page = visitors.open()
+    choose_case_2(page)
     pause_at(page, 0.08)
     friction = knob(page, "left friction")
     assert friction.get_attribute("aria-valuenow") == friction.get_attribute("aria-valuemax")

@@ -32,6 +32,13 @@ def test_the_first_lesson_by_keyboard(visitors: Visitors) -> None:
     page.keyboard.press("Enter")
     expect(welcome).to_be_hidden()
 
+    # The second stop of the tour, in which the slip is long.
+    page.keyboard.press("t")
+    tab_to(page, page.get_by_role("region", name="Tour").get_by_role("button", name="Next"))
+    page.keyboard.press("Enter")
+    expect(card).to_contain_text("47.2 mm left")
+    page.keyboard.press("t")
+
     # Which fingertip slips, and until when: the events, one after the other.
     page.keyboard.press("Home")
     page.keyboard.press("]")

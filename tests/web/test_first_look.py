@@ -24,9 +24,9 @@ def test_words_for_the_first_visit_go_for_good_and_what_is_unfolded_stays_so(
     squeeze = page.get_by_text(re.compile("At the end the (left|right) fingertip presses with"))
     expect(squeeze).to_be_hidden()
     page.get_by_text("Squeeze, forces, margins, tracking").click()
-    expect(squeeze).to_contain_text("34.7 N")
+    expect(squeeze).to_contain_text("23.7 N")
     set_number(page, "mass [kg]", "1.5")
-    expect(squeeze).not_to_contain_text("34.7 N")
+    expect(squeeze).not_to_contain_text("23.7 N")
     expect(squeeze).to_be_visible()
 
     page.reload()

@@ -6,6 +6,8 @@ const TYPING = "input, textarea, select, [contenteditable]:not([contenteditable=
 // What has a use for arrows itself, or for Space.
 const OWN_ARROWS = "[role=slider], [role=tab], [role=listbox], [role=option], [role=menu]";
 const OWN_SPACE = "button, a[href], summary, [role=button], [role=tab], [data-sg-intent]";
+// A list from which something was chosen is a field, but nobody types into it.
+const CLOSED_LIST = "[aria-haspopup=listbox]:not([aria-expanded=true])";
 const ARROWS = /Arrow|Home|End/;
 const HELP_KEY = "?";
 // Whether the focus was brought where it is by the keyboard. A button that was clicked keeps the
@@ -51,7 +53,8 @@ function nameOf(event) {
 function isForOthers(event, key) {
   const target = event.target;
   if (!(target instanceof Element)) return false;
-  if (target.closest(TYPING) || document.querySelector("[role=dialog], dialog[open]")) return true;
+  if (document.querySelector("[role=dialog], dialog[open]")) return true;
+  if (target.closest(TYPING)) return isByKeyboard || !target.matches(CLOSED_LIST);
   if (ARROWS.test(key) && target.closest(OWN_ARROWS)) return true;
   return key === "Space" && isByKeyboard && target.closest(OWN_SPACE) !== null;
 }
