@@ -31,7 +31,7 @@ from slipgrasp.web.panels.knobs_panel import KnobsPanel
 from slipgrasp.web.panels.scenario_panel import changes_html
 from slipgrasp.web.reducers.scenario import ScenarioReducer
 from tests.web.conftest import Visitors
-from tests.web.driving import pause_at
+from tests.web.driving import choose_case_2, pause_at
 
 pytestmark = pytest.mark.slow
 
@@ -220,7 +220,7 @@ def card(scenario: Scenario) -> tuple[str, str]:
 
 @pytest.mark.browser
 @pytest.mark.filterwarnings("ignore:Queued a .* on a closed connection")
-def test_from_the_first_page_each_law_shows_what_it_can_do_and_back_is_the_run_before(
+def test_each_law_chosen_on_the_page_shows_what_it_can_do_and_back_is_the_run_before(
     visitors: Visitors,
 ) -> None:
     page = visitors.open()
@@ -236,6 +236,8 @@ def test_from_the_first_page_each_law_shows_what_it_can_do_and_back_is_the_run_b
         expect(page.locator(".sg-verdict")).to_have_text(told[0])
         expect(page.get_by_text("Not simulated")).to_have_count(0)
 
+    choose_case_2(page)
+    pause_at(page, 0.05)
     shows(first)
     page.get_by_role("button", name="Play", exact=True).click()
     choose("composite")
