@@ -85,6 +85,7 @@ def test_charts_zoom_together_read_the_play_head_and_hide_lines(page: Page) -> N
 
 
 def test_picture_charts_and_clip_arrive_as_files(page: Page, tmp_path: Path) -> None:
+    choose_case_2(page)
     pause_at(page, 0.05)
     page.get_by_text("Export", exact=True).click()
     contents: dict[str, bytes] = {}
@@ -95,13 +96,13 @@ def test_picture_charts_and_clip_arrive_as_files(page: Page, tmp_path: Path) -> 
         download.value.save_as(path)
         contents[path.name] = path.read_bytes()
     assert list(contents) == [
-        "slipgrasp-paper-case-1-50ms.png",
-        "slipgrasp-paper-case-1-charts.svg",
-        "slipgrasp-paper-case-1-clip.html",
+        "slipgrasp-paper-case-2-50ms.png",
+        "slipgrasp-paper-case-2-charts.svg",
+        "slipgrasp-paper-case-2-clip.html",
     ]
     picture, drawing, replay = contents.values()
     pixels = np.asarray(Image.open(io.BytesIO(picture)).convert("RGB"))
     assert len(np.unique(pixels.reshape(-1, 3), axis=0)) > 100
     assert ElementTree.fromstring(drawing).tag.endswith("svg")
-    assert b"<title>paper-case-1 \xe2\x80\x93 Held" in replay
+    assert b"<title>paper-case-2 \xe2\x80\x93 Held" in replay
     page.get_by_text("is in your downloads").wait_for()
