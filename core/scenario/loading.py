@@ -62,10 +62,13 @@ def _space_of(preset: str) -> Space:
 
 @cache
 def _load_preset(name: str) -> Scenario:
-    text = (resources.files("slipgrasp.core.scenario") / "presets" / f"{name}.toml").read_text(
-        encoding="utf-8"
-    )
-    return scenario_from_mapping(tomllib.loads(text))
+    return scenario_from_mapping(tomllib.loads(preset_text(name)))
+
+
+def preset_text(name: str) -> str:
+    """The TOML of a preset as it was written."""
+    file = resources.files("slipgrasp.core.scenario") / "presets" / f"{name}.toml"
+    return file.read_text(encoding="utf-8")
 
 
 def load_scenario(source: str | Path) -> Scenario:
