@@ -27,7 +27,12 @@ from slipgrasp.core.words.knowledge_words import describe_knowledge
 from slipgrasp.core.words.misbelief import describe_misbelief
 from slipgrasp.core.words.options import Option, believe_in_less, only_words, raise_
 from slipgrasp.core.words.phrases import joined, length_words, milliseconds, sentence
-from slipgrasp.core.words.placement import describe_lasting_error, describe_offset, is_far_off
+from slipgrasp.core.words.placement import (
+    describe_lasting_error,
+    describe_offset,
+    is_far_off,
+    is_large,
+)
 
 Tone = Literal["good", "warning", "bad"]
 
@@ -44,6 +49,7 @@ _ENDED_EARLY = {
     Outcome.RECOVERED: "Recovered from an unfinished recording",
 }
 
+_HELD = "Held"  # and neither slipped far nor ended far from where it was wanted
 _LEAST_FORCE = 1e-3
 _ROUNDING = 1e-6
 _NO_WAY = 1e-15  # [m]
@@ -58,7 +64,8 @@ class Verdict:
     """How a run went.
 
     Attributes:
-        tone: Whether that is good news.
+        tone: ``good``: held, with little slip and near where it was wanted; ``bad``: ended early;
+            ``warning``: anything between.
         headline: It in a few words.
         sentences: What happened.
         hint: What to try next.
@@ -105,9 +112,10 @@ def headline_of(run: RunResult | RunSummary) -> str:
     if run.outcome is not Outcome.COMPLETED:
         return _ENDED_EARLY[run.outcome]
     if metrics.held:
-        body = scenario_at(run.scenario, run.end_time).object
+        body, slipped = scenario_at(run.scenario, run.end_time).object, max(metrics.slip_path)
+        after = f" after {length_words(slipped)} of slip" if is_large(body, slipped) else ""
         offset = describe_offset(body, metrics.final_tracking_error)
-        return f"Held, {offset}" if offset else "Held"
+        return f"{_HELD}{after}, {offset}" if offset else f"{_HELD}{after}"
     if metrics.held is None:
         return f"At rest, but too short to tell: held means {HOLD_WINDOW:g} s without slip"
     if metrics.slipping_at_end:
@@ -138,7 +146,7 @@ def _presets_by_title() -> dict[str, Scenario]:
 def _tone(result: RunResult) -> Tone:
     if result.outcome is not Outcome.COMPLETED:
         return "bad"
-    return "good" if result.metrics.held else "warning"
+    return "good" if headline_of(result) == _HELD else "warning"
 
 
 def _describe_slips(result: RunResult) -> str:

@@ -40,6 +40,11 @@ def describe_offset(body: ObjectParameters | SpatialObject, error: Sequence[floa
     return f"{joined(offsets)} from where it was wanted" if offsets else ""
 
 
+def is_large(body: ObjectParameters | SpatialObject, length: float) -> bool:
+    """Whether a length is more than a tenth of an object's smallest extent."""
+    return length > _SHARE * _extent(body)
+
+
 def describe_lasting_error(error: Sequence[float], earlier: Sequence[float]) -> str:
     """How far an object is off that comes no nearer; empty if it is near, or on its way.
 
@@ -60,16 +65,20 @@ def _offsets(body: ObjectParameters | SpatialObject, error: Sequence[float]) -> 
         corners = np.array(base_corners(body))
         half = 0.5 * body.height
         radius = math.hypot(float(np.hypot(*corners.T).max()), half)
-        large = _SHARE * min(float(np.ptp(corners, axis=0).min()), body.height)
     else:
         distance, angle = math.hypot(*error[:2]), error[2]
         radius = float(np.hypot(*outline(body).T).max())
-        large = _SHARE * smallest_extent(body)
-    swing = abs(angle) * radius
     return [
-        *[_rounded(distance)] * (distance > large),
-        *[f"{abs(math.degrees(angle)):.0f}°"] * (swing > large),
+        *[_rounded(distance)] * is_large(body, distance),
+        *[f"{abs(math.degrees(angle)):.0f}°"] * is_large(body, abs(angle) * radius),
     ]
+
+
+def _extent(body: ObjectParameters | SpatialObject) -> float:
+    """The smallest extent of an object [m]."""
+    if isinstance(body, SpatialObject):
+        return min(float(np.ptp(np.array(base_corners(body)), axis=0).min()), body.height)
+    return smallest_extent(body)
 
 
 def _rounded(distance: float) -> str:

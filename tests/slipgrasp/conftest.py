@@ -49,7 +49,8 @@ class CommandLine:
         return subprocess.run(
             self.command(*arguments),
             cwd=self.folder,
-            env=self.environment,
+            # With a limit on the size of files it would leave truncated bytecode.
+            env={**self.environment, "PYTHONDONTWRITEBYTECODE": "1"},
             capture_output=True,
             text=True,
             timeout=PATIENCE,

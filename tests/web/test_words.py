@@ -33,7 +33,7 @@ DROPPED = Reason(
 
 def test_a_held_run_says_who_slipped_and_how_hard_it_squeezes(case_1: RunResult) -> None:
     verdict = describe_run(case_1)
-    assert (verdict.tone, verdict.headline) == ("good", "Held, 21 mm from where it was wanted")
+    assert (verdict.tone, verdict.headline) == ("warning", "Held, 21 mm from where it was wanted")
     assert verdict.sentences == (
         "Both fingertips slipped, 2.59 mm left and 2.14 mm right, and stopped at t = 87 ms.",
         "At the start the controller believed the mass of the object to be 0.5 kg where it is "
@@ -43,6 +43,17 @@ def test_a_held_run_says_who_slipped_and_how_hard_it_squeezes(case_1: RunResult)
         "given the true friction and every other parameter at every instant.",
     )
     assert "raise controller.position_gain above 100 1/s²" in verdict.suggestion
+
+
+def test_the_colour_of_a_headline_tells_held_moved_and_lost_apart(
+    case_1: RunResult, case_2: RunResult
+) -> None:
+    still = simulate(with_values(case_1.scenario, {"controller.position_gain": 1e4}))
+    lost = replace(case_1, outcome=Outcome.SEPARATED, reason=DROPPED)
+    found = [describe_run(each) for each in (still, case_2, lost)]
+    assert [each.tone for each in found] == ["good", "warning", "bad"]
+    assert found[0].headline == "Held"
+    assert re.match(r"Held after 47\.\d mm of slip", found[1].headline)
 
 
 def test_a_squeeze_at_its_least_is_told_apart_from_the_least() -> None:
