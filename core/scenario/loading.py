@@ -55,17 +55,21 @@ def _rank(name: str) -> tuple[int, bool, str]:
     return SPACES.index(_space_of(name)), not name.startswith("paper-"), name
 
 
+@cache
 def _space_of(preset: str) -> Space:
-    """The kind of hand of a preset: all but planar ones say it in their name."""
-    return next((space for space in SPACES if preset.startswith(f"{space.name}-")), PLANAR)
+    """The kind of hand of a preset."""
+    return space_of(_read_preset(preset))
 
 
 @cache
 def _load_preset(name: str) -> Scenario:
-    text = (resources.files("slipgrasp.core.scenario") / "presets" / f"{name}.toml").read_text(
-        encoding="utf-8"
-    )
-    return scenario_from_mapping(tomllib.loads(text))
+    return scenario_from_mapping(_read_preset(name))
+
+
+def _read_preset(name: str) -> dict[str, Any]:
+    """The plain values of a preset."""
+    file = resources.files("slipgrasp.core.scenario") / "presets" / f"{name}.toml"
+    return tomllib.loads(file.read_text(encoding="utf-8"))
 
 
 def load_scenario(source: str | Path) -> Scenario:
