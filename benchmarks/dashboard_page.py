@@ -11,7 +11,7 @@ from slipgrasp.web.charts.chosen import CHOSEN_TAB
 from slipgrasp.web.model.charts_view import ChartsView
 from tests.ensure_programs import FLAGS, find_chromium
 
-_QUIET = 450  # [ms]; a run is saved once its knob has rested for half a second.
+_QUIET = 450  # [ms]; a run is saved once its control has rested for half a second.
 _BETWEEN = 700
 _PATIENCE = 60_000
 _SIGNALS = ("x", "normal_force_0", "joint_velocity_0_0", "kinetic_energy")
@@ -23,7 +23,7 @@ _MASS = "xpath=//label[normalize-space(.)='mass [kg]']/../../.."
 _LISTEN = """
 const arrivals = []; let batches = 0; let pressed = 0;
 window.drawn = [];
-// Scene and charts; the card, the list and the comparison come later, once the knob rests.
+// Scene and charts; the card, the list and the comparison come later, once the control rests.
 const isDrawing = message => message.type === 'GuiUpdateMessage'
   ? 'data' in message.updates : /^(Scene|Set)/.test(message.type);
 const Plain = window.Worker;

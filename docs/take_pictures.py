@@ -46,7 +46,7 @@ _RUNS: dict[str, tuple[str, dict[str, Any]]] = {
     "theorem 4": ("composite-case-2", {**_UNEQUAL, "controller.kind": "theorem-4"}),
     "composite": ("composite-case-2", _UNEQUAL),
     "three fingers": ("three-fingers", {}),
-    "wet spot": ("wet-patch", {"controller.kind": "pd-gravity"}),
+    "low-friction patch": ("wet-patch", {"controller.kind": "pd-gravity"}),
     "space": ("spatial-prism", {}),
 }
 _STUDY: dict[str, Any] = {
@@ -106,9 +106,9 @@ def show_space(page: Page, stage: Stage) -> None:
     _replay(page, stage, "space", 0.06)
 
 
-def show_wet_spot(page: Page, stage: Stage) -> None:
+def show_low_friction_patch(page: Page, stage: Stage) -> None:
     """The left face has become wet, and its fingertip slips."""
-    _replay(page, stage, "wet spot", 3.06)
+    _replay(page, stage, "low-friction patch", 3.06)
 
 
 def show_study(page: Page, stage: Stage) -> None:
@@ -132,7 +132,7 @@ def show_end(page: Page, stage: Stage) -> None:
     pause(page)
     _choose(page, "scenario", "paper-case-1")
     page.get_by_text("stopped at t = 87 ms").wait_for()
-    _choose(page, "knobs act", "on the whole run")
+    _choose(page, "controls act", "on the whole run")
     set_number(page, "Lyapunov weight Q", "1")
     set_number(page, "mass [kg]", "2")
     page.get_by_text("slid off its face").first.wait_for()
@@ -150,7 +150,7 @@ STORIES: dict[str, Callable[[Page, Stage], None]] = {
     "ended": show_end,
     "laws": show_laws,
     "three-fingers": show_three_fingers,
-    "wet-spot": show_wet_spot,
+    "wet-spot": show_low_friction_patch,
     "space": show_space,
 }
 _TOLD_LARGE_ONLY = ("laws", "three-fingers", "wet-spot", "space")

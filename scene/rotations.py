@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -73,3 +74,14 @@ def from_x_to(vectors: Values) -> Values:
     turned = np.stack([1.0 + unit[:, 0], 0.0 * unit[:, 0], -unit[:, 2], unit[:, 1]], axis=1)
     turned[turned[:, 0] < _LEAST_COSINE] = (0.0, 0.0, 0.0, 1.0)  # back: half a turn about z
     return turned / np.linalg.norm(turned, axis=1, keepdims=True)
+
+
+def from_z_to(vector: Sequence[float]) -> tuple[float, float, float, float]:
+    """The shortest rotation of the z axis to one direction, as numbers."""
+    x, y, z = vector
+    length = math.hypot(x, y, z)
+    cosine = 1.0 + z / length
+    if cosine < _LEAST_COSINE:
+        return (0.0, 1.0, 0.0, 0.0)  # back: half a turn about x
+    size = math.hypot(cosine, x / length, y / length)
+    return (cosine / size, -y / length / size, x / length / size, 0.0)

@@ -18,7 +18,7 @@ CORNERS = (
 
 
 def held_polygon(duration: float = 0.1) -> Scenario:
-    """The scenario: a push from 0.02 s to 0.06 s, a wet spot from 0.03 s on."""
+    """The scenario: a push from 0.02 s to 0.06 s, a low-friction patch from 0.03 s on."""
     mapping: dict[str, Any] = load_scenario("paper-case-2").to_mapping()
     left, right = ({**finger, "friction": 0.5} for finger in mapping["fingers"])
     below = {"base": (0.966, -0.384), "link_lengths": (0.6, 0.5), "face": "edge-0"}

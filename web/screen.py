@@ -13,8 +13,8 @@ from slipgrasp.web.model.view import Shown, ViewState
 from slipgrasp.web.panels.appearance_panel import AppearancePanel
 from slipgrasp.web.panels.charts_panel import ChartsPanel
 from slipgrasp.web.panels.compare_panel import ComparePanel
+from slipgrasp.web.panels.controls_panel import ControlsPanel
 from slipgrasp.web.panels.export_panel import ExportPanel
-from slipgrasp.web.panels.knobs_panel import KnobsPanel
 from slipgrasp.web.panels.outcome_panel import OutcomePanel
 from slipgrasp.web.panels.playback_panel import PlaybackPanel
 from slipgrasp.web.panels.recordings_panel import RecordingsPanel
@@ -58,9 +58,9 @@ class Screen:
         self._file = ScenarioFilePanel(gui, send)
         self._appearance = AppearancePanel(gui, view.appearance, send)
         self._export = ExportPanel(gui, send)
-        self._knobs = KnobsPanel(gui, send)
-        # Ahead of the session state, by which a page opens its link: it then has all knobs already.
-        self._knobs.update(view)
+        self._controls = ControlsPanel(gui, send)
+        # Before the session state, with which a page opens its link: it then has all controls.
+        self._controls.update(view)
         self._results = gui.add_panel()
         with self._results.add_tab("Run", viser.Icon.CHART_LINE) as run_tab:
             self._tour = TourPanel(gui, run_tab, send)
@@ -88,7 +88,7 @@ class Screen:
             self._scenario,
             self._file,
             self._appearance,
-            self._knobs,
+            self._controls,
             self._tour,
             self._outcome,
             self._recordings,
@@ -161,7 +161,7 @@ class Screen:
         self._controls.float(x=MARGIN, y=-MARGIN)
 
     def _lay_out_lecture(self) -> None:
-        """Folds the knobs up, and unfolds them for work at a desk."""
+        """Folds the controls up, and unfolds them for work at a desk."""
         self._fit()
         if self._is_lecture:
             self._gui.main_panel.minimize()

@@ -90,6 +90,8 @@ def run(docs: Path | None = None, minutes: float = MINUTES, seed: int = 1) -> li
     found = soak(60.0 * minutes, seed)
     for fault in found.tally.faults:
         print(fault)
+    if found.tracebacks:
+        print(found.log)
     if docs is not None:
         save(draw_soak(found.samples), docs / "images" / "soak.svg")
     return [tabulate(found)]

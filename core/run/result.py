@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
-from typing import Any
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
 from slipgrasp.core.run.metrics import Metrics
 from slipgrasp.core.run.provenance import Provenance
@@ -13,6 +14,9 @@ from slipgrasp.core.trace.ticks import Ticks
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.trace.types import Outcome, PhaseChange, Reason, RunWarning
 from slipgrasp.core.words.display_name import name_run
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -89,6 +93,29 @@ class RunResult:
     def name(self) -> str:
         """What tells it from other runs: its preset and what differs from that."""
         return name_run(self.scenario)
+
+    def plot(
+        self,
+        *signals: str,
+        over: RunResult | None = None,
+        time: tuple[float, float] | None = None,
+    ) -> Figure:
+        """Draws signals over time, one below the other; slips are shaded.
+
+        Args:
+            signals: Signals (``slip``, ``normal_force``), or single columns (``slip_0``).
+            over: A second run, drawn dashed.
+            time: Start and end of the time axis [s]; the whole run if None.
+
+        Returns:
+            A matplotlib figure; ``figure.savefig("slip.pdf")`` saves it.
+
+        Raises:
+            ScenarioError: If a run has no such signal, or the times are no range.
+        """
+        # Figures are above the core, and matplotlib takes a second to load.
+        draw = import_module("slipgrasp.figures.signals").draw_signals
+        return draw(self, signals or ("slip", "normal_force"), over=over, time=time)
 
     def summary(self) -> dict[str, Any]:
         """The run without its trace, as plain values for JSON (the ``run --json`` object)."""

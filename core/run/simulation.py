@@ -240,6 +240,10 @@ class Simulation:
 
     def trace_from(self, row: int) -> Trace:
         """The settled rows of the trace so far, from one of them on that was not released."""
+        return Trace.from_rows(self.shape, self.rows_from(row))
+
+    def rows_from(self, row: int) -> np.ndarray:
+        """The same as rows ``(rows, shape.num_columns)``, see `Trace.to_rows`."""
         end = self.num_settled_rows
         last = rows_in(self._outlet, self.shape.num_columns)
         blocks = [*self._rows, last[: end - self._num_taken_rows]]
@@ -250,7 +254,7 @@ class Simulation:
             parts.append(block[max(row - start, 0) :])
             end = start
         parts.append(np.empty((0, self.shape.num_columns)))
-        return Trace.from_rows(self.shape, np.concatenate(parts[::-1]))
+        return np.concatenate(parts[::-1])
 
     @property
     def num_ticks(self) -> int:

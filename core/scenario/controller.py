@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import Annotated, Literal
 
 from annotated_types import Ge, Le, Len
-from pydantic import AfterValidator, StringConstraints, WithJsonSchema
+from pydantic import AfterValidator, BeforeValidator, StringConstraints, WithJsonSchema
 from pydantic.dataclasses import dataclass
 
 from slipgrasp.core.scenario.field_types import CONFIG, MAX_FINGERS, FrozenMapping
-from slipgrasp.core.scenario.laws import CONTROL_LAWS
+from slipgrasp.core.scenario.laws import CONTROL_LAWS, law_kind
 from slipgrasp.core.scenario.own_laws import LAW_NAME, PARAMETER_NAME, law_names
 from slipgrasp.core.scenario.parameters import Quantity
 from slipgrasp.core.scenario.space import PLANAR
@@ -17,6 +17,7 @@ from slipgrasp.core.scenario.space import PLANAR
 # Which names there are is checked with the whole scenario: a recording may have a custom law.
 LawKind = Annotated[
     str,
+    BeforeValidator(law_kind),
     StringConstraints(pattern=LAW_NAME),
     WithJsonSchema({"type": "string", "pattern": LAW_NAME, "examples": [*CONTROL_LAWS]}),
 ]

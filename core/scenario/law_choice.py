@@ -26,6 +26,7 @@ from slipgrasp.core.scenario.field_errors import (
     shortened,
     single_error,
 )
+from slipgrasp.core.scenario.laws import LAW_ALIASES, law_kind
 from slipgrasp.core.scenario.loading import parameter_definitions, with_values
 from slipgrasp.core.scenario.own_laws import (
     LAW,
@@ -86,9 +87,10 @@ def choose_law(scenario: Scenario, kind: str) -> LawChoice:
         ScenarioError: If there is no such law, or something in the scenario rules it out.
     """
     refuse_other_types(scenario)
-    if kind not in law_names():
-        known = ", ".join(law_names())
-        near = nearest(kind, law_names())
+    kind, names = law_kind(kind), (*LAW_ALIASES, *law_names())
+    if kind not in names:
+        known = ", ".join(names)
+        near = nearest(kind, names)
         message = f"'{shortened(kind)}' is no control law{near}; laws: {known}"
         raise single_error(LAW, kind, f"one of {known}", message)
     constant = replace(scenario, changes=tuple(_apart_from_laws(scenario)))

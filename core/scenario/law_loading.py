@@ -18,7 +18,7 @@ from typing import Any
 
 from slipgrasp.core.exceptions import SlipgraspError
 from slipgrasp.core.scenario.common import MAX_DIAGNOSTICS, MAX_LAW_PARAMETERS
-from slipgrasp.core.scenario.laws import CONTROL_LAWS
+from slipgrasp.core.scenario.laws import CONTROL_LAWS, LAW_ALIASES
 from slipgrasp.core.scenario.own_laws import (
     LAW_NAME,
     OUTSIDE,
@@ -212,7 +212,7 @@ def declared_law(code: type, *, digest: str, origin: str = "", source: str | Non
     """
     called = re.sub(r"(?<!^)(?=[A-Z])", "-", code.__name__).lower()
     name = str(getattr(code, "name", called))
-    if not re.fullmatch(LAW_NAME, name) or name in (*CONTROL_LAWS, OUTSIDE):
+    if not re.fullmatch(LAW_NAME, name) or name in (*CONTROL_LAWS, *LAW_ALIASES, OUTSIDE):
         raise LawError(
             f"a law cannot be called '{name[:80]}': a name of its own is needed, of small letters, "
             "digits and hyphens, that no built-in law has"

@@ -178,6 +178,14 @@ CONTROL_LAWS = {
     )
 }
 
+LAW_ALIASES = {"adaptive-mass": "theorem-3", "adaptive-friction": "theorem-4"}
+"""Plainer names of built-in laws, accepted wherever a law is named; files keep ``kind``."""
+
+
+def law_kind(name: Any) -> Any:
+    """The ``kind`` that an alias stands for; anything else as it is."""
+    return LAW_ALIASES.get(name, name) if isinstance(name, str) else name
+
 
 def facts_read_for(hand: Space) -> tuple[str, ...]:
     """Names of the facts that the kernel of a kind of hands reads."""

@@ -58,18 +58,18 @@ def _rank(name: str) -> tuple[int, bool, str]:
 @cache
 def _space_of(preset: str) -> Space:
     """The kind of hand of a preset."""
-    return space_of(_read_preset(preset))
+    return space_of(tomllib.loads(preset_text(preset)))
 
 
 @cache
 def _load_preset(name: str) -> Scenario:
-    return scenario_from_mapping(_read_preset(name))
+    return scenario_from_mapping(tomllib.loads(preset_text(name)))
 
 
-def _read_preset(name: str) -> dict[str, Any]:
-    """The plain values of a preset."""
+def preset_text(name: str) -> str:
+    """The TOML of a preset as it was written."""
     file = resources.files("slipgrasp.core.scenario") / "presets" / f"{name}.toml"
-    return tomllib.loads(file.read_text(encoding="utf-8"))
+    return file.read_text(encoding="utf-8")
 
 
 def load_scenario(source: str | Path) -> Scenario:

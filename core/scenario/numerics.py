@@ -5,9 +5,11 @@ from __future__ import annotations
 from typing import Annotated, Literal
 
 from annotated_types import Ge, Gt, Le, Len
+from pydantic import AfterValidator
 from pydantic.dataclasses import dataclass
 
 from slipgrasp.core.scenario.field_types import CONFIG
+from slipgrasp.core.scenario.laws import law_kind
 from slipgrasp.core.scenario.parameters import Quantity
 
 MAX_CHATTER_CHANGES = 10_000
@@ -68,6 +70,7 @@ class Change:
     parameter: Annotated[str, Len(1, 80), Quantity("Dotted key of the parameter that changes.")]
     value: Annotated[
         bool | float | str | tuple[float, ...],
+        AfterValidator(law_kind),
         Quantity("Its value from then on, in its own unit."),
     ]
 

@@ -313,7 +313,7 @@ class SpatialPulse:
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
 class SpatialPatch:
-    """A round part of a face with other friction, such as a wet spot; it may come and go."""
+    """A round patch of a face with another friction; it may come and go."""
 
     face: Annotated[SpatialFace, Quantity("Face it lies on.")]
     centre: Annotated[

@@ -1,4 +1,4 @@
-"""What the world does to the hand: pushes, wet spots, imperfect sensors and actuators."""
+"""Disturbances and imperfections: pushes, patches of other friction, sensors, actuators."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class Pulse:
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
 class Patch:
-    """A part of a face with other friction, such as a wet spot; it may come and go."""
+    """A part of a face with other friction, such as a low-friction patch; it may come and go."""
 
     face: Annotated[Face, Quantity("Face it lies on.")]
     centre: Annotated[

@@ -15,6 +15,7 @@ from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.field_errors import echo, nearest, shortened, single_error
 from slipgrasp.core.scenario.law_choice import with_law
 from slipgrasp.core.scenario.law_loading import load_law
+from slipgrasp.core.scenario.laws import law_kind
 from slipgrasp.core.scenario.loading import (
     all_preset_names,
     load_scenario,
@@ -87,8 +88,8 @@ def _texts(values: Any, field: str) -> list[str]:
 
 def _know(specification: str, folder: Path) -> str:
     """Name of a law that is built in, known, installed or in a file."""
-    if specification in law_names():
-        return specification
+    if law_kind(specification) in law_names():
+        return law_kind(specification)
     return load_law(specification, folder).name
 
 

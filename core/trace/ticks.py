@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import accumulate
 
 import numpy as np
 
@@ -38,10 +39,12 @@ class Ticks:
     @classmethod
     def from_rows(cls, shape: TraceShape, rows: Floats) -> Ticks:
         """The inverse of `to_rows`; its arrays are views."""
-        ends = np.cumsum(cls.widths(shape))
-        times, commands, estimates, diagnostics = np.split(rows, ends[:-1], axis=1)
+        commands, estimates, diagnostics = accumulate(cls.widths(shape)[:-1])
         return cls(
-            times=times[:, 0], commands=commands, estimates=estimates, diagnostics=diagnostics
+            times=rows[:, 0],
+            commands=rows[:, commands:estimates],
+            estimates=rows[:, estimates:diagnostics],
+            diagnostics=rows[:, diagnostics:],
         )
 
     def to_rows(self) -> Floats:

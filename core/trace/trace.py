@@ -381,10 +381,9 @@ class Trace:
         Args:
             signals: Which signals; all of them if None.
         """
+        n, widths = len(self), self.shape.widths
         columns = [
-            np.asarray(getattr(self, signal.name), dtype=np.float64).reshape(
-                len(self), self.shape.width(signal)
-            )
+            np.asarray(getattr(self, signal.name), np.float64).reshape(n, widths[signal.per])
             for signal in (SIGNALS if signals is None else signals)
         ]
         return np.concatenate(columns, axis=1)

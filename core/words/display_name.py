@@ -306,7 +306,7 @@ def _patch_words(patch: AnyPatch) -> str:
     """A patch; what it shares with the one that a click makes is left out."""
     same = patch.friction_factor == Patch(face="left").friction_factor
     parts = [
-        "wet spot" if patch.friction_factor < 1.0 else "rough spot",
+        "low-friction patch" if patch.friction_factor < 1.0 else "high-friction patch",
         f"on {patch.face.replace('-', ' ')}",
         "" if same else f"× {value_words(patch.friction_factor)}",
         f"at {value_words(patch.start_time, 's')}" if patch.start_time > 0.0 else "",

@@ -25,6 +25,7 @@ from slipgrasp.recordings.file.schemas import (
     signals_of,
 )
 from slipgrasp.recordings.file.state_hash import StateHash
+from slipgrasp.scene.states import states_of
 
 Columns = Mapping[str, NDArray[Any]]
 
@@ -126,11 +127,11 @@ class ChunkWriter:
         if len(shown) == 0:
             return
         # One gather of whole rows is cheaper than one for each of their signals.
-        trace = Trace.from_rows(self._shape, rows[shown])
+        states = states_of(Trace.from_rows(self._shape, rows[shown]))
         for layout in self._display:
             table = np.empty(len(shown), [(layout.topic, layout.record_type)])
             first = self._container.message_counts[layout.channel]
-            layout.pack(table[layout.topic], trace, first)
+            layout.pack(table[layout.topic], states, first)
             chunk.add(table, {layout.topic: layout.channel})
 
     def _add_one_by_one(self, chunk: _Chunk, topic: Topic, columns: Columns) -> None:

@@ -83,7 +83,7 @@ class RunHash:
 
     def take(self, simulation: Simulation) -> None:
         """Adds what is new and never changes."""
-        rows = simulation.trace_from(self.num_rows).to_rows()
+        rows = simulation.rows_from(self.num_rows)
         if simulation.finished and simulation.num_rows == 0:
             rows = simulation.all_rows()
         ticks = simulation.ticks_from(self.num_ticks).to_rows()

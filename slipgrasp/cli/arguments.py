@@ -76,8 +76,10 @@ def know_law(specification: str) -> str:
         LawError: If there is none.
     """
     from slipgrasp.core.scenario.law_loading import installed_law_names, load_law
+    from slipgrasp.core.scenario.laws import law_kind
     from slipgrasp.core.scenario.own_laws import law_names
 
+    specification = law_kind(specification)
     if specification.endswith(".py"):
         raise CommandError(f"--law {specification}: which class? Give it as {specification}:Name")
     is_elsewhere = ".py:" in specification or specification in installed_law_names()

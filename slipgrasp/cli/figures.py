@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable, Collection
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from slipgrasp.cli.progress import Progress, load_simulation
-from slipgrasp.cli.status import ExitStatus
+from slipgrasp.cli.status import CommandError, ExitStatus
 
 if TYPE_CHECKING:
     from slipgrasp.core.run.result import RunResult
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
 
 FORMATS = ("svg", "pdf", "png")
 RECORDING_SUFFIX = ".mcap"
+_SIGNALS = "signals"
 DESCRIPTION = (
     "Draws the schematic of a scenario (the paper's Fig. 4), and of its run the tracking errors "
     "and slips, the estimates, and the joint torques and contact forces (Fig. 5-7 for case I, "
@@ -55,6 +57,20 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         default=FORMATS,
         help="formats to write, separated by commas (default: svg,pdf,png)",
     )
+    parser.add_argument(
+        "--signals",
+        metavar="LIST",
+        type=lambda text: [word.strip() for word in text.split(",")],
+        help="draw these signals over time instead, such as slip,normal_force_0",
+    )
+    parser.add_argument(
+        "--over",
+        metavar="SOURCE",
+        help="with --signals: a second run, drawn dashed: a preset, TOML file or recording",
+    )
+    parser.add_argument(
+        "--time", metavar="START,END", type=_time, help="with --signals: part of the run [s]"
+    )
     parser.add_argument("--force", action="store_true", help="replace any file in the way")
     parser.set_defaults(execute=_execute)
 
@@ -67,30 +83,64 @@ def _formats(text: str) -> tuple[str, ...]:
     return chosen
 
 
+def _time(text: str) -> tuple[float, float]:
+    try:
+        start, end = map(float, text.split(","))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"'{text}' is not START,END in seconds") from None
+    return start, end
+
+
 def _execute(arguments: argparse.Namespace) -> ExitStatus:
     source = Path(arguments.source)
     folder = arguments.output or Path(f"{source.stem}-figures")
-    result: RunResult | None = None
-    if source.suffix.lower() == RECORDING_SUFFIX:
-        result = _read(source)
-        scenario = result.scenario
-    else:
-        from slipgrasp.core.scenario.loading import load_scenario
-
-        scenario = load_scenario(arguments.source)
+    if not arguments.signals and (arguments.over or arguments.time):
+        raise CommandError("--over and --time need --signals, such as --signals slip")
+    run = _run_of(arguments.source)
     with Progress("loading the drawing program"):
-        from slipgrasp.figures.drawings import draw_figures, figure_names
+        from slipgrasp.figures.drawings import draw_figures
         from slipgrasp.figures.files import check_folder, write_figures
-    names = figure_names(scenario).values()
+        from slipgrasp.figures.signals import draw_signals
+    names = _names(arguments, run.scenario)
     check_folder(folder, names, arguments.formats, overwrite=arguments.force)
-    if result is None:
-        result = _simulate(scenario)
+    result = run.result()
+    over = _run_of(arguments.over).result() if arguments.over else None
     with Progress("drawing the figures"):
-        figures = draw_figures(result)
+        if arguments.signals:
+            drawn = draw_signals(result, arguments.signals, over=over, time=arguments.time)
+            figures = {_SIGNALS: drawn}
+        else:
+            figures = draw_figures(result)
         paths = write_figures(figures, folder, arguments.formats, overwrite=arguments.force)
     for path in paths:
         print(path)
     return ExitStatus.COMPLETED
+
+
+def _names(arguments: argparse.Namespace, scenario: Scenario) -> Collection[str]:
+    """What the figures will be called."""
+    from slipgrasp.figures.drawings import figure_names
+
+    return (_SIGNALS,) if arguments.signals else figure_names(scenario).values()
+
+
+class _Run(NamedTuple):
+    """A scenario, and its run, which is simulated only when it is needed."""
+
+    scenario: Scenario
+    result: Callable[[], RunResult]
+
+
+def _run_of(source: str) -> _Run:
+    """The run of a recording, a preset or a scenario file."""
+    path = Path(source)
+    if path.suffix.lower() == RECORDING_SUFFIX:
+        recorded = _read(path)
+        return _Run(recorded.scenario, lambda: recorded)
+    from slipgrasp.core.scenario.loading import load_scenario
+
+    scenario = load_scenario(source)
+    return _Run(scenario, lambda: _simulate(scenario))
 
 
 def _read(path: Path) -> RunResult:

@@ -41,14 +41,19 @@ def _list(arguments: argparse.Namespace) -> ExitStatus:
         return ExitStatus.COMPLETED
     for law in laws:
         version = f" {law['version']}" if law["version"] else ""
-        print(f"{law['name']}{version}\t{law['summary']}")
+        alias = f"{law['alias']}, " if law["alias"] else ""
+        print(f"{alias}{law['name']}{version}\t{law['summary']}")
     return ExitStatus.COMPLETED
 
 
 def _built_in() -> list[dict[str, Any]]:
-    from slipgrasp.core.scenario.laws import CONTROL_LAWS
+    from slipgrasp.core.scenario.laws import CONTROL_LAWS, LAW_ALIASES
 
-    return [_document(law.kind, law.summary) for law in CONTROL_LAWS.values()]
+    aliases = {kind: alias for alias, kind in LAW_ALIASES.items()}
+    return [
+        _document(law.kind, law.summary, alias=aliases.get(law.kind, ""))
+        for law in CONTROL_LAWS.values()
+    ]
 
 
 def _installed() -> list[dict[str, Any]]:
@@ -74,9 +79,11 @@ def _document(
     version: str = "",
     digest: str = "",
     parameters: dict[str, Any] | None = None,
+    alias: str = "",
 ) -> dict[str, Any]:
     return {
         "name": name,
+        "alias": alias,
         "version": version,
         "digest": digest,
         "summary": summary,

@@ -27,8 +27,8 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         "replay",
         help="open a recording in the dashboard",
         description="Serves the dashboard to this machine until interrupted; it opens on a "
-        "recording and computes nothing until a knob is moved. The first line of standard output "
-        "is the URL.",
+        "recording and computes nothing until a control is moved. The first line of standard "
+        "output is the URL.",
     )
     parser.add_argument(
         "recording",

@@ -1,15 +1,18 @@
-"""``slipgrasp scenarios``: the presets, as a list, as TOML, or parameter by parameter."""
+"""``slipgrasp scenarios``: lists and shows presets and parameters, and starts a new scenario."""
 
 from __future__ import annotations
 
 import argparse
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from slipgrasp.cli.status import ExitStatus
+from slipgrasp.cli.status import CommandError, ExitStatus
 
 if TYPE_CHECKING:
     from slipgrasp.core.scenario.parameters import Parameter
+
+_FIRST_PRESET = "composite-case-2"
 
 
 class HelpWithParameters(argparse.Action):
@@ -46,9 +49,11 @@ def _print_parameters(parameters: Mapping[str, Parameter]) -> None:
 
 def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Adds the command to the parser."""
-    description = "Lists the presets, or shows one of them."
+    description = "Lists the presets, shows one of them, or writes a new scenario."
     parser = commands.add_parser(
-        "scenarios", help="list or show the presets", description=description
+        "scenarios",
+        help="list or show the presets, or start a new scenario",
+        description=description,
     )
     parser.set_defaults(execute=_list)
     parts = parser.add_subparsers(metavar="COMMAND")
@@ -59,6 +64,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     )
     show.add_argument("scenario", metavar="NAME", help="name of a preset, or a TOML file")
     show.set_defaults(execute=_show)
+    _add_new(parts)
     parameters = parts.add_parser(
         "parameters",
         help="list the parameters of a scenario",
@@ -68,6 +74,51 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         "scenario", metavar="NAME", nargs="?", help="name of a preset, or a TOML file"
     )
     parameters.set_defaults(execute=_list_parameters)
+
+
+def _add_new(parts: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    new = parts.add_parser(
+        "new",
+        help="write a scenario to start from",
+        description="Writes a scenario that runs, as TOML with a comment for each parameter: "
+        "meaning, unit and limits.",
+    )
+    new.add_argument("file", metavar="FILE.toml", type=Path, help="where to write it")
+    new.add_argument(
+        "--from",
+        dest="preset",
+        metavar="NAME",
+        default=_FIRST_PRESET,
+        help="preset to start from (default: %(default)s)",
+    )
+    new.set_defaults(execute=_write)
+
+
+def _write(arguments: argparse.Namespace) -> ExitStatus:
+    from slipgrasp.cli.scenario_template import commented
+    from slipgrasp.core.scenario.field_errors import nearest
+    from slipgrasp.core.scenario.loading import (
+        all_preset_names,
+        load_scenario,
+        preset_text,
+        settable_parameters,
+    )
+
+    file, preset = arguments.file, arguments.preset
+    if file.suffix != ".toml":
+        raise CommandError(f"'{file}' does not end in .toml")
+    if preset not in all_preset_names():
+        raise CommandError(f"no preset '{preset}'{nearest(preset, all_preset_names())}")
+    parameters = settable_parameters(load_scenario(preset))
+    try:
+        with file.open("x", encoding="utf-8") as stream:
+            stream.write(commented(preset_text(preset), parameters, file.name))
+    except FileExistsError:
+        raise CommandError(f"'{file}' exists; choose another name") from None
+    except OSError as error:
+        raise CommandError(f"'{file}' cannot be written: {error.strerror}") from error
+    print(f"{file}: the scenario; slipgrasp run {file}")
+    return ExitStatus.COMPLETED
 
 
 def _list(arguments: argparse.Namespace) -> ExitStatus:

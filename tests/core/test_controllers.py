@@ -170,10 +170,10 @@ FOUND = {
 
 
 @pytest.mark.parametrize(("name", "kind"), FOUND)
-def test_what_each_law_makes_of_a_wet_spot_and_of_a_heavier_object(name, kind):
+def test_what_each_law_makes_of_a_low_friction_patch_and_of_a_heavier_object(name, kind):
     """Slip starts at 3 s (the grip reflex and PD sag first), ends, and says why where it does not.
 
-    Under certainty equivalence the wet fingertip slides off the wet spot, where it holds again.
+    Under certainty equivalence the fingertip slides off the low-friction patch, and holds again.
     """
     outcome, end, path = FOUND[name, kind]
     settings = {} if kind == "composite" else PAPER

@@ -31,8 +31,11 @@ FACTS = [
     ({"trajectory.kind": "shake"}, "shake motion"),
     ({"pulses.0.time": 0.08}, "push at 0.08 s"),
     ({"pulses.0.time": 0.08, "pulses.0.force.1": -8.0}, "push (0, -8) N at 0.08 s"),
-    ({"patches.0.face": "left", "patches.0.start_time": 3}, "wet spot on left at 3 s"),
-    ({"patches.0.face": "left", "patches.0.friction_factor": 1.5}, "rough spot on left × 1.5"),
+    ({"patches.0.face": "left", "patches.0.start_time": 3}, "low-friction patch on left at 3 s"),
+    (
+        {"patches.0.face": "left", "patches.0.friction_factor": 1.5},
+        "high-friction patch on left × 1.5",
+    ),
     (MASS_LATER, "mass 1.6 kg at 3 s"),
     (
         {
@@ -95,7 +98,7 @@ def test_of_many_differences_the_first_are_said_and_the_others_counted():
 def test_what_a_preset_has_and_the_run_has_not_is_said_too():
     poured, wet = load_scenario("poured-mass"), load_scenario("wet-patch")
 
-    assert name_run(replace(wet, patches=())) == "wet-patch · no wet spot on left at 3 s"
+    assert name_run(replace(wet, patches=())) == "wet-patch · no low-friction patch on left at 3 s"
     assert name_run(replace(poured, changes=poured.changes[1:])) == (
         "poured-mass · no mass 1.6 kg at 3 s"
     )

@@ -81,7 +81,7 @@ def test_a_released_estimate_moves_back_inside():
 
 @pytest.mark.parametrize("offset", [0.0, 1e-12, -1e-12, 1e-10, -1e-10])
 @pytest.mark.parametrize("finger", [0, 1])
-def test_a_wet_spot_that_begins_where_a_fingertip_stops_stalls_nothing(finger, offset):
+def test_a_low_friction_patch_that_begins_where_a_fingertip_stops_stalls_nothing(finger, offset):
     scenario = with_values(COMPOSITE, {"simulation.duration": 0.2})
     rest = float(simulate(scenario).trace.slip[-1, finger])
     values = {

@@ -1,4 +1,4 @@
-"""Round wet spots on the faces of an object in space."""
+"""Round low-friction patches on the faces of an object in space."""
 
 import math
 
@@ -99,7 +99,7 @@ def test_at_rest_on_a_rim_the_smaller_friction_holds(factor, felt):
     assert trace.friction_coefficient[0, 0] == felt * held.fingers[0].friction
 
 
-def test_a_fingertip_that_slides_off_its_face_in_a_wet_spot_has_left_it():
+def test_a_fingertip_that_slides_off_its_face_in_a_low_friction_patch_has_left_it():
     spot = {"radius": 1.0, "friction_factor": 0.0}
     scenario = with_values(SLIDING, {f"fingers.{i}.contact_offset.0": 0.13 for i in range(3)})
     result = simulate(wet(scenario, *({**spot, "face": f"side-{k}"} for k in range(3))))

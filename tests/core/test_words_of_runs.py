@@ -209,7 +209,7 @@ def test_the_command_line_and_the_page_say_the_same(law: str, way: str) -> None:
     assert f"What to try: {verdict.suggestion}" in told
     assert verdict.headline in card
     for key in ("controller.", "estimates.", "simulation.", "fingers.", "actuation."):
-        assert key not in card, "the page calls parameters as on their knobs"
+        assert key not in card, "the page calls parameters as on their controls"
 
 
 @pytest.mark.parametrize(("law", "way"), TABLE)

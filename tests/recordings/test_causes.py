@@ -29,8 +29,11 @@ CASES = {
     "the law": (with_values(BASE, {"controller.kind": "theorem-4"}), 0.0),
     "a change": (with_events(changes=(MASS,)), 3.0),
     "a push": (with_events(pulses=(PUSH,)), 1.0),
-    "a wet spot": (with_events(patches=(WET,)), 2.0),
-    "a wet spot from the start": (with_events(patches=(replace(WET, start_time=0.0),)), 0.0),
+    "a low-friction patch": (with_events(patches=(WET,)), 2.0),
+    "a low-friction patch from the start": (
+        with_events(patches=(replace(WET, start_time=0.0),)),
+        0.0,
+    ),
     "a push and a mass": (
         replace(with_events(pulses=(PUSH,)), object=replace(BASE.object, mass=2.0)),
         0.0,
@@ -43,8 +46,11 @@ SPATIAL_PUSH = SpatialPulse(time=1.0, duration=0.5)
 SPATIAL_WET = SpatialPatch(face="side-0", start_time=2.0, end_time=4.0)
 SPATIAL_CASES = {
     "a push": ({"pulses": (SPATIAL_PUSH,)}, 1.0),
-    "a wet spot": ({"patches": (SPATIAL_WET,)}, 2.0),
-    "two wet spots": ({"patches": (replace(SPATIAL_WET, start_time=3.0), SPATIAL_WET)}, 2.0),
+    "a low-friction patch": ({"patches": (SPATIAL_WET,)}, 2.0),
+    "two low-friction patches": (
+        {"patches": (replace(SPATIAL_WET, start_time=3.0), SPATIAL_WET)},
+        2.0,
+    ),
     "a mass": ({"changes": (MASS,)}, 3.0),
 }
 
@@ -79,7 +85,7 @@ def test_events_that_both_have_are_no_cause():
     assert first_cause(first, replace(first, changes=(replace(MASS, time=2.5),))) == 2.5
 
 
-def test_pushes_and_wet_spots_that_begin_alike_differ_when_one_ends():
+def test_pushes_and_low_friction_patches_that_begin_alike_differ_when_one_ends():
     first = with_events(pulses=(PUSH,), patches=(WET,))
 
     assert first_cause(first, replace(first, pulses=(replace(PUSH, duration=0.2),))) == 1.2
@@ -92,7 +98,7 @@ def test_the_order_in_which_things_are_listed_is_no_cause():
     assert first_cause(with_events(pulses=(PUSH, other)), with_events(pulses=(other, PUSH))) is None
 
 
-def test_a_wet_spot_that_changes_its_friction_differs_from_then_on():
+def test_a_low_friction_patch_that_changes_its_friction_differs_from_then_on():
     first = with_events(patches=(WET,))
     dries = Change(time=3.0, parameter="patches.0.friction_factor", value=0.9)
 

@@ -333,7 +333,7 @@ def test_a_comparison_is_a_pandas_table_of_its_columns(case_1, slipperier):
         {"pulses.0.time": 3.0, "pulses.0.force.1": -8.0},
         {"patches.0.face": "left", "patches.0.start_time": 3.0, "patches.0.half_length": 0.1},
     ],
-    ids=["change", "push", "wet spot"],
+    ids=["change", "push", "low-friction patch"],
 )
 def test_an_effect_is_dated_at_its_cause_and_never_before(name, event):
     base = load_scenario(name)

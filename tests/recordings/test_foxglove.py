@@ -19,6 +19,7 @@ from slipgrasp.core.trace.types import ContactPhase
 from slipgrasp.recordings import palette
 from slipgrasp.recordings.file.foxglove import display_layouts
 from slipgrasp.recordings.file.writer import write_recording
+from slipgrasp.scene.states import states_of
 from tests.held_polygon import held_polygon
 from tests.recordings.reading_display import (
     Shown,
@@ -321,7 +322,7 @@ def test_a_cone_follows_a_timed_change_of_friction():
     shown = shown_rows(run)
     _, layout = display_layouts(run.scenario, 1)
     records = np.empty(len(shown), layout.record_type)
-    layout.pack(records, shown, 0)
+    layout.pack(records, states_of(shown), 0)
     frictions = []
     for payload in records["payload"]:
         entities = {e.id: e for e in SceneUpdate.FromString(payload.tobytes()).entities}

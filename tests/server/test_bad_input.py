@@ -47,26 +47,14 @@ def with_value(key: str, literal: str) -> str:
 @pytest.mark.parametrize(
     "literal",
     [
-        "0",
         "-1",
-        "-1e-9",
-        "1e-310",
         "1e300",
         "NaN",
-        "Infinity",
-        "-Infinity",
         "1e999",
-        "-1e999",
-        "9" * 4000,
         "9" * 5000,
-        "-" + "9" * 5000,
-        '"nan"',
         '"1.0"',
         "true",
-        "[]",
         "[1]",
-        "{}",
-        '{"a": 1}',
         "null",
     ],
 )
@@ -79,18 +67,9 @@ def test_a_mass_that_is_no_sensible_number_is_refused_by_name(client, literal) -
 @pytest.mark.parametrize(
     ("key", "literal"),
     [
-        ("object.inertia", "0"),
-        ("object.inertia", "-1"),
-        ("fingers.0.friction", "-0.1"),
         ("fingers.1.link_masses.1", "NaN"),
-        ("fingers.0.link_lengths.0", "0"),
-        ("controller.control_period", "-0.001"),
-        ("controller.velocity_gain", "0"),
         ("controller.kind", '"theorem-5"'),
-        ("simulation.duration", "0"),
         ("simulation.duration", "1e9"),
-        ("simulation.output_rate", "1e5"),
-        ("controller.estimate_norm_bound", "0"),
         ("title", '"\\u0000"'),
         ("title", '"\\ud800"'),
         ("title", json.dumps("x" * 10_000)),
@@ -107,22 +86,14 @@ def test_a_value_that_is_repeated_is_short_and_printable(client) -> None:
     assert error["value"].startswith("<b>??") and len(error["value"]) <= 80
 
 
-@pytest.mark.parametrize("mu", ["0", "5"])
-def test_unusual_friction_is_simulated(client, mu) -> None:
-    answer = client.post("/runs", content=with_value("fingers.0.friction", mu), headers=JSON_TYPE)
-    assert answer.status_code == 201
-
-
 JSON_TYPE = {"Content-Type": "application/json"}
 
 
 @pytest.mark.parametrize(
     ("key", "near"),
     [
-        ("masss", "object.mass"),
         ("object.masss", "object.mass"),
         ("fingers.7.friction", "fingers.1.friction"),
-        ("fingers.-1.friction", "fingers.1.friction"),
         ("controler.kind", "controller.kind"),
     ],
 )
@@ -143,18 +114,6 @@ def test_fingers_that_cannot_reach_are_refused_with_distance_and_reach(client) -
     (error,) = refused(client, with_value("fingers.0.link_lengths.1", "0.2"))
     assert error["field"] == "fingers.0.base"
     assert error["value"] == pytest.approx(1.414, abs=1e-3) and error["limit"] == "0.8 … 1.2 m"
-
-
-def test_a_straight_finger_is_refused(client) -> None:
-    (error,) = refused(client, with_value("fingers.0.base", "[-0.6339999, 0.366]"))
-    assert error["field"] == "fingers.0.base" and "singular" in error["message"]
-
-
-def test_masses_and_friction_unknown_at_once_are_refused(client) -> None:
-    scenario = client.get("/presets/paper-case-1").json()["scenario"]
-    scenario["estimates"].append({"parameter": "fingers.0.friction", "initial": 0.5})
-    (error,) = refused(client, json.dumps({"scenario": scenario}))
-    assert error["field"] == "estimates" and "bilinear" in error["message"]
 
 
 def test_several_wrong_fields_are_all_listed(client) -> None:
@@ -197,19 +156,13 @@ def test_a_file_of_the_machine_is_no_table_of_a_motion(client, tmp_path) -> None
     [
         ("[]", ""),
         ("null", ""),
-        ("1", ""),
-        ('"paper-case-1"', ""),
         ("{}", "scenario"),
         ('{"scenario": null}', "scenario"),
         ('{"scenario": 1}', "scenario"),
-        ('{"scenario": ["paper-case-1"]}', "scenario"),
-        ('{"scenario": "paper-case-1", "set": []}', "set"),
         ('{"scenario": "paper-case-1", "set": null}', "set"),
         ('{"scenario": "paper-case-1", "sett": {}}', "sett"),
-        ('{"scenario": "paper-case-1", "values": {}}', "values"),
         ('{"scenario": {}}', "fingers"),
         ('{"scenario": {"fingers": 1}}', "fingers"),
-        ('{"scenario": {"fingers": []}}', "fingers"),
     ],
 )
 def test_a_body_of_the_wrong_shape_is_refused_by_field(client, body, field) -> None:
@@ -225,18 +178,13 @@ def test_an_unknown_field_is_refused_with_the_nearest_name(client) -> None:
     "body",
     [
         b"",
-        b" ",
         b"{",
-        b'{"scenario": "paper-case-1"',
-        b"{'scenario': 'paper-case-1'}",
         b'{"scenario": "paper-case-1"}}',
         b'\xef\xbb\xbf{"scenario": "paper-case-1"}',
         b'{"scenario": "paper\xff-case-1"}',
         b'{"scenario": "paper\xed\xa0\x80"}',
         '{"scenario": "paper-case-1"}'.encode("utf-16"),
-        b"[" * 100_000,
         b"[" * 100_000 + b"]" * 100_000,
-        b'{"a":' * 100_000 + b"1" + b"}" * 100_000,
         b"\0",
     ],
 )
@@ -335,12 +283,9 @@ def test_a_body_just_within_the_limit_is_read(server, client) -> None:
     ("method", "path", "allowed"),
     [
         ("DELETE", "/runs", "GET, POST"),
-        ("PUT", "/runs", "GET, POST"),
-        ("POST", "/health", "GET"),
         ("PUT", "/runs/abcdefghijkl", "DELETE, GET, PATCH"),
         ("POST", "/runs/abcdefghijkl/recording", "GET, HEAD"),
         ("GET", "/recordings", "POST"),
-        ("TRACE", "/presets", "GET"),
         ("NONSENSE", "/runs", "GET, POST"),
     ],
 )
@@ -362,14 +307,9 @@ def test_an_unknown_path_is_a_problem(client, path) -> None:
 @pytest.mark.parametrize(
     ("query", "field"),
     [
-        ("limit=-1", "limit"),
         ("limit=0", "limit"),
         ("limit=1000000000", "limit"),
         ("limit=abc", "limit"),
-        ("limit=", "limit"),
-        ("limit=1.5", "limit"),
-        ("limit=NaN", "limit"),
-        ("limit=" + "9" * 5000, "limit"),
         ("offset=-1", "offset"),
         ("offset=" + "9" * 30, "offset"),
         ("ofset=1", "ofset"),
@@ -385,38 +325,21 @@ def test_a_page_that_cannot_be_is_refused(client, query, field) -> None:
 
 IDS = [
     "..",
-    "../x",
-    "%2e%2e",
     "%2e%2e%2f%2e%2e%2fetc%2fpasswd",
-    "..%2f..%2fetc%2fpasswd",
     "..%5c..",
-    "%5c%5cserver%5cshare",
-    "%00",
     "abcdefghijkl%00",
-    "abcdefghijk%00",
     "abcdefghijkl%0a",
-    "abcdefghijkl%20",
     "abcdefghijkl.mcap",
     "ABCDEFGHIJKL",
     "abcdefghijk",
     "abcdefghijklm",
-    "x" * 300,
     "x" * 5000,
-    "CON",
-    "%20",
     ".",
-    "~",
-    "*",
-    "%EF%BD%81bcdefghijkl",
     "%D0%B0bcdefghijkl",
     "%ff%fe",
-    "%F0%9F%98%80",
-    "%C3%A9",
     "a%2fb",
     "a/b",
-    "file:%2f%2f%2fetc%2fpasswd",
     "{run_id}",
-    "%25%32%65",
     "abcdefghijkl",
     "null",
 ]
@@ -427,9 +350,7 @@ IDS = [
     ("method", "part"),
     [
         ("GET", ""),
-        ("GET", "/signals"),
         ("GET", "/signals.csv"),
-        ("GET", "/recording"),
         ("HEAD", "/recording"),
         ("PATCH", ""),
         ("DELETE", ""),

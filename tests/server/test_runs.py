@@ -203,32 +203,6 @@ def test_the_recording_is_downloaded_byte_for_byte(client, sample_run) -> None:
     assert answer.content == Path(sample_run["recording"]).read_bytes()
 
 
-def test_part_of_a_recording_can_be_downloaded(client, sample_run) -> None:
-    answer = client.get(f"/runs/{sample_run['id']}/recording", headers={"Range": "bytes=0-7"})
-    assert answer.status_code == 206
-    assert answer.content == Path(sample_run["recording"]).read_bytes()[:8]
-
-
-def test_a_recording_that_the_client_has_is_not_sent_again(client, sample_run) -> None:
-    path = f"/runs/{sample_run['id']}/recording"
-    tag = client.get(path).headers["etag"]
-    for known in (tag, f'"other", {tag}', f"W/{tag}", "*"):
-        answer = client.get(path, headers={"If-None-Match": known})
-        assert (answer.status_code, answer.content) == (304, b"")
-        assert answer.headers["etag"] == tag
-    assert client.get(path, headers={"If-None-Match": '"other"'}).status_code == 200
-
-
-def test_the_head_of_a_recording_tells_its_size_and_sends_nothing(client, sample_run) -> None:
-    path = f"/runs/{sample_run['id']}/recording"
-    answer = client.head(path)
-    size = Path(sample_run["recording"]).stat().st_size
-    assert answer.status_code == 200 and answer.content == b""
-    assert int(answer.headers["content-length"]) == size == sample_run["size"]
-    assert answer.headers["accept-ranges"] == "bytes"
-    assert answer.headers["etag"] == client.get(path).headers["etag"]
-
-
 def test_the_csv_file_is_the_exported_one(client, sample_run) -> None:
     answer = client.get(f"/runs/{sample_run['id']}/signals.csv")
     expected = io.StringIO()

@@ -39,6 +39,7 @@ def test_no_run_is_begun_where_the_disk_would_fill_up(tmp_path) -> None:
     with serve(settings) as running, running.client() as client:
         answer = client.post("/runs", json=SHORT)
         assert answer.status_code == 507 and "1126 TB must stay free" in answer.json()["detail"]
+        assert str(tmp_path) not in answer.text
         assert client.get("/runs").json()["count"] == 0
 
 

@@ -12,14 +12,12 @@ import numpy as np
 import pyarrow.parquet
 import pytest
 
-from slipgrasp.core.run.batch import simulate_many
-from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.recordings.file.reader import read_recording
 from slipgrasp.recordings.file.state_hash import state_hash
 from slipgrasp.recordings.study.results import read_results
 from slipgrasp.server.budget import SMALL_BYTES, Need
 from tests.server.serving import patient_settings, serve
-from tests.server.studying import LONG, QUICK, create, finished, until
+from tests.server.studying import LONG, create, finished, until
 
 pytestmark = pytest.mark.slow
 
@@ -49,16 +47,6 @@ def path_of(study, rest):
 def rows(studying, finished_study):
     with studying.client() as client:
         return client.get(path_of(finished_study, "results")).json()["data"]
-
-
-def test_the_rows_are_what_each_run_alone_gives(rows):
-    base = with_values(load_scenario("paper-case-1"), QUICK["set"])
-    keys = list(QUICK["vary"])
-    scenarios = [with_values(base, {key: row[key] for key in keys}) for row in rows]
-
-    for row, summary in zip(rows, simulate_many(scenarios, threads=1), strict=True):
-        assert row["outcome"] == summary.outcome
-        assert {k: row[k] for k in summary.metrics.flattened()} == summary.metrics.flattened()
 
 
 def test_columns_are_described_with_their_units(studies, finished_study, rows):
@@ -108,12 +96,8 @@ def test_rows_are_chosen_by_outcome_and_by_whether_they_held(studies, finished_s
     ("params", "field"),
     [
         ({"sort": "slip_path"}, "sort"),
-        ({"sort": "-"}, "sort"),
         ({"outcome": "won"}, "outcome"),
-        ({"held": "maybe"}, "held"),
         ({"limit": 0}, "limit"),
-        ({"limit": 1001}, "limit"),
-        ({"offset": -1}, "offset"),
         ({"colour": "red"}, "colour"),
     ],
 )
@@ -122,12 +106,6 @@ def test_a_wrong_question_names_its_field(studies, finished_study, params, field
 
     assert answer.status_code == 422
     assert [error["field"] for error in answer.json()["errors"]] == [field]
-
-
-def test_an_offset_beyond_the_end_gives_an_empty_page(studies, finished_study):
-    page = studies.get(path_of(finished_study, "results"), params={"offset": 10**9}).json()
-
-    assert page["data"] == [] and page["count"] == 40
 
 
 def test_the_tables_hold_the_same_rows(studies, finished_study, rows):
@@ -188,15 +166,6 @@ def test_controllers_are_compared_on_the_same_samples(studies, finished_study, r
     ]
 
 
-def test_a_study_without_crossed_values_has_an_empty_comparison(studies):
-    body = {**QUICK, "vary": {"object.mass": {"min": 0.8, "max": 1.6}}}
-    study = finished(studies, create(studies, body))
-
-    comparison = studies.get(path_of(study, "comparison")).json()
-
-    assert comparison == {"keys": [], "combinations": [], "pairs": []}
-
-
 def test_the_map_is_drawn_over_the_keys_that_are_asked_for(studies, finished_study):
     path = path_of(finished_study, "map.svg")
     chosen = {"x": "fingers.0.friction", "y": "object.mass"}
@@ -214,7 +183,6 @@ def test_the_map_is_drawn_over_the_keys_that_are_asked_for(studies, finished_stu
     ("params", "field"),
     [
         ({"x": "object.masss"}, "x"),
-        ({"y": "torque_effort"}, "y"),
         ({"x": "object.mass", "y": "object.mass"}, "y"),
         ({"z": "object.mass"}, "z"),
     ],
@@ -226,16 +194,6 @@ def test_a_map_over_what_does_not_vary_is_refused(studies, finished_study, param
     assert answer.status_code == 422 and error["field"] == field
     if field != "z":
         assert "object.mass" in error["limit"] and "fingers.0.friction" in error["limit"]
-
-
-def test_a_study_of_one_parameter_has_no_map_and_says_why(studies):
-    body = {**QUICK, "vary": {"object.mass": {"min": 0.8, "max": 1.6}}}
-    study = finished(studies, create(studies, body))
-
-    answer = studies.get(path_of(study, "map.svg"))
-
-    assert answer.status_code == 422
-    assert "two keys that vary in numbers; this study has 1" in answer.json()["detail"]
 
 
 def test_any_row_becomes_a_recording_once_that_is_what_the_study_computed(

@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 import socket
 import threading
-import zipfile
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -14,8 +13,6 @@ import httpx2
 import pytest
 from mcap.writer import Writer
 
-from slipgrasp.core.run.simulator import simulate
-from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.recordings.file.reader import read_recording
 from slipgrasp.recordings.file.writer import write_recording
 from slipgrasp.recordings.store import store as store_module
@@ -87,13 +84,6 @@ def foreign_mcap() -> bytes:
     return stream.getvalue()
 
 
-def zipped() -> bytes:
-    stream = io.BytesIO()
-    with zipfile.ZipFile(stream, "w") as archive:
-        archive.writestr("run.mcap", b"x" * 1000)
-    return stream.getvalue()
-
-
 def flipped(content: bytes) -> bytes:
     middle = len(content) // 2
     return content[:middle] + bytes([content[middle] ^ 1]) + content[middle + 1 :]
@@ -103,14 +93,11 @@ def flipped(content: bytes) -> bytes:
     ("spoil", "said"),
     [
         (lambda content: b"", "empty"),
-        (lambda content: content[:1], "its end is missing"),
         (lambda content: b"x", "not a slipgrasp recording"),
-        (lambda content: content[:-1], "its end is missing"),
         (lambda content: content[: len(content) // 2], "its end is missing"),
         (flipped, "damaged"),
         (lambda content: content + b"x", "damaged"),
         (lambda content: foreign_mcap(), "another program"),
-        (lambda content: zipped(), "not an MCAP file"),
         (lambda content: b"0" * 3_000_000, "not an MCAP file"),
     ],
 )
@@ -321,34 +308,3 @@ def test_a_recording_that_contradicts_its_samples_is_refused(
     computed = str(getattr(run.metrics, what))[:10]
     assert f"{what} is stated as {lie}, its samples give {computed}" in detail
     assert files_of(folder) == before
-
-
-def test_a_short_run_that_states_to_be_held_is_refused_by_what_it_states(client, tmp_path) -> None:
-    firm = {"controller.kind": "grip-reflex", "controller.control_period": 0.001}
-    values = {
-        **firm,
-        "controller.grip_force": 100.0,
-        "object.mass": 0.5,
-        "simulation.duration": 0.01,
-    }
-    run = simulate(with_values(load_scenario("paper-case-1"), values))
-    assert run.metrics.held is None
-    write_recording(replace(run, metrics=replace(run.metrics, held=True)), tmp_path / "run.mcap")
-    answer = client.post("/recordings", content=(tmp_path / "run.mcap").read_bytes())
-    assert answer.status_code == 422
-    assert "held is stated as True, its samples give None" in answer.json()["detail"]
-
-
-def test_a_recording_in_space_whose_slips_were_scaled_is_refused(client, folder, tmp_path) -> None:
-    run = simulate(load_scenario("spatial-prism"))
-    write_recording(run, tmp_path / "true.mcap")
-    scaled = replace(run, trace=replace(run.trace, slip=1.5 * run.trace.slip))
-    write_recording(scaled, tmp_path / "forged.mcap")
-    before = files_of(folder)
-
-    answer = client.post("/recordings", content=(tmp_path / "forged.mcap").read_bytes())
-
-    assert answer.status_code == 422 and "slip_0 is stated as" in answer.json()["detail"]
-    assert files_of(folder) == before
-    answer = client.post("/recordings", content=(tmp_path / "true.mcap").read_bytes())
-    assert answer.status_code == 201

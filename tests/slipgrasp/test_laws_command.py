@@ -177,7 +177,7 @@ def test_a_study_over_a_law_is_read_and_rebuilt_where_the_law_comes_from_a_file(
         ("nowhere.py:Carry", "cannot be read"),
         ("law.py:Nothing", "has no class 'Nothing'; laws in it: Carry, Broken"),
         ("law.py", "which class? Give it as law.py:Name"),
-        ("no-such-law", "laws: theorem-3"),
+        ("no-such-law", "laws: adaptive-mass, adaptive-friction, theorem-3"),
     ],
 )
 def test_a_law_that_is_not_there_is_refused_in_a_sentence(specification, told, capsys):

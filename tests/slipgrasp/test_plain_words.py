@@ -31,6 +31,8 @@ RETIRED = {
     r"unknowns? of a run": "unknown parameter",
     r"front ends? of a law": "way to write a law",
     r"\bcarriers?\b": "tracking controller",
+    r"wet[ _]?spots?": "low-friction patch (button: wet patch)",
+    r"knobs?": "control, slider",
     r"holds? on to|to be had": "retain, available",
     r"goes over to (the|where)|go(ing)? over to the next": "switches to, continues with",
 }

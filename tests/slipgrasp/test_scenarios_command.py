@@ -1,6 +1,8 @@
+from dataclasses import replace
+
 import pytest
 
-from slipgrasp.core.scenario.loading import all_preset_names, load_scenario
+from slipgrasp.core.scenario.loading import all_preset_names, load_scenario, preset_text
 
 
 def test_scenarios_lists_the_presets_with_their_titles(slipgrasp):
@@ -43,3 +45,33 @@ def test_an_unknown_preset_is_refused_with_the_nearest_name(slipgrasp):
 
     assert done.returncode == 2
     assert "did you mean 'paper-case-" in done.stderr
+
+
+@pytest.mark.parametrize("name", all_preset_names())
+def test_a_new_scenario_is_its_preset_with_a_comment_for_each_key(in_process, tmp_path, name):
+    file = tmp_path / "mine.toml"
+    assert in_process("scenarios", "new", file, "--from", name).returncode == 0
+
+    assert replace(load_scenario(file), title="") == replace(load_scenario(name), title="")
+    keys = [line.partition(" = ")[0] for line in preset_text(name).splitlines() if " = " in line]
+    lines = file.read_text().splitlines()
+    for key in set(keys) - {"title"}:
+        first = next(i for i, line in enumerate(lines) if line.startswith(f"{key} = "))
+        assert lines[first - 1].startswith("# ") and lines[first - 1].endswith("."), key
+
+
+def test_a_new_scenario_says_what_it_needs(in_process, tmp_path):
+    file = tmp_path / "mine.toml"
+    done = in_process("scenarios", "new", file)
+    assert f"slipgrasp run {file}" in done.stdout
+    text = file.read_text()
+    assert "# True mass of the object (0.001 … 1000 kg).\nmass = 1.0\n" in text
+
+    for arguments, words in (
+        ((file,), "exists; choose another name"),
+        (("mine.json",), "does not end in .toml"),
+        (("other.toml", "--from", "composite-case"), "did you mean"),
+    ):
+        refused = in_process("scenarios", "new", *arguments)
+        assert refused.returncode == 2 and words in refused.stderr
+    assert file.read_text() == text

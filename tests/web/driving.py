@@ -28,7 +28,7 @@ def number_field(page: Page, label: str) -> Locator:
     return row.locator("input:visible").last
 
 
-def knob(page: Page, label: str) -> Locator:
+def control(page: Page, label: str) -> Locator:
     """The slider of a parameter."""
     row = page.locator(f"xpath=//label[normalize-space(.)='{label}']/../../..")
     return row.get_by_role("slider")

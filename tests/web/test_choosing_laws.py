@@ -27,7 +27,7 @@ from slipgrasp.web.model.intents.scenario import ChooseReach, Redo, RemoveChange
 from slipgrasp.web.model.laws import law_change_words, with_law
 from slipgrasp.web.model.playback import Playback, TimeWindow, WindowChoice
 from slipgrasp.web.model.view import RunStage, RunStatus, ViewState
-from slipgrasp.web.panels.knobs_panel import KnobsPanel
+from slipgrasp.web.panels.controls_panel import ControlsPanel
 from slipgrasp.web.panels.scenario_panel import changes_html
 from slipgrasp.web.reducers.scenario import ScenarioReducer
 from tests.web.conftest import Visitors
@@ -150,7 +150,7 @@ def test_a_later_law_keeps_the_sampled_control_that_an_earlier_one_brought() -> 
     )
 
 
-def test_while_another_knob_is_wrong_a_law_is_still_chosen_with_its_settings() -> None:
+def test_while_another_control_is_wrong_a_law_is_still_chosen_with_its_settings() -> None:
     wrong = FIRST.edited("object.mass", -1.0)
     there = chosen(view_at(0.0, wrong), "composite").draft
     assert there.edited("object.mass", 1.0).scenario() == core_with_law(FIRST.base, "composite")
@@ -177,20 +177,20 @@ def test_the_note_says_what_actually_changed_until_the_next_step() -> None:
     )
 
 
-def test_the_note_stands_below_the_knob_of_the_law(viewer_server: ViewerServer) -> None:
-    panel = KnobsPanel(viewer_server.gui, lambda _: None)
+def test_the_note_stands_below_the_control_of_the_law(viewer_server: ViewerServer) -> None:
+    panel = ControlsPanel(viewer_server.gui, lambda _: None)
     first = view_at(0.0)
     panel.update(first)
     assert panel.law_line == ""
     panel.update(chosen(first, "composite"))
     told = panel.law_line.replace("\u00a0", " ")
     assert f"<b>composite</b> on the whole run: {COMPOSITE}; undo with Ctrl+Z." in told
-    assert panel.knob("estimates.3.maximum").value == "0.2"
+    assert panel.control("estimates.3.maximum").value == "0.2"
     panel.update(chosen(view_at(0.08), "pd-gravity"))
     assert "<b>pd-gravity</b> from t = 0.08 s on: no other setting changed" in panel.law_line
     panel.update(first)
     assert panel.law_line == ""
-    assert panel.knob("estimates.3.maximum").value == ""
+    assert panel.control("estimates.3.maximum").value == ""
     panel.remove()
 
 

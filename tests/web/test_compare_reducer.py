@@ -145,7 +145,7 @@ def test_a_live_run_is_swapped_only_once_it_is_saved(
     assert comparison.names == ("Q = 1", "Q = 20")
 
 
-def test_the_run_before_a_change_is_compared_too_but_not_while_a_knob_moves(
+def test_the_run_before_a_change_is_compared_too_but_not_while_a_control_moves(
     comparison: Comparison, sluggish: RunResult
 ) -> None:
     before = comparison.view.shown

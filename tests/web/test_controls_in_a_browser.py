@@ -8,7 +8,7 @@ from playwright.sync_api import Page, expect
 
 from tests.waiting import wait_until
 from tests.web.conftest import Visitors
-from tests.web.driving import choose_case_2, knob, number_field, pause_at, picture, told
+from tests.web.driving import choose_case_2, control, number_field, pause_at, picture, told
 
 pytestmark = [
     pytest.mark.browser,
@@ -80,18 +80,18 @@ def test_a_lecture_has_one_chart_in_large_type_and_work_at_a_desk_comes_back(
     visitors: Visitors,
 ) -> None:
     page = visitors.open()
-    charts, knobs = page.locator(".uplot:visible"), page.get_by_label("scenario", exact=True)
+    charts, controls = page.locator(".uplot:visible"), page.get_by_label("scenario", exact=True)
     at_a_desk = charts.count()
     strip = page.locator(".sg-strip")
     size = "strip => parseFloat(getComputedStyle(strip).fontSize)"
     before = strip.evaluate(size)
     page.keyboard.press("l")
     expect(charts).to_have_count(1)
-    expect(knobs.first).not_to_be_in_viewport()
+    expect(controls.first).not_to_be_in_viewport()
     wait_until(lambda: strip.evaluate(size) > 1.3 * before, "the type did not become large")
     page.keyboard.press("l")
     expect(charts).to_have_count(at_a_desk)
-    expect(knobs.first).to_be_in_viewport()
+    expect(controls.first).to_be_in_viewport()
     assert at_a_desk > 1
 
     def fits() -> bool:
@@ -102,11 +102,11 @@ def test_a_lecture_has_one_chart_in_large_type_and_work_at_a_desk_comes_back(
     wait_until(fits, "the strip does not fit below the picture any more")
 
 
-def test_arrows_on_a_knob_leave_the_camera_where_it_is(visitors: Visitors) -> None:
+def test_arrows_on_a_control_leave_the_camera_where_it_is(visitors: Visitors) -> None:
     page = visitors.open()
     choose_case_2(page)
     pause_at(page, 0.08)
-    friction = knob(page, "left friction")
+    friction = control(page, "left friction")
     assert friction.get_attribute("aria-valuenow") == friction.get_attribute("aria-valuemax")
     friction.focus()
     before = picture(page)

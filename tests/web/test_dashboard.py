@@ -17,7 +17,7 @@ from tests.waiting import wait_until
 from tests.web.conftest import Visitors
 from tests.web.driving import (
     choose_case_2,
-    knob,
+    control,
     number_field,
     pause_at,
     picture,
@@ -84,7 +84,7 @@ def test_a_slider_changes_the_picture_and_the_charts_and_only_where_it_rests_is_
     before, slip_before, runs_before = picture(page), slip_at_end(page), store.count()
     pause_at(page, 0.05)
     # All moves in one task of the page: it sends the first and the last.
-    knob(page, "mass [kg]").evaluate(MOVE_TWENTY_TIMES)
+    control(page, "mass [kg]").evaluate(MOVE_TWENTY_TIMES)
     wait_until(lambda: slip_at_end(page) != slip_before, "the chart did not change")
     wait_until(lambda: store.count() > runs_before, "no recording was saved")
     page.get_by_text("Saved as").wait_for()
@@ -101,7 +101,7 @@ def num_preview_workers() -> int:
     return sum(thread.name == "preview" for thread in threading.enumerate())
 
 
-def test_users_share_no_knob_and_a_session_ends_with_its_page(
+def test_users_share_no_control_and_a_session_ends_with_its_page(
     seen_page: Page, visitors: Visitors, dashboard: RunningServer
 ) -> None:
     mine, theirs = seen_page, visitors.open()

@@ -58,12 +58,12 @@ def rested(view: ViewState) -> ViewState:
     return replace(view, editing=replace(view.editing, gesture=gesture))
 
 
-def test_a_knob_acts_where_the_play_head_stands(view: ViewState) -> None:
+def test_a_control_acts_where_the_play_head_stands(view: ViewState) -> None:
     assert after(view, SetParameter(MASS, 1.4)).draft.changes == (TimedEdit(0.5, MASS, 1.4),)
     assert after(at(view, 0.0), SetParameter(MASS, 1.4)).draft.edits == {MASS: 1.4}
 
 
-def test_a_knob_acts_on_the_whole_run_if_the_user_says_so(view: ViewState) -> None:
+def test_a_control_acts_on_the_whole_run_if_the_user_says_so(view: ViewState) -> None:
     draft = after(view, ChooseReach(Reach.WHOLE_RUN), SetParameter(MASS, 1.4)).draft
     assert (draft.edits, draft.changes) == ({MASS: 1.4}, ())
 
@@ -79,7 +79,7 @@ def test_a_drag_is_one_change_and_one_step_of_undo_although_the_play_head_moves(
     assert after(view, Undo(), Redo()).draft == view.draft
 
 
-def test_another_knob_or_a_rest_begins_another_gesture(view: ViewState) -> None:
+def test_another_control_or_a_rest_begins_another_gesture(view: ViewState) -> None:
     one = after(view, SetParameter(MASS, 1.4))
     two = after(one, SetParameter(INERTIA, 0.02))
     assert after(two, Undo()).draft == one.draft
@@ -184,29 +184,29 @@ def test_a_push_begins_at_the_play_head_and_can_be_edited_and_taken_back(view: V
     assert after(harder, RemoveDisturbance(7)) is harder
 
 
-def test_a_wet_spot_lies_under_the_fingertip_nearest_to_slip_or_under_the_chosen_one(
+def test_a_low_friction_patch_lies_under_the_fingertip_nearest_to_slip_or_under_the_chosen_one(
     view: ViewState, case_2: RunResult
 ) -> None:
     trace, early = case_2.trace, at(view, 0.05)
     row = int(np.searchsorted(trace.times, 0.05, side="right")) - 1
     nearest = int(trace.friction_margin[row].argmin())
     for contact, expected in ((None, nearest), (0, 0), (1, 1)):
-        wet = after(early, AddDisturbance(DisturbanceKind.WET_SPOT, contact))
+        wet = after(early, AddDisturbance(DisturbanceKind.LOW_FRICTION_PATCH, contact))
         (patch,) = wet.draft.scenario().patches
         assert patch.face == ("left", "right")[expected]
         slip = np.interp(0.05, trace.times, trace.slip[:, expected])
         assert patch.centre == pytest.approx(slip, abs=1e-5)
         assert (patch.start_time, patch.end_time) == (0.05, None)
         assert after(wet, Undo()).draft == view.draft
-    assert after(early, AddDisturbance(DisturbanceKind.WET_SPOT, 5)) is early
+    assert after(early, AddDisturbance(DisturbanceKind.LOW_FRICTION_PATCH, 5)) is early
 
 
-def test_a_wet_spot_in_space_lies_where_the_chosen_fingertip_is() -> None:
+def test_a_low_friction_patch_in_space_lies_where_the_chosen_fingertip_is() -> None:
     run = simulate(with_values(load_scenario("spatial-prism"), {"simulation.duration": 0.06}))
     shown = replace(view_of(run), draft=Draft.from_preset("spatial-prism"))
     early, row = at(shown, 0.05), int(np.searchsorted(run.trace.times, 0.05))
     for contact, expected in ((None, int(run.trace.friction_margin[row].argmin())), (1, 1)):
-        wet = after(early, AddDisturbance(DisturbanceKind.WET_SPOT, contact))
+        wet = after(early, AddDisturbance(DisturbanceKind.LOW_FRICTION_PATCH, contact))
         (patch,) = wet.draft.scenario().patches
         assert isinstance(patch, SpatialPatch) and patch.face == f"side-{expected}"
         slip = run.trace.slip[row, 2 * expected : 2 * expected + 2]
@@ -216,7 +216,7 @@ def test_a_wet_spot_in_space_lies_where_the_chosen_fingertip_is() -> None:
 
 def test_a_run_in_the_plane_tells_nothing_of_faces_in_space(view: ViewState) -> None:
     in_space = replace(view, draft=Draft.from_preset("spatial-prism"))
-    assert after(in_space, AddDisturbance(DisturbanceKind.WET_SPOT)) is in_space
+    assert after(in_space, AddDisturbance(DisturbanceKind.LOW_FRICTION_PATCH)) is in_space
 
 
 def test_a_pour_is_half_as_much_again_of_mass_and_inertia_in_one_step(view: ViewState) -> None:
@@ -244,12 +244,12 @@ def test_nothing_can_happen_before_there_is_a_run(view: ViewState) -> None:
     assert after(empty, AddDisturbance(DisturbanceKind.PUSH)).draft == empty.draft
 
 
-def test_pushes_and_wet_spots_keep_their_own_numbers(view: ViewState) -> None:
+def test_pushes_and_low_friction_patches_keep_their_own_numbers(view: ViewState) -> None:
     both = after(
         view,
-        AddDisturbance(DisturbanceKind.WET_SPOT, 0),
+        AddDisturbance(DisturbanceKind.LOW_FRICTION_PATCH, 0),
         AddDisturbance(DisturbanceKind.PUSH),
-        AddDisturbance(DisturbanceKind.WET_SPOT, 1),
+        AddDisturbance(DisturbanceKind.LOW_FRICTION_PATCH, 1),
     )
     scenario = both.draft.scenario()
     assert [patch.face for patch in scenario.patches] == ["left", "right"]

@@ -7,7 +7,7 @@ from playwright.sync_api import Locator, Page, expect
 
 from tests.waiting import wait_until
 from tests.web.conftest import Visitors
-from tests.web.driving import knob, told
+from tests.web.driving import control, told
 
 MOST_STOPS = 120
 
@@ -60,11 +60,11 @@ def test_the_first_lesson_by_keyboard(visitors: Visitors) -> None:
     page.keyboard.press("Control+z")
     expect(card).to_contain_text("slipped, 47.2 mm left and 47.2 mm right")
 
-    # How much heavier it may get: by asking, and by a knob.
+    # How much heavier it may get: by asking, and by a control.
     tab_to(page, page.get_by_role("button", name="How much heavier may it get?"))
     page.keyboard.press("Enter")
     expect(card).to_contain_text("Held up to 18.57 kg, 18.57 times its mass")
-    mass = knob(page, "mass [kg]")
+    mass = control(page, "mass [kg]")
     tab_to(page, mass)
     before = float(mass.get_attribute("aria-valuenow") or "nan")
     page.keyboard.press("ArrowRight")

@@ -31,7 +31,7 @@ from slipgrasp.web.reducers.runs import is_save_due
 from slipgrasp.web.workers.preview_worker import is_outdated
 
 
-def test_only_the_last_value_of_a_dragged_knob_counts() -> None:
+def test_only_the_last_value_of_a_dragged_control_counts() -> None:
     drag = [SetParameter("object.mass", 0.1 * i) for i in range(20)]
     other = SetParameter("fingers.0.friction", 0.4)
     assert coalesce([*drag[:10], other, *drag[10:]]) == [other, drag[-1]]
@@ -47,7 +47,7 @@ def test_a_reset_stays_where_it_was_among_the_edits() -> None:
     assert coalesce([early, ResetScenario(), late]) == [early, ResetScenario(), late]
 
 
-def test_a_knob_acts_at_the_play_head_that_it_was_turned_at() -> None:
+def test_a_control_acts_at_the_play_head_that_it_was_turned_at() -> None:
     turned = SetParameter("object.mass", 1.7)
     assert coalesce([Seek(0.9), Seek(1.0), turned, Seek(2.0)]) == [Seek(1.0), turned, Seek(2.0)]
 
@@ -79,7 +79,7 @@ def test_the_mailbox_gives_a_whole_batch_and_then_nothing() -> None:
         (RunStage.REPLAY, 9.0, False),
     ],
 )
-def test_a_run_is_saved_once_its_knobs_have_rested(
+def test_a_run_is_saved_once_its_controls_have_rested(
     stage: RunStage, rested: float, due: bool
 ) -> None:
     assert is_save_due(stage, rested) is due

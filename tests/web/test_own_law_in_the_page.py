@@ -1,4 +1,4 @@
-"""A custom law in the dashboard: its knobs, its signals, and branches at the play head."""
+"""A custom law in the dashboard: its controls, its signals, and branches at the play head."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ from slipgrasp.web.model.playback import Playback, TimeWindow, WindowChoice
 from slipgrasp.web.model.study import StudyView
 from slipgrasp.web.model.study_draft import offers_of
 from slipgrasp.web.model.view import RunStage, RunStatus, ViewState
-from slipgrasp.web.panels.knobs_panel import KnobsPanel
+from slipgrasp.web.panels.controls_panel import ControlsPanel
 from slipgrasp.web.panels.study_panel import draft_html
 from slipgrasp.web.reducers.scenario import ScenarioReducer
 from tests.web.conftest import PATIENCE, SMALL
-from tests.web.driving import knob, number_field, overwrite, pause, pause_at
+from tests.web.driving import control, number_field, overwrite, pause, pause_at
 from tests.web.serving_process import ServerProcess
 
 LAW, GRIP = "controller.kind", "controller.parameters.grip"
@@ -116,26 +116,26 @@ def test_what_was_set_of_a_law_goes_with_the_law(first: Draft) -> None:
     assert not with_law(stored, "pd-gravity", None).scenario().controller.parameters
 
 
-def test_the_knobs_of_a_law_are_seen_while_it_is_the_law(
+def test_the_controls_of_a_law_are_seen_while_it_is_the_law(
     first: Draft, viewer_server: ViewerServer
 ) -> None:
-    panel = KnobsPanel(viewer_server.gui, lambda _: None)
+    panel = ControlsPanel(viewer_server.gui, lambda _: None)
     panel.update(view_at(0.0, first))
     folder = panel.law_folder("squeeze")
     assert not folder.visible
     chosen = with_law(first, "squeeze", None)
     panel.update(view_at(0.0, chosen))
     assert folder.visible
-    assert panel.knob(GRIP).value == 30.0
+    assert panel.control(GRIP).value == 30.0
     # A law sees this one of the program's settings of a grip, and no other.
-    assert panel.knob("controller.grip_force").input.visible
-    assert not panel.knob("controller.grip_rate").input.visible
+    assert panel.control("controller.grip_force").input.visible
+    assert not panel.control("controller.grip_rate").input.visible
     panel.update(view_at(0.0, chosen.edited(GRIP, 60.0)))
-    assert panel.knob(GRIP).value == 60.0
+    assert panel.control(GRIP).value == 60.0
     panel.update(view_at(0.0, first))
     assert not folder.visible
-    assert not panel.knob("controller.grip_force").input.visible
-    assert panel.knob(GRIP).value == 30.0
+    assert not panel.control("controller.grip_force").input.visible
+    assert panel.control(GRIP).value == 30.0
     panel.remove()
 
 
@@ -146,9 +146,9 @@ def test_a_recording_of_a_law_that_is_not_here_is_shown(
     forget("squeeze")
     assert describe_run(result).headline
     draft = Draft.starting_from("a recording", result.scenario)
-    panel = KnobsPanel(viewer_server.gui, lambda _: None)
+    panel = ControlsPanel(viewer_server.gui, lambda _: None)
     panel.update(view_at(0.0, draft))
-    assert panel.knob(LAW).value == "squeeze"
+    assert panel.control(LAW).value == "squeeze"
     panel.remove()
     assert offers_of(result.scenario) == ()
     assert "law of this scenario is not here" in draft_html(StudyView())
@@ -179,14 +179,14 @@ def law_page(browser: Browser, law_file: Path, tmp_path: Path) -> Iterator[Page]
 @pytest.mark.slow
 @pytest.mark.browser
 @pytest.mark.filterwarnings("ignore:Queued a .* on a closed connection")
-def test_a_law_that_the_server_was_started_with_has_knobs_signals_and_branches(
+def test_a_law_that_the_server_was_started_with_has_controls_signals_and_branches(
     law_page: Page,
 ) -> None:
     page = law_page
     pause_at(page, 0.0)
     page.get_by_label("control law", exact=True).first.click()
     page.get_by_role("option", name="squeeze", exact=True).click()
-    expect(knob(page, "grip [N]")).to_have_attribute("aria-valuenow", "30")
+    expect(control(page, "grip [N]")).to_have_attribute("aria-valuenow", "30")
     page.get_by_role("tab", name="Beliefs", exact=True).click()
     head = page.locator("[data-sg-chart=law-grip]")
     value = head.locator("[data-sg-value]")

@@ -157,7 +157,7 @@ def test_a_dashboard_that_opens_on_a_recording_plays_and_charts_the_file(
 
 @pytest.mark.browser
 @pytest.mark.filterwarnings("ignore:Queued a .* on a closed connection")
-def test_a_knob_makes_a_live_run_of_a_recording_and_a_damaged_one_is_explained(
+def test_a_control_makes_a_live_run_of_a_recording_and_a_damaged_one_is_explained(
     replay_page: Page, replaying: RunningServer, case_2: RunResult
 ) -> None:
     page, store = replay_page, replaying.app.state.run_service.store

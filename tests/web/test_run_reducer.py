@@ -154,7 +154,7 @@ def test_drawing_waits_for_a_short_run_but_not_for_long(bench: Bench) -> None:
     bench.view = bench.runs.pass_time(5.0, bench.view)
     assert bench.runs.expects_answer(5.0)
     assert bench.runs.wait(5.01, bench.view) == pytest.approx(0.02)
-    # Another knob does not put it off any further.
+    # Another control does not put it off any further.
     bench.view = bench.scenario.reduce(SetParameter(MASS, 1.4), bench.view)
     bench.view = bench.runs.pass_time(5.02, bench.view)
     assert not bench.runs.expects_answer(5.031)
@@ -178,7 +178,7 @@ def test_a_refused_draft_names_the_field_and_keeps_run_and_ghost(bench: Bench) -
     assert view.ghost.shown is first
 
 
-def test_a_resting_play_head_stays_where_the_knob_acts(bench: Bench) -> None:
+def test_a_resting_play_head_stays_where_the_control_acts(bench: Bench) -> None:
     assert bench.view.playback is not None
     wide = replace(bench.view.playback, window=TimeWindow(0.0, 7.0)).seek(3.0)
     bench.view = replace(bench.view, choice=WindowChoice.SLIP, playback=wide)
@@ -188,7 +188,7 @@ def test_a_resting_play_head_stays_where_the_knob_acts(bench: Bench) -> None:
     assert view.draft.changes[0].time == 3.0
 
 
-def test_a_run_is_saved_once_its_knobs_rest(bench: Bench) -> None:
+def test_a_run_is_saved_once_its_controls_rest(bench: Bench) -> None:
     for i in range(10):
         bench.now += 0.1
         bench.do(SetParameter(MASS, 1.0 + 0.1 * i))

@@ -1,4 +1,4 @@
-"""The scenario editor in a real Chromium: knobs at the play head, undo, errors, files."""
+"""The scenario editor in a real Chromium: controls at the play head, undo, errors, files."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def leave_field(page: Page) -> None:
     page.evaluate("document.activeElement.blur()")
 
 
-def test_a_knob_acts_from_the_play_head_on_leaves_a_ghost_and_is_undone(
+def test_a_control_acts_from_the_play_head_on_leaves_a_ghost_and_is_undone(
     page: Page, dashboard: RunningServer
 ) -> None:
     store = RecordingStore(dashboard.data_directory)
@@ -110,7 +110,7 @@ def test_the_object_is_dragged_to_push_it(page: Page) -> None:
     pushed.wait_for(state="detached")
 
 
-def test_a_push_a_wet_spot_and_a_pour_happen_at_the_play_head_and_are_undone(
+def test_a_push_a_low_friction_patch_and_a_pour_happen_at_the_play_head_and_are_undone(
     page: Page, dashboard: RunningServer
 ) -> None:
     store = RecordingStore(dashboard.data_directory)
@@ -119,7 +119,7 @@ def test_a_push_a_wet_spot_and_a_pour_happen_at_the_play_head_and_are_undone(
     note(page, "from t = 0.08 s on").wait_for()
     for button, words in (
         ("push", "0.08 s push (0, -5) N for 0.05 s"),
-        ("wet spot", "0.08 s wet spot on"),
+        ("low-friction patch", "0.08 s low-friction patch on"),
         ("pour", "0.08 s object mass 1.5 kg"),
     ):
         page.get_by_role("button", name=button, exact=True).click()
@@ -138,9 +138,14 @@ def test_a_push_a_wet_spot_and_a_pour_happen_at_the_play_head_and_are_undone(
     assert [change.time for change in scenario().changes] == [0.08, 0.08]
     title = page.locator(".sg-mark[title*='push (0, -12) N']").get_attribute("title")
     assert title is not None
-    assert "wet spot" in title
+    assert "low-friction patch" in title
     leave_field(page)
-    for gone in ("push (0, -12) N", "object mass 1.5 kg", "wet spot on", "push (0, -5) N"):
+    for gone in (
+        "push (0, -12) N",
+        "object mass 1.5 kg",
+        "low-friction patch on",
+        "push (0, -5) N",
+    ):
         page.keyboard.press("Control+z")
         # The name of the pale run, the one before, still has it.
         note(page, gone).filter(has_not_text="Pale").wait_for(state="detached")
@@ -152,7 +157,7 @@ def test_a_typed_number_counts_to_the_last_digit_and_a_wrong_one_is_explained_be
     page: Page, dashboard: RunningServer
 ) -> None:
     store = RecordingStore(dashboard.data_directory)
-    page.get_by_label("knobs act").first.click()
+    page.get_by_label("controls act").first.click()
     page.get_by_role("option", name="on the whole run").click()
     note(page, "on the whole run").wait_for()
     num_runs = store.count()
@@ -176,7 +181,7 @@ def test_a_typed_number_counts_to_the_last_digit_and_a_wrong_one_is_explained_be
     page.get_by_role("button", name="reset").click()
     shows(page, MASS, "1")
     shows(page, INERTIA, "0.01042")
-    page.get_by_label("knobs act").first.click()
+    page.get_by_label("controls act").first.click()
     page.get_by_role("option", name="at the play head").click()
 
 

@@ -1,4 +1,4 @@
-"""What stands above the knobs: where they act, what changes during the run, files."""
+"""What stands above the controls: where they act, what changes during the run, files."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def touch(target: Any, value: str) -> None:
         asyncio.run(callback(event))
 
 
-def test_the_note_says_what_a_knob_acts_on_now() -> None:
+def test_the_note_says_what_a_control_acts_on_now() -> None:
     assert "from t = 0.05 s on" in reach_html(Reach.PLAY_HEAD, at(0.05))
     assert "from the play head on" in reach_html(Reach.PLAY_HEAD, at(0.05, playing=True))
     assert "on the whole run" in reach_html(Reach.PLAY_HEAD, at(0.0))

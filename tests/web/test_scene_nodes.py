@@ -237,7 +237,7 @@ def test_a_polygon_is_drawn_with_its_corners_and_a_ghost_of_it_too(
     assert (layout.hand_high > np.array(CORNERS) + sample.object_pose[:2]).all()
 
 
-def test_a_wet_spot_lies_on_its_face_and_in_the_lens_while_it_is_there(
+def test_a_low_friction_patch_lies_on_its_face_and_in_the_lens_while_it_is_there(
     scene: Scene, viewer_server: ViewerServer, polygon: RunResult
 ) -> None:
     layout, sampler = scene.show(polygon), Sampler(polygon.trace)
@@ -277,7 +277,7 @@ def test_a_push_is_an_arrow_to_the_centre_and_a_twist_an_arc_while_they_last(
     assert node(viewer_server, "/hand/plane/push/words").text == "push 5 N, 0.1 N m"
 
 
-def test_other_wet_spots_take_the_place_of_those_before(
+def test_other_low_friction_patches_take_the_place_of_those_before(
     scene: Scene, viewer_server: ViewerServer, polygon: RunResult
 ) -> None:
     scene.show(polygon)

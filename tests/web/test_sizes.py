@@ -12,7 +12,7 @@ from playwright.sync_api import Browser, Error, Locator, Page, ViewportSize
 from tests.server.serving import RunningServer
 from tests.waiting import wait_until
 from tests.web.conftest import visitors_of
-from tests.web.driving import knob
+from tests.web.driving import control
 
 pytestmark = [
     pytest.mark.browser,
@@ -72,7 +72,7 @@ def test_columns_leave_the_scene_its_place_and_the_strip_is_in_it(
 
     def fits() -> bool:
         scene = box_of(page.locator(SCENE))
-        columns = [box_of(page.locator(VERDICT)), box_of(knob(page, "mass [kg]"))]
+        columns = [box_of(page.locator(VERDICT)), box_of(control(page, "mass [kg]"))]
         return (
             250 <= scene.right - scene.left < size[0]
             and box_of(window).is_across(scene)
@@ -82,7 +82,7 @@ def test_columns_leave_the_scene_its_place_and_the_strip_is_in_it(
     wait_until(fits, "something lies over the scene, or there is none")
 
 
-def test_a_phone_has_the_picture_the_strip_how_it_went_and_the_knobs(small_page: Page) -> None:
+def test_a_phone_has_the_picture_the_strip_how_it_went_and_the_controls(small_page: Page) -> None:
     page = small_page
     page.set_viewport_size(PHONE)
     page.locator(".mantine-Paper-root", has=page.locator(STRIP)).first.wait_for()
@@ -100,5 +100,5 @@ def test_a_phone_has_the_picture_the_strip_how_it_went_and_the_knobs(small_page:
             and box.bottom <= PHONE["height"]
         )
 
-    for shown in (page.locator(VERDICT), knob(page, "mass [kg]")):
+    for shown in (page.locator(VERDICT), control(page, "mass [kg]")):
         wait_until(lambda shown=shown: is_reached(shown), "it lies below the strip, or outside")

@@ -26,7 +26,7 @@ def coloured(page: Page) -> tuple[int, int]:
 
 @pytest.mark.browser
 @pytest.mark.filterwarnings("ignore:Queued a .* on a closed connection")
-def test_a_prism_in_space_slips_in_the_picture_and_follows_a_knob(page: Page) -> None:
+def test_a_prism_in_space_slips_in_the_picture_and_follows_a_control(page: Page) -> None:
     page.get_by_role("combobox", name="scenario", exact=True).click()
     page.locator("[role=option]:visible").filter(has_text="spatial-prism").first.click()
     verdict = page.locator(".sg-outcome")

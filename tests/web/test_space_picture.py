@@ -173,7 +173,7 @@ def test_a_run_in_the_plane_takes_the_place_of_one_in_space(
     scene.remove()
 
 
-def test_a_wet_spot_lies_on_its_face_and_in_the_lens_of_who_touches_it_while_it_is_there(
+def test_a_low_friction_patch_lies_on_its_face_and_in_the_lens_of_who_touches_it_while_it_is_there(
     viewer_server: ViewerServer, prism: RunResult
 ) -> None:
     wet = with_values(

@@ -41,28 +41,28 @@ def test_it_visits_every_preset_once() -> None:
 @pytest.mark.slow
 @pytest.mark.usefixtures("kernel")
 @pytest.mark.parametrize("stop", TOUR, ids=lambda stop: stop.preset)
-def test_the_knob_of_a_stop_can_be_moved_and_makes_another_run(stop: Stop) -> None:
+def test_the_control_of_a_stop_can_be_moved_and_makes_another_run(stop: Stop) -> None:
     draft = Draft.from_preset(stop.preset)
     definitions = parameter_definitions(draft.base)
-    parameter = definitions[stop.knob]
+    parameter = definitions[stop.control]
     if parameter.kind == "choice":
         other = next(choice for choice in parameter.choices if choice != parameter.value)
     else:
         assert isinstance(parameter.value, float) and parameter.changeable
         low, high, _ = slider_range(parameter, definitions, parameter.value)
         other = 0.5 * (parameter.value + (high if parameter.value < high else low))
-    moved = draft.edited(stop.knob, other).scenario()
+    moved = draft.edited(stop.control, other).scenario()
     assert state_hash(simulate(moved)) != state_hash(simulate(load_scenario(stop.preset)))
 
 
-def test_its_knobs_act_on_the_whole_run_and_leaving_it_keeps_what_was_done(
+def test_its_controls_act_on_the_whole_run_and_leaving_it_keeps_what_was_done(
     view: ViewState,
 ) -> None:
     begun = after(view, ToggleTour())
     assert begun.stop is TOUR[0]
     assert begun.draft == Draft.from_preset(TOUR[0].preset)
     assert begun.editing.reach is Reach.WHOLE_RUN
-    moved = after(begun, SetParameter(TOUR[0].knob, 0.8))
+    moved = after(begun, SetParameter(TOUR[0].control, 0.8))
     assert moved.stop is TOUR[0]
     assert moved.draft.scenario().object.mass == 0.8
     left = after(moved, ToggleTour())

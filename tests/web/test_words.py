@@ -172,7 +172,7 @@ def test_keys_in_words(key: str, words: str) -> None:
         ("at 0.12 s, 3.5 kg", "at 0.12 s, 3.5 kg"),
     ],
 )
-def test_the_page_calls_parameters_in_sentences_as_on_their_knobs(text: str, told: str) -> None:
+def test_the_page_calls_parameters_in_sentences_as_on_their_controls(text: str, told: str) -> None:
     assert in_page_words(text, load_scenario("paper-case-1")) == told
 
 

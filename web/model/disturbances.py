@@ -1,4 +1,4 @@
-"""What happens to the object in a run: pushes and wet spots, as the user sets them."""
+"""What happens to the object in a run: pushes and low-friction patches, as the user sets them."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class DisturbanceKind(StrEnum):
     """What a user may disturb a run with."""
 
     PUSH = "push"
-    WET_SPOT = "wet spot"
+    LOW_FRICTION_PATCH = "wet patch"
     POUR = "pour"
 
 
@@ -29,7 +29,7 @@ _LISTS: tuple[DisturbanceList, ...] = ("pulses", "patches")
 
 @dataclass(frozen=True, slots=True)
 class Disturbance:
-    """A push or a wet spot; its values may be out of bounds.
+    """A push or a low-friction patch; its values may be out of bounds.
 
     Attributes:
         place: The list of the scenario that it is an entry of.
@@ -64,8 +64,10 @@ def push_at(
     return Disturbance("pulses", pulse | own)
 
 
-def wet_spot(scenario: Scenario, contact: int, slip: Sequence[float], time: float) -> Disturbance:
-    """A wet spot below a fingertip.
+def low_friction_patch(
+    scenario: Scenario, contact: int, slip: Sequence[float], time: float
+) -> Disturbance:
+    """A low-friction patch below a fingertip.
 
     Args:
         scenario: Whose face.
@@ -85,7 +87,7 @@ def wet_spot(scenario: Scenario, contact: int, slip: Sequence[float], time: floa
 
 
 def disturbances_of(scenario: Scenario) -> tuple[Disturbance, ...]:
-    """What happens in a scenario: first the pushes, then the wet spots."""
+    """What happens in a scenario: first the pushes, then the low-friction patches."""
     return tuple(
         Disturbance(place, _plain_values(entry))
         for place in _LISTS
@@ -102,7 +104,7 @@ def disturbance_words(disturbance: Disturbance) -> str:
         return f"push {_vector_words(force)} N{turning} for {values['duration']:g} s"
     face = str(values["face"]).replace("-", " ")
     until = "" if values["end_time"] is None else f" until {values['end_time']} s"
-    return f"wet spot on {face}, friction × {values['friction_factor']:g}{until}"
+    return f"low-friction patch on {face}, friction × {values['friction_factor']:g}{until}"
 
 
 def _vector(values: Mapping[str, Any], name: str) -> list[float]:
@@ -115,7 +117,7 @@ def _vector_words(vector: Sequence[float]) -> str:
 
 
 def is_of_disturbance(key: str) -> bool:
-    """Whether a dotted key belongs to a push or a wet spot."""
+    """Whether a dotted key belongs to a push or a low-friction patch."""
     return key.partition(".")[0] in _LISTS
 
 

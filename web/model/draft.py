@@ -68,7 +68,7 @@ class Draft:
         base: The scenario of it.
         edits: Values set since for the whole run, by dotted key; any may be out of bounds.
         changes: What changes during the run, in order of time.
-        disturbances: What happens to the object: pushes, then wet spots.
+        disturbances: What happens to the object: pushes, then low-friction patches.
     """
 
     origin: str
@@ -261,7 +261,7 @@ def error_words(error: FieldError) -> str:
 
 @lru_cache(maxsize=32)
 def _definitions(base: Scenario) -> dict[str, Parameter]:
-    """Every parameter of a scenario that knobs start from."""
+    """Every parameter of a scenario that controls start from."""
     return parameter_definitions(base)
 
 

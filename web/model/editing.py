@@ -1,4 +1,4 @@
-"""How a knob acts, from the play head on or on the whole run; and undo and redo of it."""
+"""How a control acts, from the play head on or on the whole run; and undo and redo of it."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class History:
 
 
 class Reach(StrEnum):
-    """What a knob acts on."""
+    """What a control acts on."""
 
     PLAY_HEAD = "at the play head"
     WHOLE_RUN = "on the whole run"
@@ -58,7 +58,7 @@ class Reach(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Gesture:
-    """A knob that is being moved; all its values together are one step of undo.
+    """A control that is being moved; all its values together are one step of undo.
 
     Attributes:
         key: The parameter.
@@ -95,9 +95,9 @@ class Editing:
     """How the user edits.
 
     Attributes:
-        reach: What a knob acts on.
+        reach: What a control acts on.
         history: What was asked for before.
-        gesture: The knob moved last, if nothing else happened since.
+        gesture: The control moved last, if nothing else happened since.
         ghost_due: Whether the run on the screen is to stay as a pale one when the next comes.
         file_errors: What is wrong with the scenario file that was loaded last.
         law_note: What the last step set with a law, None if it chose none.
@@ -115,11 +115,11 @@ class Editing:
         return Editing(self.reach, self.history.with_past(present), ghost_due=True)
 
     def move(self, present: Draft, key: str, play_head: float, now: float) -> Editing:
-        """Once a knob was moved.
+        """Once a control was moved.
 
         Args:
             present: What was asked for until then.
-            key: The parameter of the knob.
+            key: The parameter of the control.
             play_head: Where the play head stands [s].
             now: The monotonic clock [s].
         """
@@ -128,16 +128,16 @@ class Editing:
         return replace(self.begin(present), gesture=Gesture(key, change_time(play_head), now))
 
     def holds(self, key: str, now: float) -> bool:
-        """Whether the user has a knob in hand: the program must not move it then."""
+        """Whether the user has a control in hand: the program must not move it then."""
         return self.gesture is not None and self.gesture.goes_on(key, now)
 
     def key_in_hand(self, now: float) -> str:
-        """The key of the knob that the user has in hand, empty if none."""
+        """The key of the control that the user has in hand, empty if none."""
         gesture = self.gesture
         return gesture.key if gesture is not None and self.holds(gesture.key, now) else ""
 
     def apply(self, draft: Draft, value: Value) -> Draft:
-        """The draft once the knob in hand took a value."""
+        """The draft once the control in hand took a value."""
         assert self.gesture is not None
         if self.reach is Reach.WHOLE_RUN:
             return draft.edited(self.gesture.key, value)

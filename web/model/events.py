@@ -66,7 +66,7 @@ class EventKind(StrEnum):
     STICK = "stick"
     CHANGE = "change"
     PUSH = "push"
-    WET_SPOT = "wet spot"
+    LOW_FRICTION_PATCH = "low-friction patch"
     END = "end"
 
 
@@ -177,15 +177,15 @@ def _timed_changes(result: RunResult) -> Iterator[RunEvent]:
 
 
 def _disturbances(result: RunResult) -> Iterator[RunEvent]:
-    """Pushes as they begin, wet spots as they come and go."""
+    """Pushes as they begin, low-friction patches as they come and go."""
     for disturbance in disturbances_of(result.scenario):
         is_push = disturbance.place == "pulses"
-        kind = EventKind.PUSH if is_push else EventKind.WET_SPOT
+        kind = EventKind.PUSH if is_push else EventKind.LOW_FRICTION_PATCH
         yield RunEvent(disturbance.time, kind, disturbance_words(disturbance))
         end_time = disturbance.values.get("end_time")
         if end_time is not None:
             face = str(disturbance.values["face"]).replace("-", " ")
-            yield RunEvent(end_time, kind, f"the wet spot on {face} dries")
+            yield RunEvent(end_time, kind, f"the low-friction patch on {face} is gone")
 
 
 def _end_of(result: RunResult) -> RunEvent:

@@ -41,7 +41,7 @@ _DETAILS = (
     "minimum",
     "maximum",
 )
-_NOUNS = {"pulses": "Push", "patches": "Wet spot"}
+_NOUNS = {"pulses": "Push", "patches": "Low-friction patch"}
 _FOLDED_TITLES = {
     "controller": "Controller in detail",
     "object": "Shape of the object",
@@ -56,7 +56,7 @@ _FOLDED_TITLES = {
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """A place for a knob.
+    """A place for a control.
 
     Attributes:
         parameter: What it sets.
@@ -83,12 +83,12 @@ def kind_key(key: str) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Group:
-    """Knobs that stand together.
+    """Controls that stand together.
 
     Attributes:
         title: What the group is called.
         is_open: Whether it is unfolded at first.
-        entries: Its knobs, in order.
+        entries: Its controls, in order.
     """
 
     title: str
@@ -119,7 +119,7 @@ def _placed(
     rows = row_parameters(_space_of(definitions))
     for parameter in sorted((*single, *rows.values()), key=_rank):
         is_open = _is_main(parameter)
-        label = knob_label(parameter, definitions, names)
+        label = control_label(parameter, definitions, names)
         as_text = parameter.kind == "number-or-list" and parameter.optional
         entry = Entry(parameter, label, as_text)
         yield _title(parameter.key, is_open, names), is_open, entry
@@ -153,7 +153,7 @@ def law_groups(base: Scenario) -> tuple[Group, ...]:
     """A group for every custom law that has parameters, titled with its name.
 
     Args:
-        base: What knobs start from; a law has the values that it has there.
+        base: What controls start from; a law has the values that it has there.
     """
 
     def entry(parameter: Parameter) -> Entry:
@@ -170,14 +170,14 @@ def law_groups(base: Scenario) -> tuple[Group, ...]:
 
 
 def disturbance_title(disturbance: Disturbance) -> str:
-    """What a push or a wet spot is called, such as ``Push at 0.08 s``."""
+    """What a push or a low-friction patch is called, such as ``Push at 0.08 s``."""
     return f"{_NOUNS[disturbance.place]} at {disturbance.time:g} s"
 
 
 def disturbance_groups(
     disturbances: Sequence[Disturbance], names: Sequence[str], space: Space
 ) -> tuple[Group, ...]:
-    """A group for everything that happens to the object; folded, or the knobs below would leap.
+    """A group for everything that happens to the object; folded, or the controls below would leap.
 
     Args:
         disturbances: What happens.
@@ -195,10 +195,10 @@ def disturbance_groups(
     )
 
 
-def knob_label(
+def control_label(
     parameter: Parameter, definitions: Mapping[str, Parameter], names: Sequence[str]
 ) -> str:
-    """What a knob is called inside its group, with its unit.
+    """What a control is called inside its group, with its unit.
 
     Args:
         parameter: What it sets.

@@ -1,4 +1,4 @@
-"""A tour of the presets: each with a question, and the one knob that answers it."""
+"""A tour of the presets: each with a question, and the one control that answers it."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ class Stop:
     Attributes:
         preset: Its name.
         question: What to find out.
-        knob: Dotted key of the parameter to move for that.
+        control: Dotted key of the parameter to move for that.
     """
 
     preset: str
     question: str
-    knob: str
+    control: str
 
 
 TOUR = (
@@ -38,7 +38,7 @@ TOUR = (
         "sensing.velocity_noise",
     ),
     Stop("poured-mass", "Does pressing harder than needed prevent it?", "controller.grip_safety"),
-    Stop("wet-patch", "How slippery may the wet spot be?", "patches.0.friction_factor"),
+    Stop("wet-patch", "How slippery may the low-friction patch be?", "patches.0.friction_factor"),
     Stop("shake-test", "How little friction still holds it?", "fingers.0.friction"),
     Stop("three-fingers", "What does the finger below contribute?", "fingers.2.friction"),
     Stop("tilted-object", "How smooth may its left face be?", "fingers.0.friction"),

@@ -165,7 +165,7 @@ class Ghost:
     Attributes:
         shown: The run.
         label: What it is called: where it comes from.
-        is_chosen: Whether the user chose it to compare with; then it stays when knobs move.
+        is_chosen: Whether the user chose it to compare with; then it stays when controls move.
     """
 
     shown: Shown
@@ -287,7 +287,7 @@ def show(view: ViewState, shown: Shown, stage: RunStage, *, afresh: bool) -> Vie
 def _kept_in(window: TimeWindow, playback: Playback, shown: Shown) -> Playback:
     """The play head in the window of another run; one that rests stays, the window holds it.
 
-    Else a knob that is moved there would from then on act elsewhere.
+    Else a control that is moved there would from then on act elsewhere.
     """
     if playback.playing:
         # Unless the user has chosen a speed, it is the one that suits what is shown.

@@ -25,7 +25,7 @@ export function startKeyboard() {
   }
   window.addEventListener("keydown", onKey, { capture: true });
   window.addEventListener("pointerdown", () => (isByKeyboard = false), { capture: true });
-  // What a knob or a field has taken must not turn viser's camera, too; that listens further out.
+  // What a control or a field has taken must not turn viser's camera, too; that listens further out.
   document.body.addEventListener("keydown", keepFromCamera);
   document.addEventListener("click", (event) => {
     if (event.target.closest?.("[data-sg-help]")) showHelp();

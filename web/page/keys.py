@@ -76,7 +76,7 @@ KEYS: tuple[KeyCommand, ...] = (
         "2",
         "Wet the face where it is nearest to slip",
         Icon.DROPLET,
-        AddDisturbance(DisturbanceKind.WET_SPOT),
+        AddDisturbance(DisturbanceKind.LOW_FRICTION_PATCH),
     ),
     _command(
         "3",

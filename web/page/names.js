@@ -1,4 +1,4 @@
-// Names for what viser leaves nameless, so that it can be told by ear: a knob by its label and its
+// Names for what viser leaves nameless, so that it can be told by ear: a control by its label and its
 // folder, a button that is only an icon by what it does, and the page by what is in it.
 import { onFrame } from "./session_state.js";
 
@@ -22,13 +22,13 @@ export function startNames() {
     if (now - lookedAt < LOOK_EVERY_MS) return;
     lookedAt = now;
     if (root && !heading.isConnected) root.append(heading);
-    document.querySelectorAll("label[for]").forEach(nameKnob);
+    document.querySelectorAll("label[for]").forEach(nameControl);
     document.querySelectorAll("button:not([aria-label])").forEach(nameButton);
   });
 }
 
-function nameKnob(label) {
-  // The row of a knob has its label in one half and its controls in the other.
+function nameControl(label) {
+  // The row of a control has its label in one half and its inputs in the other.
   const controls = label.parentElement?.parentElement?.nextElementSibling;
   if (!controls) return;
   const folder = label.closest(FOLDER)?.firstElementChild?.textContent.trim();

@@ -49,7 +49,7 @@ _LONGEST_NAME = 80
 _INVITATION = (
     "<p><b>See two runs over each other.</b> Choose a stored run B: it is drawn pale below the "
     "run on the screen, in the scene, on the strip and in the charts, and a table tells what "
-    "differs. After a knob was moved, the run before the change is compared in the same way.</p>"
+    "differs. After a control was moved, the run before the change is compared in the same way.</p>"
 )
 
 _HINTS: dict[type[Intent], str] = {

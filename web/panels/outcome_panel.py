@@ -232,7 +232,7 @@ def status_html(status: RunStatus, shown: Shown | None) -> str:
     speed = f"Computed in {milliseconds(shown.elapsed)}. " if shown else ""
     if status.stage is RunStage.SAVED:
         return _paragraph(f"{speed}Saved as <b>{escape(status.run_id)}</b>.", _SMALL)
-    return _paragraph(f"{speed}A preview; it is saved once the knobs rest.", _SMALL)
+    return _paragraph(f"{speed}A preview; it is saved once the controls rest.", _SMALL)
 
 
 def _replay_html(replay: Replay) -> str:

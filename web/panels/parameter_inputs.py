@@ -1,4 +1,4 @@
-"""From the definition of a parameter to a knob: the one way any input of a scenario is made."""
+"""From the definition of a parameter to a control: the one way any input of a scenario is made."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _WIDENING = 2.0
 _DECIMALS = 12
 
 
-class Knob(ABC):
+class Control(ABC):
     """The input of one parameter; moving it sends an intent.
 
     Attributes:
@@ -99,7 +99,7 @@ class _Outgrown(NamedTuple):
         return now < self.until and number in self.limits
 
 
-class _SliderKnob(Knob):
+class _SliderControl(Control):
     """A slider, and beside it a field that takes any number digit for digit."""
 
     input: viser.GuiSliderHandle[float]
@@ -160,7 +160,7 @@ class _SliderKnob(Knob):
             self.input.max = high
 
 
-class _PlainKnob(Knob):
+class _PlainControl(Control):
     """A number, one of several words, or yes and no."""
 
     def show(self, value: Any) -> None:
@@ -173,7 +173,7 @@ class _PlainKnob(Knob):
         return int(value) if self._parameter.kind == "integer" and value == int(value) else value
 
 
-class _TextKnob(Knob):
+class _TextControl(Control):
     """A text, a list of numbers, or a number that may be left out."""
 
     input: viser.GuiTextHandle
@@ -188,7 +188,7 @@ class _TextKnob(Knob):
         return value if self._parameter.kind == "text" else parse_text(value)
 
 
-class _RowsKnob(Knob):
+class _RowsControl(Control):
     """A list of rows of numbers, parted by semicolons."""
 
     input: viser.GuiTextHandle
@@ -205,9 +205,9 @@ class _RowsKnob(Knob):
         return parse_rows(self.key, value)
 
 
-def add_knob(
+def add_control(
     gui: viser.GuiApi, entry: Entry, definitions: Mapping[str, Parameter], send: Send
-) -> Knob:
+) -> Control:
     """Adds the input of one parameter.
 
     Args:
@@ -219,25 +219,25 @@ def add_knob(
     parameter, label, hint = entry.parameter, entry.label, _hint(entry)
     value = parameter.value
     if parameter.key in row_parameters():
-        return _RowsKnob(parameter, gui.add_text(label, "", hint=hint), send)
+        return _RowsControl(parameter, gui.add_text(label, "", hint=hint), send)
     if parameter.kind == "choice":
         # A law that is not known here is no choice, but it is the one that the run has.
         choices = dict.fromkeys((*parameter.choices, str(value)))
         choice = gui.add_dropdown(label, tuple(choices), initial_value=str(value), hint=hint)
-        return _PlainKnob(parameter, choice, send)
+        return _PlainControl(parameter, choice, send)
     if parameter.kind == "boolean":
-        return _PlainKnob(parameter, gui.add_checkbox(label, bool(value), hint=hint), send)
+        return _PlainControl(parameter, gui.add_checkbox(label, bool(value), hint=hint), send)
     if _is_text(entry):
-        return _TextKnob(parameter, gui.add_text(label, as_text(value), hint=hint), send)
+        return _TextControl(parameter, gui.add_text(label, as_text(value), hint=hint), send)
     if parameter.kind == "integer":
         assert isinstance(value, int)
-        return _PlainKnob(parameter, gui.add_number(label, value, step=1, hint=hint), send)
+        return _PlainControl(parameter, gui.add_number(label, value, step=1, hint=hint), send)
     if parameter.changeable:
         return _add_slider(gui, entry, definitions, send)
     assert isinstance(value, float)
     number = gui.add_number(label, value, step=round_step(abs(value) * 10.0 or 1.0), hint=hint)
     number.precision = max(_DECIMALS, number.precision)
-    return _PlainKnob(parameter, number, send)
+    return _PlainControl(parameter, number, send)
 
 
 def _is_text(entry: Entry) -> bool:
@@ -249,7 +249,7 @@ def _is_text(entry: Entry) -> bool:
 
 def _add_slider(
     gui: viser.GuiApi, entry: Entry, definitions: Mapping[str, Parameter], send: Send
-) -> Knob:
+) -> Control:
     value = entry.parameter.value
     first = value[0] if isinstance(value, tuple) else value
     assert isinstance(first, float)
@@ -258,11 +258,11 @@ def _add_slider(
     slider = gui.add_slider(
         entry.label, low, high, step, first, hint=_hint(entry), visible=is_single
     )
-    return _SliderKnob(entry.parameter, definitions, slider, send)
+    return _SliderControl(entry.parameter, definitions, slider, send)
 
 
 def _hint(entry: Entry) -> str:
-    """What a knob does: one sentence, its key and limits, and when it acts."""
+    """What a control does: one sentence, its key and limits, and when it acts."""
     parameter = entry.parameter
     means = " One number, or several with commas." if entry.as_text else ""
     if parameter.key in row_parameters():

@@ -134,7 +134,7 @@ def caption_html(shown: Shown, ghost: Ghost | None, time: float) -> str:
 def _disturbance_signs(scenario: Scenario) -> Iterator[tuple[str, str, str]]:
     """Sign, colour and word of what happens in a run."""
     if scenario.patches:
-        yield "≈", _legible(WATER), "wet spot"
+        yield "≈", _legible(WATER), "low-friction patch"
     if scenario.pulses:
         yield "➔", _legible(PUSH), "push"
 

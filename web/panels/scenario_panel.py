@@ -1,4 +1,4 @@
-"""The scenario: where it starts from, how knobs act, what changes during the run, and undo."""
+"""The scenario: where it starts from, how controls act, what changes during the run, and undo."""
 
 from __future__ import annotations
 
@@ -61,10 +61,10 @@ class ScenarioPanel:
             f"({keys_of(Redo())}), or go back to the scenario as it came.",
         )
         self.reach = gui.add_dropdown(
-            "knobs act",
+            "controls act",
             tuple(_REACHES),
             initial_value=Reach.PLAY_HEAD.value,
-            hint="At the play head: a knob changes its value from there on, and the run before "
+            hint="At the play head: a control changes its value from there on, and the run before "
             "stays as it is. On the whole run: it has its value from the start. A control law that "
             "is chosen while the run plays acts on the whole run.",
         )
@@ -73,13 +73,13 @@ class ScenarioPanel:
             "disturb",
             tuple(_DISTURBANCES),
             hint="Where the play head stands. Push: a short force on the object, 5 N downwards at "
-            "first. Wet spot: less friction where a fingertip touches, from then on. Pour: mass "
+            "first. Wet patch: less friction where a fingertip touches, from then on. Pour: mass "
             "and inertia grow to 1.5 times what they are. Each can be edited below, and undone.",
         )
         self.wet = gui.add_dropdown(
             "wet under",
             (_NEAREST, *draft.base.finger_names),
-            hint="Under which fingertip a wet spot appears.",
+            hint="Under which fingertip a low-friction patch appears.",
         )
         self.changes = gui.add_html("")
         self._connect()
@@ -88,7 +88,7 @@ class ScenarioPanel:
         self._shown: Draft | None = None
 
     def update(self, view: ViewState) -> None:
-        """Shows what is asked for, and how knobs act now."""
+        """Shows what is asked for, and how controls act now."""
         draft = view.draft
         if draft is not self._shown:
             self._show_origin(view)
@@ -142,7 +142,7 @@ class ScenarioPanel:
         return names.index(self.wet.value) - 1 if self.wet.value in names[1:] else None
 
     def _show_origin(self, view: ViewState) -> None:
-        """Names what the knobs start from."""
+        """Names what the controls start from."""
         opened = (view.replay.label,) if view.replay else ()
         self.origin.options = _origins(view.draft, *opened)
         self.origin.value = view.draft.origin
@@ -153,7 +153,7 @@ class ScenarioPanel:
 
 
 def _what_it_shows(draft: Draft) -> str:
-    return scenario_title(draft.base) or "What the knobs start from."
+    return scenario_title(draft.base) or "What the controls start from."
 
 
 def _origins(draft: Draft, *opened: str) -> tuple[str, ...]:
@@ -168,19 +168,19 @@ def _resting_time(playback: Playback | None) -> float | None:
 
 
 def reach_html(reach: Reach, playback: Playback | None) -> str:
-    """What happens when a knob is moved now, in a sentence."""
+    """What happens when a control is moved now, in a sentence."""
     time = _resting_time(playback)
     if reach is Reach.WHOLE_RUN or (time is not None and time <= 0.0):
-        words = "A knob that you move now acts <b>on the whole run</b>."
+        words = "A control that you move now acts <b>on the whole run</b>."
     elif time is None:
-        words = "A knob that you move changes the run <b>from the play head on</b>."
+        words = "A control that you move changes the run <b>from the play head on</b>."
     else:
-        words = f"A knob that you move now changes the run <b>from t = {time:g} s on</b>."
+        words = f"A control that you move now changes the run <b>from t = {time:g} s on</b>."
     return f"<div class='sg-editor-note sg-reach'>{words}</div>"
 
 
 def listed_html(draft: Draft, ghost: Ghost | None) -> str:
-    """What changes, happens and is pale, in a place of one size: the knobs below never move."""
+    """What changes, happens and is pale, in a place of one size: the controls below never move."""
     listed = changes_html(draft) + ghost_html(ghost)
     empty = (
         "<div class='sg-editor-note sg-empty'>Drag the object in the picture to push it. What "

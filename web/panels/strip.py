@@ -32,13 +32,13 @@ _SIGNS = {
     EventKind.STICK: "▲",
     EventKind.CHANGE: "◆",
     EventKind.PUSH: "►",
-    EventKind.WET_SPOT: "●",
+    EventKind.LOW_FRICTION_PATCH: "●",
     EventKind.END: "■",
 }
 _WEIGHTS = (
     EventKind.END,
     EventKind.PUSH,
-    EventKind.WET_SPOT,
+    EventKind.LOW_FRICTION_PATCH,
     EventKind.CHANGE,
     EventKind.SLIP,
     EventKind.STICK,

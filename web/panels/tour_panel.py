@@ -1,4 +1,4 @@
-"""The card of the tour: what a preset shows, a question, and the knob that answers it."""
+"""The card of the tour: what a preset shows, a question, and the control that answers it."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from slipgrasp.web.model.parameter_names import names_of
 from slipgrasp.web.model.tour import TOUR, Stop
 from slipgrasp.web.model.view import ViewState
 from slipgrasp.web.page.markup import click_attribute
-from slipgrasp.web.panels.parameter_inputs import Knob, add_knob
+from slipgrasp.web.panels.parameter_inputs import Control, add_control
 
 _BELOW = 0.5
 
@@ -34,41 +34,41 @@ class TourPanel:
     def __init__(self, gui: viser.GuiApi, place: viser.GuiTabHandle, send: Send) -> None:
         self._gui, self._place, self._send = gui, place, send
         self.card = gui.add_html("", visible=False)
-        self.knob: Knob | None = None
+        self.control: Control | None = None
         self._shown: Stop | None = None
 
     def update(self, view: ViewState) -> None:
-        """Shows the stop, and the value of its knob that holds at the play head."""
+        """Shows the stop, and the value of its control that holds at the play head."""
         stop = view.stop
         if stop is not self._shown:
             self._shown = stop
             self._build(stop, view)
-        if self.knob is None or self.knob.key == view.editing.key_in_hand(time.monotonic()):
+        if self.control is None or self.control.key == view.editing.key_in_hand(time.monotonic()):
             return
         moment = change_time(view.playback.time) if view.playback else 0.0
-        self.knob.show(view.draft.value_at(moment, self.knob.key))
+        self.control.show(view.draft.value_at(moment, self.control.key))
 
     def remove(self) -> None:
         """Takes everything off the page."""
-        self._remove_knob()
+        self._remove_control()
         self.card.remove()
 
     def _build(self, stop: Stop | None, view: ViewState) -> None:
-        self._remove_knob()
+        self._remove_control()
         self.card.visible = stop is not None
         if stop is None:
             return
         self.card.content = tour_html(TOUR.index(stop), scenario_title(view.draft.base))
         definitions = parameter_definitions(view.draft.base)
-        entry = Entry(definitions[stop.knob], names_of(view.draft.base).label(stop.knob))
+        entry = Entry(definitions[stop.control], names_of(view.draft.base).label(stop.control))
         with self._place:
-            self.knob = add_knob(self._gui, entry, definitions, self._send)
-        self.knob.input.order = self.card.order + _BELOW
+            self.control = add_control(self._gui, entry, definitions, self._send)
+        self.control.input.order = self.card.order + _BELOW
 
-    def _remove_knob(self) -> None:
-        if self.knob is not None:
-            self.knob.input.remove()
-            self.knob = None
+    def _remove_control(self) -> None:
+        if self.control is not None:
+            self.control.input.remove()
+            self.control = None
 
 
 def tour_html(place: int, title: str) -> str:

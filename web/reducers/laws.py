@@ -16,7 +16,7 @@ from slipgrasp.web.reducers.reducer import Reducer
 from slipgrasp.web.workers.laws_worker import LawsWorker
 
 REST = 0.4
-"""How long the draft rests before every law is run [s]: a knob in hand has the processor."""
+"""How long the draft rests before every law is run [s]: a control in hand has the processor."""
 
 
 class LawsReducer(Reducer):

@@ -39,7 +39,7 @@ def is_save_due(stage: RunStage, rested: float) -> bool:
 
     Args:
         stage: How far the latest request has come.
-        rested: How long ago a knob was moved last [s].
+        rested: How long ago a control was moved last [s].
     """
     return stage is RunStage.PREVIEW and rested >= _REST_BEFORE_SAVING
 

@@ -13,7 +13,7 @@ from slipgrasp.core.scenario.field_errors import shortened
 from slipgrasp.core.scenario.law_choice import LAW
 from slipgrasp.core.scenario.loading import scenario_from_toml
 from slipgrasp.core.scenario.own_laws import law_names
-from slipgrasp.web.model.disturbances import DisturbanceKind, push_at, wet_spot
+from slipgrasp.web.model.disturbances import DisturbanceKind, low_friction_patch, push_at
 from slipgrasp.web.model.draft import Draft, Value, change_time
 from slipgrasp.web.model.editing import LawNote, Reach, Turn
 from slipgrasp.web.model.hints import followed
@@ -137,7 +137,7 @@ def _disturbed(view: ViewState, intent: AddDisturbance) -> Draft:
     match intent.what:
         case DisturbanceKind.PUSH:
             return draft.with_disturbance(push_at(moment, draft.base.space))
-        case DisturbanceKind.WET_SPOT:
+        case DisturbanceKind.LOW_FRICTION_PATCH:
             return _wetted(draft, view.shown, moment, intent.contact)
         case DisturbanceKind.POUR:
             for key in ("object.mass", *draft.base.space.inertias):
@@ -171,7 +171,7 @@ def _let_go(view: ViewState, force: tuple[float, ...]) -> ViewState:
 
 
 def _wetted(draft: Draft, shown: Shown, moment: float, contact: int | None) -> Draft:
-    """The draft with a wet spot where a fingertip of the run on the screen is."""
+    """The draft with a low-friction patch where a fingertip of the run on the screen is."""
     trace = shown.result.trace
     spot = locate(trace.times, moment)
     contacts = range(len(draft.base.fingers))
@@ -181,7 +181,7 @@ def _wetted(draft: Draft, shown: Shown, moment: float, contact: int | None) -> D
     if contact not in contacts or trace.shape.num_contacts != len(contacts) or not same:
         return draft
     slip = spot.read(trace.slip).reshape(len(contacts), -1)[contact].tolist()
-    return draft.with_disturbance(wet_spot(draft.base, contact, slip, moment))
+    return draft.with_disturbance(low_friction_patch(draft.base, contact, slip, moment))
 
 
 def _multiplied(draft: Draft, moment: float, key: str, factor: float) -> Draft:
@@ -192,7 +192,7 @@ def _multiplied(draft: Draft, moment: float, key: str, factor: float) -> Draft:
 
 
 def _moved(view: ViewState, intent: SetParameter, now: float) -> ViewState:
-    """The view after a knob was moved."""
+    """The view after a control was moved."""
     play_head = view.playback.time if view.playback else 0.0
     editing = view.editing.move(view.draft, intent.key, play_head, now)
     draft = editing.apply(view.draft, intent.value)
@@ -270,7 +270,7 @@ def _chosen(view: ViewState, name: str) -> ViewState:
 
 
 def _visited(view: ViewState, place: int) -> ViewState:
-    """The view with a stop of the tour; its knob acts on the whole run."""
+    """The view with a stop of the tour; its control acts on the whole run."""
     if place >= len(TOUR):
         return view
     view = _chosen(view, TOUR[place].preset)

@@ -24,12 +24,12 @@ from slipgrasp.web.scene.face_lens import FaceLens
 from slipgrasp.web.scene.ghost_view import GhostView
 from slipgrasp.web.scene.layout import SceneLayout, lay_out
 from slipgrasp.web.scene.lens_frame import Leader
+from slipgrasp.web.scene.low_friction_patches import LowFrictionPatches, add_low_friction_patches
 from slipgrasp.web.scene.marks import RunFacts, Trail, run_facts, sizes_on_hand, states_of, trail_of
 from slipgrasp.web.scene.push_view import PushView
 from slipgrasp.web.scene.section_lens import SectionLens
 from slipgrasp.web.scene.shapes import circle, extrude, position
 from slipgrasp.web.scene.surfaces import Surfaces, surfaces_for
-from slipgrasp.web.scene.wet_spots import WetSpots, add_wet_spots
 
 Stage = viser.ClientHandle | viser.ViserServer
 Points = NDArray[np.float64]
@@ -80,7 +80,7 @@ class Scene:
         self._view_shape: object = None
         self._ghost: GhostView | None = None
         self._ghost_shape: object = None
-        self._wet_spots: WetSpots | None = None
+        self._low_friction_patches: LowFrictionPatches | None = None
         self._wet: object = None
         self._run: RunFacts | None = None
         _light(stage.scene)
@@ -108,7 +108,7 @@ class Scene:
         with self._stage.atomic():
             views = self._views_of(result.scenario, layout)
             views.rescale(layout, self._appearance)
-            self._lay_wet_spots(result.scenario, views, layout)
+            self._lay_low_friction_patches(result.scenario, views, layout)
             self._show_ghost(ghost if is_alike else None, views, layout)
         if self._drag is not None:
             scale = views.push.newtons_per_metre(self._run.full)
@@ -134,8 +134,8 @@ class Scene:
             states = states_of(sample)
             trails = [trail_of(sample, i) for i in range(len(self._views.marks))]
             self._views.update(sample, states, trails, self._run)
-            if self._wet_spots is not None:
-                self._wet_spots.update(sample.time)
+            if self._low_friction_patches is not None:
+                self._low_friction_patches.update(sample.time)
             if self._appearance.lenses:
                 self._update_lenses(self._views, sample, states, trails, pale)
 
@@ -146,7 +146,7 @@ class Scene:
         if self._views is not None:
             self._views.root.remove()
         self._views = self._ghost = self._view_shape = self._ghost_shape = None
-        self._wet_spots = self._wet = None
+        self._low_friction_patches = self._wet = None
 
     def _update_lenses(
         self,
@@ -179,16 +179,20 @@ class Scene:
             self._view_shape = shape
         return self._views
 
-    def _lay_wet_spots(self, scenario: Scenario, views: _Views, layout: SceneLayout) -> None:
+    def _lay_low_friction_patches(
+        self, scenario: Scenario, views: _Views, layout: SceneLayout
+    ) -> None:
         """The nodes of the low-friction patches, made anew when they or the scale change."""
         wet = (scenario.patches, layout.magnification)
-        if self._wet_spots is not None and self._wet == wet:
+        if self._low_friction_patches is not None and self._wet == wet:
             return
-        if self._wet_spots is not None:
-            self._wet_spots.remove()
+        if self._low_friction_patches is not None:
+            self._low_friction_patches.remove()
         body = views.hand.paths[skeleton.OBJECT]
         names = [f"{views.board}/{i}" for i in range(len(views.lenses))]
-        self._wet_spots = add_wet_spots(self._stage.scene, body, names, scenario, layout)
+        self._low_friction_patches = add_low_friction_patches(
+            self._stage.scene, body, names, scenario, layout
+        )
         self._wet = wet
 
     def _show_ghost(self, ghost: RunResult | None, views: _Views, layout: SceneLayout) -> None:

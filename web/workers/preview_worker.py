@@ -40,7 +40,7 @@ class _Save:
 def is_outdated(newer_waits: bool, elapsed: float) -> bool:
     """Whether to give up a run because a newer one waits.
 
-    A run that takes a moment is finished all the same: a knob that is dragged without a
+    A run that takes a moment is finished all the same: a control that is dragged without a
     pause would else never show anything.
 
     Args:

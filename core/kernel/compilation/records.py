@@ -6,8 +6,10 @@ and to compile. Its arrays have room for the largest hand; the counts say how mu
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cache
-from typing import Any, TypeAlias
+from operator import itemgetter
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,10 +18,22 @@ from slipgrasp.core.scenario import MAX_FINGERS
 
 _CACHE_LINE = 64
 
-Record: TypeAlias = np.record
 Floats: TypeAlias = NDArray[np.float64]
 Integers: TypeAlias = NDArray[np.int64]
 Layout: TypeAlias = np.dtype[np.void]
+
+
+class Record(np.void):
+    """A record whose fields are attributes, at an eighth of the cost of those of `numpy.record`."""
+
+    __slots__ = ()
+
+    if TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any: ...
+
+        def __setattr__(self, name: str, value: Any) -> None: ...
+
 
 MAX_COORDINATES = 3 + MAX_FINGERS
 MAX_SIDE = max(2 * MAX_FINGERS, MAX_COORDINATES)
@@ -48,4 +62,26 @@ def _on_cache_lines(memory: NDArray[np.uint8], layout: np.dtype) -> Record:
 
 @cache
 def _record_dtype(layout: np.dtype) -> np.dtype:
-    return np.dtype((np.record, layout))
+    """A layout whose records, and those inside of them, are `Record`s."""
+    if layout.subdtype is not None:
+        element, shape = layout.subdtype
+        return np.dtype((_record_dtype(element), shape))
+    if layout.fields is None:
+        return layout
+    kinds, offsets = zip(*(field[:2] for field in layout.fields.values()), strict=True)
+    same = {
+        "names": [*layout.fields],
+        "formats": [*map(_record_dtype, kinds)],
+        "offsets": offsets,
+        "itemsize": layout.itemsize,
+    }
+    fields = {name: property(itemgetter(name), _setter(name)) for name in layout.fields}
+    record = type("Record", (Record,), {"__slots__": (), **fields})
+    return np.dtype((record, np.dtype(same, align=layout.isalignedstruct)))
+
+
+def _setter(name: str) -> Callable[[Record, Any], None]:
+    def set_field(record: Record, value: Any) -> None:
+        record[name] = value
+
+    return set_field

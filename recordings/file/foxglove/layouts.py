@@ -9,14 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipgrasp.core.scenario import Scenario
-from slipgrasp.core.trace.trace import Trace
 from slipgrasp.recordings.file.packing import MESSAGE_HEAD, fill_heads
-from slipgrasp.scene.states import states_of
 
 if TYPE_CHECKING:
     from google.protobuf.descriptor import Descriptor, FileDescriptor
 
     from slipgrasp.recordings.file.foxglove.template import Template
+    from slipgrasp.scene.states import States
 
 
 DISPLAY_RATE = 50.0
@@ -87,16 +86,16 @@ class DisplayLayout:
         self.record_type = np.dtype([("head", MESSAGE_HEAD), ("payload", "u1", (template.size,))])
         self._template = template
 
-    def pack(self, records: NDArray[Any], samples: Trace, first_sequence: int) -> None:
+    def pack(self, records: NDArray[Any], states: States, first_sequence: int) -> None:
         """Fills message records of `record_type`.
 
         Args:
-            records: The records, shape ``(samples,)``, changed in place.
-            samples: What they show, one message each.
+            records: The records, shape ``(states,)``, changed in place.
+            states: What they show, one message each.
             first_sequence: Sequence number of the first message.
         """
-        fill_heads(records, self.channel, samples.times, first_sequence)
-        self._template.fill(records["payload"], states_of(samples))
+        fill_heads(records, self.channel, states.times, first_sequence)
+        self._template.fill(records["payload"], states)
 
 
 def display_layouts(scenario: Scenario, first_channel: int) -> tuple[DisplayLayout, ...]:

@@ -6,7 +6,8 @@ slip and colours change.
 
 from __future__ import annotations
 
-from functools import singledispatch
+import math
+from functools import cache, singledispatch
 
 import numpy as np
 from foxglove_schemas_protobuf.ArrowPrimitive_pb2 import ArrowPrimitive
@@ -37,9 +38,6 @@ Values = NDArray[np.float64]
 
 _FOR_EVER = Duration()
 """Until the entity is replaced."""
-
-_ALONG_Z = np.array([0.5**0.5, 0.0, 0.5**0.5, 0.0])
-"""Turns z, the axis of a cylinder, to x."""
 
 _COLOURS: dict[Role, palette.Rgb] = {
     Role.OBJECT: palette.OBJECT,
@@ -84,9 +82,15 @@ def _entity(blanks: Blanks, drawn: parts.Entity, glass: float) -> SceneEntity:
 
 def _colour(blanks: Blanks, paint: parts.Paint, opacity: float) -> Color:
     if isinstance(paint, Role):
-        red, green, blue = (channel / 255.0 for channel in _COLOURS[paint])
-    else:
-        red, green, blue = blanks.numbers(lambda states: _PHASE_COLOURS[paint(states)], 3)
+        return _role_colour(paint, opacity)
+    red, green, blue = blanks.numbers(lambda states: _PHASE_COLOURS[paint(states)], 3)
+    return Color(r=red, g=green, b=blue, a=opacity)
+
+
+@cache
+def _role_colour(role: Role, opacity: float) -> Color:
+    """A colour to be copied from, not changed."""
+    red, green, blue = (channel / 255.0 for channel in _COLOURS[role])
     return Color(r=red, g=green, b=blue, a=opacity)
 
 
@@ -124,11 +128,10 @@ def _(shape: parts.Lines, entity: SceneEntity, blanks: Blanks, colour: Color) ->
 
 @_add.register
 def _(shape: parts.Rod, entity: SceneEntity, blanks: Blanks, colour: Color) -> None:
-    along = shape.end - shape.start
-    turn = rotations.product(rotations.from_x_to(along[None])[0], _ALONG_Z)
-    width, length = 2.0 * shape.radii[0], float(np.linalg.norm(along))
+    along = (shape.end - shape.start).tolist()
+    width, length = 2.0 * shape.radii[0], math.hypot(*along)
     cylinder = CylinderPrimitive(
-        pose=_pose(0.5 * (shape.start + shape.end), turn),
+        pose=_pose(0.5 * (shape.start + shape.end), rotations.from_z_to(along)),
         size=Vector3(x=width, y=width, z=length),
         bottom_scale=1.0,
         top_scale=shape.radii[1] / shape.radii[0],
@@ -190,8 +193,8 @@ def _moving_points(blanks: Blanks, points: Moving, count: int) -> list[Point3]:
     return [Point3(x=x, y=y, z=z) for x, y, z in zip(*[iter(numbers)] * 3, strict=True)]
 
 
-def _pose(centre: Values | None = None, turn: Values | None = None) -> Pose:
-    """A fixed place in a frame [m]; its origin, not turned, if not given."""
+def _pose(centre: Values | None = None, turn: tuple[float, ...] = rotations.UNTURNED) -> Pose:
+    """A fixed place in a frame [m], its origin if not given, and a rotation."""
     x, y, z = (0.0, 0.0, 0.0) if centre is None else centre.tolist()
-    w, qx, qy, qz = rotations.UNTURNED if turn is None else turn.tolist()
+    w, qx, qy, qz = turn
     return Pose(position=Vector3(x=x, y=y, z=z), orientation=Quaternion(w=w, x=qx, y=qy, z=qz))

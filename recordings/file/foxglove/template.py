@@ -8,8 +8,10 @@ says where they ended up. From then on numpy copies the example and puts numbers
 
 from __future__ import annotations
 
+import re
 import struct
 from collections.abc import Callable
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -29,6 +31,8 @@ _NUMBER = struct.Struct("<d")
 _PLACEHOLDER = struct.Struct("<II")
 _PLACEHOLDER_END = 0x5A5AC0DE
 """A number around 1e127: no length, colour or angle."""
+_PLACEHOLDER_MARK = _PLACEHOLDER_END.to_bytes(4, "little")
+_ANY_PLACEHOLDER = re.compile(b"(....)" + re.escape(_PLACEHOLDER_MARK), re.DOTALL)
 
 _SECONDS_BYTES, _NANOSECONDS_BYTES = 2, 5
 _ALWAYS = Timestamp(seconds=(1 << 14) - 1, nanos=(1 << 31) - 1)
@@ -53,18 +57,19 @@ class Blanks:
     """Hands out placeholders for an example and remembers what belongs there."""
 
     def __init__(self) -> None:
-        self.columns: list[Column] = []
+        self.columns: list[tuple[Column, int]] = []
+        self.count = 0
 
     def number(self, column: Column) -> float:
-        """A placeholder, to be used exactly once, for the numbers that ``column`` gives."""
-        self.columns.append(column)
-        (number,) = _NUMBER.unpack(_PLACEHOLDER.pack(len(self.columns) - 1, _PLACEHOLDER_END))
-        return number
+        """A placeholder, to be used exactly once, for the numbers ``(n,)`` of a column."""
+        return self.numbers(lambda states: column(states)[:, None], 1)[0]
 
     def numbers(self, columns: Column, count: int) -> list[float]:
-        """Placeholders for all columns of an array ``(n, count)``."""
-        found = once(columns)
-        return [self.number(lambda states, k=k: found(states)[:, k]) for k in range(count)]
+        """Placeholders for all columns of an array ``(n, count)``, each to be used exactly once."""
+        self.columns.append((columns, count))
+        first, self.count = self.count, self.count + count
+        marks = (_PLACEHOLDER.pack(i, _PLACEHOLDER_END) for i in range(first, self.count))
+        return [number for mark in marks for number in _NUMBER.unpack(mark)]
 
     def vector(self, value: tuple[float, ...] | Column) -> Vector3:
         """A vector, of placeholders where it moves."""
@@ -95,9 +100,9 @@ class Template:
         self._columns = blanks.columns
         self._numbers = np.dtype(
             {
-                "names": [str(i) for i in range(len(blanks.columns))],
-                "formats": ["<f8"] * len(blanks.columns),
-                "offsets": [_only_place(payload, i) for i in range(len(blanks.columns))],
+                "names": [str(i) for i in range(blanks.count)],
+                "formats": ["<f8"] * blanks.count,
+                "offsets": _places_of_numbers(payload, blanks.count),
                 "itemsize": len(payload),
             }
         )
@@ -117,17 +122,19 @@ class Template:
         """
         payloads[...] = self._example
         numbers: NDArray[Any] = payloads.view(self._numbers)[:, 0]
-        for i, column in enumerate(self._columns):
-            numbers[str(i)] = column(states)
+        names = iter(self._numbers.names or ())
+        for columns, count in self._columns:
+            for name, column in zip(islice(names, count), columns(states).T, strict=True):
+                numbers[name] = column
         times = _to_timestamps(states.times)
         for place in self._times:
             payloads[:, place : place + times.shape[1]] = times
 
 
-def _only_place(payload: bytes, index: int) -> int:
-    mark = _PLACEHOLDER.pack(index, _PLACEHOLDER_END)
-    assert payload.count(mark) == 1, "a placeholder is used exactly once"
-    return payload.index(mark)
+def _places_of_numbers(payload: bytes, count: int) -> list[int]:
+    found = {int.from_bytes(m[1], "little"): m.start() for m in _ANY_PLACEHOLDER.finditer(payload)}
+    assert payload.count(_PLACEHOLDER_MARK) == count, "a placeholder is used exactly once"
+    return [found[index] for index in range(count)]
 
 
 def _places_of_times(payload: bytes) -> list[int]:

@@ -13,7 +13,7 @@ from slipgrasp.web.model.intents.scenario import SetParameter
 def coalesce(intents: Sequence[Intent]) -> list[Intent]:
     """Drops what a later intent of the same batch makes void, in unchanged order.
 
-    A knob that is dragged sends many values; only its last one is worth a simulation.
+    A control that is dragged sends many values; only its last one is worth a simulation.
     """
     kept: list[Intent] = []
     seen: set[object] = set()

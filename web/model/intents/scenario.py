@@ -15,7 +15,7 @@ from slipgrasp.web.model.intents.intent import Intent, Key, LatestIntent
 
 @dataclass(frozen=True, slots=True)
 class SetParameter(Intent):
-    """The user moved the knob of a parameter; its value is not validated yet."""
+    """The user moved the control of a parameter; its value is not validated yet."""
 
     key: str
     value: Value
@@ -28,7 +28,7 @@ class SetParameter(Intent):
 
 @dataclass(frozen=True, slots=True)
 class ChooseReach(LatestIntent):
-    """The user chose whether knobs act from the play head on or on the whole run."""
+    """The user chose whether controls act from the play head on or on the whole run."""
 
     reach: Reach
 
@@ -43,7 +43,7 @@ class RemoveChange(Intent):
 
 @dataclass(frozen=True, slots=True)
 class RemoveChanges(Intent):
-    """The user takes back every timed change, push and wet spot."""
+    """The user takes back every timed change, push and low-friction patch."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +55,7 @@ class AddDisturbance(Intent):
         contact: Under which fingertip, where that matters; None is the one nearest to slip.
     """
 
-    what: Literal[DisturbanceKind.PUSH, DisturbanceKind.WET_SPOT, DisturbanceKind.POUR]
+    what: Literal[DisturbanceKind.PUSH, DisturbanceKind.LOW_FRICTION_PATCH, DisturbanceKind.POUR]
     contact: Annotated[int, Interval(ge=0, le=1000)] | None = None
 
 
@@ -75,7 +75,7 @@ class LetGo(Intent):
 
 @dataclass(frozen=True, slots=True)
 class RemoveDisturbance(Intent):
-    """The user takes back a push or a wet spot, by its place among them."""
+    """The user takes back a push or a low-friction patch, by its place among them."""
 
     index: Annotated[int, Interval(ge=0, le=10**6)]
 

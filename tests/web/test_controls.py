@@ -1,4 +1,4 @@
-"""Knobs are made from the definitions of the parameters, by one function."""
+"""Controls are made from the definitions of the parameters, by one function."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ from slipgrasp.web.model.editing import Gesture
 from slipgrasp.web.model.intents.intent import Intent
 from slipgrasp.web.model.parameter_groups import (
     Entry,
+    control_label,
     disturbance_groups,
     group_parameters,
-    knob_label,
     value_words,
 )
 from slipgrasp.web.model.playback import Playback, TimeWindow, WindowChoice
 from slipgrasp.web.model.slider_range import slider_range
 from slipgrasp.web.model.view import RunStage, RunStatus, ViewState
-from slipgrasp.web.panels.knobs_panel import KnobsPanel
+from slipgrasp.web.panels.controls_panel import ControlsPanel
 from slipgrasp.web.panels.parameter_inputs import as_text, parse_text
 
 NAMES = ("left", "right")
@@ -65,9 +65,9 @@ def keys(entries: tuple[Entry, ...]) -> set[str]:
     return {entry.parameter.key for entry in entries}
 
 
-def panel_of(server: ViewerServer, scenario: Scenario) -> tuple[KnobsPanel, list[Intent]]:
+def panel_of(server: ViewerServer, scenario: Scenario) -> tuple[ControlsPanel, list[Intent]]:
     sent: list[Intent] = []
-    panel = KnobsPanel(server.gui, sent.append)
+    panel = ControlsPanel(server.gui, sent.append)
     panel.update(view_of(Draft.starting_from("what a test needs", scenario)))
     return panel, sent
 
@@ -129,7 +129,7 @@ def test_labels_say_what_and_in_which_unit() -> None:
     definitions = parameter_definitions(load_scenario("paper-case-2"))
 
     def label(key: str) -> str:
-        return knob_label(definitions[key], definitions, NAMES)
+        return control_label(definitions[key], definitions, NAMES)
 
     assert label("object.inertia") == "inertia [kg m²]"
     assert label("fingers.1.link_masses.1") == "link mass 2 [kg]"
@@ -158,11 +158,11 @@ def test_a_field_beside_a_slider_takes_more_digits_than_the_slider_has_steps(
     viewer_server: ViewerServer,
 ) -> None:
     panel, sent = panel_of(viewer_server, load_scenario("paper-case-1"))
-    slider = panel.knob(MASS).input
+    slider = panel.control(MASS).input
     assert isinstance(slider, viser.GuiSliderHandle)
     assert (slider.step, slider.precision) == (0.01, 12)
-    assert panel.knob(MASS).read(1.2345) == 1.2345
-    assert panel.knob(MASS).read(40.0) == 40.0
+    assert panel.control(MASS).read(1.2345) == 1.2345
+    assert panel.control(MASS).read(40.0) == 40.0
     assert slider.max == 40.0
     panel.remove()
     assert sent == []
@@ -173,7 +173,7 @@ def test_a_gain_is_one_number_on_a_slider_or_a_list_in_a_field(
 ) -> None:
     draft = Draft.from_preset("paper-case-1")
     panel, _ = panel_of(viewer_server, draft.base)
-    slider, field = panel.knob(GAIN, 0), panel.knob(GAIN, 1)
+    slider, field = panel.control(GAIN, 0), panel.control(GAIN, 1)
     assert isinstance(slider.input, viser.GuiSliderHandle)
     assert (slider.input.visible, field.value) == (True, "100")
     panel.update(view_of(draft.edited(GAIN, [100.0, 90.0, 80.0])))
@@ -186,7 +186,7 @@ def test_a_gain_is_one_number_on_a_slider_or_a_list_in_a_field(
 
 def test_a_field_keeps_the_way_a_user_writes_a_number(viewer_server: ViewerServer) -> None:
     panel, _ = panel_of(viewer_server, load_scenario("paper-case-2"))
-    field = panel.knob("estimates.0.minimum")
+    field = panel.control("estimates.0.minimum")
     assert field.value == ""
     assert isinstance(field.input, viser.GuiTextHandle)
     field.input.value = "0.10"
@@ -199,50 +199,50 @@ def test_a_field_keeps_the_way_a_user_writes_a_number(viewer_server: ViewerServe
     panel.remove()
 
 
-def test_a_knob_that_the_program_sets_sends_nothing(viewer_server: ViewerServer) -> None:
+def test_a_control_that_the_program_sets_sends_nothing(viewer_server: ViewerServer) -> None:
     draft = Draft.from_preset("paper-case-1")
     panel, sent = panel_of(viewer_server, draft.base)
     panel.update(view_of(draft.edited(MASS, 1.7)))
-    assert panel.knob(MASS).value == 1.7
+    assert panel.control(MASS).value == 1.7
     panel.update(view_of(draft))
-    assert panel.knob(MASS).value == 1.0
+    assert panel.control(MASS).value == 1.0
     panel.update(view_of(Draft.from_preset("paper-case-2")))
-    assert panel.knob("estimates.0.initial").value == 1.2
+    assert panel.control("estimates.0.initial").value == 1.2
     assert sent == []
     panel.remove()
 
 
-def test_a_knob_shows_the_value_that_holds_at_the_play_head(viewer_server: ViewerServer) -> None:
+def test_a_control_shows_the_value_that_holds_at_the_play_head(viewer_server: ViewerServer) -> None:
     draft = Draft.from_preset("paper-case-1").edited_from(1.0, MASS, 1.7)
     panel, _ = panel_of(viewer_server, draft.base)
     for time, value in ((0.5, 1.0), (1.0, 1.7), (2.0, 1.7), (0.0, 1.0)):
         panel.update(view_of(draft, time))
-        assert panel.knob(MASS).value == value
+        assert panel.control(MASS).value == value
     panel.remove()
 
 
-def test_the_knob_in_the_users_hand_is_left_alone(viewer_server: ViewerServer) -> None:
+def test_the_control_in_the_users_hand_is_left_alone(viewer_server: ViewerServer) -> None:
     draft = Draft.from_preset("paper-case-1")
     panel, _ = panel_of(viewer_server, draft.base)
     moved = view_of(draft.edited(MASS, 1.7).edited("object.inertia", 0.02))
     for age, shown in ((0.0, 1.0), (5.0, 1.7)):
         gesture = Gesture(MASS, 0.0, monotonic() - age)
         panel.update(replace(moved, editing=replace(moved.editing, gesture=gesture)))
-        assert panel.knob(MASS).value == shown
-        assert panel.knob("object.inertia").value == 0.02
+        assert panel.control(MASS).value == shown
+        assert panel.control("object.inertia").value == 0.02
     panel.remove()
 
 
-def test_there_are_no_knobs_before_the_first_recording_is_there(
+def test_there_are_no_controls_before_the_first_recording_is_there(
     viewer_server: ViewerServer,
 ) -> None:
-    panel = KnobsPanel(viewer_server.gui, lambda _: None)
+    panel = ControlsPanel(viewer_server.gui, lambda _: None)
     other = view_of(Draft.from_preset("paper-case-2"))
     panel.update(replace(other, status=RunStatus(RunStage.OPENING)))
     with pytest.raises(KeyError):
-        panel.knob(MASS)
+        panel.control(MASS)
     panel.update(view_of(Draft.from_preset("paper-case-1").edited(MASS, 1.7)))
-    assert panel.knob(MASS).value == 1.7
+    assert panel.control(MASS).value == 1.7
     panel.remove()
 
 
@@ -253,7 +253,7 @@ def test_what_is_wrong_stands_below_the_field_until_it_is_right(
     panel, _ = panel_of(viewer_server, draft.base)
     panel.update(view_of(draft.edited(MASS, 1.7)))
     panel.update(refused(draft.edited(MASS, 1.7).edited("object.inertia", -1.0)))
-    assert panel.knob(MASS).value == 1.7
+    assert panel.control(MASS).value == 1.7
     assert len(panel.errors) == 1
     assert "object.inertia is -1.0" in panel.errors[0]
     panel.update(view_of(draft.edited(MASS, 1.7)))
@@ -261,7 +261,7 @@ def test_what_is_wrong_stands_below_the_field_until_it_is_right(
     panel.remove()
 
 
-def test_an_error_at_a_timed_change_stands_below_its_knob(viewer_server: ViewerServer) -> None:
+def test_an_error_at_a_timed_change_stands_below_its_control(viewer_server: ViewerServer) -> None:
     draft = Draft.from_preset("paper-case-1").edited_from(1.0, MASS, -1.0)
     panel, _ = panel_of(viewer_server, draft.base)
     panel.update(refused(draft))
@@ -278,11 +278,11 @@ def test_errors_are_escaped(viewer_server: ViewerServer) -> None:
     panel.remove()
 
 
-def test_a_scenario_with_lists_has_all_its_knobs(viewer_server: ViewerServer) -> None:
+def test_a_scenario_with_lists_has_all_its_controls(viewer_server: ViewerServer) -> None:
     scenario = with_values(load_scenario("paper-case-1"), {GAIN: [100.0, 90.0, 80.0]})
     panel, _ = panel_of(viewer_server, scenario)
     panel.update(view_of(Draft.starting_from("recording", scenario)))
-    assert panel.knob(GAIN, 1).value == "100, 90, 80"
+    assert panel.control(GAIN, 1).value == "100, 90, 80"
     panel.remove()
 
 
@@ -290,38 +290,38 @@ def test_a_number_beyond_the_slider_survives_a_page_that_cuts_it_off(
     viewer_server: ViewerServer,
 ) -> None:
     panel, _ = panel_of(viewer_server, load_scenario("paper-case-1"))
-    knob = panel.knob(MASS)
-    widest = knob.input.max
-    assert knob.read(4.56789) == 4.56789
-    assert knob.read(widest) == 4.56789
-    assert knob.read(1.5) == 1.5
+    control = panel.control(MASS)
+    widest = control.input.max
+    assert control.read(4.56789) == 4.56789
+    assert control.read(widest) == 4.56789
+    assert control.read(1.5) == 1.5
 
 
 def test_a_slider_is_as_before_once_a_number_that_is_not_allowed_has_been_replaced(
     viewer_server: ViewerServer,
 ) -> None:
     panel, _ = panel_of(viewer_server, load_scenario("paper-case-1"))
-    knob = panel.knob(MASS)
-    before = (knob.input.min, knob.input.max)
+    control = panel.control(MASS)
+    before = (control.input.min, control.input.max)
     for refused_value in (-3.0, 2000.0):
-        knob.read(refused_value)
+        control.read(refused_value)
         assert not before[0] <= refused_value <= before[1]
-        assert knob.input.min <= refused_value <= knob.input.max
-        assert knob.read(1.2) == 1.2
-        assert (knob.input.min, knob.input.max) == before
-    knob.read(4.0)
-    assert knob.read(1.2) == 1.2
-    assert knob.input.max == 4.0
+        assert control.input.min <= refused_value <= control.input.max
+        assert control.read(1.2) == 1.2
+        assert (control.input.min, control.input.max) == before
+    control.read(4.0)
+    assert control.read(1.2) == 1.2
+    assert control.input.max == 4.0
 
 
 def test_a_yes_or_no_is_a_checkbox(viewer_server: ViewerServer) -> None:
     panel, sent = panel_of(viewer_server, load_scenario("paper-case-1"))
-    knob = panel.knob("sensing.true_phases")
-    assert isinstance(knob.input, viser.GuiCheckboxHandle)
-    assert knob.value is True
-    draft = Draft.from_preset("paper-case-1").edited(knob.key, False)
+    control = panel.control("sensing.true_phases")
+    assert isinstance(control.input, viser.GuiCheckboxHandle)
+    assert control.value is True
+    draft = Draft.from_preset("paper-case-1").edited(control.key, False)
     panel.update(view_of(draft))
-    assert (knob.value, sent) == (False, [])
+    assert (control.value, sent) == (False, [])
 
 
 def test_fields_that_the_chosen_kind_does_not_use_are_out_of_sight(
@@ -332,7 +332,7 @@ def test_fields_that_the_chosen_kind_does_not_use_are_out_of_sight(
     fields = ("controller.slip_stop", "controller.grip_rate", "trajectory.radius", GAIN)
 
     def seen() -> list[bool]:
-        return [panel.knob(key).input.visible for key in fields]
+        return [panel.control(key).input.visible for key in fields]
 
     assert seen() == [False, False, False, True]
     panel.update(view_of(draft.edited("controller.kind", "composite")))
@@ -341,14 +341,14 @@ def test_fields_that_the_chosen_kind_does_not_use_are_out_of_sight(
     assert seen() == [False, False, True, True]
 
 
-def test_a_push_has_knobs_and_what_is_wrong_with_it_stands_below_them(
+def test_a_push_has_controls_and_what_is_wrong_with_it_stands_below_them(
     viewer_server: ViewerServer,
 ) -> None:
     draft = Draft.from_preset("paper-case-1")
     panel, _ = panel_of(viewer_server, draft.base)
     pushed = draft.with_disturbance(push_at(0.5))
     panel.update(view_of(pushed))
-    force = panel.knob("pulses.0.force.1")
+    force = panel.control("pulses.0.force.1")
     assert force.value == -5.0
     panel.update(view_of(pushed.edited("pulses.0.force.1", -8.0)))
     assert force.value == -8.0
@@ -357,18 +357,18 @@ def test_a_push_has_knobs_and_what_is_wrong_with_it_stands_below_them(
     assert "pulses.0.duration is -1.0" in error
     panel.update(view_of(draft))
     with pytest.raises(KeyError):
-        panel.knob("pulses.0.force.1")
+        panel.control("pulses.0.force.1")
     assert panel.errors == ()
 
 
-def test_a_push_in_space_has_a_knob_for_each_part_of_its_force_and_moment(
+def test_a_push_in_space_has_a_control_for_each_part_of_its_force_and_moment(
     viewer_server: ViewerServer,
 ) -> None:
     draft = Draft.from_preset("spatial-prism")
     panel, _ = panel_of(viewer_server, draft.base)
     push = push_at(0.5, SPATIAL)
     panel.update(view_of(draft.with_disturbance(push)))
-    assert panel.knob("pulses.0.moment.2").value == 0.0
+    assert panel.control("pulses.0.moment.2").value == 0.0
     (group,) = disturbance_groups([push], draft.base.finger_names, SPATIAL)
     labels = [entry.label for entry in group.entries if entry.parameter.key.count(".") == 3]
     assert labels == [f"force {c} [N]" for c in "xyz"] + [f"moment {c} [N m]" for c in "xyz"]
@@ -377,7 +377,7 @@ def test_a_push_in_space_has_a_knob_for_each_part_of_its_force_and_moment(
 def test_lists_of_rows_are_written_in_one_field_each(viewer_server: ViewerServer) -> None:
     draft = Draft.from_preset("paper-case-1")
     panel, _ = panel_of(viewer_server, draft.base)
-    corners, moves = panel.knob("object.corners"), panel.knob("trajectory.set_points")
+    corners, moves = panel.control("object.corners"), panel.control("trajectory.set_points")
     assert (corners.value, moves.input.visible) == ("", False)
     square = [[-0.1, -0.1], [0.1, -0.1], [0.1, 0.1], [-0.1, 0.1]]
     text = "-0.1, -0.1; 0.1, -0.1; 0.1, 0.1; -0.1, 0.1"

@@ -1,4 +1,4 @@
-"""A knob for every parameter of the scenario, in groups, with what is wrong right below it."""
+"""A control for every parameter of the scenario, in groups, with what is wrong right below it."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ from slipgrasp.web.model.parameter_groups import (
 )
 from slipgrasp.web.model.view import RunStage, ViewState
 from slipgrasp.web.page.keys import keys_of
-from slipgrasp.web.panels.parameter_inputs import Knob, add_knob
+from slipgrasp.web.panels.parameter_inputs import Control, add_control
 
 _BELOW = 0.5
 _BEFORE_UNIT = re.compile(r"(?<=\d) (?=[a-zA-Z])")
 
 
-class KnobsPanel:
-    """Lets the user move knobs; each shows the value that holds at the play head.
+class ControlsPanel:
+    """Lets the user move controls; each shows the value that holds at the play head.
 
     Args:
         gui: Where it goes.
@@ -51,8 +51,8 @@ class KnobsPanel:
         self._disturbance_folders: list[viser.GuiFolderHandle] = []
         self._disturbances: tuple[str, ...] = ()
         self._law_folders: dict[str, viser.GuiFolderHandle] = {}
-        self._conditional: list[tuple[Knob, Entry]] = []
-        self._knobs: dict[str, list[tuple[Knob, viser.GuiFolderHandle]]] = {}
+        self._conditional: list[tuple[Control, Entry]] = []
+        self._controls: dict[str, list[tuple[Control, viser.GuiFolderHandle]]] = {}
         self._errors: list[viser.GuiHtmlHandle] = []
         self._told: tuple[FieldError, ...] = ()
         self._law_line: viser.GuiHtmlHandle | None = None
@@ -64,7 +64,7 @@ class KnobsPanel:
     def update(self, view: ViewState) -> None:
         """Shows the values that hold at the play head, and what is wrong with which.
 
-        There are no knobs while the first recording is opened, which has others: a page that
+        There are no controls while the first recording is opened, which has others: a page that
         is slow would be told of widgets that it has just been told to remove.
         """
         if view.status.stage is RunStage.OPENING:
@@ -79,17 +79,17 @@ class KnobsPanel:
         if view.editing.law_note != self._law_note:
             self._tell_law(view.editing.law_note)
 
-    def knob(self, key: str, index: int = 0) -> Knob:
-        """The knob of a parameter; some have a second one, a field for a list."""
-        return self._knobs[key][index][0]
+    def control(self, key: str, index: int = 0) -> Control:
+        """The control of a parameter; some have a second one, a field for a list."""
+        return self._controls[key][index][0]
 
     def law_folder(self, kind: str) -> viser.GuiFolderHandle:
-        """Where the knobs of a custom law are."""
+        """Where the controls of a custom law are."""
         return self._law_folders[kind]
 
     @property
     def law_line(self) -> str:
-        """What stands below the knob of the law, as HTML; empty if nothing does."""
+        """What stands below the control of the law, as HTML; empty if nothing does."""
         return self._law_line.content if self._law_line is not None else ""
 
     @property
@@ -104,7 +104,7 @@ class KnobsPanel:
         for element in (*self._errors, *self._disturbance_folders, *laws, *self._folders):
             element.remove()
         self._law_folders = {}
-        self._errors, self._folders, self._knobs = [], [], {}
+        self._errors, self._folders, self._controls = [], [], {}
         self._disturbance_folders, self._disturbances, self._conditional = [], (), []
 
     def _build(self, scenario: Scenario) -> None:
@@ -120,14 +120,16 @@ class KnobsPanel:
                 self._law_folders = {law.title: self._add_group(law, {}) for law in laws}
 
     def _build_disturbances(self, draft: Draft) -> None:
-        """A folder for each push and wet spot, above all others; made anew when one more comes."""
+        """A folder for each push and patch, above all others; rebuilt when their number changes."""
         places = tuple(disturbance.place for disturbance in draft.disturbances)
         if places != self._disturbances:
             self._forget_errors()
             self._disturbances, self._shown = places, None
             for folder in self._disturbance_folders:
                 folder.remove()
-            self._knobs = {key: k for key, k in self._knobs.items() if not is_of_disturbance(key)}
+            self._controls = {
+                key: k for key, k in self._controls.items() if not is_of_disturbance(key)
+            }
             names, top = draft.base.finger_names, self._folders[0].order - 1.0
             groups = disturbance_groups(draft.disturbances, names, draft.base.space)
             self._disturbance_folders = [
@@ -150,13 +152,13 @@ class KnobsPanel:
     def _add(
         self, entry: Entry, definitions: dict[str, Parameter], folder: viser.GuiFolderHandle
     ) -> None:
-        knob = add_knob(self._gui, entry, definitions, self._send)
-        self._knobs.setdefault(knob.key, []).append((knob, folder))
+        control = add_control(self._gui, entry, definitions, self._send)
+        self._controls.setdefault(control.key, []).append((control, folder))
         if entry.parameter.used_by:
-            self._conditional.append((knob, entry))
+            self._conditional.append((control, entry))
 
     def _show_values(self, draft: Draft, view: ViewState) -> None:
-        """Sets the knobs once there is something else to show than the last time.
+        """Sets the controls once there is something else to show than the last time.
 
         The one in the user's hand stands right already.
         """
@@ -165,18 +167,18 @@ class KnobsPanel:
         wanted = (draft, draft.num_changes_until(moment))
         if wanted == self._shown and in_hand == self._in_hand:
             return
-        keys = set(self._knobs)
+        keys = set(self._controls)
         if self._shown is not None:
             keys &= self._shown[0].touched | draft.touched
         self._shown, self._in_hand = wanted, in_hand
         for key in keys - {in_hand}:
-            for knob, _ in self._knobs[key]:
-                knob.show(draft.value_at(moment, key))
+            for control, _ in self._controls[key]:
+                control.show(draft.value_at(moment, key))
         for kind, folder in self._law_folders.items():
             folder.visible = kind == draft.value_at(moment, LAW)
-        for knob, entry in self._conditional:
+        for control, entry in self._conditional:
             kind = str(draft.value_at(moment, entry.kind_key))
-            knob.use(kind in entry.parameter.used_by or _is_seen_by_own_law(kind, knob.key))
+            control.use(kind in entry.parameter.used_by or _is_seen_by_own_law(kind, control.key))
 
     def _tell(self, errors: tuple[FieldError, ...], draft: Draft, editing: Editing) -> None:
         """Puts what is wrong below the fields that are wrong."""
@@ -184,21 +186,21 @@ class KnobsPanel:
         self._told = errors
         last = editing.gesture.key if editing.gesture else ""
         for error in errors:
-            for knob, folder in self._find(draft.key_of(error)) or self._knobs.get(last, []):
+            for control, folder in self._find(draft.key_of(error)) or self._controls.get(last, []):
                 with folder:
-                    content, order = error_html(error_words(error)), knob.input.order + _BELOW
+                    content, order = error_html(error_words(error)), control.input.order + _BELOW
                     self._errors.append(self._gui.add_html(content, order=order))
 
     def _tell_law(self, note: LawNote | None) -> None:
-        """Puts what was set with a law below the knob that chose it."""
+        """Puts what was set with a law below the control that chose it."""
         self._law_note = note
         if self._law_line is not None:
             self._law_line.remove()
             self._law_line = None
         if note is not None:
-            ((knob, folder),) = self._knobs[LAW]
+            ((control, folder),) = self._controls[LAW]
             with folder:
-                order = knob.input.order + _BELOW
+                order = control.input.order + _BELOW
                 self._law_line = self._gui.add_html(law_note_html(note), order=order)
 
     def _forget_errors(self) -> None:
@@ -206,11 +208,11 @@ class KnobsPanel:
             line.remove()
         self._errors, self._told = [], ()
 
-    def _find(self, key: str) -> list[tuple[Knob, viser.GuiFolderHandle]] | None:
-        """The knobs of a parameter, or of the first below or above a key that has none."""
-        for known, knobs in self._knobs.items():
+    def _find(self, key: str) -> list[tuple[Control, viser.GuiFolderHandle]] | None:
+        """The controls of a parameter, or of the first below or above a key that has none."""
+        for known, controls in self._controls.items():
             if known == key or known.startswith(f"{key}.") or key.startswith(f"{known}."):
-                return knobs
+                return controls
         return None
 
 
@@ -235,7 +237,7 @@ def error_html(message: str) -> str:
 
 
 def law_note_html(note: LawNote) -> str:
-    """What was set with a law, and how to take it back, to stand right below the knob."""
+    """What was set with a law, and how to take it back, to stand right below the control."""
     reach = f"from t = {note.time:g} s on" if note.time > 0.0 else "on the whole run"
     settings = escape(_BEFORE_UNIT.sub("\u00a0", note.settings or "no other setting changed"))
     return (

@@ -33,7 +33,7 @@ _WAVE_LINE = 0.045
 _SIGHT = 0.97  # of a lens
 
 
-class WetSpots:
+class LowFrictionPatches:
     """Shows every patch of a run while it is there.
 
     Args:
@@ -64,13 +64,13 @@ class WetSpots:
             node.remove()
 
 
-def add_wet_spots(
+def add_low_friction_patches(
     scene: viser.SceneApi,
     object_name: str,
     lenses: Sequence[str],
     scenario: Scenario,
     layout: SceneLayout,
-) -> WetSpots:
+) -> LowFrictionPatches:
     """Draws every patch on its face, and in the lenses of the fingertips on that face.
 
     Args:
@@ -85,12 +85,12 @@ def add_wet_spots(
             list(_round_spot(scene, f"{object_name}/wet{k}", lenses, scenario, patch, layout))
             for k, patch in enumerate(scenario.patches)
         ]
-        return WetSpots(scenario.patches, nodes)
+        return LowFrictionPatches(scenario.patches, nodes)
     nodes = [
         list(_band(scene, f"{object_name}/wet{k}", lenses, scenario, patch, layout))
         for k, patch in enumerate(scenario.patches)
     ]
-    return WetSpots(scenario.patches, nodes)
+    return LowFrictionPatches(scenario.patches, nodes)
 
 
 def _band(
