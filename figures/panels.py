@@ -165,7 +165,7 @@ def _forces(result: RunResult, finger: int) -> Iterator[Panel]:
 
 
 def torque_panel(result: RunResult, finger: int, colours: Sequence[Rgb]) -> Panel:
-    """The joint torques of a finger, one joint per colour."""
+    """The joint torques of a finger, or the forces on its slides, one joint per colour."""
     first = len(colours) * finger
     torques = [
         Curve(
@@ -175,11 +175,12 @@ def torque_panel(result: RunResult, finger: int, colours: Sequence[Rgb]) -> Pane
         )
         for joint, colour in enumerate(colours, first)
     ]
+    on_slides = finger in result.scenario.slides
+    what, unit = ("forces on the slides", "N") if on_slides else ("joint torques", "N m")
+    label = rf"$\tau$ [{unit}]"
     return Panel(
-        title=f"joint torques of the {result.scenario.finger_names[finger]} finger",
-        plots=(
-            Plot(label=r"$\tau$ [N m]", curves=tuple(torques), least_span=0.01, with_zero=True),
-        ),
+        title=f"{what} of the {result.scenario.finger_names[finger]} finger",
+        plots=(Plot(label=label, curves=tuple(torques), least_span=0.01, with_zero=True),),
         contacts=(finger,),
     )
 

@@ -37,7 +37,10 @@ _TIP = 2.6
 
 
 class FingerPose(NamedTuple):
-    """A finger in the plane: base, elbow and tip [m], and its two joint angles [rad]."""
+    """A finger in the plane: base, elbow and tip [m], and its two joint angles [rad].
+
+    On slides the elbow is the carriage of the first.
+    """
 
     base: Point
     elbow: Point
@@ -80,6 +83,8 @@ def start_pose(scenario: PlanarScenario, index: int) -> FingerPose:
     finger = scenario.fingers[index]
     base = np.array(finger.base)
     tip = _to_world(scenario, np.array(contact_frame(scenario.object, finger).anchor))
+    if finger.kind == "slides":
+        return FingerPose(base, np.array([tip[0], base[1]]), tip, 0.0, 0.0)
     l1, l2 = finger.link_lengths
     dx, dy = tip - base
     bend = math.acos(min(1.0, max(-1.0, (dx * dx + dy * dy - l1**2 - l2**2) / (2.0 * l1 * l2))))
@@ -110,6 +115,9 @@ def _draw_hand(figure: Figure, frame: Frame, scenario: PlanarScenario) -> None:
 
 
 def _draw_finger(drawing: Drawing, pose: FingerPose, finger: FingerParameters, index: int) -> None:
+    if finger.kind == "slides":
+        _draw_slides(drawing, pose, index)
+        return
     _draw_mount(drawing, pose.base)
     away = 0.5 * (pose.base + pose.tip)
     joints = (pose.base, pose.elbow, pose.tip)
@@ -130,6 +138,17 @@ def _draw_finger(drawing: Drawing, pose: FingerPose, finger: FingerParameters, i
     drawing.dot(pose.elbow, 6.0, lighter(LINK, 0.7), JOINT)
     drawing.dot(pose.tip, 5.0, finger_colour(index), JOINT)
     x, y = finger.base
+    drawing.write(pose.base + drawing.mm * np.array([0.0, -7.2]), f"({x:.4g}, {y:.4g}) m")
+
+
+def _draw_slides(drawing: Drawing, pose: FingerPose, index: int) -> None:
+    """A rail along x, and the bar from its carriage to the tip."""
+    for start, end in ((pose.base, pose.elbow), (pose.elbow, pose.tip)):
+        drawing.line(start, end, colour=JOINT, width=6.4)
+        drawing.line(start, end, colour=lighter(LINK, 0.3), width=5.2)
+    drawing.dot(pose.elbow, 6.0, lighter(LINK, 0.7), JOINT)
+    drawing.dot(pose.tip, 5.0, finger_colour(index), JOINT)
+    x, y = pose.base
     drawing.write(pose.base + drawing.mm * np.array([0.0, -7.2]), f"({x:.4g}, {y:.4g}) m")
 
 

@@ -147,7 +147,7 @@ def sizes_of(scenario: Scenario) -> Sizes:
         scenario: Hand and object.
     """
     unit = inner_radius(scenario.object)
-    lengths = [each.link_lengths for each in scenario.fingers]
+    lengths = [length for i in range(len(scenario.fingers)) for length in _lengths(scenario, i)]
     weight = scenario.object.mass * max(scenario.simulation.gravity, _LEAST_GRAVITY)
     height = scenario.object.half_height
     is_flat = math.isinf(height)
@@ -161,6 +161,13 @@ def sizes_of(scenario: Scenario) -> Sizes:
         thickness=0.05 * unit,
         per_newton=0.5 * unit / weight,
     )
+
+
+def _lengths(scenario: Scenario, i: int) -> tuple[float, ...]:
+    """How long the links of a finger are, or how far its tip is from the zero of its slides."""
+    if i in scenario.slides:
+        return (float(np.linalg.norm(skeleton.tip_at_start(scenario, i))),)
+    return scenario.fingers[i].link_lengths
 
 
 def outline_of(scenario: Scenario) -> Values:
@@ -182,7 +189,10 @@ def entities_of(scenario: Scenario) -> list[Entity]:
         Entity(skeleton.DESIRED, skeleton.DESIRED, (desired,)),
     ]
     for i, contact in enumerate(skeleton.contacts_of(scenario)):
-        entities += _finger(i, scenario, sizes, contact.inward)
+        if contact.on_slides:
+            entities += _slides(i, scenario, sizes, contact)
+        else:
+            entities += _finger(i, scenario, sizes, contact.inward)
         name = skeleton.contact_name(i)
         entities.append(Entity(name, name, tuple(_contact(scenario, contact, i, sizes))))
     return entities
@@ -248,6 +258,25 @@ def _finger(i: int, scenario: Scenario, sizes: Sizes, up: Values) -> Iterator[En
         )
         yield Entity(skeleton.link_frame(i, k), skeleton.link_frame(i, k), (link, pin))
         radius = end
+
+
+def _slides(i: int, scenario: Scenario, sizes: Sizes, contact: Contact) -> Iterator[Entity]:
+    """A rail along x, the carriage on it, and the bar from there to the tip."""
+    radius, tip = sizes.link_radius, skeleton.tip_at_start(scenario, i)
+    along, place = np.array([1.0, 0.0, 0.0]), np.array([tip[0], 0.0, 0.0])
+    low, high = min(0.0, tip[0]) - 4.0 * radius, max(0.0, tip[0]) + 4.0 * radius
+    rail = Rod(Role.MOUNT, low * along, high * along, (0.5 * radius, 0.5 * radius))
+    yield Entity(f"finger_{i}/rail", skeleton.base_frame(i), (rail,))
+    width = 1.3 * radius
+    carriage = Rod(Role.JOINT, -width * along, width * along, (width, width))
+    name = skeleton.link_frame(i, 1)
+    yield Entity(name, name, (carriage,))
+    outward = -contact.axes @ contact.inward
+    ball = sizes.tip_radius * outward
+    # Long enough to be seen where the rail is as high as the tip.
+    end = place - tip if np.linalg.norm(place - tip) > 2.0 * sizes.tip_radius else 4.0 * ball
+    bar = Rod(Role.LINK, ball, end, (min(radius, 0.9 * sizes.tip_radius), radius), rounded=True)
+    yield Entity(f"finger_{i}/bar", skeleton.tip_frame(i), (bar,))
 
 
 def _contact(scenario: Scenario, contact: Contact, i: int, sizes: Sizes) -> Iterator[Shape]:

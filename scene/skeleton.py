@@ -4,11 +4,13 @@
                             → desired
                             → finger_i/base → finger_i/link_0 → finger_i/link_1 → finger_i/tip
     spatial:  world → object, desired and fingers, with finger_i/yaw between base and link_0
+    slides:   finger_i/base → finger_i/link_0 → finger_i/link_1 → finger_i/tip
 
 `world` has z up. `plane` is the model's plane (docs/model.md), upright in the world: its x and y
 are x and z of the world, its z points to the viewer. A link lies along x of its frame; planar
-joints turn about z, spatial ones about z (yaw) and -y. `contact_i` is at fingertip i. Its first
-axes are those in which the tangential force counts, so that positive slip is along their negatives;
+joints turn about z, spatial ones about z (yaw) and -y. Of slides link_0 is their zero and link_1
+the carriage on the first, along x; nothing turns. `contact_i` is at fingertip i. Its first axes are
+those in which the tangential force counts, so that positive slip is along their negatives;
 the normal into the object is the d-th axis.
 """
 
@@ -23,9 +25,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipgrasp.core.scenario import PLANAR, SPATIAL, Scenario
-from slipgrasp.core.scenario.geometry import contact_frame
+from slipgrasp.core.scenario.geometry import contact_frame, planar_tip_at_start
 from slipgrasp.core.scenario.spatial import SpatialScenario
 from slipgrasp.core.scenario.spatial_geometry import spatial_contact
+from slipgrasp.core.scenario.spatial_geometry import tip_at_start as spatial_tip_at_start
 from slipgrasp.scene import rotations
 from slipgrasp.scene.states import States
 
@@ -66,11 +69,13 @@ class Contact(NamedTuple):
         anchor: Contact point at zero slip, in the object's frame, shape ``(3,)`` [m].
         axes: The axes of the contact frame in the object's frame, as columns, ``(3, 3)``.
         dimensions: d: the frame's axis d - 1 (from 0) points into the object.
+        on_slides: Whether its finger is on slides, and never turns.
     """
 
     anchor: Values
     axes: Values
     dimensions: int
+    on_slides: bool = False
 
     @property
     def inward(self) -> Values:
@@ -146,11 +151,11 @@ def _contact(scenario: Scenario, i: int) -> Contact:
     if isinstance(scenario, SpatialScenario):
         told = spatial_contact(scenario.object, scenario.fingers[i])
         axes = (np.negative(told.tangent_x), np.negative(told.tangent_y), told.normal)
-        return Contact(np.array(told.anchor), np.column_stack(axes), 3)
+        return Contact(np.array(told.anchor), np.column_stack(axes), 3, i in scenario.slides)
     flat = contact_frame(scenario.object, scenario.fingers[i])
     (tx, ty), (nx, ny) = flat.tangent, flat.normal
     axes = np.column_stack([(-tx, -ty, 0.0), (nx, ny, 0.0), _Z])
-    return Contact(np.array([*flat.anchor, 0.0]), axes, 2)
+    return Contact(np.array([*flat.anchor, 0.0]), axes, 2, i in scenario.slides)
 
 
 def _touched(contact: Contact, i: int, states: States) -> Values:
@@ -163,6 +168,11 @@ def _finger(scenario: Scenario, root: str, i: int) -> Iterator[Frame]:
     finger = scenario.fingers[i]
     base = (*finger.base, 0.0)[:3]
     yield Frame(base_frame(i), root, base)
+    if finger.kind == "slides":
+        yield Frame(link_frame(i, 0), base_frame(i))
+        yield Frame(link_frame(i, 1), link_frame(i, 0), partial(_slid, i, _AXES[0]))
+        yield Frame(tip_frame(i), link_frame(i, 1), partial(_slid, i, 1.0 - _AXES[0]))
+        return
     links = len(finger.link_lengths)
     axes = JOINT_AXES[scenario.space]
     at_base = len(axes) - links
@@ -175,5 +185,20 @@ def _finger(scenario: Scenario, root: str, i: int) -> Iterator[Frame]:
     yield Frame(tip_frame(i), parent, (finger.link_lengths[-1], 0.0, 0.0))
 
 
+def tip_at_start(scenario: Scenario, i: int) -> Values:
+    """Where fingertip i is at the start, from the base of its finger, shape ``(3,)`` [m]."""
+    if isinstance(scenario, SpatialScenario):
+        return np.array(spatial_tip_at_start(scenario, i))
+    return np.array([*planar_tip_at_start(scenario, i), 0.0])
+
+
+def _slid(finger: int, along: Values, states: States) -> Values:
+    """Positions of the slides along some of the axes."""
+    slides = states.joint_positions[:, finger]
+    positions = np.zeros((len(slides), 3))
+    positions[:, : slides.shape[1]] = slides
+    return positions * along
+
+
 def _turned(finger: int, joint: int, axis: Values, states: States) -> Values:
-    return rotations.about(axis, states.joint_angles[:, finger, joint])
+    return rotations.about(axis, states.joint_positions[:, finger, joint])

@@ -23,7 +23,7 @@ class States(NamedTuple):
         times: The instants, shape ``(n,)`` [s].
         object_pose: Position and unit quaternion (w, x, y, z), shape ``(n, 7)``.
         desired_pose: The same of the desired pose.
-        joint_angles: Shape ``(n, fingers, joints)`` [rad].
+        joint_positions: Shape ``(n, fingers, joints)`` [rad], of slides [m].
         slip: Along the d - 1 tangents, shape ``(n, contacts, d - 1)`` [m].
         slip_velocity: Its derivative, likewise [m/s].
         tangential_force: Of each fingertip on the object, likewise [N].
@@ -35,7 +35,7 @@ class States(NamedTuple):
     times: Values
     object_pose: Values
     desired_pose: Values
-    joint_angles: Values
+    joint_positions: Values
     slip: Values
     slip_velocity: Values
     tangential_force: Values
@@ -58,7 +58,7 @@ def states_of(samples: Trace) -> States:
         times=samples.times,
         object_pose=actual,
         desired_pose=desired,
-        joint_angles=samples.joint_position.reshape(n, contacts, shape.joints_per_finger),
+        joint_positions=samples.joint_position.reshape(n, contacts, shape.joints_per_finger),
         slip=samples.slip.reshape(n, contacts, tangents),
         slip_velocity=samples.slip_velocity.reshape(n, contacts, tangents),
         tangential_force=samples.tangential_force.reshape(n, contacts, tangents),

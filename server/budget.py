@@ -93,6 +93,7 @@ class Need:
             tuple(estimate.parameter for estimate in scenario.estimates),
             diagnostics_of(scenario),
             scenario.space,
+            scenario.slides,
         )
         size = RecordingSize(shape, round(samples) + SPARE_SAMPLES, round(ticks))
         return cls(

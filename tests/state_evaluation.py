@@ -33,7 +33,7 @@ _apply_tip_forces = from_python(reduced.apply_tip_forces)
 _assemble_bias = from_python(reduced.assemble_bias)
 _desired_motion = from_python(motion.desired_motion)
 _forces_to_torques = from_python(reduced.forces_to_torques)
-_joint_angle = from_python(kinematics.joint_angle)
+_joint_position = from_python(kinematics.joint_position)
 _lyapunov_value = from_python(law.lyapunov_value)
 _multiply_regressor = from_python(multiply_regressor)
 _stored_energy = from_python(dynamics.stored_energy)
@@ -147,7 +147,7 @@ def _collect(
     rank = call(find_controllable, model, discrete, work)
     kinetic, potential = _stored_energy(model.hand, model.truth, kin, state)
     return StateEvaluation(
-        joint_positions=_joint_positions(kin, n),
+        joint_positions=_joint_positions(model.hand, kin, n),
         joint_velocities=kin.joint_velocities[:n].copy(),
         finger_jacobians=kin.jacobians[:n].copy(),
         grasp_matrix=_grasp_matrix(model, kin, n),
@@ -172,8 +172,8 @@ def _collect(
     )
 
 
-def _joint_positions(kin: Record, n: int) -> Floats:
-    return np.array([[_joint_angle(kin, i, joint) for joint in range(2)] for i in range(n)])
+def _joint_positions(hand: Record, kin: Record, n: int) -> Floats:
+    return np.array([[_joint_position(hand, kin, i, k) for k in range(2)] for i in range(n)])
 
 
 def _contact_frames(kin: Record, n: int) -> Floats:

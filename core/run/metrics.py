@@ -101,7 +101,11 @@ class Metrics:
         Coordinates, Metric("At the end, per coordinate.", "m, m, rad", "coordinate")
     ]
     torque_effort: Annotated[
-        float, Metric("Integral over time of the sum of the squared joint torques.", "N² m² s")
+        float,
+        Metric(
+            "Integral over time of the sum of the squared joint torques, of slides forces in N.",
+            "N² m² s",
+        ),
     ]
     phase_change_count: Annotated[int, Metric("Number of phase changes.", "1")]
 

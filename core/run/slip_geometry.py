@@ -40,7 +40,9 @@ def slips_from_poses(scenario: SpatialScenario, trace: Trace, index: int) -> Flo
 
 
 def _tip(finger: SpatialFinger, angles: Floats) -> Floats:
-    """Fingertip of joint angles (yaw and two pitches), shape ``(samples, 3)`` [m]."""
+    """Fingertip of joint positions (yaw and two pitches, or slides), shape ``(samples, 3)`` [m]."""
+    if finger.kind == "slides":
+        return np.array(finger.base) + angles
     yaw, shoulder = angles[:, 0], angles[:, 1]
     elbow = shoulder + angles[:, 2]
     upper, lower = finger.link_lengths

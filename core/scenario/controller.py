@@ -254,7 +254,7 @@ MaximumNormalForce = Annotated[
     Ge(1e-3),
     Le(1e6),
     Quantity(
-        "Largest normal force the grasp force asks of a contact; no limit if left out.",
+        "Largest normal force that a law asks of a contact; no limit if left out.",
         "N",
         typical=(10.0, 200.0),
         changeable=True,
@@ -282,6 +282,55 @@ GripRate = Annotated[
         typical=(50.0, 2000.0),
         changeable=True,
         used_by=tuple(law.kind for law in _LAWS if law.reacts_to_slip),
+    ),
+]
+JawStiffness = Annotated[
+    float,
+    Ge(0.0),
+    Le(1e7),
+    Quantity(
+        "stiffness with which a jaw is held where the arm carries it, across its closing "
+        "direction; along it that of all jaws together, which centre themselves.",
+        "N/m",
+        typical=(1000.0, 50000.0),
+        changeable=True,
+        used_by=tuple(law.kind for law in _LAWS if law.holds_tips),
+    ),
+]
+JawDamping = Annotated[
+    float,
+    Ge(0.0),
+    Le(1e5),
+    Quantity(
+        "damping beside the stiffness of a jaw.",
+        "N s/m",
+        typical=(10.0, 300.0),
+        changeable=True,
+        used_by=tuple(law.kind for law in _LAWS if law.holds_tips),
+    ),
+]
+ForceRate = Annotated[
+    float,
+    Ge(0.0),
+    Le(1e6),
+    Quantity(
+        "fastest change of the closing force.",
+        "N/s",
+        typical=(20.0, 1000.0),
+        changeable=True,
+        used_by=tuple(law.kind for law in _LAWS if law.holds_tips),
+    ),
+]
+ForceBandwidth = Annotated[
+    float,
+    Ge(0.01),
+    Le(1e4),
+    Quantity(
+        "bandwidth of the closing force, which follows the grip force as a first-order lag.",
+        "Hz",
+        typical=(1.0, 50.0),
+        changeable=True,
+        used_by=tuple(law.kind for law in _LAWS if law.holds_tips),
     ),
 ]
 SlipStop = Annotated[
@@ -412,6 +461,10 @@ class ControllerParameters:
     maximum_normal_force: MaximumNormalForce = None
     grip_force: GripForce = 30.0
     grip_rate: GripRate = 400.0
+    jaw_stiffness: JawStiffness = 10000.0
+    jaw_damping: JawDamping = 60.0
+    force_rate: ForceRate = 500.0
+    force_bandwidth: ForceBandwidth = 20.0
     slip_stop: SlipStop = 1.0
     forgetting: Forgetting = 0.98
     probing: Probing = 0.0
@@ -446,6 +499,10 @@ class SpatialController:
     maximum_normal_force: MaximumNormalForce = None
     grip_force: GripForce = 30.0
     grip_rate: GripRate = 400.0
+    jaw_stiffness: JawStiffness = 10000.0
+    jaw_damping: JawDamping = 60.0
+    force_rate: ForceRate = 500.0
+    force_bandwidth: ForceBandwidth = 20.0
     slip_stop: SlipStop = 1.0
     forgetting: Forgetting = 0.98
     probing: Probing = 0.0

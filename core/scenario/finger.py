@@ -10,6 +10,25 @@ from pydantic.dataclasses import dataclass
 from slipgrasp.core.scenario.field_types import CONFIG, Coordinate, Face
 from slipgrasp.core.scenario.parameters import Quantity
 
+FingerKind = Annotated[
+    Literal["links", "slides"],
+    Quantity(
+        "What carries the tip: links (joints that turn) or slides (one along each axis, with one "
+        "moving mass; joint positions in m and torques in N are those of the slides)."
+    ),
+]
+SlidesMass = Annotated[
+    float,
+    Ge(1e-3),
+    Le(1e3),
+    Quantity(
+        "true mass that moves with the tip.",
+        "kg",
+        typical=(0.02, 2.0),
+        changeable=True,
+        used_by=("slides",),
+    ),
+]
 LinkMass = Annotated[float, Ge(1e-3), Le(1e3)]
 LinkLength = Annotated[float, Ge(1e-3), Le(1e2)]
 Friction = Annotated[
@@ -40,7 +59,8 @@ JointDamping = Annotated[
     Ge(0.0),
     Le(1e3),
     Quantity(
-        "Viscous friction of each joint, torque per joint velocity; no law knows of it.",
+        "Viscous friction of each joint, torque per joint velocity, of slides in N s/m; no law "
+        "knows of it.",
         "N m s",
         typical=(0.0, 1.0),
         changeable=True,
@@ -51,7 +71,8 @@ JointFriction = Annotated[
     Ge(0.0),
     Le(1e3),
     Quantity(
-        "Dry friction of each joint, full from some 0.01 rad/s on; no law knows of it.",
+        "Dry friction of each joint, full from some 0.01 rad/s on, of slides in N and from some "
+        "0.01 m/s on; no law knows of it.",
         "N m",
         typical=(0.0, 1.0),
         changeable=True,
@@ -61,15 +82,19 @@ JointFriction = Annotated[
 
 LinkMasses = Annotated[
     tuple[LinkMass, LinkMass],
-    Quantity("True mass of a link.", "kg", typical=(0.2, 3.0), changeable=True),
+    Quantity("true mass of a link.", "kg", typical=(0.2, 3.0), changeable=True, used_by=("links",)),
 ]
-LinkLengths = Annotated[tuple[LinkLength, LinkLength], Quantity("Length of a link.", "m")]
+LinkLengths = Annotated[
+    tuple[LinkLength, LinkLength], Quantity("length of a link.", "m", used_by=("links",))
+]
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
 class FingerParameters:
-    """A planar finger of two links whose tip touches one face of the object."""
+    """A planar finger, of two links or on two slides, whose tip touches one face of the object."""
 
+    kind: FingerKind = "links"
+    mass: SlidesMass = 0.1
     link_masses: LinkMasses = (1.0, 1.0)
     link_lengths: LinkLengths = (
         1.0,
@@ -77,7 +102,7 @@ class FingerParameters:
     )
     base: Annotated[
         tuple[Coordinate, Coordinate],
-        Quantity("Position (x, y) of the finger's first joint.", "m"),
+        Quantity("Position (x, y) of the finger's first joint; where slides have their zero.", "m"),
     ]
     friction: Friction = 0.25
     static_friction: StaticFriction = None
@@ -101,17 +126,19 @@ class FingerParameters:
     elbow: Annotated[
         Literal["up", "down"],
         Quantity(
-            "Branch of the inverse kinematics: sign of the second joint angle, up = negative."
+            "branch of the inverse kinematics: sign of the second joint angle, up = negative.",
+            used_by=("links",),
         ),
     ] = "up"
     link_centre_fractions: Annotated[
         tuple[Annotated[float, Ge(0.0), Le(1.0)], Annotated[float, Ge(0.0), Le(1.0)]],
-        Quantity("Centre of mass of a link as a fraction of its length.", "1"),
+        Quantity("centre of mass of a link as a fraction of its length.", "1", used_by=("links",)),
     ] = (0.5, 0.5)
     link_inertia_fractions: Annotated[
         tuple[Annotated[float, Ge(1e-6), Le(1.0)], Annotated[float, Ge(1e-6), Le(1.0)]],
         Quantity(
-            "Inertia of a link about its centre of mass, divided by mass times length squared.",
+            "inertia of a link about its centre of mass, divided by mass times length squared.",
             "1",
+            used_by=("links",),
         ),
     ] = (1.0 / 12.0, 1.0 / 12.0)

@@ -104,8 +104,11 @@ def joint_points(
 
     Args:
         finger: Base and link lengths.
-        joint_positions: Joint angles, each relative to the link before, ``(..., joints)`` [rad].
+        joint_positions: Joint angles, each relative to the link before, ``(..., joints)`` [rad];
+            positions of slides [m].
     """
+    if finger.kind == "slides":
+        return slide_points(finger.base, joint_positions)
     angles = np.cumsum(joint_positions, axis=-1)
     directions = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
     links = np.asarray(finger.link_lengths)[:, None] * directions
@@ -113,11 +116,28 @@ def joint_points(
     return np.concatenate([base, base + np.cumsum(links, axis=-2)], axis=-2)
 
 
+def slide_points(base: tuple[float, ...], positions: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Where the zero of slides, the carriage on the first and the tip stand, ``(..., 3, d)`` [m].
+
+    Args:
+        base: Their zero, d coordinates [m].
+        positions: Of the slides, shape ``(..., d)`` [m].
+    """
+    tip = np.asarray(positions)
+    carriage = tip * (np.arange(len(base)) == 0)
+    return np.asarray(base) + np.stack([np.zeros_like(tip), carriage, tip], axis=-2)
+
+
 def tip_distance(scenario: PlanarScenario, index: int) -> float:
     """Distance from the base of a finger to its contact point in the start pose [m]."""
+    return math.hypot(*planar_tip_at_start(scenario, index))
+
+
+def planar_tip_at_start(scenario: PlanarScenario, index: int) -> Point:
+    """Where a fingertip is in the start pose, from the base of its finger [m]."""
     finger = scenario.fingers[index]
     ax, ay = contact_frame(scenario.object, finger).anchor
     x, y, angle = scenario.trajectory.start
     tip_x = x + math.cos(angle) * ax - math.sin(angle) * ay
     tip_y = y + math.sin(angle) * ax + math.cos(angle) * ay
-    return math.hypot(tip_x - finger.base[0], tip_y - finger.base[1])
+    return tip_x - finger.base[0], tip_y - finger.base[1]

@@ -9,8 +9,8 @@ from typing import Any
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.chosen_laws import kinds_in
 from slipgrasp.core.scenario.own_laws import law_of
+from slipgrasp.core.scenario.unknowns import mass_keys
 
-_RATIOS = {"link_mass_ratio": "link_masses", "link_length_ratio": "link_lengths"}
 Varied = Mapping[str, Collection[Any]]
 
 
@@ -28,11 +28,13 @@ class Knowledge:
             links whose masses or lengths it assumes wrong by a ratio, static friction that
             differs from that of slip, friction of joints.
         uses_friction: Whether its law grips by friction; a custom law may.
+        uses_object: Whether its law uses anything of the object.
     """
 
     estimated: tuple[str, ...]
     mistaken: tuple[str, ...]
     uses_friction: bool
+    uses_object: bool = True
 
     @property
     def unknowns(self) -> tuple[str, ...]:
@@ -70,6 +72,7 @@ def knowledge_of(scenario: Scenario, varied: Varied | None = None) -> Knowledge:
         estimated=tuple(estimated),
         mistaken=tuple(mistaken),
         uses_friction=any(law.uses_friction or law.is_own for law in laws),
+        uses_object=not all(law.holds_tips for law in laws),
     )
 
 
@@ -91,13 +94,19 @@ class _Values:
         return [*self.varied.get(key, (present,)), *later]
 
 
+def _length_keys(scenario: Scenario, finger: int) -> tuple[str, ...]:
+    """Dotted keys of the lengths of the links of a finger."""
+    count = 0 if finger in scenario.slides else len(scenario.fingers[finger].link_lengths)
+    return tuple(f"fingers.{finger}.link_lengths.{link}" for link in range(count))
+
+
 def _mistaken(scenario: Scenario, values: _Values) -> Iterator[str]:
     """Keys of what the model of the law has wrong or lacks; see `Knowledge.mistaken`."""
-    for ratio, parts in _RATIOS.items():
+    for ratio, keys_of in (("link_mass_ratio", mass_keys), ("link_length_ratio", _length_keys)):
         key = f"controller.{ratio}"
         if any(value != 1.0 for value in values.of(key, getattr(scenario.controller, ratio))):
-            for i, finger in enumerate(scenario.fingers):
-                yield from (f"fingers.{i}.{parts}.{k}" for k in range(len(finger.link_masses)))
+            for i in range(len(scenario.fingers)):
+                yield from keys_of(scenario, i)
     for i, finger in enumerate(scenario.fingers):
         static = values.of(f"fingers.{i}.static_friction", finger.static_friction)
         kinetic = values.of(f"fingers.{i}.friction", finger.friction)

@@ -74,6 +74,7 @@ class ControlLaw:
         uses_friction: Whether its grip follows from the friction that it believes in; otherwise
             from ``controller.grip_force``.
         reacts_to_slip: Whether its grip grows because a contact slips.
+        holds_tips: Whether it holds the places of its fingertips, and closes with a force.
         is_own: Whether it is none of the program's, but a user's (docs/laws.md).
         stops_slip_with: Keys of the parameters that end a slip sooner where they are larger.
         learns_with: Keys of the parameters that make its estimates change faster where they are
@@ -91,12 +92,20 @@ class ControlLaw:
     pulls_back: bool = read_for(*SPACES)
     uses_friction: bool = read_for(*SPACES, default=True)
     reacts_to_slip: bool = read_for(*SPACES)
+    holds_tips: bool = read_for(*SPACES)
     is_own: bool = read_for(*SPACES)
     stops_slip_with: tuple[str, ...] = ()
     learns_with: tuple[str, ...] = ()
     settings: tuple[LawSetting, ...] = ()
     bounded: bool = False
     firm: bool = False
+
+    @property
+    def gains(self) -> tuple[str, str]:
+        """Keys of the stiffness and the damping of its feedback."""
+        if self.holds_tips:
+            return "controller.jaw_stiffness", "controller.jaw_damping"
+        return "controller.position_gain", "controller.velocity_gain"
 
     @property
     def holds_with(self) -> str:
@@ -144,6 +153,16 @@ CONTROL_LAWS = {
             uses_friction=False,
             reacts_to_slip=True,
             stops_slip_with=("controller.grip_rate",),
+        ),
+        ControlLaw(
+            kind="gripper",
+            summary="Jaws that close with a force and hold their places sideways while the arm "
+            "moves as desired, like a commercial gripper; it knows its jaws and nothing of the "
+            "object.",
+            sampled=True,
+            uses_friction=False,
+            holds_tips=True,
+            firm=True,
         ),
         ControlLaw(
             kind="composite",

@@ -55,9 +55,10 @@ def _rank(name: str) -> tuple[int, bool, str]:
     return SPACES.index(_space_of(name)), not name.startswith("paper-"), name
 
 
+@cache
 def _space_of(preset: str) -> Space:
-    """The kind of hand of a preset: all but planar ones say it in their name."""
-    return next((space for space in SPACES if preset.startswith(f"{space.name}-")), PLANAR)
+    """The kind of hand of a preset."""
+    return space_of(tomllib.loads(preset_text(preset)))
 
 
 @cache

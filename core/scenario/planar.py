@@ -59,6 +59,11 @@ class PlanarScenario:
         return names_by_face([finger.face for finger in self.fingers])
 
     @property
+    def slides(self) -> tuple[int, ...]:
+        """Which fingers are on slides."""
+        return tuple(i for i, finger in enumerate(self.fingers) if finger.kind == "slides")
+
+    @property
     def friction_cone(self) -> FrictionCone:
         """What bounds the friction of a contact along its only tangent."""
         return "line"

@@ -26,11 +26,13 @@ from slipgrasp.core.scenario.common import (
 from slipgrasp.core.scenario.controller import Estimate, SpatialController
 from slipgrasp.core.scenario.field_types import CONFIG, Coordinate
 from slipgrasp.core.scenario.finger import (
+    FingerKind,
     Friction,
     JointDamping,
     JointFriction,
     LinkLengths,
     LinkMasses,
+    SlidesMass,
     StaticFriction,
 )
 from slipgrasp.core.scenario.held_object import MAX_CORNERS, Corner, ObjectMass
@@ -142,8 +144,13 @@ class SpatialObject:
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
 class SpatialFinger:
-    """A finger whose base turns about a vertical axis, with two links that move in its plane."""
+    """A finger whose base turns about a vertical axis, with two links that move in its plane.
 
+    Or a tip on three slides.
+    """
+
+    kind: FingerKind = "links"
+    mass: SlidesMass = 0.1
     link_masses: LinkMasses = (1.0, 1.0)
     link_lengths: LinkLengths = (
         1.0,
@@ -151,7 +158,9 @@ class SpatialFinger:
     )
     base: Annotated[
         tuple[Coordinate, Coordinate, Coordinate],
-        Quantity("Position (x, y, z) of the finger's first joint.", "m"),
+        Quantity(
+            "Position (x, y, z) of the finger's first joint; where slides have their zero.", "m"
+        ),
     ]
     friction: Friction = 0.25
     static_friction: StaticFriction = None
@@ -174,17 +183,21 @@ class SpatialFinger:
     ] = (0.0, 0.0)
     elbow: Annotated[
         Literal["up", "down"],
-        Quantity("Branch of the inverse kinematics: sign of the third joint angle, up = negative."),
+        Quantity(
+            "branch of the inverse kinematics: sign of the third joint angle, up = negative.",
+            used_by=("links",),
+        ),
     ] = "up"
     link_centre_fractions: Annotated[
         tuple[Fraction, Fraction],
-        Quantity("Centre of mass of a link as a fraction of its length.", "1"),
+        Quantity("centre of mass of a link as a fraction of its length.", "1", used_by=("links",)),
     ] = (0.5, 0.5)
     link_inertia_fractions: Annotated[
         tuple[Annotated[float, Ge(1e-6), Le(1.0)], Annotated[float, Ge(1e-6), Le(1.0)]],
         Quantity(
-            "Inertia of a link across its centre of mass, divided by mass times length squared.",
+            "inertia of a link across its centre of mass, divided by mass times length squared.",
             "1",
+            used_by=("links",),
         ),
     ] = (1.0 / 12.0, 1.0 / 12.0)
 
@@ -351,6 +364,11 @@ class SpatialScenario:
     def finger_names(self) -> tuple[str, ...]:
         """What to call the fingers: the faces they touch, numbered where several share one."""
         return names_by_face([finger.face for finger in self.fingers])
+
+    @property
+    def slides(self) -> tuple[int, ...]:
+        """Which fingers are on slides."""
+        return tuple(i for i, finger in enumerate(self.fingers) if finger.kind == "slides")
 
     @property
     def friction_cone(self) -> FrictionCone:

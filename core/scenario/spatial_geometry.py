@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipgrasp.core.scenario import Scenario
-from slipgrasp.core.scenario.geometry import Point, base_corners
+from slipgrasp.core.scenario.geometry import Point, base_corners, slide_points
 from slipgrasp.core.scenario.spatial import SpatialFinger, SpatialObject, SpatialScenario
 
 Vector = tuple[float, float, float]
@@ -155,15 +155,18 @@ def tip_at_start(scenario: SpatialScenario, index: int) -> Vector:
 
 
 def joint_angles(finger: SpatialFinger, tips: Floats) -> Floats:
-    """Joint angles that put a fingertip somewhere: inverse kinematics on a fixed branch.
+    """Joint positions that put a fingertip somewhere: inverse kinematics on a fixed branch.
 
     Args:
         finger: Base, link lengths and branch.
         tips: Where the tip is, shape ``(..., 3)`` [m].
 
     Returns:
-        Yaw and the two pitches, shape ``(..., 3)`` [rad]; NaN where it is out of reach.
+        Yaw and the two pitches, shape ``(..., 3)`` [rad], NaN where it is out of reach; positions
+        of slides [m].
     """
+    if finger.kind == "slides":
+        return np.asarray(tips) - np.asarray(finger.base)
     dx, dy, dz = np.moveaxis(np.asarray(tips) - np.asarray(finger.base), -1, 0)
     radius, (first, second) = np.hypot(dx, dy), finger.link_lengths
     cosine = (radius**2 + dz**2 - first**2 - second**2) / (2.0 * first * second)
@@ -180,8 +183,10 @@ def spatial_joint_points(finger: SpatialFinger, joint_positions: Floats) -> Floa
     Args:
         finger: Base and link lengths.
         joint_positions: Yaw and the two pitches, the second relative to the first link, shape
-            ``(..., 3)`` [rad].
+            ``(..., 3)`` [rad]; positions of slides [m].
     """
+    if finger.kind == "slides":
+        return slide_points(finger.base, joint_positions)
     angles = np.asarray(joint_positions)
     yaw, pitches = angles[..., :1], np.cumsum(angles[..., 1:], axis=-1)
     across, up = np.cos(pitches), np.sin(pitches)

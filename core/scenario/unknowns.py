@@ -29,7 +29,6 @@ PHYSICAL_BOUNDS: Mapping[str, tuple[float, float]] = {
 """What an unknown of each kind lies within for hands and objects of usual size, SI units."""
 
 _FRICTION = re.compile(r"fingers\.(\d{1,2})\.friction")
-_LINK_MASS = re.compile(r"fingers\.(\d{1,2})\.link_masses\.(\d{1,2})")
 
 
 def parse_unknown(scenario: Scenario, key: str) -> Unknown | None:
@@ -42,11 +41,18 @@ def parse_unknown(scenario: Scenario, key: str) -> Unknown | None:
     if match := _FRICTION.fullmatch(key):
         finger = int(match[1])
         return Unknown("friction", finger, -1) if finger < len(scenario.fingers) else None
-    if match := _LINK_MASS.fullmatch(key):
-        finger, link = int(match[1]), int(match[2])
-        if finger < len(scenario.fingers) and link < len(scenario.fingers[finger].link_masses):
-            return Unknown("link_mass", finger, link)
+    for finger in range(len(scenario.fingers)):
+        if key in (keys := mass_keys(scenario, finger)):
+            return Unknown("link_mass", finger, keys.index(key))
     return None
+
+
+def mass_keys(scenario: Scenario, finger: int) -> tuple[str, ...]:
+    """Dotted keys of the masses of a finger: of its links, or the one on its slides."""
+    if finger in scenario.slides:
+        return (f"fingers.{finger}.mass",)
+    masses = scenario.fingers[finger].link_masses
+    return tuple(f"fingers.{finger}.link_masses.{link}" for link in range(len(masses)))
 
 
 def name_unknown(scenario: Scenario, key: str) -> str:
@@ -61,6 +67,8 @@ def name_unknown(scenario: Scenario, key: str) -> str:
     finger = scenario.finger_names[unknown.finger]
     if unknown.kind == "friction":
         return f"the friction of the {finger} fingertip"
+    if unknown.finger in scenario.slides:
+        return f"the moving mass of the {finger} finger"
     return f"the mass of link {unknown.link + 1} of the {finger} finger"
 
 

@@ -219,14 +219,19 @@ class ActuationParameters:
         float | None,
         Ge(1e-6),
         Le(1e6),
-        Quantity("Largest torque of a joint; no limit if left out.", "N m", changeable=True),
+        Quantity(
+            "Largest torque of a joint, of slides force in N; no limit if left out.",
+            "N m",
+            changeable=True,
+        ),
     ] = None
     torque_rate_limit: Annotated[
         float | None,
         Ge(1e-3),
         Le(1e9),
         Quantity(
-            "Largest change of a joint's torque per second; no limit if left out.",
+            "Largest change of a joint's torque per second, of slides in N/s; no limit if left "
+            "out.",
             "N m/s",
             changeable=True,
         ),

@@ -119,6 +119,10 @@ def units_of(signal: Signal, shape: TraceShape) -> list[str]:
         return [diagnostic.unit for diagnostic in shape.diagnostics]
     if shape.width(signal) == 0:
         return []
+    if signal.per == "joint":
+        fingers = range(shape.num_contacts)
+        each = (signal.slides_unit if i in shape.slides else signal.unit for i in fingers)
+        return [unit for unit in each for _ in range(shape.joints_per_finger)]
     units = signal.unit_in(shape.space).split(", ")
     # One unit for all, one each, or one for x and y and one for the angle.
     return [*units[:1] * (shape.width(signal) - len(units)), *units]

@@ -37,6 +37,7 @@ class Signal:
             contacts, two in space), path (of contacts, in space only), joint, unknown, diagnostic.
         unit: SI unit, or one each where they differ.
         text: One sentence.
+        slides_unit: Its unit for joints that are slides.
         spatial_unit: Its unit in space, where that is another.
         spatial_text: Its sentence in space, where that is another.
         column: What the names of its columns begin with; its own name if None.
@@ -49,6 +50,7 @@ class Signal:
     unit: str
     text: str
     column: str | None = None
+    slides_unit: str = ""
     spatial_unit: str = ""
     spatial_text: str = ""
     name: str = ""
@@ -77,12 +79,14 @@ class TraceShape:
         unknowns: Dotted keys of what is estimated.
         diagnostics: What a custom law tells of itself; empty where there is none.
         space: What depends on the hand being planar or spatial.
+        slides: Which fingers are on slides, whose joints have other units.
     """
 
     num_contacts: int
     unknowns: tuple[str, ...]
     diagnostics: tuple[Diagnostic, ...] = ()
     space: Space = PLANAR
+    slides: tuple[int, ...] = ()
 
     @property
     def coordinates(self) -> tuple[str, ...]:
@@ -286,13 +290,24 @@ class Trace:
             "joints",
             "joint",
             "rad",
-            "Joint angles, second relative to first.",
-            spatial_text="Yaw, pitch, and pitch relative to the first link.",
+            "Joint angles, second relative to first; positions of slides.",
+            slides_unit="m",
+            spatial_text="Yaw, pitch, and pitch relative to the first link; positions of slides.",
         ),
     ]
-    joint_velocity: Annotated[Floats, Signal("joints", "joint", "rad/s", "Their first derivative.")]
+    joint_velocity: Annotated[
+        Floats, Signal("joints", "joint", "rad/s", "Their first derivative.", slides_unit="m/s")
+    ]
     joint_torque: Annotated[
-        Floats, Signal("joints", "joint", "N m", "Torque that acts on the joint.", column="torque")
+        Floats,
+        Signal(
+            "joints",
+            "joint",
+            "N m",
+            "Torque that acts on the joint; of slides force.",
+            column="torque",
+            slides_unit="N",
+        ),
     ]
     commanded_torque: Annotated[
         Floats,
@@ -300,7 +315,8 @@ class Trace:
             "joints",
             "joint",
             "N m",
-            "Torque that the law asked for last, before limits and latency.",
+            "Torque that the law asked for last, before limits and latency; of slides force.",
+            slides_unit="N",
         ),
     ]
     estimates: Annotated[

@@ -60,7 +60,7 @@ def slip_less(situation: Situation) -> Iterator[Option]:
 def come_nearer(situation: Situation) -> Iterator[Option]:
     """What brought held objects nearer, and may lose one: only for those who can try."""
     yield from start_nearer_to_the_truth(situation)
-    yield from raise_(situation.scenario, "controller.position_gain")
+    yield from raise_(situation.scenario, situation.law.gains[0])
     yield from change_law(situation)
     yield from squeeze_harder(situation)
 

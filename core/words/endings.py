@@ -171,8 +171,9 @@ def _describe_weakness(end: _End) -> str:
     """That a joint cannot give more; empty if all can."""
     if not end.is_torque_limited:
         return ""
-    limit = end.scenario.actuation.torque_limit
-    return f"a joint gave all that actuation.torque_limit allows, {limit:g} N m"
+    limit, slides = end.scenario.actuation.torque_limit, end.scenario.slides
+    unit = "N m" if not slides else "N" if len(slides) == len(end.scenario.fingers) else "N m or N"
+    return f"a joint gave all that actuation.torque_limit allows, {limit:g} {unit}"
 
 
 def _describe_delay(end: _End) -> str:
@@ -383,8 +384,7 @@ def _keep_the_model_regular(end: _End) -> Hint:
 
 
 def _calm_the_loop(end: _End) -> Hint:
-    gains = ("controller.position_gain", "controller.velocity_gain")
-    smaller = (lower(end.scenario, key) for key in gains)
+    smaller = (lower(end.scenario, key) for key in end.law.gains)
     return any_of(*smaller, sample_control(end), hold(end))
 
 

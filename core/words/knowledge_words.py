@@ -7,14 +7,14 @@ from collections.abc import Iterator, Sequence
 
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.knowledge import Knowledge, knowledge_of
-from slipgrasp.core.scenario.unknowns import name_unknown
+from slipgrasp.core.scenario.unknowns import mass_keys, name_unknown
 from slipgrasp.core.words.phrases import joined
 
 _KINDS = (
     ("friction", re.compile(r"fingers\.\d+\.friction")),
     ("mass", re.compile(r"object\.mass")),
     ("inertia", re.compile(r"object\.inertia(s\.\d)?")),
-    ("link masses", re.compile(r"fingers\.\d+\.link_masses\.\d+")),
+    ("link masses", re.compile(r"fingers\.\d+\.(link_masses\.\d+|mass)")),
     ("link lengths", re.compile(r"fingers\.\d+\.link_lengths\.\d+")),
     ("static friction", re.compile(r"fingers\.\d+\.static_friction")),
     ("joint friction", re.compile(r"fingers\.\d+\.joint_(damping|friction)")),
@@ -33,6 +33,7 @@ def describe_knowledge(scenario: Scenario, known: Knowledge | None = None) -> st
     known = known or knowledge_of(scenario)
     given, always = given_words(known), "at every instant" + _through(scenario, known)
     unused = "" if known.uses_friction else ", and its law uses no friction"
+    unused = unused if known.uses_object else ", and its law uses nothing of the object"
     if known.told:
         return f"The controller was given {given} {always}{unused}; nothing was unknown to it."
     unknown = [*_names(scenario, known.estimated), *_mistakes(scenario, known)]
@@ -115,11 +116,12 @@ def _some(names: Sequence[str], total: int, noun: str) -> str:
 
 
 def _link_masses(scenario: Scenario, keys: Sequence[str]) -> Iterator[str]:
-    total = sum(len(finger.link_masses) for finger in scenario.fingers)
+    total = sum(len(mass_keys(scenario, i)) for i in range(len(scenario.fingers)))
+    what = "fingers" if scenario.slides else "links"
     if len(keys) == total:
-        yield "the masses of the links"
+        yield f"the masses of the {what}"
     elif len(keys) > _MOST_LINKS:
-        yield f"the masses of {len(keys)} of {total} links"
+        yield f"the masses of {len(keys)} of {total} {what}"
     else:
         yield from (name_unknown(scenario, key) for key in keys)
 

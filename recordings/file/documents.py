@@ -78,6 +78,7 @@ def start_document(
         "display_rate": repr(display_rate),
         "contacts": str(shape.num_contacts),
         "unknowns": json.dumps(shape.unknowns),
+        **({"slides": json.dumps(shape.slides)} if shape.slides else {}),
         **_SPACE_ENTRY[shape.space],
     }
 
@@ -108,7 +109,10 @@ def read_shape(start: Mapping[str, str]) -> TraceShape:
     if len(diagnostics) > MAX_DIAGNOSTICS:
         raise ValueError("more diagnostics than a law can have")
     space = next(space for space, entry in _SPACE_ENTRY.items() if entry.keys() <= start.keys())
-    return TraceShape(num_contacts, unknowns, diagnostics, space)
+    slides = tuple(map(int, parse_json(start.get("slides", "[]"))))
+    if not set(slides) <= set(range(num_contacts)):
+        raise ValueError("slides of fingers that the hand does not have")
+    return TraceShape(num_contacts, unknowns, diagnostics, space, slides)
 
 
 def scenario_document(scenario: Scenario) -> bytes:

@@ -90,6 +90,7 @@ def _field(signal: Signal, version: int) -> Field:
     kind = "sint32" if signal.holds_phases else "double"
     space = SPATIAL if version in SPATIAL_FORMATS else PLANAR
     unit, text = signal.unit_in(space), signal.text_in(space)
+    unit += f"; of slides {signal.slides_unit}" if signal.slides_unit else ""
     return Field(signal.name, kind, signal.per != "", f"{text} [{unit}]" if unit else text)
 
 
@@ -124,12 +125,13 @@ PHASE_CHANGES = Topic(
     ),
 )
 
+_COMMANDS = "Torque that the law asked for, before limits. [N m; of slides N]"
 TICKS = Topic(
     "/slipgrasp/ticks",
     "Tick",
     (
         Field("t", "double", False, "Time of a tick of sampled control. [s]"),
-        Field("commands", "double", True, "Torque that the law asked for, before limits. [N m]"),
+        Field("commands", "double", True, _COMMANDS),
         Field("estimates", "double", True, "What it believed then."),
         Field("diagnostics", "double", True, "What a custom law told of itself."),
     ),

@@ -30,6 +30,7 @@ CONTROLLERS = {
     "certainty-equivalence": {"grip_safety", "maximum_normal_force"},
     "pd-gravity": {"grip_force"},
     "grip-reflex": {"grip_force", "grip_rate", "maximum_normal_force"},
+    "gripper": {"grip_force", "maximum_normal_force", "jaw_stiffness", "jaw_damping"},
     "composite": {
         *("lyapunov_weight", "initial_deviation", "grip_safety", "slip_stop"),
         "maximum_normal_force",

@@ -41,6 +41,7 @@ DETECTED = {
 ADDED = (
     *({"trajectory.kind": kind} for kind in ("circle", "rotation", "shake", "coast")),
     {"pulses.0.time": 0.1},
+    {"fingers.0.kind": "slides"},
     DETECTED,
     {**DETECTED, "controller.prediction": True, "sensing.slip_detector": "cumulative-sum"},
 )
@@ -99,7 +100,7 @@ def test_a_law_with_a_fact_that_a_kernel_does_not_read_is_refused_there():
     told = (
         "controller.kind is 'slip-damping', which is not computed for spatial hands yet; "
         "choose one of theorem-3, theorem-4, certainty-equivalence, pd-gravity, grip-reflex, "
-        "composite"
+        "gripper, composite"
     )
     scenario = load_scenario("spatial-composite")
     with pytest.raises(ScenarioError) as refusal:

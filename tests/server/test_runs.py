@@ -153,6 +153,16 @@ def test_a_hand_in_space_is_simulated_stored_and_told_as_one_in_the_plane(client
     assert max(signals["slip_x_0"]) > 0.0
 
 
+def test_a_gripper_is_simulated_and_its_slides_have_their_units(client) -> None:
+    asked = {"scenario": "gripper-lift", "set": {"controller.grip_force": 8.0}}
+    made = client.post("/runs", json=asked).json()
+    assert made["metrics"]["held"] and made["metrics"]["slip_path"] == [0.0, 0.0]
+    names = {"names": "joint_position_0_0,joint_velocity_0_0,torque_1_0"}
+    signals = client.get(f"/runs/{made['id']}/signals", params=names).json()
+    assert list(signals["units"].values())[-3:] == ["m", "m/s", "N"]
+    assert signals["signals"]["torque_1_0"][-1] == pytest.approx(-8.0)
+
+
 def test_runs_are_listed_newest_first_page_by_page(tmp_path) -> None:
     short = {"scenario": "paper-case-1", "set": {"simulation.duration": 0.1}}
     with serve(patient_settings(tmp_path)) as running, running.client() as client:

@@ -239,7 +239,7 @@ def test_the_laws_are_listed_with_those_of_installed_packages(capsys, tmp_path, 
     monkeypatch.syspath_prepend(str(folder))
     status, found = run(capsys, "laws")
     names = [law["name"] for law in found["laws"]]
-    assert (status, names[-1], len(names)) == (0, "carry", 7)
+    assert (status, names[-1], len(names)) == (0, "carry", 8)
     forget("carry")
     common = ("--set", "simulation.duration=0.1", "--output", "run.mcap")
     status, found = run(capsys, "run", "composite-case-2", "--law", "carry", *common)

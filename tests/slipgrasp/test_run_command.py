@@ -59,6 +59,16 @@ def test_a_completed_run_prints_the_json_of_the_contract_and_its_recording_holds
     assert json.loads(json.dumps(summary)) == {k: result[k] for k in KEYS - {"recording"}}
 
 
+def test_a_gripper_squeezes_as_hard_as_it_is_told_to(slipgrasp):
+    weak, firm = (
+        slipgrasp.run_json("gripper-lift", "--set", f"controller.grip_force={force}")
+        for force in (6.5, 7.0)
+    )
+    assert min(weak["metrics"]["slip_path"]) > 5e-3
+    assert firm["metrics"]["slip_path"] == [0.0, 0.0]
+    assert firm["metrics"]["peak_normal_force"] == pytest.approx([7.0, 7.0])
+
+
 def test_the_data_directory_can_be_chosen_on_the_command_line(slipgrasp, tmp_path):
     result = slipgrasp.run_json(*SHORT, "--data-dir", tmp_path / "elsewhere")
 

@@ -171,17 +171,8 @@ def _spatial_slips(trace: Trace, names: Sequence[str]) -> tuple[Chart, ...]:
 
 def tracking_charts(result: RunResult) -> tuple[Chart, ...]:
     """Errors of the object's pose, and what the joints do about them."""
-    trace, names = result.trace, result.scenario.finger_names
-    space = trace.shape.space
-    joints_per_finger, count = space.joints_per_finger, space.num_positions
-    torques = trace.joint_torque.reshape(len(trace), -1, joints_per_finger)
-    joints = [
-        line
-        for k in range(joints_per_finger)
-        for line in _per_finger(
-            f"joint-{k + 1}", [f"{name} {k + 1}" for name in names], torques[:, :, k], dashed=k > 0
-        )
-    ]
+    trace = result.trace
+    space, count = trace.shape.space, trace.shape.space.num_positions
     errors = 1e3 * trace.tracking_error
     about_turns, turns = _TURNS[space]
     return (
@@ -204,15 +195,40 @@ def tracking_charts(result: RunResult) -> tuple[Chart, ...]:
             ),
             least=LEAST_LENGTH,
         ),
-        Chart(
-            "torques",
-            "Joint torques",
-            "N m",
-            "What the controller commands: the first joint of a finger solid, "
-            f"the {'second' if joints_per_finger == 2 else 'others'} dashed.",
-            tuple(joints),
-        ),
+        *_joint_charts(result),
     )
+
+
+def _joint_charts(result: RunResult) -> Iterator[Chart]:
+    """What drives the joints: torques of links, forces of slides."""
+    trace, names = result.trace, result.scenario.finger_names
+    slides, joints_per_finger = result.scenario.slides, trace.shape.joints_per_finger
+    links = [i for i in range(len(names)) if i not in slides]
+    torques = trace.joint_torque.reshape(len(trace), -1, joints_per_finger)
+    others = "second" if joints_per_finger == 2 else "others"
+    for key, title, unit, joint, fingers in (
+        ("torques", "Joint torques", "N m", "joint", links),
+        ("slide-forces", "Forces on the slides", "N", "slide", list(slides)),
+    ):
+        if fingers:
+            lines = (
+                line
+                for k in range(joints_per_finger)
+                for line in _per_finger(
+                    f"{joint}-{k + 1}",
+                    [f"{names[i]} {k + 1}" for i in fingers],
+                    torques[:, fingers, k],
+                    dashed=k > 0,
+                )
+            )
+            yield Chart(
+                key,
+                title,
+                unit,
+                f"What the controller commands: the first {joint} of a finger solid, "
+                f"the {others} dashed.",
+                tuple(lines),
+            )
 
 
 def _axes(names: Sequence[str], values: Values) -> Iterator[Line]:

@@ -31,6 +31,8 @@ _DETAILS = (
     "prediction",
     "link_mass_ratio",
     "link_length_ratio",
+    "force_rate",
+    "force_bandwidth",
     "joint_damping",
     "joint_friction",
     "initial_deviation",
@@ -74,7 +76,9 @@ class Entry:
 
 def kind_key(key: str) -> str:
     """Key of the parameter that says of which kind the part with some parameter is."""
-    return f"{key.partition('.')[0]}.kind"
+    part, _, inside = key.partition(".")
+    index = inside.partition(".")[0]
+    return f"{part}.{index}.kind" if index.isdigit() else f"{part}.kind"
 
 
 @dataclass(frozen=True, slots=True)

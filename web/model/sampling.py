@@ -36,7 +36,7 @@ class Sample:
         tangential_force: Of each fingertip on the object along its tangents, likewise [N].
         normal_force: F_n of each fingertip on the object [N].
         friction: True friction coefficient of each contact.
-        joint_positions: Joint angles, shape ``(fingers, joints)`` [rad].
+        joint_positions: Joint angles, shape ``(fingers, joints)`` [rad]; positions of slides [m].
         estimates: Estimates of the unknown parameters.
     """
 

@@ -13,11 +13,13 @@ from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.chosen_laws import kinds_in
 from slipgrasp.core.scenario.field_errors import template_key, template_keys
 from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.core.scenario.own_laws import LAW
 from slipgrasp.core.scenario.parameters import Parameter
 from slipgrasp.core.study.definition import Study, expand_key
 from slipgrasp.core.study.loading import study_from_mapping
 from slipgrasp.core.words.parameter_words import key_words
 from slipgrasp.web.model.draft import offered_presets
+from slipgrasp.web.model.parameter_groups import kind_key
 from slipgrasp.web.model.parameter_names import ParameterNames, names_of
 from slipgrasp.web.model.slider_range import slider_range
 
@@ -134,11 +136,13 @@ def offers_of(scenario: Scenario) -> tuple[Offer, ...]:
     """
     names, laws = names_of(scenario), set(kinds_in(scenario))
     definitions = names.definitions
-    keys = [
-        key
-        for key, parameter in definitions.items()
-        if _may_vary(parameter) and (not parameter.used_by or laws & set(parameter.used_by))
-    ]
+
+    def is_used(parameter: Parameter) -> bool:
+        kind = definitions.get(kind_key(parameter.key))
+        kinds = laws if kind is None or kind.key == LAW else {str(kind.value)}
+        return not parameter.used_by or bool(kinds & set(parameter.used_by))
+
+    keys = [key for key, each in definitions.items() if _may_vary(each) and is_used(each)]
     of_all = dict.fromkeys(
         f"fingers.*.{key.split('.', 2)[2]}" for key in keys if key.startswith("fingers.")
     )

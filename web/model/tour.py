@@ -44,6 +44,7 @@ TOUR = (
     Stop("tilted-object", "How smooth may its left face be?", "fingers.0.friction"),
     Stop("unequal-fingers", "Which gives way first if it is heavier?", "object.mass"),
     Stop("wide-object", "Does it matter how hard it is to turn?", "object.inertia"),
+    Stop("gripper-lift", "How hard must it squeeze?", "controller.grip_force"),
     Stop("spatial-prism", "Does a lighter object slip less in space, too?", "object.mass"),
     Stop(
         "spatial-pyramid",

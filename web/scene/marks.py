@@ -84,7 +84,7 @@ def states_of(sample: Sample) -> States:
         times=np.array([sample.time]),
         object_pose=in_three_dimensions(sample.object_pose[None]),
         desired_pose=in_three_dimensions(sample.desired_pose[None]),
-        joint_angles=sample.joint_positions[None],
+        joint_positions=sample.joint_positions[None],
         slip=sample.slip[None],
         slip_velocity=sample.slip_velocity[None],
         tangential_force=sample.tangential_force[None],

@@ -256,7 +256,8 @@ class _Views:
 def _shape(scenario: Scenario) -> object:
     """What the nodes depend on; the same for runs that differ in masses or gains alone."""
     fingers = tuple(
-        (f.link_lengths, f.base, f.face, f.contact_offset, f.elbow) for f in scenario.fingers
+        (f.kind, f.link_lengths, f.base, f.face, f.contact_offset, f.elbow)
+        for f in scenario.fingers
     )
     corners = parts.outline_of(scenario).tobytes()
     depth = parts.sizes_of(scenario).half_depth

@@ -58,6 +58,7 @@ class SectionLens:
         detail: Detail,
     ) -> None:
         self._index, self._radius = index, layout.lens_radius
+        self._on_slides = contact.on_slides
         self._tangent, self._normal = -contact.axes[:2, 0], contact.axes[:2, 1]
         self._sizes = sizes_in_lens(self._radius)
         axes = rotations.product(np.array(UPRIGHT), np.array(rotations.of_matrix(contact.axes)))
@@ -129,9 +130,11 @@ class SectionLens:
         self._stub.points = lift(line, self._sizes.depth - 0.02)
 
     def _stub_of(self, states: States) -> Points:
-        """The end of the last link, seen through the lens."""
-        angle = float(states.joint_angles[0, self._index].sum())
-        back = -np.array([math.cos(angle), math.sin(angle)])
+        """The end of the last link, or of the bar of slides, seen through the lens."""
+        back = -self._normal
+        if not self._on_slides:
+            angle = float(states.joint_positions[0, self._index].sum())
+            back = -np.array([math.cos(angle), math.sin(angle)])
         slip = self._marks.magnification * float(states.slip[0, self._index, 0])
         ball = slip * self._tangent - self._sizes.tip_radius * self._normal
         length = distance_to_circle(ball, back, 0.92 * self._radius)

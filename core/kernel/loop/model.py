@@ -66,6 +66,10 @@ def law_layout(facts: Layout, num_coordinates: int, more: Sequence[tuple[Any, ..
         ("maximum_normal_force", np.float64),  # inf where none [N]
         ("grip_force", np.float64),  # [N]
         ("grip_rate", np.float64),  # [N/s]
+        ("jaw_stiffness", np.float64),  # [N/m]
+        ("jaw_damping", np.float64),  # [N s/m]
+        ("force_rate", np.float64),  # [N/s]
+        ("force_share", np.float64),  # of its way that the lag of the force covers in a period
         ("estimate_norm_bound", np.float64),  # phi_0
         ("slip_stop", np.float64),  # K_f [m/s^2]
         ("probing", np.float64),  # [1/s]

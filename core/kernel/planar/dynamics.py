@@ -40,6 +40,8 @@ def joint_space_unit(
     hand: Record, i: int, link: int, finger: Finger
 ) -> tuple[float, float, float, float, float]:
     """Inertia M_11, M_12, M_22 and bias h_1, h_2 of one link with a mass of 1 kg."""
+    if hand.on_slides[i] == 1:
+        return (1.0, 0.0, 1.0, 0.0, hand.gravity) if link == 0 else (0.0, 0.0, 0.0, 0.0, 0.0)
     centre, own = hand.link_centres[i, link], hand.link_moments[i, link]
     if link == 0:
         return own, 0.0, 0.0, hand.gravity * centre * finger.cosine1, 0.0
@@ -139,6 +141,11 @@ def stored_energy(hand: Record, truth: Record, kin: Record, state: Record) -> tu
     for i in range(hand.num_fingers):
         rate1, rate2 = kin.joint_velocities[i, 0], kin.joint_velocities[i, 1]
         joint_height = hand.bases[i, 1]
+        if hand.on_slides[i] == 1:
+            mass = truth.link_masses[i, 0]
+            kinetic += 0.5 * mass * (rate1 * rate1 + rate2 * rate2)
+            potential += hand.gravity * mass * (joint_height + kin.links[i, 0, 1])
+            continue
         for link in range(2):
             mass = truth.link_masses[i, link]
             m11, m12, m22, _, _ = joint_space_unit(hand, i, link, stored_finger(kin, i))

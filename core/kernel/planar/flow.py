@@ -105,7 +105,7 @@ def update_command(model: Record, discrete: Record, t: float, state: Record, wor
     factor(work.estimated_inertia, discrete.beliefs, n, work.estimated_factors)
     if model.law.period > 0.0:
         _remember_law(model, discrete, t, state, work.current)
-    return command(model, discrete, work)
+    return command(model, discrete, t, state, work)
 
 
 @compiled

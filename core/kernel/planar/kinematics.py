@@ -1,4 +1,7 @@
-"""Planar kinematics of fingers and contacts (docs/model.md, Contact geometry)."""
+"""Planar kinematics of fingers and contacts (docs/model.md, Contact geometry).
+
+A finger on slides is one with J = 1; where directions of links stand, it has the place of its tip.
+"""
 
 from __future__ import annotations
 
@@ -14,6 +17,7 @@ from slipgrasp.core.kernel.planar.state import ANGLE, X, Y, slip_at, slip_veloci
 
 # One finger whose tip is at a contact: directions of its links, bend, J^-1, joint velocities, the
 # acceleration of its tip with the joints' accelerations at 0, and sin^2 q2 less its least value.
+# On slides the first direction is the way of the tip from its base [m], the rates are its velocity.
 Finger = namedtuple(
     "Finger",
     "cosine1 sine1 cosine12 sine12 cosine2 sine2 "
@@ -23,9 +27,9 @@ Finger = namedtuple(
 # Positions and velocities of fingers and contacts in one state, in the inertial frame.
 KINEMATICS = np.dtype(
     [
-        ("links", np.float64, (MAX_FINGERS, 2, 2)),  # unit vectors along the links
+        ("links", np.float64, (MAX_FINGERS, 2, 2)),  # unit vectors along them; the way of slides
         ("bends", np.float64, (MAX_FINGERS, 2)),  # cosine and sine of q2
-        ("joint_velocities", np.float64, (MAX_FINGERS, 2)),  # [rad/s]
+        ("joint_velocities", np.float64, (MAX_FINGERS, 2)),  # [rad/s, m/s]
         ("jacobians", np.float64, (MAX_FINGERS, 2, 2)),  # J of the fingertip
         ("inverses", np.float64, (MAX_FINGERS, 2, 2)),  # J^-1
         ("arms", np.float64, (MAX_FINGERS, 2)),  # r_i, contact relative to the centre of mass [m]
@@ -79,6 +83,8 @@ def mistake_lengths(nominal: Record, state: Record, kin: Record) -> None:
     """
     omega = state.x[velocity_at(ANGLE)]
     for i in range(nominal.num_fingers):
+        if nominal.on_slides[i] == 1:
+            continue
         finger = _mistaken_finger(nominal, kin, i)
         first, second = nominal.link_lengths[i, 0], nominal.link_lengths[i, 1]
         dx = first * finger.cosine1 + second * finger.cosine12
@@ -134,6 +140,8 @@ def place_contact(
 @compiled
 def solve_finger(hand: Record, i: int, dx: float, dy: float, vx: float, vy: float) -> Finger:
     """Inverse kinematics of finger ``i``, whose tip is at (dx, dy) from its base and moves."""
+    if hand.on_slides[i] == 1:
+        return Finger(dx, dy, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, vx, vy, 0.0, 0.0, 1.0)
     first, second = hand.link_lengths[i, 0], hand.link_lengths[i, 1]
     squared = dx * dx + dy * dy
     c2 = (squared - first * first - second * second) / (2.0 * first * second)
@@ -177,8 +185,12 @@ def _store_finger(hand: Record, i: int, dx: float, dy: float, finger: Finger, ki
     kin.links[i, 0, 0], kin.links[i, 0, 1] = finger.cosine1, finger.sine1
     kin.links[i, 1, 0], kin.links[i, 1, 1] = finger.cosine12, finger.sine12
     kin.bends[i, 0], kin.bends[i, 1] = finger.cosine2, finger.sine2
-    kin.jacobians[i, 0, 0], kin.jacobians[i, 0, 1] = -dy, -second * finger.sine12
-    kin.jacobians[i, 1, 0], kin.jacobians[i, 1, 1] = dx, second * finger.cosine12
+    if hand.on_slides[i] == 1:
+        kin.jacobians[i, 0, 0], kin.jacobians[i, 0, 1] = 1.0, 0.0
+        kin.jacobians[i, 1, 0], kin.jacobians[i, 1, 1] = 0.0, 1.0
+    else:
+        kin.jacobians[i, 0, 0], kin.jacobians[i, 0, 1] = -dy, -second * finger.sine12
+        kin.jacobians[i, 1, 0], kin.jacobians[i, 1, 1] = dx, second * finger.cosine12
     kin.inverses[i, 0, 0], kin.inverses[i, 0, 1] = finger.inverse00, finger.inverse01
     kin.inverses[i, 1, 0], kin.inverses[i, 1, 1] = finger.inverse10, finger.inverse11
     kin.joint_velocities[i, 0], kin.joint_velocities[i, 1] = finger.rate1, finger.rate2
@@ -208,8 +220,10 @@ def stored_finger(kin: Record, i: int) -> Finger:
 
 
 @compiled
-def joint_angle(kin: Record, i: int, joint: int) -> float:
-    """Angle of a joint [rad], the second relative to the first."""
+def joint_position(hand: Record, kin: Record, i: int, joint: int) -> float:
+    """Angle of a joint, the second relative to the first [rad]; position of a slide [m]."""
+    if hand.on_slides[i] == 1:
+        return kin.links[i, 0, joint]
     if joint == 0:
         return atan2(kin.links[i, 0, 1], kin.links[i, 0, 0])
     return atan2(kin.bends[i, 1], kin.bends[i, 0])

@@ -27,6 +27,7 @@ from slipgrasp.core.scenario.space import PLANAR
 HAND = np.dtype(
     [
         ("num_fingers", np.int64),
+        ("on_slides", np.int64, (MAX_FINGERS,)),  # 1: two slides along x and y; no links
         ("link_lengths", np.float64, (MAX_FINGERS, 2)),  # [m]
         ("link_centres", np.float64, (MAX_FINGERS, 2)),  # from the proximal joint [m]
         ("link_moments", np.float64, (MAX_FINGERS, 2)),  # inertia per mass about that joint [m^2]
@@ -37,8 +38,8 @@ HAND = np.dtype(
         ("slip_minimum", np.float64, (MAX_FINGERS,)),  # ends of the face, or of the part of it
         ("slip_maximum", np.float64, (MAX_FINGERS,)),  # along which friction is the same [m]
         ("gravity", np.float64),  # [m/s^2]
-        ("joint_damping", np.float64, (MAX_FINGERS,)),  # of the plant alone [N m s]
-        ("joint_friction", np.float64, (MAX_FINGERS,)),  # of the plant alone [N m]
+        ("joint_damping", np.float64, (MAX_FINGERS,)),  # of the plant alone [N m s, N s/m]
+        ("joint_friction", np.float64, (MAX_FINGERS,)),  # of the plant alone [N m, N]
         ("joints_rub", np.bool_),  # whether any of these is not 0
     ],
     align=True,
@@ -48,7 +49,7 @@ HAND = np.dtype(
 TRUTH = np.dtype(
     [
         ("num_fingers", np.int64),
-        ("link_masses", np.float64, (MAX_FINGERS, 2)),  # [kg]
+        ("link_masses", np.float64, (MAX_FINGERS, 2)),  # on slides all in the first [kg]
         ("object_inertia", np.float64, (3,)),  # m, m, I [kg, kg, kg m^2]
         ("friction", np.float64, (MAX_FINGERS,)),  # while the fingertip slips
         ("static_friction", np.float64, (MAX_FINGERS,)),  # while it sticks; no law knows it

@@ -11,6 +11,7 @@ from numba import types
 
 from slipgrasp.core.kernel.compilation.compiler import call, compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Record, as_record, make_record
+from slipgrasp.core.kernel.laws.gripper import lag_share
 from slipgrasp.core.kernel.loop.model import (
     FRICTION,
     LINK_MASS,
@@ -53,6 +54,7 @@ FORGETTING_TIME = 1e-3  # [s]
 SHORT_PERIOD = 2e-3  # up to which low orders are exact enough [s]
 _INERTIA_DEVIATION, _DEVIATION = 0.1, 3.0
 
+_SLIDES = choices_of(FingerParameters, "kind").index("slides")
 _ELBOW_UP = choices_of(FingerParameters, "elbow").index("up")
 _HOLD = choices_of(ControllerParameters, "distribution").index("hold")
 _CUMULATIVE = choices_of(SensingParameters, "slip_detector").index("cumulative-sum")
@@ -78,6 +80,7 @@ def _list_unknowns() -> np.ndarray:
     ]
     for i in range(MAX_FINGERS):
         rows.append((place_of(f"fingers.{i}.friction"), FRICTION, i, -1))
+        rows.append((place_of(f"fingers.{i}.mass"), LINK_MASS, i, 0))
         for link in range(2):
             rows.append((place_of(f"fingers.{i}.link_masses.{link}"), LINK_MASS, i, link))
     return np.array(rows, np.int64)
@@ -172,9 +175,13 @@ def _or(value: float, otherwise: float) -> float:
 @compiled
 def _pack_finger(finger: Record, i: int, model: Record) -> None:
     hand, truth = model.hand, model.truth
+    on_slides = 1 if finger.kind == _SLIDES else 0
+    hand.on_slides[i] = model.nominal.on_slides[i] = on_slides
     for link in range(2):
         hand.bases[i, link] = finger["base"][link]  # not the base of a NumPy array
         truth.link_masses[i, link] = finger.link_masses[link]
+    if on_slides == 1:
+        truth.link_masses[i, 0], truth.link_masses[i, 1] = finger.mass, 0.0
     hand.elbows[i] = -1.0 if finger.elbow == _ELBOW_UP else 1.0
     hand.joint_damping[i], hand.joint_friction[i] = finger.joint_damping, finger.joint_friction
     hand.joints_rub = hand.joints_rub or finger.joint_damping + finger.joint_friction > 0.0
@@ -182,7 +189,8 @@ def _pack_finger(finger: Record, i: int, model: Record) -> None:
 
 @compiled
 def _pack_links(finger: Record, i: int, ratio: float, hand: Record) -> None:
-    """Links with their lengths times a ratio, the masses spread as before."""
+    """Links with their lengths times a ratio, the masses spread as before; none on slides."""
+    ratio = 0.0 if finger.kind == _SLIDES else ratio
     for link in range(2):
         length, centre = ratio * finger.link_lengths[link], finger.link_centre_fractions[link]
         inertia = centre * centre + finger.link_inertia_fractions[link]
@@ -262,6 +270,9 @@ def _pack_law(table: Record, n: int, law: Record) -> None:
     law.latency = controller.latency
     law.predicts = controller.prediction > 0.0 and controller.latency > 0.0
     law.grip_force, law.grip_rate = controller.grip_force, controller.grip_rate
+    law.jaw_stiffness, law.jaw_damping = controller.jaw_stiffness, controller.jaw_damping
+    law.force_rate = controller.force_rate
+    law.force_share = lag_share(controller.force_bandwidth, law.period)
 
 
 @compiled

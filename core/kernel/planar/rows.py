@@ -25,7 +25,7 @@ from slipgrasp.core.kernel.planar.flow import (
     update_mechanics,
 )
 from slipgrasp.core.kernel.planar.guards import friction_margin
-from slipgrasp.core.kernel.planar.kinematics import joint_angle
+from slipgrasp.core.kernel.planar.kinematics import joint_position
 from slipgrasp.core.kernel.planar.law import lyapunov_value, true_value
 from slipgrasp.core.kernel.planar.laws.interface import adapt
 from slipgrasp.core.kernel.planar.model import MODEL
@@ -129,7 +129,7 @@ def _set_contact(model: Record, row: Record, work: Record, i: int) -> None:
     set_value(model, row, AT.friction_coefficient, i, present_friction(model, discrete, i))
     for joint in range(JOINTS_PER_FINGER):
         k = JOINTS_PER_FINGER * i + joint
-        set_value(model, row, AT.joint_position, k, joint_angle(work.kin, i, joint))
+        set_value(model, row, AT.joint_position, k, joint_position(model.hand, work.kin, i, joint))
         set_value(model, row, AT.joint_velocity, k, work.kin.joint_velocities[i, joint])
         set_value(model, row, AT.joint_torque, k, row.torques[i, joint])
         commanded = row.torques[i, joint]

@@ -91,6 +91,7 @@ def begin_run(table: Record, run: Record, outlet: Record, keeps_rows: int) -> No
         state.x[k] = table.trajectory.start[k]
     for k in range(int(table.estimates.count)):
         state.x[estimate_at(n, k)] = table.estimates.entries[k].initial
+    run.discrete.closing_force = table.controller.grip_force
     outlet.keeps_rows = keeps_rows
     outlet.num_rows = outlet.num_ticks = 0
     for k in range(int(table.simulation.chatter_changes)):
@@ -111,6 +112,7 @@ def copy_discrete(model: Record, source: Record, target: Record) -> None:
     for k in range(model.num_unknowns):
         target.clamps[k] = source.clamps[k]
     target.added_grip = source.added_grip
+    target.closing_force = source.closing_force
     target.piece = source.piece
 
 

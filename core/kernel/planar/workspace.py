@@ -22,6 +22,7 @@ DISCRETE = np.dtype(
         ("torques", np.float64, (MAX_FINGERS, 2)),  # held by sampled control [N m]
         ("piece", np.int64),  # of the desired motion
         ("added_grip", np.float64),  # what the grip reflex has added [N]
+        ("closing_force", np.float64),  # of the jaws of a gripper [N]
         ("commanded", np.float64, (MAX_FINGERS, 2)),  # at the last tick, before limits [N m]
         ("diagnostics", np.float64, (MAX_DIAGNOSTICS,)),  # of a law of one's own
     ],

@@ -25,6 +25,7 @@ from slipgrasp.core.kernel.loop.status import (
 from slipgrasp.core.kernel.spatial.dynamics import multiply, update_unit_dynamics
 from slipgrasp.core.kernel.spatial.grasp import spatial_grasp
 from slipgrasp.core.kernel.spatial.grip import fill_wrench, spatial_grip
+from slipgrasp.core.kernel.spatial.gripper import spatial_close
 from slipgrasp.core.kernel.spatial.kinematics import forces_to_torques, update_kinematics
 from slipgrasp.core.kernel.spatial.law import (
     believe,
@@ -82,7 +83,9 @@ def spatial_command(model: Record, discrete: Record, t: float, senses: Record, w
     if not tilt(work.room) < LARGEST_TILT:
         return TURNED_TOO_FAR
     discrete.violation = 0.0
-    if not law.facts.uses_friction:
+    if law.facts.holds_tips:
+        spatial_close(model, discrete, t, senses.measured, work)
+    elif not law.facts.uses_friction:
         added = discrete.added_grip if law.facts.reacts_to_slip else 0.0
         spatial_grip(model, work, law.grip_force + added)
     elif work.believed_system.determinant == 0.0:

@@ -3,7 +3,7 @@
 A finger whose tip has the acceleration a needs the force f = Lambda a + f_0 from its joints, in
 world axes. Lambda (symmetric: xx, xy, xz, yy, yz, zz) and f_0 are sums over links of mass times a
 unit part, as in the plane. The yaw axis decouples in the inertia: beside the planar finger there is
-M_yaw / radius^2 across its plane.
+M_yaw / radius^2 across its plane. On slides Lambda is the moving mass, and f_0 its weight.
 """
 
 from __future__ import annotations
@@ -85,6 +85,10 @@ def joint_bias(hand: Record, kin: Record, i: int, link: int) -> tuple[float, flo
 def update_unit_dynamics(hand: Record, kin: Record, unit: Record) -> None:
     """Fills ``unit`` for the present positions and velocities."""
     for i in range(hand.num_fingers):
+        if hand.on_slides[i] == 1:
+            _set_slides(1.0, hand.gravity, unit.inertia[i, 0], unit.bias[i, 0])
+            _set_slides(0.0, 0.0, unit.inertia[i, 1], unit.bias[i, 1])
+            continue
         for link in range(2):
             inertia = joint_inertia(hand, kin, i, link)
             bias = joint_bias(hand, kin, i, link)
@@ -96,6 +100,9 @@ def update_tip_dynamics(hand: Record, truth: Record, kin: Record, total: Record)
     """Fills ``total`` for whole fingers at once, with less work than link by link."""
     for i in range(hand.num_fingers):
         first, second = truth.link_masses[i, 0], truth.link_masses[i, 1]
+        if hand.on_slides[i] == 1:
+            _set_slides(first, hand.gravity * first, total.inertia[i], total.bias[i])
+            continue
         a, b = joint_inertia(hand, kin, i, 0), joint_inertia(hand, kin, i, 1)
         c, d = joint_bias(hand, kin, i, 0), joint_bias(hand, kin, i, 1)
         inertia = (
@@ -110,6 +117,14 @@ def update_tip_dynamics(hand: Record, truth: Record, kin: Record, total: Record)
             first * c[2] + second * d[2],
         )
         _see_at_tip(kin, i, inertia, bias, total.inertia[i], total.bias[i])
+
+
+@compiled
+def _set_slides(mass: float, weight: float, inertia: Floats, bias: Floats) -> None:
+    """Lambda and f_0 of a mass on slides."""
+    inertia[0] = inertia[3] = inertia[5] = mass
+    inertia[1] = inertia[2] = inertia[4] = 0.0
+    bias[0], bias[1], bias[2] = 0.0, 0.0, weight
 
 
 @compiled
@@ -150,6 +165,10 @@ def _see_at_tip(
 def add_joint_friction(hand: Record, kin: Record, total: Record) -> None:
     """Adds what the friction of the joints takes to the bias forces f_0, by J^-T."""
     for i in range(hand.num_fingers):
+        if hand.on_slides[i] == 1:
+            for c in range(3):
+                total.bias[i, c] += joint_friction(hand, i, kin.rates[i, c])
+            continue
         yaw = joint_friction(hand, i, kin.rates[i, 0]) / kin.reaches[i, 0]
         first = joint_friction(hand, i, kin.rates[i, 1])
         second = joint_friction(hand, i, kin.rates[i, 2])
@@ -197,6 +216,11 @@ def stored_energy(hand: Record, truth: Record, kin: Record, state: Record) -> tu
     for i in range(hand.num_fingers):
         yaw, rate1, rate2 = kin.rates[i, 0], kin.rates[i, 1], kin.rates[i, 2]
         joint_height = hand.bases[i, 2]
+        if hand.on_slides[i] == 1:
+            mass = truth.link_masses[i, 0]
+            kinetic += 0.5 * mass * (yaw * yaw + rate1 * rate1 + rate2 * rate2)
+            potential += hand.gravity * mass * (joint_height + kin.ways[i, 2])
+            continue
         for link in range(2):
             mass = truth.link_masses[i, link]
             m0, m11, m12, m22 = joint_inertia(hand, kin, i, link)

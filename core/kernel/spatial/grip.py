@@ -40,7 +40,7 @@ def spatial_grip(model: Record, work: Record, grip: float) -> None:
     for i in range(n):
         force[3 * i + 2] += grip
         x, y, z = to_world(kin, i, force[3 * i], force[3 * i + 1], force[3 * i + 2])
-        wx, wy, wz = _weight_force(model.hand, work.believed, kin, i)
+        wx, wy, wz = weight_force(model.hand, work.believed, kin, i)
         work.tip_forces[i, 0], work.tip_forces[i, 1] = x + wx, y + wy
         work.tip_forces[i, 2] = z + wz
 
@@ -94,10 +94,10 @@ def fill_wrench(n: int, work: Record) -> None:
 
 
 @compiled
-def _weight_force(
-    hand: Record, believed: Record, kin: Record, i: int
-) -> tuple[float, float, float]:
-    """What the joints of finger ``i`` must give, as a tip force, to carry its links."""
+def weight_force(hand: Record, believed: Record, kin: Record, i: int) -> tuple[float, float, float]:
+    """What the joints of finger ``i`` must give, as a tip force, to carry what it moves."""
+    if hand.on_slides[i] == 1:
+        return 0.0, 0.0, hand.gravity * believed.link_masses[i, 0]
     inner, outer = weight_moments(hand, believed, kin, i)
     outwards = kin.inverses[i, 0, 0] * inner + kin.inverses[i, 1, 0] * outer
     upwards = kin.inverses[i, 0, 1] * inner + kin.inverses[i, 1, 1] * outer

@@ -1,7 +1,8 @@
 """Kinematics of fingers and contacts in space (docs/space.md, Contact).
 
-All vectors are in world axes. A finger is a vertical yaw axis and, in the vertical plane that
-turns with it, a planar finger of two links: its plane has the axes radial, azimuth (across) and up.
+All vectors are in world axes. A finger of links is a vertical yaw axis and, in the vertical plane
+that turns with it, a planar finger of two links: its plane has the axes radial, azimuth (across)
+and up. A finger on slides carries its tip along x, y and z: J = 1, and it is never singular.
 """
 
 from __future__ import annotations
@@ -35,7 +36,8 @@ KINEMATICS = np.dtype(
         ("bends", np.float64, (MAX_FINGERS, 2)),  # cosine and sine of q3
         ("reaches", np.float64, (MAX_FINGERS, 2)),  # of the tip from the base: radius, height [m]
         ("inverses", np.float64, (MAX_FINGERS, 2, 2)),  # of the planar Jacobian
-        ("rates", np.float64, (MAX_FINGERS, 3)),  # q' [rad/s]
+        ("ways", np.float64, (MAX_FINGERS, 3)),  # of slides from the base [m]
+        ("rates", np.float64, (MAX_FINGERS, 3)),  # q' [rad/s, m/s]
         ("extension", np.float64, (MAX_FINGERS,)),  # sin^2 q3 less its least allowed value
         ("clearance", np.float64, (MAX_FINGERS,)),  # of the tip from the yaw axis, the same [m]
     ],
@@ -98,11 +100,23 @@ def update_kinematics(hand: Record, state: Record, kin: Record) -> None:
         dx = x[POSITION] + rx - hand.bases[i, 0]
         dy = x[POSITION + 1] + ry - hand.bases[i, 1]
         dz = x[POSITION + 2] + rz - hand.bases[i, 2]
-        _solve_finger(hand, i, dx, dy, dz, kin)
+        if hand.on_slides[i] == 1:
+            _solve_slides(i, dx, dy, dz, kin)
+        else:
+            _solve_links(hand, i, dx, dy, dz, kin)
 
 
 @compiled
-def _solve_finger(hand: Record, i: int, dx: float, dy: float, dz: float, kin: Record) -> None:
+def _solve_slides(i: int, dx: float, dy: float, dz: float, kin: Record) -> None:
+    """Slides of finger ``i``, whose tip is at (dx, dy, dz) from its base and moves."""
+    kin.ways[i, 0], kin.ways[i, 1], kin.ways[i, 2] = dx, dy, dz
+    for c in range(3):
+        kin.rates[i, c], kin.curvature[i, c] = kin.tip_velocities[i, c], 0.0
+    kin.extension[i] = kin.clearance[i] = 1.0
+
+
+@compiled
+def _solve_links(hand: Record, i: int, dx: float, dy: float, dz: float, kin: Record) -> None:
     """Inverse kinematics of finger ``i``, whose tip is at (dx, dy, dz) from its base and moves."""
     first, second = hand.link_lengths[i, 0], hand.link_lengths[i, 1]
     radius = np.sqrt(dx * dx + dy * dy)
@@ -141,8 +155,10 @@ def _solve_finger(hand: Record, i: int, dx: float, dy: float, dz: float, kin: Re
 
 
 @compiled
-def joint_angle(kin: Record, i: int, joint: int) -> float:
-    """Angle of a joint [rad]: yaw, pitch, pitch relative to the first link."""
+def joint_position(hand: Record, kin: Record, i: int, joint: int) -> float:
+    """Position of a joint: yaw, pitch, pitch relative to the first link [rad]; of a slide [m]."""
+    if hand.on_slides[i] == 1:
+        return kin.ways[i, joint]
     if joint == 0:
         return atan2(kin.yaws[i, 1], kin.yaws[i, 0])
     if joint == 1:
@@ -154,6 +170,10 @@ def joint_angle(kin: Record, i: int, joint: int) -> float:
 def torques_to_forces(hand: Record, kin: Record, torques: Floats, forces: Floats) -> None:
     """U = J^-T tau for every finger, ``(n, 3)`` to ``(n, 3)``."""
     for i in range(hand.num_fingers):
+        if hand.on_slides[i] == 1:
+            for c in range(3):
+                forces[i, c] = torques[i, c]
+            continue
         across = torques[i, 0] / kin.reaches[i, 0]
         first, second = torques[i, 1], torques[i, 2]
         outwards = kin.inverses[i, 0, 0] * first + kin.inverses[i, 1, 0] * second
@@ -167,6 +187,10 @@ def torques_to_forces(hand: Record, kin: Record, torques: Floats, forces: Floats
 def forces_to_torques(hand: Record, kin: Record, forces: Floats, torques: Floats) -> None:
     """Tau = J^T u for every finger, ``(n, 3)`` to ``(n, 3)``."""
     for i in range(hand.num_fingers):
+        if hand.on_slides[i] == 1:
+            for c in range(3):
+                torques[i, c] = forces[i, c]
+            continue
         cosine, sine = kin.yaws[i, 0], kin.yaws[i, 1]
         outwards = cosine * forces[i, 0] + sine * forces[i, 1]
         across = cosine * forces[i, 1] - sine * forces[i, 0]

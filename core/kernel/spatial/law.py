@@ -89,9 +89,10 @@ def _coefficients(angle: float) -> tuple[float, float, float, float]:
 
 
 @compiled
-def _cross(
+def cross(
     ax: float, ay: float, az: float, bx: float, by: float, bz: float
 ) -> tuple[float, float, float]:
+    """Vector product of two vectors."""
     return ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
 
 
@@ -100,8 +101,8 @@ def _jacobian_times(
     a: float, b: float, rho: tuple[float, float, float], x: float, y: float, z: float
 ) -> tuple[float, float, float]:
     """A(rho) = I + a S(rho) + b S(rho)^2 times a vector."""
-    px, py, pz = _cross(rho[0], rho[1], rho[2], x, y, z)
-    qx, qy, qz = _cross(rho[0], rho[1], rho[2], px, py, pz)
+    px, py, pz = cross(rho[0], rho[1], rho[2], x, y, z)
+    qx, qy, qz = cross(rho[0], rho[1], rho[2], px, py, pz)
     return x + a * px + b * qx, y + a * py + b * qy, z + a * pz + b * qz
 
 
@@ -117,11 +118,11 @@ def _jacobian_rate_times(
     """A'(rho) times a vector, rho changing at ``rate``."""
     a, b, da, db = coefficients
     along = rho[0] * rate[0] + rho[1] * rate[1] + rho[2] * rate[2]
-    px, py, pz = _cross(rho[0], rho[1], rho[2], x, y, z)
-    qx, qy, qz = _cross(rho[0], rho[1], rho[2], px, py, pz)
-    sx, sy, sz = _cross(rate[0], rate[1], rate[2], x, y, z)
-    ux, uy, uz = _cross(rate[0], rate[1], rate[2], px, py, pz)
-    vx, vy, vz = _cross(rho[0], rho[1], rho[2], sx, sy, sz)
+    px, py, pz = cross(rho[0], rho[1], rho[2], x, y, z)
+    qx, qy, qz = cross(rho[0], rho[1], rho[2], px, py, pz)
+    sx, sy, sz = cross(rate[0], rate[1], rate[2], x, y, z)
+    ux, uy, uz = cross(rate[0], rate[1], rate[2], px, py, pz)
+    vx, vy, vz = cross(rho[0], rho[1], rho[2], sx, sy, sz)
     return (
         along * (da * px + db * qx) + a * sx + b * (ux + vx),
         along * (da * py + db * qy) + a * sy + b * (uy + vy),
@@ -273,7 +274,7 @@ def _update_turn(model: Record, piece: int, t: float, state: Record, room: Recor
     px, py, pz = _jacobian_times(terms[0], terms[1], rho, jx, jy, jz)
     qx, qy, qz = _jacobian_rate_times(terms, rho, rate, rate[0], rate[1], rate[2])
     # d/dt (exp(rho) w_des) = (w - exp(rho) w_des) x exp(rho) w_des + exp(rho) w_des'.
-    kx, ky, kz = _cross(ex, ey, ez, ox, oy, oz)
+    kx, ky, kz = cross(ex, ey, ez, ox, oy, oz)
     room.demand[3] = px + qx + kx + turn[0, 0] * bx + turn[0, 1] * by + turn[0, 2] * bz
     room.demand[4] = py + qy + ky + turn[1, 0] * bx + turn[1, 1] * by + turn[1, 2] * bz
     room.demand[5] = pz + qz + kz + turn[2, 0] * bx + turn[2, 1] * by + turn[2, 2] * bz
@@ -306,8 +307,8 @@ def _solve_jacobian(
         factor = 1.0 / 12.0 + s / 720.0
     else:
         factor = (1.0 - (1.0 - b * s) / (2.0 * a)) / s
-    px, py, pz = _cross(rho[0], rho[1], rho[2], x, y, z)
-    qx, qy, qz = _cross(rho[0], rho[1], rho[2], px, py, pz)
+    px, py, pz = cross(rho[0], rho[1], rho[2], x, y, z)
+    qx, qy, qz = cross(rho[0], rho[1], rho[2], px, py, pz)
     return (
         x - 0.5 * px + factor * qx,
         y - 0.5 * py + factor * qy,
@@ -356,9 +357,9 @@ def weights_of_error(model: Record, room: Record) -> None:
     law, weights, a = model.law, room.weights, room.rotation
     error_weights(law, room, count_coordinates(model.num_fingers), weights)
     # A^-T by Cramer's rule.
-    c00, c01, c02 = _cross(a[0, 1], a[1, 1], a[2, 1], a[0, 2], a[1, 2], a[2, 2])
-    c10, c11, c12 = _cross(a[0, 2], a[1, 2], a[2, 2], a[0, 0], a[1, 0], a[2, 0])
-    c20, c21, c22 = _cross(a[0, 0], a[1, 0], a[2, 0], a[0, 1], a[1, 1], a[2, 1])
+    c00, c01, c02 = cross(a[0, 1], a[1, 1], a[2, 1], a[0, 2], a[1, 2], a[2, 2])
+    c10, c11, c12 = cross(a[0, 2], a[1, 2], a[2, 2], a[0, 0], a[1, 0], a[2, 0])
+    c20, c21, c22 = cross(a[0, 0], a[1, 0], a[2, 0], a[0, 1], a[1, 1], a[2, 1])
     inverse = 1.0 / (a[0, 0] * c00 + a[1, 0] * c01 + a[2, 0] * c02)
     x, y, z = inverse * weights[3], inverse * weights[4], inverse * weights[5]
     weights[3] = c00 * x + c10 * y + c20 * z
@@ -375,7 +376,7 @@ def inertia_column(
     wx, wy, wz = state.x[SPIN], state.x[SPIN + 1], state.x[SPIN + 2]
     turning = ex * acceleration[3] + ey * acceleration[4] + ez * acceleration[5]
     spinning = ex * wx + ey * wy + ez * wz
-    px, py, pz = _cross(wx, wy, wz, ex, ey, ez)
+    px, py, pz = cross(wx, wy, wz, ex, ey, ez)
     return ex * turning + px * spinning, ey * turning + py * spinning, ez * turning + pz * spinning
 
 
@@ -412,7 +413,7 @@ def multiply_regressor(model: Record, state: Record, work: Record, weights: Floa
         else:
             fx, fy, fz = unit_force(kin, work, i, link)
             rx, ry, rz = kin.arms[i, 0], kin.arms[i, 1], kin.arms[i, 2]
-            px, py, pz = _cross(weights[3], weights[4], weights[5], rx, ry, rz)
+            px, py, pz = cross(weights[3], weights[4], weights[5], rx, ry, rz)
             e, first, second = (
                 system.normals[i],
                 weights[slip_coordinate(i, 0)],

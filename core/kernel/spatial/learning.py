@@ -13,6 +13,7 @@ from numba import types
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Record
 from slipgrasp.core.kernel.laws.grip_reflex import squeeze_harder
+from slipgrasp.core.kernel.laws.gripper import approach_grip
 from slipgrasp.core.kernel.laws.least_squares import (
     ACTIVE_BAND,
     LEAST_TRUST,
@@ -76,6 +77,8 @@ def spatial_learn(
     law, count = model.law, model.num_unknowns
     if law.facts.reacts_to_slip:
         squeeze_harder(model, discrete)
+    if law.facts.holds_tips:
+        approach_grip(model.law, discrete)
     if not law.facts.learns:
         for k in range(count):
             work.rates[k] = 0.0

@@ -11,6 +11,7 @@ from numba import types
 
 from slipgrasp.core.kernel.compilation.compiler import call, compiled_apart
 from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Record, make_record
+from slipgrasp.core.kernel.laws.gripper import lag_share
 from slipgrasp.core.kernel.loop.model import (
     ACTUATORS,
     FRICTION,
@@ -36,7 +37,7 @@ from slipgrasp.core.kernel.spatial.state import (
 )
 from slipgrasp.core.scenario.own_laws import law_number
 from slipgrasp.core.scenario.space import SPATIAL
-from slipgrasp.core.scenario.spatial import SpatialController, SpatialScenario
+from slipgrasp.core.scenario.spatial import SpatialController, SpatialFinger, SpatialScenario
 from slipgrasp.core.scenario.spatial_geometry import edges_of, spatial_contact
 from slipgrasp.core.scenario.unknowns import parse_unknown
 from slipgrasp.core.scenario.world import MAX_PATCHES
@@ -71,6 +72,7 @@ RIM = np.dtype(
 HAND = np.dtype(
     [
         ("num_fingers", np.int64),
+        ("on_slides", np.int64, (MAX_FINGERS,)),  # 1: three slides along x, y, z; no links
         ("link_lengths", np.float64, (MAX_FINGERS, 2)),  # [m]
         ("link_centres", np.float64, (MAX_FINGERS, 2)),  # from the proximal joint [m]
         ("link_moments", np.float64, (MAX_FINGERS, 2)),  # inertia per mass about that joint [m^2]
@@ -84,8 +86,8 @@ HAND = np.dtype(
         ("edges", np.float64, (MAX_FINGERS, MAX_EDGES, 3)),  # a s_x + b s_y + c >= 0 on the face
         ("num_rims", np.int64, (MAX_FINGERS,)),
         ("rims", RIM, (MAX_FINGERS, MAX_PATCHES)),  # of the patches on its face
-        ("joint_damping", np.float64, (MAX_FINGERS,)),  # of the plant alone [N m s]
-        ("joint_friction", np.float64, (MAX_FINGERS,)),  # of the plant alone [N m]
+        ("joint_damping", np.float64, (MAX_FINGERS,)),  # of the plant alone [N m s, N s/m]
+        ("joint_friction", np.float64, (MAX_FINGERS,)),  # of the plant alone [N m, N]
         ("joints_rub", np.int64),  # whether any of these is not 0
         ("gravity", np.float64),  # [m/s^2]
     ],
@@ -96,7 +98,7 @@ HAND = np.dtype(
 TRUTH = np.dtype(
     [
         ("num_fingers", np.int64),
-        ("link_masses", np.float64, (MAX_FINGERS, 2)),  # [kg]
+        ("link_masses", np.float64, (MAX_FINGERS, 2)),  # on slides all in the first [kg]
         ("object_mass", np.float64),  # [kg]
         ("inertias", np.float64, (3,)),  # about the body axes [kg m^2]
         ("friction", np.float64, (MAX_FINGERS,)),
@@ -174,6 +176,12 @@ def spatial_power(base: float, exponent: float) -> float:
     return exp(exponent * log(base))
 
 
+@compiled_apart(types.float64, types.float64, types.float64)
+def spatial_lag_share(bandwidth: float, period: float) -> float:
+    """Share of its way that a first-order lag covers in a period."""
+    return lag_share(bandwidth, period)
+
+
 def pack_model(
     scenario: SpatialScenario, load: list[float], surfaces: Sequence[Surface] = ()
 ) -> Record:
@@ -212,19 +220,13 @@ def pack_model(
 
 def _pack_finger(scenario: SpatialScenario, i: int, model: Record) -> None:
     finger, hand, truth = scenario.fingers[i], model.hand, model.truth
-    for link in range(2):
-        length, fraction = finger.link_lengths[link], finger.link_centre_fractions[link]
-        own = finger.link_inertia_fractions[link]
-        hand.link_lengths[i, link] = length
-        hand.link_centres[i, link] = fraction * length
-        hand.own_moments[i, link] = own * (length * length)
-        hand.link_moments[i, link] = (fraction * fraction + own) * (length * length)
-        truth.link_masses[i, link] = finger.link_masses[link]
+    if finger.kind == "slides":
+        hand.on_slides[i], truth.link_masses[i, 0] = 1, finger.mass
+    else:
+        _pack_links(finger, i, hand, truth)
     hand.joint_damping[i], hand.joint_friction[i] = finger.joint_damping, finger.joint_friction
     hand.joints_rub |= int(finger.joint_damping + finger.joint_friction > 0.0)
     hand.bases[i] = finger.base
-    hand.elbows[i] = -1.0 if finger.elbow == "up" else 1.0
-    hand.least_radii[i] = 1e-3 * (finger.link_lengths[0] + finger.link_lengths[1])
     contact = spatial_contact(scenario.object, finger)
     hand.anchors[i] = contact.anchor
     hand.frames[i] = contact.tangent_x, contact.tangent_y, contact.normal
@@ -234,6 +236,19 @@ def _pack_finger(scenario: SpatialScenario, i: int, model: Record) -> None:
     truth.friction[i] = finger.friction
     static = finger.static_friction
     truth.static_friction[i] = finger.friction if static is None else static
+
+
+def _pack_links(finger: SpatialFinger, i: int, hand: Record, truth: Record) -> None:
+    for link in range(2):
+        length, fraction = finger.link_lengths[link], finger.link_centre_fractions[link]
+        own = finger.link_inertia_fractions[link]
+        hand.link_lengths[i, link] = length
+        hand.link_centres[i, link] = fraction * length
+        hand.own_moments[i, link] = own * (length * length)
+        hand.link_moments[i, link] = (fraction * fraction + own) * (length * length)
+        truth.link_masses[i, link] = finger.link_masses[link]
+    hand.elbows[i] = -1.0 if finger.elbow == "up" else 1.0
+    hand.least_radii[i] = 1e-3 * (finger.link_lengths[0] + finger.link_lengths[1])
 
 
 def _pack_surface(surface: Surface, i: int, model: Record) -> None:
@@ -278,6 +293,9 @@ def _pack_law(scenario: SpatialScenario, model: Record) -> None:
     most = controller.maximum_normal_force
     law.maximum_normal_force = np.inf if most is None else most
     law.grip_force, law.grip_rate = controller.grip_force, controller.grip_rate
+    law.jaw_stiffness, law.jaw_damping = controller.jaw_stiffness, controller.jaw_damping
+    law.force_rate = controller.force_rate
+    law.force_share = call(spatial_lag_share, controller.force_bandwidth, law.period)
     law.predicts = controller.prediction > 0.0 and controller.latency > 0.0
     law.estimate_norm_bound = controller.estimate_norm_bound
     law.latency = controller.latency

@@ -11,7 +11,7 @@ from slipgrasp.core.kernel.compilation.compiler import compiled
 from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Record
 from slipgrasp.core.kernel.laws.own_law import answer_layout, own_law_layout, show_fingers
 from slipgrasp.core.kernel.loop.motion import desired_motion
-from slipgrasp.core.kernel.spatial.kinematics import joint_angle
+from slipgrasp.core.kernel.spatial.kinematics import joint_position
 from slipgrasp.core.kernel.spatial.law import desired_turn
 from slipgrasp.core.kernel.spatial.state import POSITION, VELOCITY, slip_at, slip_velocity_at
 from slipgrasp.core.scenario import MAX_LAW_PARAMETERS, MAX_UNKNOWNS
@@ -29,9 +29,9 @@ SEEN = np.dtype(
         ("desired_acceleration", np.float64, (6,)),
         ("error", np.float64, (6,)),  # of position, and the rotation vector to the desired attitude
         ("error_rate", np.float64, (6,)),
-        ("joint_position", np.float64, (MAX_FINGERS, 3)),  # [rad]
-        ("joint_velocity", np.float64, (MAX_FINGERS, 3)),  # [rad/s]
-        ("joint_torque", np.float64, (MAX_FINGERS, 3)),  # that acts until now [N m]
+        ("joint_position", np.float64, (MAX_FINGERS, 3)),  # [rad], of slides [m]
+        ("joint_velocity", np.float64, (MAX_FINGERS, 3)),  # [rad/s, m/s]
+        ("joint_torque", np.float64, (MAX_FINGERS, 3)),  # that acts until now [N m, N]
         ("slip", np.float64, (MAX_FINGERS, 2)),  # along both tangents, as sensed [m]
         ("slip_velocity", np.float64, (MAX_FINGERS, 2)),
         ("believed_phase", np.int64, (MAX_FINGERS,)),
@@ -46,7 +46,7 @@ SEEN = np.dtype(
         ("friction", np.float64, (MAX_FINGERS,)),  # as believed
         ("object_mass", np.float64),  # as believed [kg]
         ("object_inertias", np.float64, (3,)),  # about the body axes, as believed [kg m^2]
-        ("link_masses", np.float64, (MAX_FINGERS, 2)),  # as believed [kg]
+        ("link_masses", np.float64, (MAX_FINGERS, 2)),  # as believed; on slides the first [kg]
         ("link_lengths", np.float64, (MAX_FINGERS, 2)),  # [m]
         ("link_centres", np.float64, (MAX_FINGERS, 2)),  # from the proximal joint [m]
         ("gravity", np.float64),  # [m/s^2]
@@ -124,7 +124,7 @@ def _show_finger(model: Record, run: Record, i: int) -> None:
         for c in range(3):
             seen.contact_tangents[i, axis, c] = kin.frames[i, axis, c]
     for c in range(3):
-        seen.joint_position[i, c] = joint_angle(kin, i, c)
+        seen.joint_position[i, c] = joint_position(model.hand, kin, i, c)
         seen.joint_velocity[i, c] = kin.rates[i, c]
         seen.joint_torque[i, c] = run.discrete.torques[i, c]
         seen.contact_arm[i, c] = kin.arms[i, c]
@@ -135,6 +135,11 @@ def _show_finger(model: Record, run: Record, i: int) -> None:
 @compiled
 def _show_jacobian(model: Record, kin: Record, seen: Record, i: int) -> None:
     """The Jacobian of fingertip ``i`` and its inverse, by yaw and both pitches; its links."""
+    if model.hand.on_slides[i] == 1:
+        for c in range(3):
+            for k in range(3):
+                seen.jacobian[i, c, k] = seen.jacobian_inverse[i, c, k] = 1.0 if c == k else 0.0
+        return
     cosine, sine = kin.yaws[i, 0], kin.yaws[i, 1]
     radius, height = kin.reaches[i, 0], kin.reaches[i, 1]
     c12, s12 = kin.links[i, 1, 0], kin.links[i, 1, 1]

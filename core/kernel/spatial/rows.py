@@ -27,7 +27,7 @@ from slipgrasp.core.kernel.spatial.dynamics import (
 )
 from slipgrasp.core.kernel.spatial.flow import set_directions, spatial_plant
 from slipgrasp.core.kernel.spatial.inertia import fill_inertia
-from slipgrasp.core.kernel.spatial.kinematics import joint_angle
+from slipgrasp.core.kernel.spatial.kinematics import joint_position
 from slipgrasp.core.kernel.spatial.law import (
     believe,
     leave_stuck,
@@ -156,7 +156,7 @@ def _set_contact(model: Record, row: Record, work: Record, i: int) -> None:
     set_value(model, row, AT.friction_coefficient, i, present_friction(model, discrete, i))
     for joint in range(3):
         k = 3 * i + joint
-        set_value(model, row, AT.joint_position, k, joint_angle(work.kin, i, joint))
+        set_value(model, row, AT.joint_position, k, joint_position(model.hand, work.kin, i, joint))
         set_value(model, row, AT.joint_velocity, k, work.kin.rates[i, joint])
         set_value(model, row, AT.joint_torque, k, discrete.torques[i, joint])
         set_value(model, row, AT.commanded_torque, k, discrete.commanded[i, joint])

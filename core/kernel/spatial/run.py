@@ -77,6 +77,7 @@ def make_run(scenario: SpatialScenario, *, keeps_rows: bool) -> tuple[Record, Re
     call(spatial_normalise, run.step.start)
     for k, estimate in enumerate(scenario.estimates):
         run.discrete.estimates[k] = estimate.initial
+    run.discrete.closing_force = scenario.controller.grip_force
     outlet.keeps_rows = int(keeps_rows)
     outlet.num_rows = outlet.num_ticks = 0
     outlet["history"][: scenario.simulation.chatter_changes] = -np.inf
@@ -105,6 +106,7 @@ def copy_discrete(model: Record, source: Record, target: Record) -> None:
         target.estimates[k] = source.estimates[k]
     target.violation, target.piece = source.violation, source.piece
     target.added_grip = source.added_grip
+    target.closing_force = source.closing_force
     for k in range(model.num_diagnostics):
         target.diagnostics[k] = source.diagnostics[k]
 

@@ -30,6 +30,7 @@ DISCRETE = np.dtype(
         ("estimates", np.float64, (MAX_UNKNOWNS,)),
         ("violation", np.float64),  # of the estimated cones by the last command [N]
         ("added_grip", np.float64),  # what the grip reflex has added [N]
+        ("closing_force", np.float64),  # of the jaws of a gripper [N]
         ("diagnostics", np.float64, (MAX_DIAGNOSTICS,)),  # of a law of one's own
         ("piece", np.int64),  # of the desired motion
     ],
@@ -53,6 +54,9 @@ LAW_ROOM = np.dtype(
         ("weights", np.float64, (MAX_COORDINATES,)),  # E^T P xi
         ("weighted", np.float64, (MAX_COORDINATES,)),  # r of Eq. 46
         ("bias", np.float64, (6,)),  # h_o, and what a vector takes meanwhile
+        ("turn", np.float64, (3, 3)),  # desired attitude of a gripper
+        ("arm", np.float64, (3,)),  # where a jaw belongs, from the object's desired place [m]
+        ("jaws", np.float64, (MAX_FINGERS, 3)),  # directions in which jaws close
     ],
     align=True,
 )

@@ -250,6 +250,7 @@ def check_estimates(scenario: Scenario) -> Iterator[FieldError]:
     seen: set[str] = set()
     kinds: set[str] = set()
     inertia = re.sub(r"\d$", "K", scenario.space.inertias[0])
+    masses = "fingers.N.mass" if scenario.slides else "fingers.N.link_masses.K"
     for i, estimate in enumerate(scenario.estimates):
         key = f"estimates.{i}"
         unknown = parse_unknown(scenario, estimate.parameter)
@@ -257,10 +258,10 @@ def check_estimates(scenario: Scenario) -> Iterator[FieldError]:
             yield FieldError(
                 field=f"{key}.parameter",
                 value=estimate.parameter[:80],
-                limit=f"object.mass, {inertia}, fingers.N.friction, fingers.N.link_masses.K",
+                limit=f"object.mass, {inertia}, fingers.N.friction, {masses}",
                 message=(
                     f"{key}.parameter '{estimate.parameter[:80]}' cannot be estimated; "
-                    f"object.mass, {inertia}, fingers.N.friction and fingers.N.link_masses.K can"
+                    f"object.mass, {inertia}, fingers.N.friction and {masses} can"
                 ),
             )
             continue

@@ -47,7 +47,8 @@ def check_start_pose(scenario: PlanarScenario) -> Iterator[FieldError]:
                     f" the face at {half:g} m"
                 ),
             )
-        yield from _check_reach(i, finger, tip_distance(scenario, i))
+        if finger.kind == "links":
+            yield from _check_reach(i, finger, tip_distance(scenario, i))
 
 
 def _check_reach(i: int, finger: FingerParameters, distance: float) -> Iterator[FieldError]:

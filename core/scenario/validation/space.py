@@ -77,7 +77,8 @@ def check_spatial_contacts(scenario: SpatialScenario) -> Iterator[FieldError]:
                     f"of {finger.face}; move it towards 0, 0"
                 ),
             )
-        yield from _check_reach(scenario, i)
+        if finger.kind == "links":
+            yield from _check_reach(scenario, i)
 
 
 def _check_reach(scenario: SpatialScenario, i: int) -> Iterator[FieldError]:

@@ -13,8 +13,10 @@ from numba import types
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import Record
 from slipgrasp.core.kernel.laws.grip_reflex import squeeze_harder
+from slipgrasp.core.kernel.laws.gripper import approach_grip
 from slipgrasp.core.kernel.planar.laws.certainty_equivalence import command_forces
 from slipgrasp.core.kernel.planar.laws.composite import COMPOSITE_MEMORY, learn
+from slipgrasp.core.kernel.planar.laws.gripper import close_jaws
 from slipgrasp.core.kernel.planar.laws.pd_gravity import command_grip
 from slipgrasp.core.kernel.planar.laws.theorem_3 import gradient_rates
 from slipgrasp.core.kernel.planar.laws.theorem_4 import pull_back
@@ -24,7 +26,7 @@ from slipgrasp.core.kernel.planar.workspace import DISCRETE, WORKSPACE
 
 
 @compiled
-def command(model: Record, discrete: Record, work: Record) -> int:
+def command(model: Record, discrete: Record, t: float, state: Record, work: Record) -> int:
     """Writes the commanded torque as tip forces u = J^-T tau to ``work.tip_forces``.
 
     Returns:
@@ -38,6 +40,8 @@ def command(model: Record, discrete: Record, work: Record) -> int:
         return 1
     if law.facts.uses_friction:
         return command_forces(model, discrete, work)
+    if law.facts.holds_tips:
+        return close_jaws(model, discrete, t, state, work)
     grip = law.grip_force
     if law.facts.reacts_to_slip:
         grip += discrete.added_grip
@@ -79,4 +83,6 @@ def adapt_at_tick(
         return
     if model.law.facts.reacts_to_slip:
         squeeze_harder(model, discrete)
+    if model.law.facts.holds_tips:
+        approach_grip(model.law, discrete)
     adapt(model, discrete, state, work)

@@ -8,7 +8,7 @@ from slipgrasp.core.kernel.compilation.compiler import compiled
 from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Record
 from slipgrasp.core.kernel.laws.own_law import answer_layout, own_law_layout, show_fingers
 from slipgrasp.core.kernel.loop.motion import desired_motion
-from slipgrasp.core.kernel.planar.kinematics import joint_angle
+from slipgrasp.core.kernel.planar.kinematics import joint_position
 from slipgrasp.core.kernel.planar.state import estimate_at, slip_at, slip_velocity_at, velocity_at
 from slipgrasp.core.scenario import MAX_LAW_PARAMETERS, MAX_UNKNOWNS
 
@@ -23,9 +23,9 @@ SEEN = np.dtype(
         ("desired_pose", np.float64, (3,)),
         ("desired_velocity", np.float64, (3,)),
         ("desired_acceleration", np.float64, (3,)),
-        ("joint_position", np.float64, (MAX_FINGERS, 2)),  # [rad]
-        ("joint_velocity", np.float64, (MAX_FINGERS, 2)),  # [rad/s]
-        ("joint_torque", np.float64, (MAX_FINGERS, 2)),  # that acts until now [N m]
+        ("joint_position", np.float64, (MAX_FINGERS, 2)),  # [rad], of slides [m]
+        ("joint_velocity", np.float64, (MAX_FINGERS, 2)),  # [rad/s, m/s]
+        ("joint_torque", np.float64, (MAX_FINGERS, 2)),  # that acts until now [N m, N]
         ("slip", np.float64, (MAX_FINGERS,)),  # as sensed [m]
         ("slip_velocity", np.float64, (MAX_FINGERS,)),
         ("believed_phase", np.int64, (MAX_FINGERS,)),
@@ -39,7 +39,7 @@ SEEN = np.dtype(
         ("friction", np.float64, (MAX_FINGERS,)),  # as believed
         ("object_mass", np.float64),  # as believed [kg]
         ("object_inertia", np.float64),  # as believed [kg m^2]
-        ("link_masses", np.float64, (MAX_FINGERS, 2)),  # as believed [kg]
+        ("link_masses", np.float64, (MAX_FINGERS, 2)),  # as believed; on slides the first [kg]
         ("link_lengths", np.float64, (MAX_FINGERS, 2)),  # [m]
         ("link_centres", np.float64, (MAX_FINGERS, 2)),  # from the proximal joint [m]
         ("gravity", np.float64),  # [m/s^2]
@@ -90,7 +90,7 @@ def _show_finger(model: Record, run: Record, i: int) -> None:
     seen.believed_phase[i] = run.discrete.beliefs[i]
     for axis in range(2):
         seen.contact_force[i, axis] = run.senses.forces[i, axis]
-        seen.joint_position[i, axis] = joint_angle(kin, i, axis)
+        seen.joint_position[i, axis] = joint_position(model.hand, kin, i, axis)
         seen.joint_velocity[i, axis] = kin.joint_velocities[i, axis]
         seen.joint_torque[i, axis] = run.discrete.torques[i, axis]
         seen.contact_arm[i, axis] = kin.arms[i, axis]
@@ -98,6 +98,7 @@ def _show_finger(model: Record, run: Record, i: int) -> None:
         for other in range(2):
             seen.jacobian[i, axis, other] = kin.jacobians[i, axis, other]
             seen.jacobian_inverse[i, axis, other] = kin.inverses[i, axis, other]
-            seen.link_direction[i, axis, other] = kin.links[i, axis, other]
+            has_links = model.hand.on_slides[i] == 0
+            seen.link_direction[i, axis, other] = kin.links[i, axis, other] if has_links else 0.0
     seen.contact_normal[i, 0] = kin.tangents[i, 1]
     seen.contact_normal[i, 1] = -kin.tangents[i, 0]

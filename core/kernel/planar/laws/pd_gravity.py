@@ -51,15 +51,17 @@ def command_grip(model: Record, work: Record, grip: float) -> int:
     for i in range(n):
         room.contact_force[i, 1] += grip
         fx, fy = to_inertial_frame(kin, i, room.contact_force[i, 0], room.contact_force[i, 1])
-        wx, wy = _weight_force(model.nominal, work.believed, kin, i)
+        wx, wy = weight_force(model.nominal, work.believed, kin, i)
         work.tip_forces[i, 0] = fx + wx
         work.tip_forces[i, 1] = fy + wy
     return regular
 
 
 @compiled
-def _weight_force(hand: Record, believed: Record, kin: Record, i: int) -> tuple[float, float]:
-    """What the joints of finger ``i`` must give, as a tip force, to carry its links."""
+def weight_force(hand: Record, believed: Record, kin: Record, i: int) -> tuple[float, float]:
+    """What the joints of finger ``i`` must give, as a tip force, to carry what it moves."""
+    if hand.on_slides[i] == 1:
+        return 0.0, hand.gravity * believed.link_masses[i, 0]
     inner, outer = weight_moments(hand, believed, kin, i)
     return (
         kin.inverses[i, 0, 0] * inner + kin.inverses[i, 1, 0] * outer,
