@@ -25,16 +25,33 @@ settings.load_profile("same examples")
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """Lets a run take the tests in another order, which must not matter."""
+    """Lets a run take the tests in another order, which must not matter, or none be left out."""
     parser.addoption("--order-seed", type=int, help="shuffle the tests, the same for a seed")
+    parser.addoption("--other-code", action="store_true", help="run what is marked other_code")
 
 
 @pytest.hookimpl(trylast=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Shuffles files, and the tests in each: what a file shares is set up once all the same."""
+    """Leaves out what would find what it found before, and shuffles."""
+    if not config.getoption("--other-code"):
+        _skip_other_code([item for item in items if item.get_closest_marker("other_code")])
     seed = config.getoption("--order-seed")
-    if seed is None:
+    if seed is not None:
+        _shuffle(items, seed)
+
+
+def _skip_other_code(items: list[pytest.Item]) -> None:
+    if not items:
         return
+    from tests.other_code import has_passed
+
+    if has_passed():
+        for item in items:
+            item.add_marker(pytest.mark.skip("passed with the same kernel: tests/other_code.py"))
+
+
+def _shuffle(items: list[pytest.Item], seed: int) -> None:
+    """Shuffles files, and the tests in each: what a file shares is set up once all the same."""
     source = random.Random(seed)
     source.shuffle(items)
     places = {path: source.random() for path in sorted({item.path for item in items})}

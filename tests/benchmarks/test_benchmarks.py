@@ -4,7 +4,6 @@ Nothing here judges a time; times only have to agree with each other where they 
 """
 
 import json
-import os
 import shutil
 from functools import cache
 from pathlib import Path
@@ -17,20 +16,18 @@ from benchmarks import claims, memory, onset, scaling, space
 from benchmarks.__main__ import PARTS, main
 from benchmarks.batch import compare_batches, vary
 from benchmarks.catalogue import measure_catalogue
-from benchmarks.charts import draw_scaling, draw_work_precision, save
+from benchmarks.charts import draw_scaling, save
 from benchmarks.cluster import Costs, measure_costs_of_a_run, project
-from benchmarks.faults.services import start_service
 from benchmarks.front_ends import measure_front_ends
 from benchmarks.hands import holding_hand
 from benchmarks.mujoco_hold import hold_by_actuators, hold_by_numpy
 from benchmarks.mujoco_replay import replay_in_mujoco
 from benchmarks.mujoco_torques import stepping
-from benchmarks.processes import MemoryWatch, memory_of
 from benchmarks.recording import measure_recording
-from benchmarks.report import Table, format_text, judge, update_page
+from benchmarks.report import Table, update_page
 from benchmarks.speed import compare_speed, profile
-from benchmarks.study import describe_study, make_study
-from benchmarks.study_load import Client, run_over_rest
+from benchmarks.study import make_study
+from benchmarks.study_load import run_over_rest
 from benchmarks.timing import fit_exponent, fit_line, median_seconds
 from benchmarks.work_precision import (
     Reference,
@@ -238,26 +235,7 @@ def test_replay_that_is_timed_is_the_one_that_is_judged():
     np.testing.assert_array_equal(poses, replay.object_pose)
 
 
-def test_diagram_of_the_same_points_is_the_same_file(tmp_path):
-    points = measure_ours(reference(), (1e-4, 1e-8), rounds=1)
-    points += measure_mujoco(reference(), (1e-3, 5e-4), rounds=1)
-    figures = [draw_work_precision(points) for _ in range(2)]
-    paths = [tmp_path / "first.svg", tmp_path / "second.svg"]
-    for figure, path in zip(figures, paths, strict=True):
-        save(figure, path)
-    assert paths[0].read_bytes() == paths[1].read_bytes()
-    written = {text.get_text() for text in figures[0].axes[0].texts}
-    assert {"slipgrasp", "MuJoCo", "1 ms", "tolerance $10^{-8}$, the default"} <= written
-
-
 # Report
-
-
-def test_text_aligns_its_columns():
-    table = Table("name", ("of", "CPU [ms]"), (("long words", "1.0"), ("x", "10.0")), ("Note.",))
-    lines = format_text(table).splitlines()
-    assert lines[0] == "of          CPU [ms]"
-    assert lines[2:] == ["long words       1.0", "x               10.0", "  Note."]
 
 
 def test_page_keeps_everything_outside_the_marks(tmp_path):
@@ -272,11 +250,6 @@ def test_page_keeps_everything_outside_the_marks(tmp_path):
         update_page(page, [Table("b", ("x",), ())])
 
 
-def test_verdict_names_target_and_aim():
-    assert judge(12.0, 10.0, 25.0) == "12.0 times; target 10: met, aim 25: missed"
-    assert judge(24.0, 25.0) == "24.0 times; target 25: missed"
-
-
 def test_one_command_prints_a_part_and_writes_its_table(tmp_path, capsys):
     page = tmp_path / "benchmarks.md"
     shutil.copy(PAGE, page)
@@ -286,16 +259,6 @@ def test_one_command_prints_a_part_and_writes_its_table(tmp_path, capsys):
     words = [" ".join(row.replace("|", " ").split()) for row in rows]
     shown = [" ".join(line.split()) for line in printed.splitlines()]
     assert len([line for line in words if line in shown]) == 2
-
-
-def test_the_setting_is_written_only_beside_tables_that_it_is_the_setting_of(tmp_path, monkeypatch):
-    table = Table("elementary", ("function",), (("sine",),), page="portability.md")
-    monkeypatch.setattr("benchmarks.elementary.run", lambda docs: [table])
-    (tmp_path / "benchmarks.md").write_text("<!-- setting -->\nbefore\n<!-- end setting -->\n")
-    (tmp_path / "portability.md").write_text("<!-- elementary --><!-- end elementary -->\n")
-    main(["elementary", "--docs", str(tmp_path)])
-    assert "sine" in (tmp_path / "portability.md").read_text()
-    assert "before" in (tmp_path / "benchmarks.md").read_text()
 
 
 def test_pages_have_a_place_for_the_tables_of_every_part():
@@ -391,21 +354,6 @@ def test_a_study_over_rest_is_timed_from_its_first_results(monkeypatch, states, 
     assert (load.runs, watch.progress) == (runs, 60)
     assert load.seconds == pytest.approx(seconds)
     assert load.waiting == pytest.approx(client.now - seconds)
-
-
-def test_others_are_asked_for_while_a_study_runs_over_rest(tmp_path):
-    service, url = start_service(tmp_path)
-    with service, Client(url) as client, MemoryWatch(service.pid) as watch:
-        try:
-            load = run_over_rest(client, describe_study(60), watch)
-        finally:
-            service.terminate()
-    # A fast machine is done before the first look.
-    assert 0 <= load.runs < 60 and load.waiting > 0.0
-    assert "status" in load.answers and (load.runs == 0 or "list of studies" in load.answers)
-    assert 0.0 < load.percentile(50) <= load.percentile(100)
-    assert watch.progress == 60
-    assert watch.peak > memory_of(os.getpid()) / 10
 
 
 def test_a_cluster_that_outruns_its_scheduler_needs_more_of_them():

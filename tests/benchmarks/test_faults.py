@@ -16,7 +16,6 @@ from benchmarks.faults.kills import kill_writers
 from benchmarks.faults.services import kill_services, restart_with_unfinished
 from benchmarks.faults.stops import stop_runs
 from benchmarks.faults.survivors import kill_and_compare
-from benchmarks.faults.viewers import mix_viewers
 from slipgrasp.recordings.file.reader import read_recording
 
 pytestmark = pytest.mark.slow
@@ -104,12 +103,6 @@ def test_large_unfinished_recordings_are_recovered_behind_the_answers():
     restart = restart_with_unfinished(count=2, duration=1.0)
     assert restart.count == 2
     assert restart.waited <= restart.seconds
-
-
-def test_viewers_stay_beside_those_who_are_sent_away():
-    mixed = mix_viewers(polite=3, rude=4, rounds=1, seconds=2.0, seed=3)
-    assert {"garbage: 1008", "huge message: 1009"} & set(mixed.sent_away)
-    assert min(mixed.alone_work + mixed.beside_work) > 0.0
 
 
 def test_no_run_is_told_as_completed_where_the_disk_takes_no_more():

@@ -91,16 +91,7 @@ def test_every_built_in_law_is_compared_with_and_without_prediction_under_latenc
         ahead = [cell for cell in late if cell.predicts]
         assert len(ahead) == (0 if law in PUBLISHED_LAWS else len(late) / 2)
         assert all(dot.scenario_of(cell, 0).controller.prediction for cell in ahead[:1])
-
-
-def test_a_published_law_runs_alike_with_and_without_prediction():
-    """It is not offered to custom laws: the tables have no column for it."""
-    runs = [
-        simulate(dot.scenario_of(Cell(2, "latency 30 ms", "reactive force", predicts), 0)).metrics
-        for predicts in (False, True)
-    ]
-    assert runs[0] == runs[1]
-    assert not any(can_predict(law, "latency 30 ms") for law in PUBLISHED_LAWS)
+        assert (law in PUBLISHED_LAWS) == (not can_predict(law, LATE[0]))
 
 
 def test_cells_are_stored_and_not_measured_again(tmp_path, monkeypatch):

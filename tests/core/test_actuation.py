@@ -10,6 +10,8 @@ from tests.core.test_composite import at_ticks
 from tests.state_evaluation import evaluate_state
 
 CASE_2 = load_scenario("paper-case-2")
+SPATIAL = load_scenario("spatial-composite")
+BOTH = pytest.mark.parametrize("base", [CASE_2, SPATIAL], ids=["planar", "spatial"])
 SAMPLED = {
     "controller.control_period": 0.001,
     "simulation.output_rate": 1000.0,
@@ -87,24 +89,27 @@ def test_latency_that_goes_leaves_nothing_on_its_way():
     np.testing.assert_allclose(given[after], torques[after], rtol=1e-9)
 
 
-def test_no_torque_is_above_its_limit():
-    free = simulate(with_values(CASE_2, SAMPLED))
+@BOTH
+def test_no_torque_is_above_its_limit(base):
+    free = simulate(with_values(base, SAMPLED))
     limit = 0.9 * float(np.abs(free.trace.joint_torque).max())
-    result = simulate(with_values(CASE_2, {**SAMPLED, "actuation.torque_limit": limit}))
+    result = simulate(with_values(base, {**SAMPLED, "actuation.torque_limit": limit}))
     assert np.abs(result.trace.joint_torque).max() == limit
+    assert np.abs(result.trace.commanded_torque).max() > limit
     (warning,) = [w for w in result.warnings if w.code == "torque_limited"]
     assert warning.count > 0
     assert "torque_limited" not in [w.code for w in free.warnings]
 
 
+@BOTH
 @pytest.mark.parametrize("change", [None, 0.003], ids=["one period", "another period later"])
-def test_no_torque_changes_faster_than_its_rate_limit(change):
+def test_no_torque_changes_faster_than_its_rate_limit(base, change):
     rate = 200.0
     values = {**SAMPLED, "actuation.torque_rate_limit": rate}
     if change is not None:
         parameter = {"parameter": "controller.control_period", "value": change}
         values["changes"] = [{"time": 0.01, **parameter}]
-    result = simulate(with_values(CASE_2, values))
+    result = simulate(with_values(base, values))
     trace = result.trace
     torque = trace.joint_torque.reshape(len(trace), -1)
     ticks = at_ticks(trace)
@@ -168,13 +173,14 @@ def test_a_change_to_continuous_control_refuses_it_too():
     assert "sampled control" in str(caught.value)
 
 
+@BOTH
 @pytest.mark.parametrize(("period", "latency"), [(0.0001, 0.01), (0.00029, 0.029), (0.0003, 0.03)])
-def test_the_queue_holds_a_latency_of_a_hundred_periods_and_no_more(period, latency):
+def test_the_queue_holds_a_latency_of_a_hundred_periods_and_no_more(base, period, latency):
     values = {**SAMPLED, "controller.control_period": period}
-    longest = with_values(CASE_2, {**values, "controller.latency": latency})
+    longest = with_values(base, {**values, "controller.latency": latency})
     assert simulate(with_values(longest, {"simulation.duration": 0.05})).end_time == 0.05
     with pytest.raises(ScenarioError) as caught:
-        with_values(CASE_2, {**values, "controller.latency": 1.01 * latency})
+        with_values(base, {**values, "controller.latency": 1.01 * latency})
     (error,) = caught.value.errors
     assert error.field == "controller.latency"
     assert f"{latency:g} s" in error.message

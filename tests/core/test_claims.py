@@ -58,6 +58,14 @@ def test_a_metric_that_the_samples_do_not_give_is_named_with_both_values(run, na
     assert str(found) == f"{name} is stated as {value}, its samples give {found.computed}"
 
 
+def test_a_run_that_is_too_short_to_tell_may_not_state_to_have_held():
+    firm = {"controller.kind": "grip-reflex", "controller.control_period": 0.001}
+    values = {**firm, "controller.grip_force": 100.0, "simulation.duration": 0.01}
+    short = simulate(with_values(load_scenario("paper-case-1"), {**values, "object.mass": 0.5}))
+    (found,) = contradictions_of(replace(short, metrics=replace(short.metrics, held=True)))
+    assert (found.what, found.stated, found.computed) == ("held", True, None)
+
+
 def test_one_entry_of_a_list_is_named_by_its_contact_or_coordinate(run):
     left, right = run.metrics.slip_path
     x, y, theta = run.metrics.final_tracking_error

@@ -2,17 +2,13 @@
 
 import itertools
 import os
-import signal
 import socket
 import subprocess
 import sys
-import time
-from contextlib import ExitStack, contextmanager, suppress
-from multiprocessing import resource_tracker
+from contextlib import ExitStack, contextmanager
 
 import pytest
 
-from benchmarks.processes import family_of
 from slipgrasp.core.exceptions import ScenarioError
 from slipgrasp.core.executors import AHEAD, ExecutorError, make_executor
 from slipgrasp.core.scenario.loading import load_scenario
@@ -233,19 +229,3 @@ def test_a_cluster_on_this_machine_is_started_and_ended():
     with make_executor("dask", workers=1) as executor:
         assert outcome_of(executor, work.square, range(3)).keys() == {0, 1, 2}
         assert executor.num_workers == 1
-
-
-@pytest.mark.skipif(sys.platform != "linux", reason="looks for processes in /proc")
-def test_workers_that_die_while_they_start_are_started_again():
-    resource_tracker.ensure_running()  # else it would be one of those that are killed
-    others = set(family_of(os.getpid()))
-    with make_executor("dask", workers=1) as executor:
-        executor.prepare()
-        quiet_since = time.monotonic()
-        while time.monotonic() - quiet_since < 1.0:  # until Dask starts none any more
-            for process in set(family_of(os.getpid())) - others:
-                with suppress(ProcessLookupError):
-                    os.kill(process, signal.SIGKILL)
-                    quiet_since = time.monotonic()
-            time.sleep(0.02)
-        assert outcome_of(executor, work.square, range(3)).keys() == {0, 1, 2}

@@ -59,6 +59,7 @@ def test_the_table_has_a_row_for_every_function():
 
 
 @pytest.mark.slow
+@pytest.mark.other_code
 @pytest.mark.parametrize("way", WAYS)
 def test_other_machine_code_and_python_give_the_same_bits(way, tmp_path):
     path = tmp_path / "values.npz"

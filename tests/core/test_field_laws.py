@@ -88,15 +88,33 @@ def test_an_internal_step_that_the_null_space_lacks_is_refused():
     assert not FIELD.least_internal_step(arm, rows, np.array([1.0]), np.zeros((2, 2)))
 
 
-def test_the_reactive_force_grows_by_its_step_and_pauses():
-    """Two opposed fingers under slip: 10 N, then a quarter more at every step of 40 ms."""
+@pytest.fixture(scope="module")
+def reactive():
+    """A run of two opposed fingers; its law takes seconds to compile."""
     result = run("ReactiveForce")
-    times, (grip, steps) = result.ticks.times, result.ticks.diagnostics.T
+    yield result
+    forget(result.scenario.controller.kind)
+
+
+def test_the_reactive_force_grows_by_its_step_and_pauses(reactive):
+    """Under slip: 10 N, then a quarter more at every step of 40 ms."""
+    times, (grip, steps) = reactive.ticks.times, reactive.ticks.diagnostics.T
     at = times[np.flatnonzero(np.diff(steps))]
     assert len(at) >= 5
     assert np.all(np.diff(at) > 0.04 - 1e-9)
     np.testing.assert_allclose(grip, 10.0 * 1.25**steps, rtol=0.01)
-    assert result.metrics.held
+    assert reactive.metrics.held
+    assert verify(reactive).same
+
+
+def test_the_reactive_force_runs_alike_with_and_without_prediction(reactive):
+    """It is not offered to custom laws: the tables of the comparison have no column for it."""
+    late = with_values(reactive.scenario, {"controller.latency": 0.03})
+    runs = [
+        simulate(with_values(late, {"controller.prediction": predicts})).metrics
+        for predicts in (False, True)
+    ]
+    assert runs[0] == runs[1]
 
 
 def test_learnt_friction_is_the_true_one_after_a_slide_and_sets_the_grip():
@@ -138,9 +156,3 @@ def test_the_observer_sees_the_slip_of_a_contact_with_bristles():
     assert abs(true[-1]) < 0.02 * true[199]
     assert seen[199] > 0.3 * true[199]
     assert abs(seen[-1]) < 0.02 * true[199]
-
-
-def test_the_reactive_force_runs_with_three_fingers_and_verifies():
-    result = run("ReactiveForce", "three-fingers", **{"controller.grip_force": 20.0})
-    assert result.outcome == "completed"
-    assert verify(result).same

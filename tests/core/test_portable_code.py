@@ -76,6 +76,7 @@ def test_no_unit_calls_anything_but_units_and_what_sets_or_copies_memory():
 
 
 @pytest.mark.slow
+@pytest.mark.other_code
 def test_no_unit_fuses_a_product_and_a_sum_where_the_processor_could():
     environment = {**os.environ, "PYTHONPATH": str(REPOSITORY), "NUMBA_CPU_NAME": "haswell"}
     environment["NUMBA_CPU_FEATURES"] = "+fma,+avx,+avx2"

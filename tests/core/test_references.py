@@ -12,6 +12,8 @@ from tests.references.grasp import squeeze
 from tests.references.hand import Parameters, State
 from tests.references.hands import UNKNOWN_KINDS, random_estimates, random_scenario, random_state
 from tests.references.open_contacts import OPEN, Instant
+from tests.references.spatial_cases import planar
+from tests.references.spatial_run import Simulator
 from tests.references.world import World
 
 SIZES = (2, 3, 4)
@@ -237,3 +239,14 @@ def test_a_fingertip_at_rest_on_an_edge_has_the_smaller_friction_of_both_sides()
         shown = simulate(with_values(scenario, {"simulation.duration": 0.001})).trace
         np.testing.assert_array_equal(shown.friction_coefficient[0], sides[factor])
     assert sides[0.5][0] == 0.5 * sides[1.5][0]
+
+
+@pytest.mark.slow
+def test_the_reference_in_space_prints_the_figures_of_case_1_with_sampled_control():
+    """Those that a prototype printed before it was written (docs/space.md)."""
+    run = Simulator(planar(1)._replace(tolerance=1e-8), (0.05,)).simulate(0.089)
+    assert [f"{1e3 * end:.6f}" for end in run.slip_ends] == ["87.983946", "85.454700"]
+    assert [f"{1e3 * path:.7f}" for path in run.slip_path] == ["2.6720528", "2.2098970"]
+    assert round(1e3 * run.errors[0][2], 3) == 5.817
+    assert abs(run.ledger) < 2e-9
+    assert max(np.abs(run.slip[:, 1]).max(), np.abs(run.errors[0][[1, 3, 5]]).max()) < 1e-12

@@ -451,6 +451,30 @@ def test_a_hand_relabelled_by_a_third_of_a_turn_does_the_same():
     assert_allclose([others[order.index(i)] for i in range(3)], ends, rtol=1e-9)
 
 
+def first_ticks(**values):
+    """The first ticks of three fingers of different frictions, in which all contacts slip."""
+    told = {"simulation.duration": 0.008, **values}
+    return simulate(with_values(load_scenario("spatial-composite"), told)).trace
+
+
+def test_the_mirrored_hand_makes_the_mirrored_run():
+    """y -> -y exchanges fingers 1 and 2: slips along x stay, those along y change their sign."""
+    one = first_ticks().slip[-1].reshape(3, 2)
+    other = first_ticks(**{"fingers.1.friction": 0.2, "fingers.2.friction": 0.3}).slip[-1]
+    assert np.abs(one).min(axis=0).max() > 1e-6
+    assert_allclose(other.reshape(3, 2), one[[0, 2, 1]] * [1.0, -1.0], atol=1e-10)
+
+
+def test_the_hand_may_be_turned_about_the_vertical():
+    turn = Rotation.from_rotvec([0.0, 0.0, 0.7])
+    fingers = load_scenario("spatial-composite").fingers
+    values = {f"fingers.{i}.base": turn.apply(f.base).tolist() for i, f in enumerate(fingers)}
+    values["trajectory.start"] = [0.0, 0.0, 0.366, *turn.as_quat(scalar_first=True).tolist()]
+    one, other = first_ticks(), first_ticks(**values)
+    assert_allclose(other.slip[-1], one.slip[-1], atol=1e-10)
+    assert_allclose(other.object_pose[-1, :3], turn.apply(one.object_pose[-1, :3]), atol=1e-10)
+
+
 def test_a_step_begins_with_the_slope_at_the_end_of_the_one_before_whatever_their_methods():
     """Rows between ticks cut steps where the order of the method follows what the last needed."""
     values = {

@@ -7,7 +7,6 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.spatial.transform import Rotation
 
-from slipgrasp.core.exceptions import ScenarioError
 from slipgrasp.core.kernel.spatial.state import parts_of
 from slipgrasp.core.run.simulation import Simulation
 from slipgrasp.core.run.simulator import simulate
@@ -399,33 +398,6 @@ def test_between_two_ticks_a_late_torque_acts_when_it_is_due_and_the_ledger_stay
     # In the first row after it.
     assert_allclose(np.mod(moved, 0.001), 0.00055, atol=0.00005 + 1e-9)
     assert np.abs(trace.energy_residual).max() < 2e-9
-
-
-def test_no_torque_is_above_its_limit():
-    free = simulate(with_values(COMPOSITE, SHORT))
-    limit = 0.9 * float(np.abs(free.trace.joint_torque).max())
-    result = simulate(with_values(COMPOSITE, {**SHORT, "actuation.torque_limit": limit}))
-    assert np.abs(result.trace.joint_torque).max() == limit
-    assert np.abs(result.trace.commanded_torque).max() > limit
-    assert "torque_limited" in {warning.code for warning in result.warnings}
-    assert "torque_limited" not in {warning.code for warning in free.warnings}
-
-
-def test_no_torque_changes_faster_than_its_rate_limit():
-    rate = 200.0
-    values = {**SHORT, "simulation.output_rate": 4000.0, "actuation.torque_rate_limit": rate}
-    result = simulate(with_values(COMPOSITE, values))
-    steps = np.abs(np.diff(result.trace.joint_torque, axis=0))
-    assert steps.max() == pytest.approx(rate * PERIOD, rel=1e-9)
-    assert "torque_limited" in {warning.code for warning in result.warnings}
-
-
-def test_not_more_commands_are_under_way_than_the_queue_holds():
-    period = {"controller.control_period": 1e-4, "simulation.duration": 0.02}
-    longest = with_values(PRISM, {**period, "controller.latency": 0.01})
-    assert simulate(longest).end_time == 0.02
-    with pytest.raises(ScenarioError, match=r"more than 100 control periods"):
-        with_values(PRISM, {**period, "controller.latency": 0.011})
 
 
 def test_cones_that_no_squeeze_meets_are_widened_where_noise_is_expected():

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.engines import SCRIPT, Chromium, Wasmtime
+from benchmarks.engines import Chromium, Wasmtime
 from benchmarks.portable_runs import run_hash
 from slipgrasp.core.kernel.compilation.compiler import entered_by
 from slipgrasp.core.kernel.compilation.webassembly import build
@@ -16,7 +16,7 @@ from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.scenario.table import TABLE, place_of
 from tests.core.drawn_scenarios import KINDS, draw_scenario
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.other_code]
 
 
 @pytest.fixture(scope="module")
@@ -98,7 +98,3 @@ def test_a_noisy_run_has_the_same_bits_in_chromium(file, browser):
     native = run_hash(SAMPLE["noise"])
     with entered_by(Chromium(file, browser).enter):
         assert run_hash(SAMPLE["noise"]) == native
-
-
-def test_the_script_is_the_one_that_is_documented():
-    assert SCRIPT.name in (SCRIPT.parent / "webassembly.md").read_text(encoding="utf-8")

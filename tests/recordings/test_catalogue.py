@@ -11,7 +11,6 @@ import subprocess
 import sys
 import threading
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -70,11 +69,9 @@ def found(store: RecordingStore, **query) -> list[str]:
     [
         ({}, [2, 1, 0]),
         ({"preset": "paper-case-2"}, [1, 0]),
-        ({"preset": ""}, []),
         ({"controller": "theorem-4"}, [1, 0]),
         ({"controller": "theorem-3"}, [2]),
         ({"outcome": Outcome.COMPLETED}, [2, 0]),
-        ({"outcome": Outcome.DIVERGED}, []),
         ({"tags": ("report",)}, [1, 0]),
         ({"tags": ("report", "light")}, [0]),
         ({"tags": ("repor",)}, []),
@@ -86,12 +83,10 @@ def found(store: RecordingStore, **query) -> list[str]:
         ({"created_to": parse_instant("2026-01-02")}, [0]),
         ({"created_to": parse_end("2026-01-02")}, [1, 0]),
         ({"created_from": parse_instant("2026-01-02T13:00:00+01:00")}, [2, 1]),
-        ({"created_from": parse_instant("2026-01-02T12:00:01Z")}, [2]),
         ({"sort": "created"}, [0, 1, 2]),
         ({"sort": "name"}, [1, 0, 2]),
         ({"sort": "-name"}, [0, 1, 2]),
         ({"sort": "created", "offset": 1, "limit": 1}, [1]),
-        ({"offset": 9}, []),
     ],
 )
 def test_runs_are_searched_and_sorted_by_what_is_told_of_them(store, several, query, expected):
@@ -163,18 +158,12 @@ def test_a_condition_is_read_as_it_is_written(text, condition):
     "text",
     [
         "",
-        "<",
         "held",
-        "slip_path_0<",
         "slip_path_0<nan",
-        "slip_path_0<1e999",
         "slip_path<1",
         "id=1",
         "held=1;drop table runs",
-        "held==1",
-        "held<>1",
         "x" * 10_000,
-        "end_time<0x10",
         "\0<1",
     ],
 )
@@ -411,14 +400,6 @@ def test_a_page_tells_all_of_its_runs_also_of_those_just_copied_into_the_folder(
     assert listing.count == 9 and [run.summary for run in listing.runs] == [several[1].summary] * 4
     assert listing.unread == 2
     index.close()
-
-
-def test_a_sidecar_of_an_older_version_is_completed_from_the_recording(store, several):
-    sidecar = several[0].path.with_suffix(".json")
-    document = json.loads(sidecar.read_text())
-    del document["controller"], document["notes"], document["tags"]
-    sidecar.write_text(json.dumps(document))
-    assert store.list()[-1] == replace(several[0], notes="", tags=())
 
 
 def test_files_may_come_and_go_while_they_are_listed(store, several, short_run):

@@ -114,8 +114,8 @@ def test_everything_that_is_promised_is_in_the_picture(figure):
 
 @pytest.mark.parametrize(
     "other",
-    [{}, {"simulation.duration": 2.0}, {"simulation.output_rate": 30.0}],
-    ids=["identical", "shorter", "slower"],
+    [{"simulation.duration": 2.0}, {"simulation.output_rate": 30.0}],
+    ids=["shorter", "slower"],
 )
 def test_any_two_comparable_runs_can_be_drawn(runs, other):
     run = simulate(with_values(CASE_1, other))
@@ -156,12 +156,11 @@ def test_curves_that_coincide_have_a_difference_of_zero(runs):
         assert not np.any(curve[:, 1])
 
 
-@pytest.mark.parametrize("largest", [1.7e308, 1e200])
-def test_numbers_as_large_as_they_get_can_be_drawn(runs, largest):
+def test_numbers_as_large_as_they_get_can_be_drawn(runs):
     rows = runs[0].trace.to_rows()
     columns = [column.name for column in columns_of(runs[0].trace)]
     for name in ("slip_0", "normal_force_1", "x", "theta", "joint_position_0_0"):
-        rows[700:, columns.index(name)] = largest
+        rows[700:, columns.index(name)] = 1.7e308
     run = replace(runs[0], trace=Trace.from_rows(runs[0].trace.shape, rows))
 
     figure, film = io.BytesIO(), io.BytesIO()

@@ -146,36 +146,6 @@ def test_the_plane_stands_upright_and_is_seen_from_the_front(display):
     assert not pose[:3, 3].any()
 
 
-@pytest.mark.parametrize("frame", ["object", "desired"])
-def test_the_poses_of_the_object_are_those_of_the_trace(display, frame):
-    poses = display.samples.object_pose if frame == "object" else display.samples.desired_pose
-    for row, shown in display.instants():
-        transform = shown.frames[frame]
-        turn = transform.rotation
-        assert transform.parent_frame_id == "plane"
-        assert (transform.translation.x, transform.translation.y) == tuple(poses[row, :2])
-        assert (transform.translation.z, turn.x, turn.y) == (0.0, 0.0, 0.0)
-        assert 2.0 * math.atan2(turn.z, turn.w) == pytest.approx(poses[row, 2], abs=1e-15)
-
-
-def test_the_joints_and_tips_of_the_fingers_are_where_the_reference_hand_has_them(display):
-    for row, shown in display.instants():
-        angles = display.samples.joint_position[row].reshape(-1, 2)
-        for i, (finger, q) in enumerate(zip(display.hand.fingers, angles, strict=True)):
-            places = [
-                finger.base,
-                finger.base,
-                finger.point(q, 0, finger.lengths[0]),
-                finger.tip(q),
-            ]
-            for part, place in zip(("base", "link_0", "link_1", "tip"), places, strict=True):
-                pose = shown.pose(f"finger_{i}/{part}")
-                np.testing.assert_allclose(pose[:3, 3], [*place, 0.0], atol=1e-14)
-            np.testing.assert_allclose(
-                pose[:2, 0], [math.cos(q.sum()), math.sin(q.sum())], atol=1e-14
-            )
-
-
 def test_contact_frames_are_at_the_fingertips_with_their_axes_along_the_model_s(display):
     for row, shown in display.instants():
         pose = display.samples.object_pose[row]
@@ -209,36 +179,6 @@ def corners_of(body):
     return np.array(body.corners or ((-x, -y), (x, -y), (x, y), (-x, y)))
 
 
-def solid_of(entity):
-    """Area and colour of the one solid that is the object; its mesh must be closed, outside out."""
-    (mesh,) = entity.triangles
-    points = np.array([[point.x, point.y, point.z] for point in mesh.points])
-    triangles = points[np.array(mesh.indices).reshape(-1, 3)]
-    np.testing.assert_allclose(
-        np.cross(*np.diff(triangles, axis=1).swapaxes(0, 1)).sum(0), 0, atol=1e-12
-    )
-    return np.linalg.det(triangles).sum() / 6.0 / np.ptp(points[:, 2]), mesh.color
-
-
-def test_object_and_desired_outline_have_the_shape_of_the_object(display):
-    entities = display.shown[-1].entities
-    expected = corners_of(display.run.scenario.object)
-    x, y = expected.T
-    area, colour = solid_of(entities["object"])
-    assert area == pytest.approx(0.5 * (x @ np.roll(y, -1) - y @ np.roll(x, -1)))
-    for entity in (entities["object"], entities["desired"]):
-        (edges,) = entity.lines
-        points = np.array([[point.x, point.y, point.z] for point in edges.points])
-        segments = points[np.array(edges.indices).reshape(-1, 2)]
-        in_front = segments[(segments[..., 2] == points[:, 2].max()).all(axis=1)]
-        assert edges.type == 2  # a list of segments
-        assert entity.frame_id == entity.id
-        np.testing.assert_array_equal(in_front[:, 0, :2], expected)
-        np.testing.assert_array_equal(in_front[:, 1, :2], np.roll(expected, -1, axis=0))
-    assert rgb(colour) == palette.OBJECT
-    assert rgb(entities["desired"].lines[0].color) == palette.GHOST
-
-
 def test_links_reach_from_joint_to_joint_and_the_last_to_the_ball_of_its_tip(display):
     for shown in (display.shown[0], display.shown[-1]):
         for i in range(len(display.run.scenario.fingers)):
@@ -267,13 +207,6 @@ def test_fingertip_and_arrow_have_the_colour_of_the_phase_and_the_trail_that_of_
         assert rgb(entity.lines[1].color) == PHASES[np.sign(slip)]
 
 
-def test_fingertips_touch_their_faces_from_outside(display):
-    for _, _, _, entity in display.contacts():
-        (ball,) = entity.spheres
-        assert (ball.pose.position.x, ball.pose.position.y) == (0.0, -0.5 * ball.size.y)
-        assert ball.size.x == ball.size.y == ball.size.z > 0.0
-
-
 def test_arrows_are_the_forces_on_the_object_at_one_scale(display):
     lengths = []
     for row, i, shown, entity in display.contacts():
@@ -295,24 +228,6 @@ def test_arrows_are_the_forces_on_the_object_at_one_scale(display):
     outward = np.stack([sides[:, 1], -sides[:, 0]], axis=1) / np.hypot(*sides.T)[:, None]
     nearest = (ends * outward).sum(axis=1).min()
     assert lengths[0] * 2.0 * weight == pytest.approx(nearest)
-
-
-def test_cones_open_at_the_friction_angle_and_trails_start_where_the_tip_first_touched(display):
-    for row, i, shown, entity in display.contacts():
-        cone, trail = entity.lines
-        apex, left, right = np.array([[p.x, p.y] for p in cone.points])
-        friction = display.samples.friction_coefficient[row, i]
-        for edge, side in ((left - apex, 1.0), (right - apex, -1.0)):
-            assert edge[0] / edge[1] == pytest.approx(side * friction, rel=1e-12)
-        assert not apex.any()
-        touched, now = shown.place(entity, [[p.x, p.y, p.z] for p in trail.points])
-        pose = display.samples.object_pose[row]
-        first, tip = (
-            display.hand.tip_positions(pose, slip)[i]
-            for slip in (0.0 * display.samples.slip[row], display.samples.slip[row])
-        )
-        np.testing.assert_allclose(touched[:2], first, atol=1e-14)
-        np.testing.assert_allclose(now[:2], tip, atol=1e-14)
 
 
 def test_a_cone_follows_a_timed_change_of_friction():

@@ -66,12 +66,6 @@ def display(request, tmp_path_factory):
     return Display(run, path)
 
 
-def test_every_sample_that_is_shown_is_one_message_of_its_time(display):
-    times = np.rint(display.samples.times * 1e9).astype(int).tolist()
-    assert [shown.time for shown in display.shown] == times
-    assert len(times) >= 8 and (display.samples.slip != 0.0).any()
-
-
 def test_object_and_desired_pose_are_those_of_the_trace(display):
     for row, shown, kin in display.instants():
         pose = shown.pose("object", "world")

@@ -19,7 +19,7 @@ from slipgrasp.recordings.file.writer import write_recording
 from slipgrasp.recordings.study.rebuild import rebuild_run
 from tests.recordings.test_study_file import make_study, run_study
 
-pytestmark = [pytest.mark.slow, pytest.mark.timeout(900)]
+pytestmark = [pytest.mark.slow, pytest.mark.other_code, pytest.mark.timeout(900)]
 
 REPOSITORY = Path(__file__).parents[2]
 # Machine code for any x86-64, without AVX and fused multiply-adds.

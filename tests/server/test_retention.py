@@ -48,18 +48,6 @@ def test_what_goes_is_deleted_when_the_server_starts_and_what_is_marked_stays(tm
         assert {run["id"] for run in client.get("/runs").json()["data"]} == {ids[0], ids[2]}
 
 
-def test_at_the_start_only_a_tenth_of_the_folder_goes_though_more_has_to(tmp_path) -> None:
-    with serve(patient_settings(tmp_path)) as running, running.client() as client:
-        ids = make_runs(client, 6)
-    settings = patient_settings(tmp_path, retention=Retention(max_runs=1))
-    with serve(settings) as running, running.client() as client:
-        wait_until(lambda: client.get("/runs").json()["count"] == 5)
-        left = [run["id"] for run in client.get("/runs").json()["data"]]
-        told = client.get("/retention").json()
-    assert left == ids[:0:-1]
-    assert [each["id"] for each in told["data"]] == ids[4:0:-1]
-
-
 def test_a_clock_far_ahead_deletes_nothing_at_the_start_and_is_told_of(
     tmp_path, caplog, monkeypatch
 ) -> None:

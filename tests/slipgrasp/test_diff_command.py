@@ -134,19 +134,6 @@ def test_what_cannot_be_read_exits_2_in_one_line(in_process, files, other, messa
     assert message in done.stderr.splitlines()[-1] and "Traceback" not in done.stderr
 
 
-@pytest.mark.parametrize("also", [(), ("--json",), ("--figure", "both.svg")])
-def test_a_planar_against_a_spatial_hand_is_refused_in_a_line(in_process, files, also):
-    for name in ("three-fingers", "spatial-box"):
-        scenario = with_values(load_scenario(name), {"simulation.duration": 0.02})
-        write_recording(simulate(scenario), files / f"{name}.mcap")
-
-    done = in_process("diff", "three-fingers.mcap", "spatial-box.mcap", *also)
-
-    assert (done.returncode, done.stdout) == (2, "")
-    assert "a planar and a spatial hand cannot be compared" in done.stderr.splitlines()[-1]
-    assert "Traceback" not in done.stderr and not (files / "both.svg").exists()
-
-
 def test_the_figure_is_drawn_in_the_format_of_its_name(slipgrasp, files):
     done = slipgrasp("diff", "base.mcap", "slipperier.mcap", "--figure", "both.pdf")
     assert done.returncode == 1

@@ -197,15 +197,6 @@ def test_frames_per_second_have_bounds(in_process, recording, fps):
     assert "--fps" in refused.stderr and refused.stderr.count("\n") == 1
 
 
-def test_a_stored_run_is_exported_by_its_id(slipgrasp):
-    path = slipgrasp.run_json("paper-case-1", "--set", "simulation.duration=0.1")["recording"]
-
-    done = slipgrasp("export", path.rpartition("/")[2].removesuffix(".mcap"))
-
-    assert done.returncode == 0
-    assert done.stdout.startswith("t,x,y,theta,")
-
-
 def test_export_draws_an_instant_in_any_size(slipgrasp, recording, tmp_path):
     still = tmp_path / "still.png"
     done = slipgrasp("export", recording, "--output", still, "--at", "0.05", "--size", "300x500")

@@ -30,43 +30,27 @@ def serving(slipgrasp, *arguments):
             process.wait(timeout=PATIENCE)
 
 
-def test_the_first_line_is_the_url_of_a_server_that_answers(slipgrasp):
-    with serving(slipgrasp, "--port", "0") as (_, url):
-        assert re.fullmatch(r"http://127\.0\.0\.1:\d+/\n", url)
-        with urllib.request.urlopen(f"{url.strip()}api/v1/health") as answer:
-            assert answer.status == 200
-        with urllib.request.urlopen(url.strip()) as page:
-            assert page.status == 200
-
-
-def test_runs_go_to_the_chosen_data_directory(slipgrasp, tmp_path):
-    with serving(slipgrasp, "--port", "0", "--data-dir", tmp_path / "kept") as (_, url):
-        body = {"scenario": "paper-case-1", "set": {"simulation.duration": 0.3}}
-        request = urllib.request.Request(
-            f"{url.strip()}api/v1/runs",
-            json.dumps(body).encode(),
-            {"Content-Type": "application/json"},
-        )
-        with urllib.request.urlopen(request) as answer:
-            created = json.load(answer)
-
-    assert (tmp_path / "kept" / f"{created['id']}.mcap").is_file()
-
-
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_ends_the_server_cleanly(slipgrasp, number):
-    with serving(slipgrasp, "--port", "0") as (process, _):
-        process.send_signal(number)
-        assert process.wait(timeout=PATIENCE) == 0
-        assert "Traceback" not in process.stderr.read()
-
-
 def post_run(url, values):
     body = {"scenario": "paper-case-1", "set": values}
     headers = {"Content-Type": "application/json", "Prefer": "respond-async"}
     asked = urllib.request.Request(f"{url.strip()}api/v1/runs", json.dumps(body).encode(), headers)
     with urllib.request.urlopen(asked) as answer:
         return json.load(answer)["id"]
+
+
+def test_a_server_tells_its_url_answers_keeps_runs_in_its_folder_and_ends_by_a_signal(
+    slipgrasp, tmp_path
+):
+    arguments = ("--port", "0", "--data-dir", tmp_path / "kept")
+    with serving(slipgrasp, *arguments) as (process, url):
+        assert re.fullmatch(r"http://127\.0\.0\.1:\d+/\n", url)
+        with urllib.request.urlopen(url.strip()) as page:
+            assert page.status == 200
+        recording = tmp_path / "kept" / f"{post_run(url, {'simulation.duration': 0.3})}.mcap"
+        wait_until(recording.is_file)
+        process.send_signal(signal.SIGINT)
+        assert process.wait(timeout=PATIENCE) == 0
+        assert "Traceback" not in process.stderr.read()
 
 
 def test_a_server_that_is_ended_keeps_what_its_runs_have_simulated(slipgrasp):
@@ -128,13 +112,8 @@ def test_a_data_directory_that_cannot_be_made_is_refused(slipgrasp, tmp_path):
 def test_a_quota_that_is_used_up_is_told_before_anything_is_simulated(slipgrasp):
     with serving(slipgrasp, "--port", "0", "--quota", "0.5 kB", "--min-free", "1") as (_, url):
         slipgrasp.data.joinpath("notes.txt").write_bytes(bytes(600))
-        request = urllib.request.Request(
-            f"{url.strip()}api/v1/runs",
-            json.dumps({"scenario": "paper-case-1"}).encode(),
-            {"Content-Type": "application/json"},
-        )
         with pytest.raises(urllib.error.HTTPError) as refused:
-            urllib.request.urlopen(request)
+            post_run(url, {})
 
     with refused.value as answer:
         assert answer.code == 507

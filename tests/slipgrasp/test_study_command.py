@@ -97,14 +97,6 @@ def test_a_person_is_told_how_the_runs_ended_and_what_the_crossed_values_did(stu
     assert str(Path("done/results.csv").absolute()) in said
 
 
-def test_any_engine_gives_the_same_file(study, command):
-    command(*inline(study, "--output", "inline"))
-    command("study", study, "--output", "processes", "--workers", "1")
-
-    one, other = Path("inline/study.mcap"), Path("processes/study.mcap")
-    assert one.read_bytes() == other.read_bytes()
-
-
 def test_without_output_each_study_gets_a_new_folder_in_the_data_folder(study, command):
     first = json.loads(command(*inline(study, "--json")).out)["results"]
     second = json.loads(command(*inline(study, "--json")).out)["results"]

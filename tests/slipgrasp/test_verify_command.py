@@ -1,7 +1,6 @@
 """``slipgrasp verify`` in a process of its own, on what other processes have recorded."""
 
 import json
-import urllib.request
 
 import pytest
 
@@ -9,7 +8,6 @@ from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.recordings.file.writer import write_recording
 from tests.recordings.tampering import patch_in_place, repack
-from tests.slipgrasp.test_serve_command import serving
 
 pytestmark = pytest.mark.slow
 
@@ -92,19 +90,3 @@ def test_what_cannot_be_read_exits_2_in_one_line(slipgrasp, recording, name, mes
 
     assert (done.returncode, done.stdout) == (2, "")
     assert message in done.stderr.splitlines()[-1] and "Traceback" not in done.stderr
-
-
-def test_what_a_service_recorded_is_the_same_after_it_was_started_again(slipgrasp):
-    body = {"scenario": "paper-case-1", "set": SHORT}
-    with serving(slipgrasp, "--port", "0") as (_, url):
-        request = urllib.request.Request(
-            f"{url.strip()}api/v1/runs",
-            json.dumps(body).encode(),
-            {"Content-Type": "application/json"},
-        )
-        with urllib.request.urlopen(request) as answer:
-            run_id = json.load(answer)["id"]
-    with serving(slipgrasp, "--port", "0"):
-        found = verified(slipgrasp, run_id)
-
-    assert found["same"] and found["bit_for_bit"]

@@ -10,7 +10,7 @@ import viser
 
 from slipgrasp.core.exceptions import FieldError, ScenarioError
 from slipgrasp.core.scenario import Scenario
-from slipgrasp.core.scenario.loading import load_scenario, parameter_definitions, with_values
+from slipgrasp.core.scenario.loading import load_scenario, parameter_definitions
 from slipgrasp.core.scenario.space import SPATIAL
 from slipgrasp.server.viewer.server import ViewerServer
 from slipgrasp.web.model.disturbances import push_at
@@ -275,14 +275,6 @@ def test_errors_are_escaped(viewer_server: ViewerServer) -> None:
     error = FieldError(field="title", value=None, limit=None, message="<img src=x>")
     panel.update(replace(view_of(draft), status=RunStatus.refused(ScenarioError([error]))))
     assert "&lt;img" in panel.errors[0]
-    panel.remove()
-
-
-def test_a_scenario_with_lists_has_all_its_controls(viewer_server: ViewerServer) -> None:
-    scenario = with_values(load_scenario("paper-case-1"), {GAIN: [100.0, 90.0, 80.0]})
-    panel, _ = panel_of(viewer_server, scenario)
-    panel.update(view_of(Draft.starting_from("recording", scenario)))
-    assert panel.control(GAIN, 1).value == "100, 90, 80"
     panel.remove()
 
 

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.core.scenario.geometry import joint_points
 from slipgrasp.core.scenario.loading import load_scenario
 from slipgrasp.core.scenario.spatial_geometry import friction_outline
 from slipgrasp.recordings.palette import PHASES
@@ -56,29 +55,6 @@ LOW, HIGH = np.array([0.0, 0.0]), np.array([3.0, 2.0])
 def marks_of(result: RunResult, sample: Sample, index: int, scale: float = 1.0) -> ContactMarks:
     contact = contacts_of(result.scenario)[index]
     return contact_marks(contact, index, states_of(sample), scale, SIZES, FullScale(30.0, 1.0))
-
-
-@pytest.mark.parametrize("time", [0.0, 0.03, 0.08, 2.0, 7.0])
-@pytest.mark.parametrize("index", [0, 1])
-def test_the_fingers_end_where_the_contacts_are_drawn(
-    case_2: RunResult, time: float, index: int
-) -> None:
-    sample, contact = Sampler(case_2.trace).at(time), contacts_of(case_2.scenario)[index]
-    x, y, angle = sample.object_pose
-    rotation = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
-    on_object = contact.anchor + contact.axes @ marks_of(case_2, sample, index).tip
-    end = joint_points(case_2.scenario.fingers[index], sample.joint_positions[index])[-1]
-    np.testing.assert_allclose(np.array([x, y]) + rotation @ on_object[:2], end, atol=1e-4)
-    assert on_object[2] == 0.0
-
-
-def test_a_slipping_contact_has_its_force_on_the_edge_of_its_cone(case_2: RunResult) -> None:
-    sample = Sampler(case_2.trace).at(0.05)
-    for index, contact in enumerate(contacts_of(case_2.scenario)):
-        force = marks_of(case_2, sample, index).force
-        rim = friction_outline(case_2.scenario, 2)
-        edges = cone_edge(contact, float(sample.friction[index]), rim, 0.1)
-        assert min(np.linalg.norm(np.cross(edges, force), axis=1)) < 1e-9
 
 
 def test_the_trail_leads_from_the_first_touch_to_the_fingertip(case_2: RunResult) -> None:

@@ -63,27 +63,6 @@ def test_a_squeeze_at_its_least_is_told_apart_from_the_least() -> None:
     assert float(presses) == pytest.approx(1.001 * float(least), rel=5e-4)
 
 
-def test_slip_by_a_wrong_belief_in_friction_is_explained(case_2: RunResult) -> None:
-    verdict = describe_run(case_2)
-    assert "friction 1.2 where there is 0.25" in " ".join(verdict.sentences)
-    assert "estimates.0.initial below 0.25" in verdict.suggestion
-
-
-@pytest.mark.parametrize(
-    ("preset", "values"),
-    [
-        ("paper-case-1", {"controller.grip_safety": 1.3}),
-        ("paper-case-2", {"estimates.0.initial": 0.2, "estimates.1.initial": 0.2}),
-    ],
-)
-def test_what_is_suggested_helps(
-    preset: str, values: dict[str, float], case_1: RunResult, case_2: RunResult
-) -> None:
-    before = {"paper-case-1": case_1, "paper-case-2": case_2}[preset]
-    after = simulate(with_values(before.scenario, values))
-    assert sum(after.metrics.slip_path) < 0.5 * sum(before.metrics.slip_path)
-
-
 def test_a_dropped_object_comes_with_reason_and_way_out(case_1: RunResult) -> None:
     verdict = describe_run(replace(case_1, outcome=Outcome.SEPARATED, reason=DROPPED))
     assert verdict.tone == "bad"
