@@ -18,6 +18,7 @@ from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.field_errors import single_error
 from slipgrasp.core.study.parameter_range import ParameterRange
 from slipgrasp.core.trace.types import Outcome
+from slipgrasp.core.words.phrases import length_words
 
 DEFAULT_TOLERANCE = 1e-3
 _LEAST_TOLERANCE = 1e-12
@@ -63,6 +64,8 @@ class Margin:
         """Why the object is not held at ``lost_at``, in words."""
         if self.lost.reason is not None:
             return self.lost.reason.message
+        if self.lost.metrics.held:
+            return f"a fingertip slipped {length_words(max(self.lost.metrics.slip_path))}"
         slipping = self.lost.metrics.slipping_at_end
         return "still slipping at the end" if slipping else "only just stopped slipping at the end"
 
@@ -73,6 +76,8 @@ class Margin:
             return "lost"
         if self.outcome is not Outcome.COMPLETED:
             return "not finished"
+        if self.lost.metrics.held:
+            return "slips too far"
         return "still slipping" if self.lost.metrics.slipping_at_end else "not settled"
 
     def to_mapping(self) -> dict[str, Any]:
@@ -131,6 +136,7 @@ def find_margin(
     stop: float,
     *,
     tolerance: float = DEFAULT_TOLERANCE,
+    most_slip: float = math.inf,
     progress: Callable[[float], None] | None = None,
 ) -> Margin:
     """Finds how far a parameter can go before the object is not held any more.
@@ -146,6 +152,7 @@ def find_margin(
         stop: The other end, above or below.
         tolerance: How near the two values are to be, as a share of the range; whole numbers
             end up next to each other at most.
+        most_slip: An object that slips further than this on any fingertip counts as not held [m].
         progress: Called with the share that is done, 0 to 1, after every run.
 
     Raises:
@@ -155,9 +162,12 @@ def find_margin(
     """
     span = ParameterRange.of(scenario, key, start, stop)
     _check_tolerance(tolerance)
+    if not most_slip >= 0.0:
+        message = f"the most slip is {most_slip:g} m; it must be 0 or more"
+        raise single_error("most_slip", most_slip, ">= 0", message)
     values = span.divided(_SCANNED_STEPS)
     halvings = max(0, math.ceil(-math.log2(tolerance * _SCANNED_STEPS)))
-    probe = _Probe(span, len(values) + halvings + 2, progress)
+    probe = _Probe(span, most_slip, len(values) + halvings + 2, progress)
     border, *others = _scan(probe, values)
     held_at, lost_at = _bisect(probe, border, tolerance * span.width)
     return Margin(
@@ -184,14 +194,20 @@ class _Probe:
 
     Args:
         span: The range.
+        most_slip: How far a fingertip of a held object may slip [m].
         planned: How many runs there will be, about.
         progress: Told the share that is done after every run.
     """
 
     def __init__(
-        self, span: ParameterRange, planned: int, progress: Callable[[float], None] | None
+        self,
+        span: ParameterRange,
+        most_slip: float,
+        planned: int,
+        progress: Callable[[float], None] | None,
     ) -> None:
         self.span = span
+        self._most_slip = most_slip
         self.runs = 0
         self._planned = planned
         self._progress = progress
@@ -208,7 +224,8 @@ class _Probe:
         # Closed at once when interrupted: runs that nobody waits for end then.
         with closing(simulate_many(scenarios)) as runs:
             for run in runs:
-                verdicts.append(_known(run.metrics.held, run.scenario))
+                held = _known(run.metrics.held, run.scenario)
+                verdicts.append(held and max(run.metrics.slip_path) <= self._most_slip)
                 self._count_run()
         return verdicts
 

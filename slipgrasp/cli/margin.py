@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -65,6 +66,15 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         "(default: 0.001)",
     )
     parser.add_argument(
+        "--slip",
+        dest="most_slip",
+        metavar="METRES",
+        type=_number,
+        default=math.inf,
+        help="an object that slips further than this on any fingertip counts as not held, "
+        "such as 0.001 (default: any slip that ends is allowed)",
+    )
+    parser.add_argument(
         "--output",
         metavar="DIR",
         type=Path,
@@ -103,6 +113,7 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
                 arguments.start,
                 arguments.stop,
                 tolerance=DEFAULT_TOLERANCE if tolerance is None else tolerance,
+                most_slip=arguments.most_slip,
                 progress=progress.update,
             )
     except MarginError as error:

@@ -214,3 +214,20 @@ def test_abandoned_runs_of_a_batch_are_given_up(monkeypatch):
     # Those that were not begun yet never are.
     assert ended[0] == 1.0 and 1 <= len(ended) <= 3
     assert all(progress < 1.0 for progress in ended[1:])
+
+
+def test_a_gripper_must_squeeze_harder_the_less_it_may_slip():
+    scenario = with_values(load_scenario("gripper-lift"), {"simulation.duration": 1.5})
+    at_rest = 0.4 * 9.81 / (2.0 * 0.35)
+    found = [
+        find_margin(scenario, "controller.grip_force", 25.0, 5.0, most_slip=most)
+        for most in (0.0, 1e-4, 1e-3)
+    ]
+    forces = [margin.held_at for margin in found]
+    assert forces == sorted(forces, reverse=True) and forces[-1] > at_rest
+    for margin, most in zip(found, (0.0, 1e-4, 1e-3), strict=True):
+        slips = [max(run.metrics.slip_path) for run in (margin.held, margin.lost)]
+        assert slips[0] <= most < slips[1]
+        assert margin.beyond == "slips too far" and margin.reason.startswith("a fingertip slipped ")
+    with pytest.raises(ScenarioError, match="the most slip is -1 m"):
+        find_margin(scenario, "controller.grip_force", 25.0, 5.0, most_slip=-1.0)
