@@ -1,4 +1,4 @@
-"""The tutorials: every block is run as it is printed, and prints what the page says."""
+"""Tutorials and answers: every block is run as it is printed, and prints what the page says."""
 
 import contextlib
 import io
@@ -18,7 +18,7 @@ from tests.slipgrasp.test_serving_a_network import free_port
 
 pytestmark = pytest.mark.slow
 
-PAGE = (Path(__file__).parents[2] / "docs" / "tutorials.md").read_text(encoding="utf-8")
+DOCS = Path(__file__).parents[2] / "docs"
 BLOCK = re.compile(r"^```(console|python|text|toml|yaml)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 FILE = re.compile(r"`([a-z]+\.(?:toml|yaml))`[^`]*?:\n")
 PORTS = ("8020", "8786")
@@ -115,8 +115,9 @@ def reader(tmp_path, monkeypatch) -> Iterator[Reader]:
     found.end()
 
 
-def test_what_is_printed_is_what_the_page_says(reader):
-    page = PAGE
+@pytest.mark.parametrize("name", ["tutorials", "answers"])
+def test_what_is_printed_is_what_the_page_says(reader, name):
+    page = (DOCS / f"{name}.md").read_text(encoding="utf-8")
     for port in PORTS:
         page = page.replace(port, str(free_port()))
     for step in steps(page):
