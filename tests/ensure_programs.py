@@ -29,6 +29,7 @@ FLAGS = (
     "--use-angle=swiftshader",
     "--enable-unsafe-swiftshader",
     "--ignore-gpu-blocklist",
+    "--disable-gpu-compositing",
     "--disable-dev-shm-usage",
     "--hide-scrollbars",
 )

@@ -61,9 +61,8 @@ def test_nothing_is_fetched_from_elsewhere(site):
 
 
 @pytest.mark.browser
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_pages_fit_a_phone_and_the_search_finds(site, browser, scheme):
-    context = browser.new_context(viewport={"width": 360, "height": 740}, color_scheme=scheme)
+def test_pages_fit_a_phone_and_the_search_finds(site, browser):
+    context = browser.new_context(viewport={"width": 360, "height": 740})
     page = context.new_page()
     try:
         page.goto((site / "docs/site/index.html").as_uri())

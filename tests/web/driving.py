@@ -70,17 +70,22 @@ def told(page: Page) -> dict[str, Any]:
     return json.loads(text or "{}")
 
 
+def choose_scenario(page: Page, preset: str) -> None:
+    page.get_by_role("combobox", name="scenario", exact=True).click()
+    page.locator("[role=option]:visible").filter(has_text=preset).first.click()
+
+
 def choose_case_2(page: Page) -> None:
     """Chooses the paper's case II, in which the slip is long, and waits for its run."""
-    page.get_by_role("combobox", name="scenario", exact=True).click()
-    page.locator("[role=option]:visible").filter(has_text="paper-case-2").first.click()
+    choose_scenario(page, "paper-case-2")
     page.get_by_text("47.2 mm left").wait_for()
 
 
 def pause(page: Page) -> None:
     button = page.get_by_role("button", name="Pause", exact=True)
     if button.count():
-        button.click()
+        # Not by the mouse, which waits until a page that draws all the time rests.
+        button.dispatch_event("click")
     page.get_by_role("button", name="Play", exact=True).wait_for()
 
 

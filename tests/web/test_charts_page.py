@@ -1,18 +1,26 @@
-"""Charts and exports in a real Chromium."""
+"""Charts, exports and a spatial hand in a real Chromium."""
 
 from __future__ import annotations
 
 import io
+import re
 from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 from PIL import Image
-from playwright.sync_api import Page, Position
+from playwright.sync_api import Page, Position, expect
 
 from tests.waiting import wait_until
-from tests.web.driving import SLIP_CHART, choose_case_2, pause_at, told
+from tests.web.driving import (
+    SLIP_CHART,
+    choose_case_2,
+    choose_scenario,
+    pause_at,
+    set_number,
+    told,
+)
 
 pytestmark = pytest.mark.browser
 
@@ -106,3 +114,40 @@ def test_picture_charts_and_clip_arrive_as_files(page: Page, tmp_path: Path) -> 
     assert ElementTree.fromstring(drawing).tag.endswith("svg")
     assert b"<title>paper-case-2 \xe2\x80\x93 Held" in replay
     page.get_by_text("is in your downloads").wait_for()
+
+
+def coloured(page: Page) -> tuple[int, int]:
+    """Orange and blue pixels in the middle of the page, above the strip."""
+    shot = np.asarray(Image.open(io.BytesIO(page.screenshot())).convert("RGB"), dtype=int)
+    height, width = shot.shape[:2]
+    red, green, blue = np.moveaxis(
+        shot[: int(0.6 * height), int(0.3 * width) : int(0.7 * width)], 2, 0
+    )
+    orange = (red - green > 60) & (green - blue > 20)
+    return int(orange.sum()), int(((blue - red > 60) & (green > red)).sum())
+
+
+@pytest.mark.filterwarnings("ignore:Queued a .* on a closed connection")
+def test_a_prism_in_space_slips_in_the_picture_and_follows_a_knob(page: Page) -> None:
+    choose_scenario(page, "spatial-prism")
+    verdict = page.locator(".sg-outcome")
+    expect(verdict).to_contain_text("All fingertips slipped")
+    expect(page.locator(".sg-names")).to_contain_text("side 2")
+    legend = page.locator(".sg-legend")
+    expect(legend).to_contain_text(re.compile(r"slips(?! forward)"))
+    expect(legend).not_to_contain_text("slips backward")
+    pause_at(page, 0.06)
+    expect(page.locator(".sg-clock")).to_contain_text("60.0 ms")
+    page.wait_for_timeout(1000)
+    slipping = coloured(page)
+    pause_at(page, 0.12)
+    page.wait_for_timeout(1000)
+    sticking = coloured(page)
+    # Rims and fingertips change from orange to blue, whatever else is on the page.
+    assert slipping[0] > sticking[0] + 1000
+    assert sticking[1] > slipping[1] + 800
+    before = verdict.inner_text()
+    set_number(page, "mass [kg]", "1.2")
+    expect(verdict).not_to_have_text(before)
+    page.get_by_role("button", name="push", exact=True).click()
+    page.locator(".sg-editor-note", has_text="push (0, 0, -5) N").wait_for()

@@ -1,4 +1,4 @@
-"""Keys and names of the controls in a real Chromium."""
+"""Keys and names of the controls in a real Chromium, on one page: each test leaves it as it was."""
 
 from __future__ import annotations
 
@@ -7,8 +7,12 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from tests.waiting import wait_until
+<<<<<<< HEAD
 from tests.web.conftest import Visitors
 from tests.web.driving import choose_case_2, control, number_field, pause_at, picture, told
+=======
+from tests.web.driving import choose_case_2, knob, number_field, pause_at, picture, told
+>>>>>>> tests
 
 pytestmark = [
     pytest.mark.browser,
@@ -37,8 +41,7 @@ def is_playing(page: Page) -> bool:
     return told(page)["playing"]
 
 
-def test_what_is_done_before_the_session_is_known_is_not_lost(visitors: Visitors) -> None:
-    page = visitors.open()
+def test_what_is_done_before_the_session_is_known_is_not_lost(page: Page) -> None:
     page.get_by_role("button", name="Play", exact=True).click()
     page.get_by_role("button", name="Pause", exact=True).wait_for()
     assert page.evaluate(BEFORE_THE_SESSION_IS_KNOWN) == ""
@@ -47,9 +50,8 @@ def test_what_is_done_before_the_session_is_known_is_not_lost(visitors: Visitors
 
 
 def test_space_plays_after_a_click_and_presses_the_button_that_the_keyboard_has_reached(
-    visitors: Visitors,
+    page: Page,
 ) -> None:
-    page = visitors.open()
     pushes = page.get_by_role("button", name="Take this back", exact=True)
     push = page.get_by_role("button", name="push", exact=True)
     pause_at(page, 0.08)
@@ -65,10 +67,13 @@ def test_space_plays_after_a_click_and_presses_the_button_that_the_keyboard_has_
     page.keyboard.press("Space")
     expect(pushes).to_have_count(2)
     assert not is_playing(page)
+    page.evaluate("document.activeElement.blur()")
+    for _ in range(2):
+        page.keyboard.press("Control+z")
+    expect(pushes).to_have_count(0)
 
 
-def test_space_plays_after_a_scenario_was_chosen(visitors: Visitors) -> None:
-    page = visitors.open()
+def test_space_plays_after_a_scenario_was_chosen(page: Page) -> None:
     choose_case_2(page)
     expect(page.get_by_role("combobox", name="scenario", exact=True)).to_be_focused()
     was_playing = is_playing(page)
@@ -77,10 +82,14 @@ def test_space_plays_after_a_scenario_was_chosen(visitors: Visitors) -> None:
 
 
 def test_a_lecture_has_one_chart_in_large_type_and_work_at_a_desk_comes_back(
-    visitors: Visitors,
+    page: Page,
 ) -> None:
+<<<<<<< HEAD
     page = visitors.open()
     charts, controls = page.locator(".uplot:visible"), page.get_by_label("scenario", exact=True)
+=======
+    charts, knobs = page.locator(".uplot:visible"), page.get_by_label("scenario", exact=True)
+>>>>>>> tests
     at_a_desk = charts.count()
     strip = page.locator(".sg-strip")
     size = "strip => parseFloat(getComputedStyle(strip).fontSize)"
@@ -102,8 +111,12 @@ def test_a_lecture_has_one_chart_in_large_type_and_work_at_a_desk_comes_back(
     wait_until(fits, "the strip does not fit below the picture any more")
 
 
+<<<<<<< HEAD
 def test_arrows_on_a_control_leave_the_camera_where_it_is(visitors: Visitors) -> None:
     page = visitors.open()
+=======
+def test_arrows_on_a_knob_leave_the_camera_where_it_is(page: Page) -> None:
+>>>>>>> tests
     choose_case_2(page)
     pause_at(page, 0.08)
     friction = control(page, "left friction")
@@ -114,16 +127,14 @@ def test_arrows_on_a_control_leave_the_camera_where_it_is(visitors: Visitors) ->
     assert np.array_equal(picture(page), before)
 
 
-def test_every_control_has_a_name_and_the_tab_is_ours(visitors: Visitors) -> None:
-    page = visitors.open()
+def test_every_control_has_a_name_and_the_tab_is_ours(page: Page) -> None:
     wait_until(lambda: page.evaluate(NAMELESS) == [], "controls without a name")
     masses = page.get_by_role("slider", name="link mass 1 [kg], Left finger", exact=True)
     expect(masses).to_have_count(1)
     expect(page).to_have_title("slipgrasp")
 
 
-def test_a_number_that_was_emptied_comes_back_when_its_field_is_left(visitors: Visitors) -> None:
-    page = visitors.open()
+def test_a_number_that_was_emptied_comes_back_when_its_field_is_left(page: Page) -> None:
     field = number_field(page, "mass [kg]")
     field.click()
     field.press("Control+a")

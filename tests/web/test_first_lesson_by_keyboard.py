@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 from playwright.sync_api import Locator, Page, expect
 
@@ -31,6 +33,11 @@ def test_the_first_lesson_by_keyboard(visitors: Visitors) -> None:
     tab_to(page, welcome)
     page.keyboard.press("Enter")
     expect(welcome).to_be_hidden()
+    squeeze = page.get_by_text(re.compile("At the end the (left|right) fingertip presses with"))
+    expect(squeeze).to_be_hidden()
+    tab_to(page, page.locator("summary", has_text="Squeeze, forces, margins, tracking"))
+    page.keyboard.press("Enter")
+    expect(squeeze).to_contain_text("23.7 N")
 
     # The second stop of the tour, in which the slip is long.
     page.keyboard.press("t")
@@ -38,6 +45,8 @@ def test_the_first_lesson_by_keyboard(visitors: Visitors) -> None:
     page.keyboard.press("Enter")
     expect(card).to_contain_text("47.2 mm left")
     page.keyboard.press("t")
+    expect(squeeze).not_to_contain_text("23.7 N")
+    expect(squeeze).to_be_visible()  # What is unfolded stays so.
 
     # Which fingertip slips, and until when: the events, one after the other.
     page.keyboard.press("Home")
@@ -81,3 +90,7 @@ def test_the_first_lesson_by_keyboard(visitors: Visitors) -> None:
     expect(keys).to_be_visible()
     page.keyboard.press("Escape")
     expect(keys).to_be_hidden()
+
+    page.reload()
+    expect(page.locator(".sg-verdict")).to_be_visible()
+    expect(welcome).to_be_hidden()

@@ -14,7 +14,16 @@ from slipgrasp.core.scenario.loading import load_scenario, scenario_from_toml, s
 from slipgrasp.recordings.store.store import RecordingStore
 from tests.server.serving import RunningServer
 from tests.waiting import wait_until
-from tests.web.driving import number_field, pause, pause_at, picture, set_number, slip_at_end
+from tests.web.driving import (
+    choose_case_2,
+    choose_scenario,
+    number_field,
+    pause,
+    pause_at,
+    picture,
+    set_number,
+    slip_at_end,
+)
 
 pytestmark = [
     pytest.mark.browser,
@@ -26,12 +35,14 @@ MASS, INERTIA = "mass [kg]", "inertia [kg m²]"
 
 
 @pytest.fixture(autouse=True)
-def first_scenario(page: Page, dashboard: RunningServer) -> None:
+def first_scenario(page: Page) -> None:
     """Every test begins with the scenario that a newcomer sees, whichever ran before."""
-    page.goto(f"{dashboard.url}/?fixedDpr=0.3")
-    page.locator(".sg-transport").wait_for()
+    choose_case_2(page)
+    choose_scenario(page, "paper-case-1")
+    page.get_by_text("2.59 mm left").wait_for()
     pause(page)
     page.get_by_text("Saved as").wait_for()
+    leave_field(page)
 
 
 def shows(page: Page, label: str, value: str) -> None:
