@@ -128,7 +128,7 @@ def coloured(page: Page) -> tuple[int, int]:
 
 
 @pytest.mark.filterwarnings("ignore:Queued a .* on a closed connection")
-def test_a_prism_in_space_slips_in_the_picture_and_follows_a_knob(page: Page) -> None:
+def test_a_prism_in_space_slips_in_the_picture_and_follows_a_control(page: Page) -> None:
     choose_scenario(page, "spatial-prism")
     verdict = page.locator(".sg-outcome")
     expect(verdict).to_contain_text("All fingertips slipped")

@@ -7,12 +7,7 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from tests.waiting import wait_until
-<<<<<<< HEAD
-from tests.web.conftest import Visitors
 from tests.web.driving import choose_case_2, control, number_field, pause_at, picture, told
-=======
-from tests.web.driving import choose_case_2, knob, number_field, pause_at, picture, told
->>>>>>> tests
 
 pytestmark = [
     pytest.mark.browser,
@@ -84,12 +79,7 @@ def test_space_plays_after_a_scenario_was_chosen(page: Page) -> None:
 def test_a_lecture_has_one_chart_in_large_type_and_work_at_a_desk_comes_back(
     page: Page,
 ) -> None:
-<<<<<<< HEAD
-    page = visitors.open()
     charts, controls = page.locator(".uplot:visible"), page.get_by_label("scenario", exact=True)
-=======
-    charts, knobs = page.locator(".uplot:visible"), page.get_by_label("scenario", exact=True)
->>>>>>> tests
     at_a_desk = charts.count()
     strip = page.locator(".sg-strip")
     size = "strip => parseFloat(getComputedStyle(strip).fontSize)"
@@ -111,12 +101,7 @@ def test_a_lecture_has_one_chart_in_large_type_and_work_at_a_desk_comes_back(
     wait_until(fits, "the strip does not fit below the picture any more")
 
 
-<<<<<<< HEAD
-def test_arrows_on_a_control_leave_the_camera_where_it_is(visitors: Visitors) -> None:
-    page = visitors.open()
-=======
-def test_arrows_on_a_knob_leave_the_camera_where_it_is(page: Page) -> None:
->>>>>>> tests
+def test_arrows_on_a_control_leave_the_camera_where_it_is(page: Page) -> None:
     choose_case_2(page)
     pause_at(page, 0.08)
     friction = control(page, "left friction")
