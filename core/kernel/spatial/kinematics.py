@@ -167,6 +167,36 @@ def joint_position(hand: Record, kin: Record, i: int, joint: int) -> float:
 
 
 @compiled
+def tip_turning(
+    hand: Record, kin: Record, i: int
+) -> tuple[float, float, float, float, float, float]:
+    """Angular velocity of fingertip ``i`` [rad/s], and J_omega' q' [rad/s^2], world axes.
+
+    A finger of links turns about z with its yaw and about u x z with its pitches,
+    u = (cos q1, sin q1, 0); one on slides does not turn.
+    """
+    if hand.on_slides[i] == 1:
+        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    cosine, sine = kin.yaws[i, 0], kin.yaws[i, 1]
+    yaw, pitch = kin.rates[i, 0], kin.rates[i, 1] + kin.rates[i, 2]
+    return pitch * sine, -pitch * cosine, yaw, yaw * pitch * cosine, yaw * pitch * sine, 0.0
+
+
+@compiled
+def moment_at_tip(
+    hand: Record, kin: Record, i: int, x: float, y: float, z: float
+) -> tuple[float, float, float]:
+    """J^-T J_omega^T times a moment: the tip force that the joints feel as they feel the moment."""
+    if hand.on_slides[i] == 1:
+        return 0.0, 0.0, 0.0
+    cosine, sine = kin.yaws[i, 0], kin.yaws[i, 1]
+    across, pitch = z / kin.reaches[i, 0], sine * x - cosine * y
+    outwards = (kin.inverses[i, 0, 0] + kin.inverses[i, 1, 0]) * pitch
+    upwards = (kin.inverses[i, 0, 1] + kin.inverses[i, 1, 1]) * pitch
+    return cosine * outwards - sine * across, sine * outwards + cosine * across, upwards
+
+
+@compiled
 def torques_to_forces(hand: Record, kin: Record, torques: Floats, forces: Floats) -> None:
     """U = J^-T tau for every finger, ``(n, 3)`` to ``(n, 3)``."""
     for i in range(hand.num_fingers):

@@ -22,6 +22,7 @@ from slipgrasp.core.scenario.validation.control import (
 from slipgrasp.core.scenario.validation.hand import check_faces, check_start_pose
 from slipgrasp.core.scenario.validation.hands import check_computed
 from slipgrasp.core.scenario.validation.outline import check_outline
+from slipgrasp.core.scenario.validation.pads import check_pads
 from slipgrasp.core.scenario.validation.space import (
     check_body,
     check_sampled_only,
@@ -71,6 +72,7 @@ _SPATIAL_CHECKS = (
     check_normal_forces,
     check_latency,
     check_sampled_only,
+    check_pads,
     check_times,
     check_static_friction,
     check_patches,
