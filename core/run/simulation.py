@@ -121,7 +121,9 @@ class Simulation:
         self._law, self._identity = None, None
         unknowns = tuple(e.parameter for e in scenario.estimates)
         count = len(scenario.fingers)
-        self.shape = TraceShape(count, unknowns, diagnostics, scenario.space, scenario.slides)
+        self.shape = TraceShape(
+            count, unknowns, diagnostics, scenario.space, scenario.sliding_joints
+        )
         self._size = count, len(unknowns)
         self._engine = make_engine(scenario, keeps_rows=self._keeps_trace)
         # The kernel sets them again as it begins; a run may end before that.

@@ -24,6 +24,7 @@ from slipgrasp.core.scenario.validation.hands import check_computed
 from slipgrasp.core.scenario.validation.outline import check_outline
 from slipgrasp.core.scenario.validation.space import (
     check_body,
+    check_chain_laws,
     check_sampled_only,
     check_spatial_contacts,
 )
@@ -70,6 +71,7 @@ _SPATIAL_CHECKS = (
     check_control,
     check_normal_forces,
     check_latency,
+    check_chain_laws,
     check_sampled_only,
     check_times,
     check_static_friction,
