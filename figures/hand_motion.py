@@ -28,6 +28,7 @@ _AZIMUTHS = np.radians(np.arange(-180.0, 180.0, 5.0))
 _FRONT = np.array([(1.0, 0.0, 0.0), (0.0, 0.0, 1.0)]).T
 _CONE_CORNERS = 24
 _LEAST_DEPTH = 1e-9
+_MOST_LINKS = 3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -39,7 +40,7 @@ class HandMotion:
         corners: Outline of the object, shape ``(times, corners, 2)``.
         desired: Outline of the object in its desired pose, likewise.
         edges: Edges of the object, shape ``(times, edges, 2, 2)``.
-        joints: Base, elbow and tip of each finger, shape ``(times, fingers, 3, 2)``.
+        joints: Base, joints and tip of each finger, shape ``(times, fingers, points, 2)``.
         normals: Unit vectors into the object, shape ``(times, contacts, 2)``.
         cones: Outlines of friction cones of height 1, from their tips, ``(times, contacts, k, 2)``.
         forces: Forces on the object, shape ``(times, contacts, 2)`` [N].
@@ -104,14 +105,16 @@ def _corners(scenario: Scenario, position: Values, turn: Values) -> Values:
 
 
 def _joints(scenario: Scenario, poses: dict[str, tuple[Values, Values]]) -> Values:
-    """Starts of the links and the tip of each finger, ``(times, fingers, 3, 3)``."""
-    chains = [
-        [
-            *(skeleton.link_frame(i, k) for k in range(len(finger.link_lengths))),
-            skeleton.tip_frame(i),
-        ]
-        for i, finger in enumerate(scenario.fingers)
-    ]
+    """Starts of the links and the tip of each finger, ``(times, fingers, points, 3)``.
+
+    Where another finger has more links, the first point of a finger is repeated.
+    """
+    chains = []
+    for i in range(len(scenario.fingers)):
+        links = [name for k in range(_MOST_LINKS) if (name := skeleton.link_frame(i, k)) in poses]
+        chains.append([*links, skeleton.tip_frame(i)])
+    most = max(map(len, chains))
+    chains = [chain[:1] * (most - len(chain)) + chain for chain in chains]
     return np.stack(
         [np.stack([poses[name][0] for name in chain], axis=1) for chain in chains], axis=1
     )

@@ -175,9 +175,10 @@ def torque_panel(result: RunResult, finger: int, colours: Sequence[Rgb]) -> Pane
         )
         for joint, colour in enumerate(colours, first)
     ]
-    on_slides = finger in result.scenario.slides
-    what, unit = ("forces on the slides", "N") if on_slides else ("joint torques", "N m")
-    label = rf"$\tau$ [{unit}]"
+    slides = result.trace.shape.slides
+    units = dict.fromkeys("N" if k in slides else "N m" for k in range(first, first + len(colours)))
+    what = "forces on the slides" if "N m" not in units else "joint torques"
+    label = rf"$\tau$ [{', '.join(units)}]"
     return Panel(
         title=f"{what} of the {result.scenario.finger_names[finger]} finger",
         plots=(Plot(label=label, curves=tuple(torques), least_span=0.01, with_zero=True),),

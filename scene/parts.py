@@ -12,7 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.chain import chain_length
 from slipgrasp.core.scenario.geometry import inner_radius, outline
+from slipgrasp.core.scenario.spatial import SpatialFinger
 from slipgrasp.core.scenario.spatial_geometry import friction_outline
 from slipgrasp.core.trace.types import ContactPhase
 from slipgrasp.scene import skeleton
@@ -165,8 +167,11 @@ def sizes_of(scenario: Scenario) -> Sizes:
 
 def _lengths(scenario: Scenario, i: int) -> tuple[float, ...]:
     """How long the links of a finger are, or how far its tip is from the zero of its slides."""
+    finger = scenario.fingers[i]
     if i in scenario.slides:
         return (float(np.linalg.norm(skeleton.tip_at_start(scenario, i))),)
+    if isinstance(finger, SpatialFinger) and finger.kind == "chain":
+        return (0.5 * chain_length(finger.joints, finger.tip),)
     return scenario.fingers[i].link_lengths
 
 
@@ -189,8 +194,11 @@ def entities_of(scenario: Scenario) -> list[Entity]:
         Entity(skeleton.DESIRED, skeleton.DESIRED, (desired,)),
     ]
     for i, contact in enumerate(skeleton.contacts_of(scenario)):
+        finger = scenario.fingers[i]
         if contact.on_slides:
             entities += _slides(i, scenario, sizes, contact)
+        elif isinstance(finger, SpatialFinger) and finger.kind == "chain":
+            entities += _chain(i, finger, sizes)
         else:
             entities += _finger(i, scenario, sizes, contact.inward)
         name = skeleton.contact_name(i)
@@ -258,6 +266,25 @@ def _finger(i: int, scenario: Scenario, sizes: Sizes, up: Values) -> Iterator[En
         )
         yield Entity(skeleton.link_frame(i, k), skeleton.link_frame(i, k), (link, pin))
         radius = end
+
+
+def _chain(i: int, finger: SpatialFinger, sizes: Sizes) -> Iterator[Entity]:
+    """A bar along every link to the joint after it, or to the tip, and the axle of its joint."""
+    radius = sizes.link_radius
+    for k, joint in enumerate(finger.joints):
+        is_last = k == len(finger.joints) - 1
+        along = np.array(finger.tip if is_last else finger.joints[k + 1].place)
+        length = float(np.linalg.norm(along))
+        axis = np.array(joint.axis) / np.linalg.norm(joint.axis)
+        thick = 0.7 * radius
+        shapes = [Rod(Role.JOINT, -1.2 * radius * axis, 1.2 * radius * axis, (thick, thick))]
+        end = min(_TAPER * radius, 0.95 * sizes.tip_radius) if is_last else _TAPER * radius
+        if length > 0.0:
+            reach = max(length - sizes.tip_radius, 0.5 * length) if is_last else length
+            bar = Rod(Role.LINK, 0.0 * along, reach / length * along, (radius, end), rounded=True)
+            shapes.append(bar)
+        yield Entity(skeleton.link_frame(i, k), skeleton.link_frame(i, k), tuple(shapes))
+        radius = end if length > 0.0 else radius
 
 
 def _slides(i: int, scenario: Scenario, sizes: Sizes, contact: Contact) -> Iterator[Entity]:

@@ -5,6 +5,7 @@
                             → finger_i/base → finger_i/link_0 → finger_i/link_1 → finger_i/tip
     spatial:  world → object, desired and fingers, with finger_i/yaw between base and link_0
     slides:   finger_i/base → finger_i/link_0 → finger_i/link_1 → finger_i/tip
+    chain:    finger_i/base → finger_i/link_0 → finger_i/link_1 → finger_i/link_2 → finger_i/tip
 
 `world` has z up. `plane` is the model's plane (docs/model.md), upright in the world: its x and y
 are x and z of the world, its z points to the viewer. A link lies along x of its frame; planar
@@ -26,7 +27,7 @@ from numpy.typing import NDArray
 
 from slipgrasp.core.scenario import PLANAR, SPATIAL, Scenario
 from slipgrasp.core.scenario.geometry import contact_frame, planar_tip_at_start
-from slipgrasp.core.scenario.spatial import SpatialScenario
+from slipgrasp.core.scenario.spatial import SpatialFinger, SpatialScenario
 from slipgrasp.core.scenario.spatial_geometry import spatial_contact
 from slipgrasp.core.scenario.spatial_geometry import tip_at_start as spatial_tip_at_start
 from slipgrasp.scene import rotations
@@ -166,6 +167,9 @@ def _touched(contact: Contact, i: int, states: States) -> Values:
 def _finger(scenario: Scenario, root: str, i: int) -> Iterator[Frame]:
     """Base, joints and tip: every link turns about the end of the one before."""
     finger = scenario.fingers[i]
+    if finger.kind == "chain":
+        yield from _chain(finger, root, i)
+        return
     base = (*finger.base, 0.0)[:3]
     yield Frame(base_frame(i), root, base)
     if finger.kind == "slides":
@@ -183,6 +187,34 @@ def _finger(scenario: Scenario, root: str, i: int) -> Iterator[Frame]:
         yield Frame(name, parent, (x, 0.0, 0.0), partial(_turned, i, joint, axis))
         parent = name
     yield Frame(tip_frame(i), parent, (finger.link_lengths[-1], 0.0, 0.0))
+
+
+def _chain(finger: SpatialFinger, root: str, i: int) -> Iterator[Frame]:
+    """Base, links, each turned about or shifted along the axis of its joint, and tip of a chain."""
+    parent = base_frame(i)
+    yield Frame(parent, root, finger.base, tuple(_unit(finger.attitude).tolist()))
+    for k, joint in enumerate(finger.joints):
+        turn, axis, name = _unit(joint.attitude), _unit(joint.axis), link_frame(i, k)
+        if joint.kind == "prismatic":
+            along = rotations.matrices(turn) @ axis
+            place = partial(_shifted, i, k, np.array(joint.place), along)
+            yield Frame(name, parent, place, tuple(turn.tolist()))
+        else:
+            yield Frame(name, parent, joint.place, partial(_swung, i, k, turn, axis))
+        parent = name
+    yield Frame(tip_frame(i), parent, finger.tip)
+
+
+def _unit(vector: tuple[float, ...]) -> Values:
+    return np.array(vector) / np.linalg.norm(vector)
+
+
+def _shifted(finger: int, joint: int, place: Values, along: Values, states: States) -> Values:
+    return place + states.joint_positions[:, finger, joint, None] * along
+
+
+def _swung(finger: int, joint: int, turn: Values, axis: Values, states: States) -> Values:
+    return rotations.product(turn, _turned(finger, joint, axis, states))
 
 
 def tip_at_start(scenario: Scenario, i: int) -> Values:

@@ -93,7 +93,7 @@ class Need:
             tuple(estimate.parameter for estimate in scenario.estimates),
             diagnostics_of(scenario),
             scenario.space,
-            scenario.slides,
+            scenario.sliding_joints,
             scenario.has_soft_fingers,
         )
         size = RecordingSize(shape, round(samples) + SPARE_SAMPLES, round(ticks))

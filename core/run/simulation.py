@@ -126,7 +126,7 @@ class Simulation:
             unknowns,
             diagnostics,
             scenario.space,
-            scenario.slides,
+            scenario.sliding_joints,
             scenario.has_soft_fingers,
         )
         self._size = count, len(unknowns)

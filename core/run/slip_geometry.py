@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from slipgrasp.core.scenario.space import SPATIAL
 from slipgrasp.core.scenario.spatial import SpatialFinger, SpatialScenario
-from slipgrasp.core.scenario.spatial_geometry import spatial_contact
+from slipgrasp.core.scenario.spatial_geometry import spatial_contact, spatial_joint_points
 from slipgrasp.core.trace.trace import Trace
 
 Floats = NDArray[np.float64]
@@ -43,6 +43,8 @@ def _tip(finger: SpatialFinger, angles: Floats) -> Floats:
     """Fingertip of joint positions (yaw and two pitches, or slides), shape ``(samples, 3)`` [m]."""
     if finger.kind == "slides":
         return np.array(finger.base) + angles
+    if finger.kind == "chain":
+        return spatial_joint_points(finger, angles)[:, -1]
     yaw, shoulder = angles[:, 0], angles[:, 1]
     elbow = shoulder + angles[:, 2]
     upper, lower = finger.link_lengths

@@ -96,7 +96,8 @@ class _Values:
 
 def _length_keys(scenario: Scenario, finger: int) -> tuple[str, ...]:
     """Dotted keys of the lengths of the links of a finger."""
-    count = 0 if finger in scenario.slides else len(scenario.fingers[finger].link_lengths)
+    has_links = scenario.fingers[finger].kind == "links"
+    count = len(scenario.fingers[finger].link_lengths) if has_links else 0
     return tuple(f"fingers.{finger}.link_lengths.{link}" for link in range(count))
 
 

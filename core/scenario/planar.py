@@ -69,6 +69,12 @@ class PlanarScenario:
         return tuple(i for i, finger in enumerate(self.fingers) if finger.kind == "slides")
 
     @property
+    def sliding_joints(self) -> tuple[int, ...]:
+        """Which joints slide, counted through all fingers."""
+        count = PLANAR.joints_per_finger
+        return tuple(count * i + k for i in self.slides for k in range(count))
+
+    @property
     def friction_cone(self) -> FrictionCone:
         """What bounds the friction of a contact along its only tangent."""
         return "line"

@@ -12,6 +12,8 @@ from typing import Annotated, Any, Literal
 from annotated_types import Ge, Le, Len
 from pydantic.dataclasses import dataclass
 
+from slipgrasp.core.scenario.chain import NUM_JOINTS, Attitude, ChainJoint
+from slipgrasp.core.scenario.chain import Angle as JointPosition
 from slipgrasp.core.scenario.common import (
     Changes,
     Estimates,
@@ -26,7 +28,6 @@ from slipgrasp.core.scenario.common import (
 from slipgrasp.core.scenario.controller import Estimate, SpatialController
 from slipgrasp.core.scenario.field_types import CONFIG, Coordinate
 from slipgrasp.core.scenario.finger import (
-    FingerKind,
     Friction,
     JointDamping,
     JointFriction,
@@ -147,11 +148,38 @@ class SpatialObject:
 class SpatialFinger:
     """A finger whose base turns about a vertical axis, with two links that move in its plane.
 
-    Or a tip on three slides.
+    Or a tip on three slides, or at the end of a chain of three joints.
     """
 
-    kind: FingerKind = "links"
+    kind: Annotated[
+        Literal["links", "slides", "chain"],
+        Quantity(
+            "What carries the tip: links (a yaw axis and two links), slides (one along each axis, "
+            "with one moving mass; joint positions in m and torques in N are those of the slides) "
+            "or chain (three joints of any places and axes)."
+        ),
+    ] = "links"
     mass: SlidesMass = 0.1
+    joints: Annotated[
+        tuple[ChainJoint, ...],
+        Len(0, NUM_JOINTS),
+    ] = ()
+    tip: Annotated[
+        tuple[Coordinate, Coordinate, Coordinate],
+        Quantity("tip in the frame of the last link.", "m", used_by=("chain",)),
+    ] = (0.0, 0.0, 0.0)
+    attitude: Annotated[
+        Attitude,
+        Quantity("quaternion (w, x, y, z) of the base.", "1", used_by=("chain",)),
+    ] = (1.0, 0.0, 0.0, 0.0)
+    posture: Annotated[
+        tuple[JointPosition, JointPosition, JointPosition],
+        Quantity(
+            "joint positions near those at the start, in rad, of slides in m.",
+            "rad",
+            used_by=("chain",),
+        ),
+    ] = (0.0, 0.0, 0.0)
     link_masses: LinkMasses = (1.0, 1.0)
     link_lengths: LinkLengths = (
         1.0,
@@ -384,6 +412,18 @@ class SpatialScenario:
         return tuple(i for i, finger in enumerate(self.fingers) if finger.kind == "slides")
 
     @property
+    def sliding_joints(self) -> tuple[int, ...]:
+        """Which joints slide, counted through all fingers."""
+        count = SPATIAL.joints_per_finger
+        return tuple(
+            count * i + k
+            for i, finger in enumerate(self.fingers)
+            for k in range(count)
+            if finger.kind == "slides"
+            or (finger.kind == "chain" and finger.joints[k].kind == "prismatic")
+        )
+
+    @property
     def friction_cone(self) -> FrictionCone:
         """What bounds the friction of a contact along its two tangents."""
         return self.simulation.friction
@@ -397,7 +437,7 @@ def full_spatial_scenario() -> SpatialScenario:
     """A scenario with an entry in every list; it could not be simulated."""
     return SpatialScenario(
         object=SpatialObject(inertias=(0.01, 0.01, 0.01), height=0.1, corners=((0.0, 0.0),)),
-        fingers=(SpatialFinger(base=(0.0, 0.0, 0.0), face="side-0"),) * 2,
+        fingers=(SpatialFinger(base=(0.0, 0.0, 0.0), face="side-0", joints=(ChainJoint(),)),) * 2,
         trajectory=SpatialTrajectory(
             set_points=(
                 SpatialSetPoint(time=0.0, duration=1.0, pose=(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)),

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.chain import chain_points, chain_positions
 from slipgrasp.core.scenario.geometry import Point, base_corners, slide_points
 from slipgrasp.core.scenario.spatial import SpatialFinger, SpatialObject, SpatialScenario
 
@@ -167,6 +168,8 @@ def joint_angles(finger: SpatialFinger, tips: Floats) -> Floats:
     """
     if finger.kind == "slides":
         return np.asarray(tips) - np.asarray(finger.base)
+    if finger.kind == "chain":
+        return _chain_angles(finger, np.asarray(tips) - np.asarray(finger.base))
     dx, dy, dz = np.moveaxis(np.asarray(tips) - np.asarray(finger.base), -1, 0)
     radius, (first, second) = np.hypot(dx, dy), finger.link_lengths
     cosine = (radius**2 + dz**2 - first**2 - second**2) / (2.0 * first * second)
@@ -177,8 +180,21 @@ def joint_angles(finger: SpatialFinger, tips: Floats) -> Floats:
     return np.stack([np.arctan2(dy, dx), pitch, bend], axis=-1)
 
 
+def _chain_angles(finger: SpatialFinger, targets: Floats) -> Floats:
+    """The same of a chain, one tip after the other, each from the joints of the one before."""
+    found, seed = [], finger.posture
+    for target in targets.reshape(-1, 3):
+        chain = finger.attitude, finger.joints, finger.tip
+        positions = chain_positions(*chain, target.tolist(), seed)
+        found.append(np.full(3, np.nan) if positions is None else positions)
+        seed = finger.posture if positions is None else tuple(positions.tolist())
+    return np.reshape(found, targets.shape)
+
+
 def spatial_joint_points(finger: SpatialFinger, joint_positions: Floats) -> Floats:
     """Where base, elbow and tip of a finger stand, shape ``(..., 3, 3)``: point, axis [m].
+
+    Of a chain the starts of its three links, and the tip, ``(..., 4, 3)``.
 
     Args:
         finger: Base and link lengths.
@@ -187,6 +203,9 @@ def spatial_joint_points(finger: SpatialFinger, joint_positions: Floats) -> Floa
     """
     if finger.kind == "slides":
         return slide_points(finger.base, joint_positions)
+    if finger.kind == "chain":
+        points, _ = chain_points(finger.attitude, finger.joints, finger.tip, joint_positions)
+        return np.asarray(finger.base) + points
     angles = np.asarray(joint_positions)
     yaw, pitches = angles[..., :1], np.cumsum(angles[..., 1:], axis=-1)
     across, up = np.cos(pitches), np.sin(pitches)

@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping
 from typing import Literal, NamedTuple
 
-from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario import Scenario, SpatialScenario
 
 
 class Unknown(NamedTuple):
@@ -51,6 +51,9 @@ def mass_keys(scenario: Scenario, finger: int) -> tuple[str, ...]:
     """Dotted keys of the masses of a finger: of its links, or the one on its slides."""
     if finger in scenario.slides:
         return (f"fingers.{finger}.mass",)
+    if isinstance(scenario, SpatialScenario) and scenario.fingers[finger].kind == "chain":
+        links = range(len(scenario.fingers[finger].joints))
+        return tuple(f"fingers.{finger}.joints.{link}.mass" for link in links)
     masses = scenario.fingers[finger].link_masses
     return tuple(f"fingers.{finger}.link_masses.{link}" for link in range(len(masses)))
 

@@ -121,9 +121,8 @@ def units_of(signal: Signal, shape: TraceShape) -> list[str]:
     if shape.width(signal) == 0:
         return []
     if signal.per == "joint":
-        fingers = range(shape.num_contacts)
-        each = (signal.slides_unit if i in shape.slides else signal.unit for i in fingers)
-        return [unit for unit in each for _ in range(shape.joints_per_finger)]
+        joints = range(shape.width_of_joints)
+        return [signal.slides_unit if k in shape.slides else signal.unit for k in joints]
     units = signal.unit_in(shape.space).split(", ")
     # One unit for all, one each, or one for x and y and one for the angle.
     return [*units[:1] * (shape.width(signal) - len(units)), *units]

@@ -80,7 +80,7 @@ class TraceShape:
         unknowns: Dotted keys of what is estimated.
         diagnostics: What a custom law tells of itself; empty where there is none.
         space: What depends on the hand being planar or spatial.
-        slides: Which fingers are on slides, whose joints have other units.
+        slides: Which joints slide, counted through all fingers; they have other units.
         soft: Whether any fingertip is soft.
     """
 

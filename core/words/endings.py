@@ -242,6 +242,9 @@ def _nearest_edge(end: _End, scenario: SpatialScenario) -> tuple[int, float, boo
 
 
 def _explain_singular(end: _End) -> _Finding:
+    if end.scenario.fingers[end.contact].kind == "chain":
+        message = f"the {end.finger_name} finger became singular, or cannot reach its contact"
+        return _Finding(message, None, None)
     joints = end.last.shape.joints_per_finger
     angle = float(end.last.joint_position[0, joints * end.contact + joints - 1])
     if joints > _PITCHES and abs(math.sin(angle)) > _STRAIGHT:

@@ -14,7 +14,7 @@ _KINDS = (
     ("friction", re.compile(r"fingers\.\d+\.friction")),
     ("mass", re.compile(r"object\.mass")),
     ("inertia", re.compile(r"object\.inertia(s\.\d)?")),
-    ("link masses", re.compile(r"fingers\.\d+\.(link_masses\.\d+|mass)")),
+    ("link masses", re.compile(r"fingers\.\d+\.(link_masses\.\d+|joints\.\d\.mass|mass)")),
     ("link lengths", re.compile(r"fingers\.\d+\.link_lengths\.\d+")),
     ("static friction", re.compile(r"fingers\.\d+\.static_friction")),
     ("joint friction", re.compile(r"fingers\.\d+\.joint_(damping|friction)")),

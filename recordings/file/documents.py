@@ -111,8 +111,8 @@ def read_shape(start: Mapping[str, str]) -> TraceShape:
         raise ValueError("more diagnostics than a law can have")
     space = next(space for space, entry in _SPACE_ENTRY.items() if entry.keys() <= start.keys())
     slides = tuple(map(int, parse_json(start.get("slides", "[]"))))
-    if not set(slides) <= set(range(num_contacts)):
-        raise ValueError("slides of fingers that the hand does not have")
+    if not set(slides) <= set(range(num_contacts * space.joints_per_finger)):
+        raise ValueError("slides that the hand does not have")
     soft = int(start["format"]) == SOFT_FORMAT
     return TraceShape(num_contacts, unknowns, diagnostics, space, slides, soft)
 

@@ -27,6 +27,7 @@ from slipgrasp.core.scenario.loading import (
 from slipgrasp.core.scenario.parameters import describe, hints_of, split_hint
 from slipgrasp.core.scenario.space import PLANAR, SPACES, SPATIAL
 from slipgrasp.core.scenario.validation import check_scenario
+from tests.core.test_chains import trifinger
 
 pytestmark = pytest.mark.slow
 
@@ -144,6 +145,7 @@ def consumed(scenario):
     names, simulation = names_read(scenario.space), Simulation(scenario)
     engine, timetable = simulation._engine, simulation._timetable
     given = [timetable._ends.copy(), dict(leaves(engine.run.step.start, names))]
+    given.append(dict(leaves(engine.run.discrete, names)))
     given += [engine.estimates.tobytes(), engine.outlet.history.tobytes()]
     given.append(dict(leaves(simulation._model, names)))
     while not timetable.is_last:
@@ -173,6 +175,8 @@ def other_values(parameter, scenario):
 def bases(hand):
     """Scenarios that together have an entry in every list and use every part."""
     names = preset_names(hand)
+    if hand is SPATIAL:
+        yield trifinger()
     for preset in map(load_scenario, names):
         yield preset
         for law in CONTROL_LAWS:

@@ -243,27 +243,22 @@ def tracking_charts(result: RunResult) -> tuple[Chart, ...]:
 
 
 def _joint_charts(result: RunResult) -> Iterator[Chart]:
-    """What drives the joints: torques of links, forces of slides."""
+    """What drives the joints: torques of those that turn, forces of those that slide."""
     trace, names = result.trace, result.scenario.finger_names
-    slides, joints_per_finger = result.scenario.slides, trace.shape.joints_per_finger
-    links = [i for i in range(len(names)) if i not in slides]
-    torques = trace.joint_torque.reshape(len(trace), -1, joints_per_finger)
+    slides, joints_per_finger = result.trace.shape.slides, trace.shape.joints_per_finger
     others = "second" if joints_per_finger == 2 else "others"
-    for key, title, unit, joint, fingers in (
-        ("torques", "Joint torques", "N m", "joint", links),
-        ("slide-forces", "Forces on the slides", "N", "slide", list(slides)),
+    for key, title, unit, joint, of_slides in (
+        ("torques", "Joint torques", "N m", "joint", False),
+        ("slide-forces", "Forces on the slides", "N", "slide", True),
     ):
-        if fingers:
-            lines = (
-                line
-                for k in range(joints_per_finger)
-                for line in _per_finger(
-                    f"{joint}-{k + 1}",
-                    [f"{names[i]} {k + 1}" for i in fingers],
-                    torques[:, fingers, k],
-                    dashed=k > 0,
-                )
-            )
+        lines: list[Line] = []
+        for k in range(joints_per_finger):
+            columns = range(k, trace.shape.width_of_joints, joints_per_finger)
+            chosen = [column for column in columns if (column in slides) is of_slides]
+            labels = [f"{names[column // joints_per_finger]} {k + 1}" for column in chosen]
+            torques = trace.joint_torque[:, chosen]
+            lines += _per_finger(f"{joint}-{k + 1}", labels, torques, dashed=k > 0)
+        if lines:
             yield Chart(
                 key,
                 title,

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario import PLANAR, SPATIAL, Scenario
+from slipgrasp.core.scenario.spatial import SpatialFinger
 from slipgrasp.core.scenario.spatial_geometry import friction_outline
 from slipgrasp.scene import parts, rotations, skeleton
 from slipgrasp.scene.states import States
@@ -256,12 +257,20 @@ class _Views:
 def _shape(scenario: Scenario) -> object:
     """What the nodes depend on; the same for runs that differ in masses or gains alone."""
     fingers = tuple(
-        (f.kind, f.link_lengths, f.base, f.face, f.contact_offset, f.elbow)
+        (f.kind, f.link_lengths, f.base, f.face, f.contact_offset, f.elbow, _chain_of(f))
         for f in scenario.fingers
     )
     corners = parts.outline_of(scenario).tobytes()
     depth = parts.sizes_of(scenario).half_depth
     return (fingers, corners, depth, scenario.trajectory.start, scenario.friction_cone == "pyramid")
+
+
+def _chain_of(finger: object) -> object:
+    """What a chain looks like; nothing of a planar finger."""
+    if not isinstance(finger, SpatialFinger):
+        return None
+    joints = [(j.kind, j.place, j.attitude, j.axis) for j in finger.joints]
+    return finger.attitude, finger.tip, *joints
 
 
 def _make_views(

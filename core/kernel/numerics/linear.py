@@ -30,6 +30,14 @@ FACTORS = np.dtype(
 
 
 @compiled
+def cross(
+    ax: float, ay: float, az: float, bx: float, by: float, bz: float
+) -> tuple[float, float, float]:
+    """Vector product of two vectors."""
+    return ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+
+
+@compiled
 def factor(matrix: Floats, phases: Integers, n: int, factors: Record) -> None:
     """Factors M~ ``(3 + n, 3 + n)`` in its moving coordinates.
 

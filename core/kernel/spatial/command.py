@@ -54,7 +54,7 @@ def spatial_believe(
     """The controller's model of the hand as measured, in the believed phases; errors and demand."""
     room = work.room
     work.at_start = 0
-    update_kinematics(model.hand, senses.measured, work.kin)
+    update_kinematics(model.hand, discrete.seeds, senses.measured, work.kin)
     update_unit_dynamics(model.hand, work.kin, work.unit)
     believe(model, discrete.estimates, work.believed)
     combine_links(work.believed, work.unit, work.believed_dynamics)

@@ -14,6 +14,13 @@ from slipgrasp.core.kernel.compilation.compiler import compiled
 from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Floats, Record
 from slipgrasp.core.kernel.loop.links import joint_friction
 from slipgrasp.core.kernel.numerics.elementary import square
+from slipgrasp.core.kernel.spatial.chain import (
+    BY_CHAIN,
+    MAX_LINKS,
+    ON_SLIDES,
+    add_links,
+    see_at_tip,
+)
 from slipgrasp.core.kernel.spatial.state import POSITION, SPIN, VELOCITY
 
 # Apparent inertia and bias force of the fingers at their tips.
@@ -28,8 +35,8 @@ TIP_DYNAMICS = np.dtype(
 # What every link adds per mass; finger, link, entry.
 UNIT_DYNAMICS = np.dtype(
     [
-        ("inertia", np.float64, (MAX_FINGERS, 2, 6)),
-        ("bias", np.float64, (MAX_FINGERS, 2, 3)),
+        ("inertia", np.float64, (MAX_FINGERS, MAX_LINKS, 6)),
+        ("bias", np.float64, (MAX_FINGERS, MAX_LINKS, 3)),
     ],
     align=True,
 )
@@ -85,9 +92,20 @@ def joint_bias(hand: Record, kin: Record, i: int, link: int) -> tuple[float, flo
 def update_unit_dynamics(hand: Record, kin: Record, unit: Record) -> None:
     """Fills ``unit`` for the present positions and velocities."""
     for i in range(hand.num_fingers):
-        if hand.on_slides[i] == 1:
+        if hand.kinds[i] == ON_SLIDES:
             _set_slides(1.0, hand.gravity, unit.inertia[i, 0], unit.bias[i, 0])
-            _set_slides(0.0, 0.0, unit.inertia[i, 1], unit.bias[i, 1])
+            continue
+        if hand.kinds[i] == BY_CHAIN:
+            now = kin.chains[i]
+            for link in range(MAX_LINKS):
+                see_at_tip(
+                    now.inverse,
+                    now.inertias[link],
+                    now.biases[link],
+                    kin.curvature[i],
+                    unit.inertia[i, link],
+                    unit.bias[i, link],
+                )
             continue
         for link in range(2):
             inertia = joint_inertia(hand, kin, i, link)
@@ -100,8 +118,20 @@ def update_tip_dynamics(hand: Record, truth: Record, kin: Record, total: Record)
     """Fills ``total`` for whole fingers at once, with less work than link by link."""
     for i in range(hand.num_fingers):
         first, second = truth.link_masses[i, 0], truth.link_masses[i, 1]
-        if hand.on_slides[i] == 1:
+        if hand.kinds[i] == ON_SLIDES:
             _set_slides(first, hand.gravity * first, total.inertia[i], total.bias[i])
+            continue
+        if hand.kinds[i] == BY_CHAIN:
+            now = kin.chains[i]
+            add_links(truth.link_masses[i], now)
+            see_at_tip(
+                now.inverse,
+                now.inertia,
+                now.bias,
+                kin.curvature[i],
+                total.inertia[i],
+                total.bias[i],
+            )
             continue
         a, b = joint_inertia(hand, kin, i, 0), joint_inertia(hand, kin, i, 1)
         c, d = joint_bias(hand, kin, i, 0), joint_bias(hand, kin, i, 1)
@@ -165,9 +195,15 @@ def _see_at_tip(
 def add_joint_friction(hand: Record, kin: Record, total: Record) -> None:
     """Adds what the friction of the joints takes to the bias forces f_0, by J^-T."""
     for i in range(hand.num_fingers):
-        if hand.on_slides[i] == 1:
+        if hand.kinds[i] == ON_SLIDES:
             for c in range(3):
                 total.bias[i, c] += joint_friction(hand, i, kin.rates[i, c])
+            continue
+        if hand.kinds[i] == BY_CHAIN:
+            for k in range(3):
+                taken = joint_friction(hand, i, kin.rates[i, k])
+                for c in range(3):
+                    total.bias[i, c] += kin.chains[i].inverse[k, c] * taken
             continue
         yaw = joint_friction(hand, i, kin.rates[i, 0]) / kin.reaches[i, 0]
         first = joint_friction(hand, i, kin.rates[i, 1])
@@ -216,10 +252,19 @@ def stored_energy(hand: Record, truth: Record, kin: Record, state: Record) -> tu
     for i in range(hand.num_fingers):
         yaw, rate1, rate2 = kin.rates[i, 0], kin.rates[i, 1], kin.rates[i, 2]
         joint_height = hand.bases[i, 2]
-        if hand.on_slides[i] == 1:
+        if hand.kinds[i] == ON_SLIDES:
             mass = truth.link_masses[i, 0]
             kinetic += 0.5 * mass * (yaw * yaw + rate1 * rate1 + rate2 * rate2)
-            potential += hand.gravity * mass * (joint_height + kin.ways[i, 2])
+            potential += hand.gravity * mass * (joint_height + kin.positions[i, 2])
+            continue
+        if hand.kinds[i] == BY_CHAIN:
+            now = kin.chains[i]
+            add_links(truth.link_masses[i], now)
+            x, y, z = multiply(now.inertia, yaw, rate1, rate2)
+            kinetic += 0.5 * (yaw * x + rate1 * y + rate2 * z)
+            for link in range(MAX_LINKS):
+                height = joint_height + now.heights[link]
+                potential += hand.gravity * truth.link_masses[i, link] * height
             continue
         for link in range(2):
             mass = truth.link_masses[i, link]

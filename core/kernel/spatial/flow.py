@@ -83,7 +83,7 @@ def spatial_phases(model: Record, discrete: Record, state: Record, work: Record)
 def spatial_plant(model: Record, discrete: Record, state: Record, work: Record) -> None:
     """Kinematics, accelerations and contact forces at a state, under the torque that is held."""
     work.at_start = 0
-    update_kinematics(model.hand, state, work.kin)
+    update_kinematics(model.hand, discrete.seeds, state, work.kin)
     update_tip_dynamics(model.hand, model.truth, work.kin, work.dynamics)
     if model.hand.joints_rub == 1:
         add_joint_friction(model.hand, work.kin, work.dynamics)

@@ -12,6 +12,7 @@ from numba import types
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import Record
 from slipgrasp.core.kernel.loop.links import weight_moments
+from slipgrasp.core.kernel.spatial.chain import BY_CHAIN, ON_SLIDES, chain_weight
 from slipgrasp.core.kernel.spatial.dynamics import multiply
 from slipgrasp.core.kernel.spatial.grasp import spatial_grasp
 from slipgrasp.core.kernel.spatial.model import MODEL
@@ -98,8 +99,10 @@ def fill_wrench(n: int, work: Record) -> None:
 @compiled
 def weight_force(hand: Record, believed: Record, kin: Record, i: int) -> tuple[float, float, float]:
     """What the joints of finger ``i`` must give, as a tip force, to carry what it moves."""
-    if hand.on_slides[i] == 1:
+    if hand.kinds[i] == ON_SLIDES:
         return 0.0, 0.0, hand.gravity * believed.link_masses[i, 0]
+    if hand.kinds[i] == BY_CHAIN:
+        return chain_weight(kin.chains[i], believed.link_masses[i])
     inner, outer = weight_moments(hand, believed, kin, i)
     outwards = kin.inverses[i, 0, 0] * inner + kin.inverses[i, 1, 0] * outer
     upwards = kin.inverses[i, 0, 1] * inner + kin.inverses[i, 1, 1] * outer

@@ -14,10 +14,11 @@ from numba import types
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import Record
 from slipgrasp.core.kernel.loop.motion import desired_motion
+from slipgrasp.core.kernel.numerics.linear import cross
 from slipgrasp.core.kernel.spatial.grasp import spatial_grasp
 from slipgrasp.core.kernel.spatial.grip import fill_wrench, weight_force
 from slipgrasp.core.kernel.spatial.kinematics import rotate
-from slipgrasp.core.kernel.spatial.law import cross, desired_turn
+from slipgrasp.core.kernel.spatial.law import desired_turn
 from slipgrasp.core.kernel.spatial.model import MODEL
 from slipgrasp.core.kernel.spatial.state import POSITION, STATE
 from slipgrasp.core.kernel.spatial.workspace import DISCRETE, WORKSPACE

@@ -2,7 +2,8 @@
 
 All vectors are in world axes. A finger of links is a vertical yaw axis and, in the vertical plane
 that turns with it, a planar finger of two links: its plane has the axes radial, azimuth (across)
-and up. A finger on slides carries its tip along x, y and z: J = 1, and it is never singular.
+and up. A finger on slides carries its tip along x, y and z: J = 1, and it is never singular. What
+a chain of joints does is in `slipgrasp.core.kernel.spatial.chain`.
 """
 
 from __future__ import annotations
@@ -13,6 +14,16 @@ from slipgrasp.core.kernel.compilation.compiler import compiled
 from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Floats, Record
 from slipgrasp.core.kernel.loop.links import LEAST_SINE
 from slipgrasp.core.kernel.numerics.elementary import atan2, square
+from slipgrasp.core.kernel.spatial.chain import (
+    BY_CHAIN,
+    BY_LINKS,
+    CHAIN_STATE,
+    ON_SLIDES,
+    chain_turning,
+    moment_at_chain,
+    move_chain,
+    solve_chain,
+)
 from slipgrasp.core.kernel.spatial.state import (
     ATTITUDE,
     POSITION,
@@ -36,7 +47,8 @@ KINEMATICS = np.dtype(
         ("bends", np.float64, (MAX_FINGERS, 2)),  # cosine and sine of q3
         ("reaches", np.float64, (MAX_FINGERS, 2)),  # of the tip from the base: radius, height [m]
         ("inverses", np.float64, (MAX_FINGERS, 2, 2)),  # of the planar Jacobian
-        ("ways", np.float64, (MAX_FINGERS, 3)),  # of slides from the base [m]
+        ("positions", np.float64, (MAX_FINGERS, 3)),  # of slides and chains, q [m, rad]
+        ("chains", CHAIN_STATE, (MAX_FINGERS,)),
         ("rates", np.float64, (MAX_FINGERS, 3)),  # q' [rad/s, m/s]
         ("extension", np.float64, (MAX_FINGERS,)),  # sin^2 q3 less its least allowed value
         ("clearance", np.float64, (MAX_FINGERS,)),  # of the tip from the yaw axis, the same [m]
@@ -61,11 +73,17 @@ def rotate(quaternion: Floats, at: int, rotation: Floats) -> None:
 
 
 @compiled
-def update_kinematics(hand: Record, state: Record, kin: Record) -> None:
+def update_kinematics(hand: Record, seeds: Floats, state: Record, kin: Record) -> None:
     """Fills ``kin`` from pose, slips and their velocities.
 
     The fingers follow from inverse kinematics on fixed branches, so the position constraint holds
     to rounding at all times.
+
+    Args:
+        hand: Geometry.
+        seeds: Joint positions near which those of chains are looked for, ``(n, 3)``.
+        state: The state.
+        kin: What is filled.
     """
     x, n = state.x, hand.num_fingers
     rotate(x, ATTITUDE, kin.rotation)
@@ -100,19 +118,37 @@ def update_kinematics(hand: Record, state: Record, kin: Record) -> None:
         dx = x[POSITION] + rx - hand.bases[i, 0]
         dy = x[POSITION + 1] + ry - hand.bases[i, 1]
         dz = x[POSITION + 2] + rz - hand.bases[i, 2]
-        if hand.on_slides[i] == 1:
+        if hand.kinds[i] == BY_LINKS:
+            _solve_links(hand, i, dx, dy, dz, kin)
+        elif hand.kinds[i] == ON_SLIDES:
             _solve_slides(i, dx, dy, dz, kin)
         else:
-            _solve_links(hand, i, dx, dy, dz, kin)
+            _solve_chain(hand, seeds[i], i, dx, dy, dz, kin)
 
 
 @compiled
 def _solve_slides(i: int, dx: float, dy: float, dz: float, kin: Record) -> None:
     """Slides of finger ``i``, whose tip is at (dx, dy, dz) from its base and moves."""
-    kin.ways[i, 0], kin.ways[i, 1], kin.ways[i, 2] = dx, dy, dz
+    kin.positions[i, 0], kin.positions[i, 1], kin.positions[i, 2] = dx, dy, dz
     for c in range(3):
         kin.rates[i, c], kin.curvature[i, c] = kin.tip_velocities[i, c], 0.0
     kin.extension[i] = kin.clearance[i] = 1.0
+
+
+@compiled
+def _solve_chain(
+    hand: Record, seed: Floats, i: int, dx: float, dy: float, dz: float, kin: Record
+) -> None:
+    """Joints of chain ``i``, whose tip is at (dx, dy, dz) from its base and moves."""
+    chain, now, rates = hand.chains[i], kin.chains[i], kin.rates[i]
+    now.target[0], now.target[1], now.target[2] = dx, dy, dz
+    kin.extension[i] = solve_chain(chain, now.target, seed, kin.positions[i], now)
+    kin.clearance[i] = 1.0
+    for k in range(3):
+        rates[k] = 0.0
+        for c in range(3):
+            rates[k] += now.inverse[k, c] * kin.tip_velocities[i, c]
+    move_chain(chain, hand.gravity, rates, now, kin.curvature[i])
 
 
 @compiled
@@ -157,8 +193,8 @@ def _solve_links(hand: Record, i: int, dx: float, dy: float, dz: float, kin: Rec
 @compiled
 def joint_position(hand: Record, kin: Record, i: int, joint: int) -> float:
     """Position of a joint: yaw, pitch, pitch relative to the first link [rad]; of a slide [m]."""
-    if hand.on_slides[i] == 1:
-        return kin.ways[i, joint]
+    if hand.kinds[i] != BY_LINKS:
+        return kin.positions[i, joint]
     if joint == 0:
         return atan2(kin.yaws[i, 1], kin.yaws[i, 0])
     if joint == 1:
@@ -175,8 +211,10 @@ def tip_turning(
     A finger of links turns about z with its yaw and about u x z with its pitches,
     u = (cos q1, sin q1, 0); one on slides does not turn.
     """
-    if hand.on_slides[i] == 1:
+    if hand.kinds[i] == ON_SLIDES:
         return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    if hand.kinds[i] == BY_CHAIN:
+        return chain_turning(hand.chains[i], kin.chains[i], kin.rates[i])
     cosine, sine = kin.yaws[i, 0], kin.yaws[i, 1]
     yaw, pitch = kin.rates[i, 0], kin.rates[i, 1] + kin.rates[i, 2]
     return pitch * sine, -pitch * cosine, yaw, yaw * pitch * cosine, yaw * pitch * sine, 0.0
@@ -187,8 +225,10 @@ def moment_at_tip(
     hand: Record, kin: Record, i: int, x: float, y: float, z: float
 ) -> tuple[float, float, float]:
     """J^-T J_omega^T times a moment: the tip force that the joints feel as they feel the moment."""
-    if hand.on_slides[i] == 1:
+    if hand.kinds[i] == ON_SLIDES:
         return 0.0, 0.0, 0.0
+    if hand.kinds[i] == BY_CHAIN:
+        return moment_at_chain(hand.chains[i], kin.chains[i], x, y, z)
     cosine, sine = kin.yaws[i, 0], kin.yaws[i, 1]
     across, pitch = z / kin.reaches[i, 0], sine * x - cosine * y
     outwards = (kin.inverses[i, 0, 0] + kin.inverses[i, 1, 0]) * pitch
@@ -200,9 +240,14 @@ def moment_at_tip(
 def torques_to_forces(hand: Record, kin: Record, torques: Floats, forces: Floats) -> None:
     """U = J^-T tau for every finger, ``(n, 3)`` to ``(n, 3)``."""
     for i in range(hand.num_fingers):
-        if hand.on_slides[i] == 1:
+        if hand.kinds[i] == ON_SLIDES:
             for c in range(3):
                 forces[i, c] = torques[i, c]
+            continue
+        if hand.kinds[i] == BY_CHAIN:
+            inverse, t0, t1, t2 = kin.chains[i].inverse, torques[i, 0], torques[i, 1], torques[i, 2]
+            for c in range(3):
+                forces[i, c] = inverse[0, c] * t0 + inverse[1, c] * t1 + inverse[2, c] * t2
             continue
         across = torques[i, 0] / kin.reaches[i, 0]
         first, second = torques[i, 1], torques[i, 2]
@@ -217,9 +262,14 @@ def torques_to_forces(hand: Record, kin: Record, torques: Floats, forces: Floats
 def forces_to_torques(hand: Record, kin: Record, forces: Floats, torques: Floats) -> None:
     """Tau = J^T u for every finger, ``(n, 3)`` to ``(n, 3)``."""
     for i in range(hand.num_fingers):
-        if hand.on_slides[i] == 1:
+        if hand.kinds[i] == ON_SLIDES:
             for c in range(3):
                 torques[i, c] = forces[i, c]
+            continue
+        if hand.kinds[i] == BY_CHAIN:
+            jacobian, fx, fy, fz = kin.chains[i].jacobian, forces[i, 0], forces[i, 1], forces[i, 2]
+            for k in range(3):
+                torques[i, k] = jacobian[0, k] * fx + jacobian[1, k] * fy + jacobian[2, k] * fz
             continue
         cosine, sine = kin.yaws[i, 0], kin.yaws[i, 1]
         outwards = cosine * forces[i, 0] + sine * forces[i, 1]

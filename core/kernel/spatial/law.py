@@ -13,7 +13,9 @@ from slipgrasp.core.kernel.compilation.records import Floats, Record
 from slipgrasp.core.kernel.loop.model import FRICTION, OBJECT_INERTIA, OBJECT_MASS
 from slipgrasp.core.kernel.loop.motion import desired_motion
 from slipgrasp.core.kernel.numerics.elementary import atan2, sincos, square
+from slipgrasp.core.kernel.numerics.linear import cross
 from slipgrasp.core.kernel.numerics.lyapunov import error_value, error_weights
+from slipgrasp.core.kernel.spatial.chain import MAX_LINKS
 from slipgrasp.core.kernel.spatial.dynamics import multiply
 from slipgrasp.core.kernel.spatial.kinematics import rotate
 from slipgrasp.core.kernel.spatial.plant import own_force, tip_acceleration, to_contact_frame
@@ -45,7 +47,7 @@ def believe(model: Record, estimates: Floats, believed: Record) -> None:
         believed.inertias[k] = truth.inertias[k]
     for i in range(truth.num_fingers):
         believed.friction[i] = truth.friction[i]
-        for link in range(2):
+        for link in range(MAX_LINKS):
             believed.link_masses[i, link] = model.law.link_mass_ratio * truth.link_masses[i, link]
     for k in range(unknowns.count):
         kind, finger = unknowns.kinds[k], unknowns.fingers[k]
@@ -86,14 +88,6 @@ def _coefficients(angle: float) -> tuple[float, float, float, float]:
     sine, cosine = sincos(angle)
     a, b = (1.0 - cosine) / s, (angle - sine) / (s * angle)
     return a, b, (sine / angle - 2.0 * a) / s, ((1.0 - cosine) / s - 3.0 * b) / s
-
-
-@compiled
-def cross(
-    ax: float, ay: float, az: float, bx: float, by: float, bz: float
-) -> tuple[float, float, float]:
-    """Vector product of two vectors."""
-    return ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
 
 
 @compiled

@@ -32,10 +32,10 @@ def spatial_imbalance(model: Record, run: Record, h: float) -> float:
     """Energy that the step has lost or made until its middle and its end, over what is allowed."""
     step, inside, kin = run.step, run.selection.probe, run.slip.work.kin
     end, kinetic = _energy(model, step.end, run.work.kin)
-    update_kinematics(model.hand, step.start, kin)
+    update_kinematics(model.hand, run.discrete.seeds, step.start, kin)
     start, _ = _energy(model, step.start, kin)
     state_inside(model, step, h, 0.5, inside)
-    update_kinematics(model.hand, inside, kin)
+    update_kinematics(model.hand, run.discrete.seeds, inside, kin)
     middle, _ = _energy(model, inside, kin)
     supplied = step.end.x[supplied_at(model)]
     allowed = allowed_imbalance(model.numerics, kinetic, supplied)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import types
@@ -29,16 +29,18 @@ from slipgrasp.core.kernel.numerics.elementary import exp, log
 from slipgrasp.core.kernel.numerics.lyapunov import pack_coupling, pack_lyapunov
 from slipgrasp.core.kernel.numerics.methods import BS32, DOPRI5, METHOD, RK43
 from slipgrasp.core.kernel.numerics.rosenbrock import ROS34PW2
+from slipgrasp.core.kernel.spatial.chain import BY_CHAIN, CHAIN, MAX_LINKS, ON_SLIDES
 from slipgrasp.core.kernel.spatial.motion import MOTION, pack_motion
 from slipgrasp.core.kernel.spatial.state import (
     count_coordinates,
     count_states,
     number_of_coordinates,
 )
+from slipgrasp.core.scenario.chain import chain_length
 from slipgrasp.core.scenario.own_laws import law_number
 from slipgrasp.core.scenario.space import SPATIAL
 from slipgrasp.core.scenario.spatial import SpatialController, SpatialFinger, SpatialScenario
-from slipgrasp.core.scenario.spatial_geometry import edges_of, spatial_contact
+from slipgrasp.core.scenario.spatial_geometry import edges_of, rotation_matrix, spatial_contact
 from slipgrasp.core.scenario.unknowns import parse_unknown
 from slipgrasp.core.scenario.world import MAX_PATCHES
 
@@ -72,7 +74,9 @@ RIM = np.dtype(
 HAND = np.dtype(
     [
         ("num_fingers", np.int64),
-        ("on_slides", np.int64, (MAX_FINGERS,)),  # 1: three slides along x, y, z; no links
+        ("kinds", np.int64, (MAX_FINGERS,)),  # BY_LINKS, ON_SLIDES or BY_CHAIN
+        ("has_chains", np.int64),  # 1 where any is a chain
+        ("chains", CHAIN, (MAX_FINGERS,)),
         ("link_lengths", np.float64, (MAX_FINGERS, 2)),  # [m]
         ("link_centres", np.float64, (MAX_FINGERS, 2)),  # from the proximal joint [m]
         ("link_moments", np.float64, (MAX_FINGERS, 2)),  # inertia per mass about that joint [m^2]
@@ -99,7 +103,7 @@ HAND = np.dtype(
 TRUTH = np.dtype(
     [
         ("num_fingers", np.int64),
-        ("link_masses", np.float64, (MAX_FINGERS, 2)),  # on slides all in the first [kg]
+        ("link_masses", np.float64, (MAX_FINGERS, MAX_LINKS)),  # on slides the first [kg]
         ("object_mass", np.float64),  # [kg]
         ("inertias", np.float64, (3,)),  # about the body axes [kg m^2]
         ("friction", np.float64, (MAX_FINGERS,)),
@@ -226,7 +230,10 @@ def pack_model(
 def _pack_finger(scenario: SpatialScenario, i: int, model: Record) -> None:
     finger, hand, truth = scenario.fingers[i], model.hand, model.truth
     if finger.kind == "slides":
-        hand.on_slides[i], truth.link_masses[i, 0] = 1, finger.mass
+        hand.kinds[i], truth.link_masses[i, 0] = ON_SLIDES, finger.mass
+    elif finger.kind == "chain":
+        hand.kinds[i], hand.has_chains = BY_CHAIN, 1
+        _pack_chain(finger, hand.chains[i], truth.link_masses[i])
     else:
         _pack_links(finger, i, hand, truth)
     hand.joint_damping[i], hand.joint_friction[i] = finger.joint_damping, finger.joint_friction
@@ -254,6 +261,19 @@ def _pack_links(finger: SpatialFinger, i: int, hand: Record, truth: Record) -> N
         truth.link_masses[i, link] = finger.link_masses[link]
     hand.elbows[i] = -1.0 if finger.elbow == "up" else 1.0
     hand.least_radii[i] = 1e-3 * (finger.link_lengths[0] + finger.link_lengths[1])
+
+
+def _pack_chain(finger: SpatialFinger, chain: Record, masses: Any) -> None:
+    chain.base[:] = rotation_matrix(finger.attitude)
+    chain.tip[:] = finger.tip
+    chain.length = chain_length(finger.joints, finger.tip)
+    for k, joint in enumerate(finger.joints):
+        chain.places[k], chain.turns[k] = joint.place, rotation_matrix(joint.attitude)
+        scale = 1.0 / math.sqrt(sum(part * part for part in joint.axis))
+        chain.axes[k] = [scale * part for part in joint.axis]
+        chain.slides[k] = int(joint.kind == "prismatic")
+        chain.centres[k], chain.inertias[k] = joint.centre, joint.unit_inertia
+        masses[k] = joint.mass
 
 
 def _pack_surface(surface: Surface, i: int, model: Record) -> None:

@@ -11,6 +11,7 @@ from slipgrasp.core.kernel.compilation.compiler import compiled
 from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Record
 from slipgrasp.core.kernel.laws.own_law import answer_layout, own_law_layout, show_fingers
 from slipgrasp.core.kernel.loop.motion import desired_motion
+from slipgrasp.core.kernel.spatial.chain import ON_SLIDES
 from slipgrasp.core.kernel.spatial.kinematics import joint_position
 from slipgrasp.core.kernel.spatial.law import desired_turn
 from slipgrasp.core.kernel.spatial.state import (
@@ -150,7 +151,7 @@ def _show_finger(model: Record, run: Record, i: int) -> None:
 @compiled
 def _show_jacobian(model: Record, kin: Record, seen: Record, i: int) -> None:
     """The Jacobian of fingertip ``i`` and its inverse, by yaw and both pitches; its links."""
-    if model.hand.on_slides[i] == 1:
+    if model.hand.kinds[i] == ON_SLIDES:
         for c in range(3):
             for k in range(3):
                 seen.jacobian[i, c, k] = seen.jacobian_inverse[i, c, k] = 1.0 if c == k else 0.0

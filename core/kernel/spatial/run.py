@@ -77,6 +77,8 @@ def make_run(scenario: SpatialScenario, *, keeps_rows: bool) -> tuple[Record, Re
     call(spatial_normalise, run.step.start)
     for k, estimate in enumerate(scenario.estimates):
         run.discrete.estimates[k] = estimate.initial
+    for i, finger in enumerate(scenario.fingers):
+        run.discrete.seeds[i] = finger.posture
     run.discrete.closing_force = scenario.controller.grip_force
     outlet.keeps_rows = int(keeps_rows)
     outlet.num_rows = outlet.num_ticks = 0
@@ -102,6 +104,7 @@ def copy_discrete(model: Record, source: Record, target: Record) -> None:
             target.directions[i, part] = source.directions[i, part]
         for joint in range(3):
             target.torques[i, joint] = source.torques[i, joint]
+            target.seeds[i, joint] = source.seeds[i, joint]
             target.commanded[i, joint] = source.commanded[i, joint]
     for k in range(model.num_unknowns):
         target.estimates[k] = source.estimates[k]

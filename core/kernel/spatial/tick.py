@@ -26,7 +26,7 @@ from slipgrasp.core.kernel.spatial.jump import (
     restart,
     settle,
 )
-from slipgrasp.core.kernel.spatial.kinematics import torques_to_forces
+from slipgrasp.core.kernel.spatial.kinematics import torques_to_forces, update_kinematics
 from slipgrasp.core.kernel.spatial.learning import spatial_learn
 from slipgrasp.core.kernel.spatial.model import MODEL
 from slipgrasp.core.kernel.spatial.own_law import look
@@ -137,6 +137,18 @@ def _sense(model: Record, run: Record) -> None:
         spatial_plant(model, run.discrete, start, run.work)
         measure_forces(model, senses, run.work)
     detect_slip(model, run.discrete, senses, start, run.now)
+    if model.hand.has_chains == 1:
+        _renew_seeds(model, run)
+
+
+@compiled
+def _renew_seeds(model: Record, run: Record) -> None:
+    """Joint positions of chains at this tick, where inverse kinematics starts until the next."""
+    seeds, kin = run.discrete.seeds, run.work.kin
+    update_kinematics(model.hand, seeds, run.step.start, kin)
+    for i in range(model.num_fingers):
+        for k in range(3):
+            seeds[i, k] = kin.positions[i, k]
 
 
 @compiled_apart(types.void, MODEL, PROGRESS)

@@ -25,6 +25,7 @@ from slipgrasp.core.scenario.validation.outline import check_outline
 from slipgrasp.core.scenario.validation.pads import check_pads
 from slipgrasp.core.scenario.validation.space import (
     check_body,
+    check_chain_laws,
     check_sampled_only,
     check_spatial_contacts,
 )
@@ -71,6 +72,7 @@ _SPATIAL_CHECKS = (
     check_control,
     check_normal_forces,
     check_latency,
+    check_chain_laws,
     check_sampled_only,
     check_pads,
     check_times,

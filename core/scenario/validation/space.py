@@ -5,10 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+import numpy as np
+
 from slipgrasp.core.exceptions import FieldError
+from slipgrasp.core.scenario.chain import NUM_JOINTS
+from slipgrasp.core.scenario.chosen_laws import kinds_in
+from slipgrasp.core.scenario.own_laws import law_of
 from slipgrasp.core.scenario.spatial import SpatialScenario
 from slipgrasp.core.scenario.spatial_geometry import (
     distance_inside,
+    joint_angles,
     spatial_contact,
     tip_at_start,
 )
@@ -79,6 +85,8 @@ def check_spatial_contacts(scenario: SpatialScenario) -> Iterator[FieldError]:
             )
         if finger.kind == "links":
             yield from _check_reach(scenario, i)
+        elif finger.kind == "chain":
+            yield from _check_chain(scenario, i)
 
 
 def _check_reach(scenario: SpatialScenario, i: int) -> Iterator[FieldError]:
@@ -108,6 +116,49 @@ def _check_reach(scenario: SpatialScenario, i: int) -> Iterator[FieldError]:
     else:
         return
     yield FieldError(field=f"fingers.{i}.base", value=distance, limit=limit, message=words)
+
+
+def _check_chain(scenario: SpatialScenario, i: int) -> Iterator[FieldError]:
+    """Three joints with axes and attitudes, of which the tip reaches its contact."""
+    finger = scenario.fingers[i]
+    field, value = f"fingers.{i}.joints", float(len(finger.joints))
+    if len(finger.joints) != NUM_JOINTS:
+        limit = f"{NUM_JOINTS} joints"
+        words = f"{field} has {len(finger.joints)} joints; a chain has {NUM_JOINTS}"
+    elif not all(any(vector) for joint in finger.joints for vector in (joint.axis, joint.attitude)):
+        limit = "not 0, 0, 0"
+        words = f"{field} has an axis or an attitude of length 0; give it a direction"
+    elif not any(finger.attitude):
+        field, value, limit = f"fingers.{i}.attitude", 0.0, "not 0, 0, 0, 0"
+        words = f"{field} has length 0; a quaternion of a rotation has length 1"
+    elif not any(joint.mass > 0.0 for joint in finger.joints):
+        value, limit = 0.0, "above 0 kg"
+        words = f"{field} have no mass at all; give the last one some"
+    elif np.isnan(joint_angles(finger, np.add(tip_at_start(scenario, i), finger.base))).any():
+        field, limit = f"fingers.{i}.posture", "near the start"
+        words = (
+            f"fingers.{i} cannot reach its contact from fingers.{i}.posture, or is singular on the "
+            "way; move the base, the start pose or the posture"
+        )
+    else:
+        return
+    yield FieldError(field=field, value=value, limit=limit, message=words)
+
+
+def check_chain_laws(scenario: SpatialScenario) -> Iterator[FieldError]:
+    """Custom laws are not shown the links of a chain."""
+    chains = [i for i, finger in enumerate(scenario.fingers) if finger.kind == "chain"]
+    own = [kind for kind in kinds_in(scenario) if law_of(kind).is_own]
+    if chains and own:
+        yield FieldError(
+            field="controller.kind",
+            value=own[0],
+            limit="a built-in law",
+            message=(
+                f"controller.kind is '{own[0]}', a custom law, which is not shown the chain of "
+                f"fingers.{chains[0]} yet; choose a built-in law"
+            ),
+        )
 
 
 def check_sampled_only(scenario: SpatialScenario) -> Iterator[FieldError]:

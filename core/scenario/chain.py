@@ -1,0 +1,161 @@
+"""A finger that is a chain of joints, and where its links stand (docs/space.md, Chains)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Annotated, Literal
+
+import numpy as np
+from annotated_types import Ge, Le
+from numpy.typing import NDArray
+from pydantic.dataclasses import dataclass
+
+from slipgrasp.core.scenario.field_types import CONFIG, Coordinate
+from slipgrasp.core.scenario.parameters import Quantity
+
+Floats = NDArray[np.float64]
+Part = Annotated[float, Ge(-1.0), Le(1.0)]
+Angle = Annotated[float, Ge(-100.0), Le(100.0)]
+UnitInertia = Annotated[float, Ge(-100.0), Le(100.0)]
+Attitude = tuple[Part, Part, Part, Part]
+
+NUM_JOINTS = 3
+_MOST_STEPS, _LONGEST_STEP, _CONVERGED = 60, 0.3, 1e-12
+_LEAST_SINE = 1e-3
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
+class ChainJoint:
+    """A joint of a chain, and the link that follows it."""
+
+    kind: Annotated[
+        Literal["revolute", "prismatic"],
+        Quantity("Whether the joint turns about its axis or slides along it."),
+    ] = "revolute"
+    place: Annotated[
+        tuple[Coordinate, Coordinate, Coordinate],
+        Quantity("Position of the joint in the frame of the link before, or of the base.", "m"),
+    ] = (0.0, 0.0, 0.0)
+    attitude: Annotated[
+        Attitude,
+        Quantity("Quaternion (w, x, y, z) of the joint's frame in that of the link before.", "1"),
+    ] = (1.0, 0.0, 0.0, 0.0)
+    axis: Annotated[
+        tuple[Part, Part, Part], Quantity("Direction of its axis in its own frame.", "1")
+    ] = (0.0, 0.0, 1.0)
+    mass: Annotated[
+        float,
+        Ge(0.0),
+        Le(1e3),
+        Quantity("True mass of the link.", "kg", typical=(0.01, 3.0), changeable=True),
+    ] = 1.0
+    centre: Annotated[
+        tuple[Coordinate, Coordinate, Coordinate],
+        Quantity("Centre of mass of the link in its own frame.", "m"),
+    ] = (0.0, 0.0, 0.0)
+    unit_inertia: Annotated[
+        tuple[UnitInertia, UnitInertia, UnitInertia, UnitInertia, UnitInertia, UnitInertia],
+        Quantity(
+            "Inertia of the link about its centre of mass, divided by its mass: xx, xy, xz, yy, "
+            "yz, zz.",
+            "m²",
+        ),
+    ] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+def rotation_of(quaternion: Sequence[float]) -> Floats:
+    """The rotation matrix of a quaternion (w, x, y, z) of any length."""
+    w, x, y, z = np.asarray(quaternion) / math.sqrt(sum(part * part for part in quaternion))
+    return np.array(
+        [
+            [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
+            [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
+            [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
+        ]
+    )
+
+
+def _about(axis: Floats, angles: Floats) -> Floats:
+    """Rotations about a unit vector, shape ``(..., 3, 3)``."""
+    x, y, z = axis
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    angles = np.asarray(angles)[..., None, None]
+    return np.eye(3) + np.sin(angles) * cross + (1.0 - np.cos(angles)) * (cross @ cross)
+
+
+def chain_points(
+    attitude: Attitude,
+    joints: Sequence[ChainJoint],
+    tip: Sequence[float],
+    positions: Floats,
+) -> tuple[Floats, Floats]:
+    """Where the links begin and the tip is, from the base, and the axes of the joints.
+
+    Args:
+        attitude: Of the base.
+        joints: The chain.
+        tip: In the frame of the last link [m].
+        positions: Of the joints, shape ``(..., joints)`` [rad, m].
+
+    Returns:
+        Points ``(..., joints + 1, 3)`` [m], axes ``(..., joints, 3)``, in world axes.
+    """
+    positions = np.asarray(positions)
+    turn = np.broadcast_to(rotation_of(attitude), (*positions.shape[:-1], 3, 3))
+    point = np.zeros((*positions.shape[:-1], 3))
+    points, axes = [], []
+    for k, joint in enumerate(joints):
+        axis = np.asarray(joint.axis) / np.linalg.norm(joint.axis)
+        point = point + turn @ np.asarray(joint.place)
+        turn = turn @ rotation_of(joint.attitude)
+        axes.append(turn @ axis)
+        if joint.kind == "prismatic":
+            point = point + axes[-1] * positions[..., k, None]
+        else:
+            turn = turn @ _about(axis, positions[..., k])
+        points.append(point)
+    points.append(point + turn @ np.asarray(tip))
+    return np.stack(points, axis=-2), np.stack(axes, axis=-2)
+
+
+def chain_positions(
+    attitude: Attitude,
+    joints: Sequence[ChainJoint],
+    tip: Sequence[float],
+    target: Sequence[float],
+    posture: Sequence[float],
+) -> Floats | None:
+    """Joint positions that put the tip somewhere, by Newton's method from a posture.
+
+    Args:
+        attitude: Of the base.
+        joints: The chain.
+        tip: In the frame of the last link [m].
+        target: Where the tip belongs, from the base [m].
+        posture: Where to begin [rad, m].
+
+    Returns:
+        Positions ``(joints,)``; None where the tip cannot be put there, or the chain is singular.
+    """
+    slides = np.array([joint.kind == "prismatic" for joint in joints])
+    length = max(chain_length(joints, tip), math.hypot(*target))
+    positions = np.array(posture, float)
+    for _ in range(_MOST_STEPS):
+        points, axes = chain_points(attitude, joints, tip, positions)
+        arms = points[-1] - points[:-1]
+        columns = np.where(slides[:, None], axes, np.cross(axes, arms)).T
+        sizes = np.linalg.norm(columns, axis=0)
+        if not abs(np.linalg.det(columns)) > _LEAST_SINE * sizes.prod():
+            return None
+        step = np.linalg.solve(columns, np.asarray(target) - points[-1])
+        largest = np.abs(np.where(slides, step / length, step)).max()
+        positions += step * min(1.0, _LONGEST_STEP / max(largest, _LONGEST_STEP))
+        if largest < _CONVERGED:
+            return positions
+    return None
+
+
+def chain_length(joints: Sequence[ChainJoint], tip: Sequence[float]) -> float:
+    """How long a chain is where it is straight and its slides are at 0 [m]."""
+    return sum(math.sqrt(sum(x * x for x in step)) for step in (*(j.place for j in joints), tip))
