@@ -177,6 +177,36 @@ def _column(
 
 
 @compiled
+def chain_turning(
+    chain: Record, rates: Floats, now: Record
+) -> tuple[float, float, float, float, float, float]:
+    """Angular velocity of the tip [rad/s], and its rate while no joint accelerates [rad/s^2]."""
+    wx = wy = wz = ax = ay = az = 0.0
+    for k in range(3):
+        if chain.slides[k] == 0:
+            rate, zx, zy, zz = rates[k], now.axes[k, 0], now.axes[k, 1], now.axes[k, 2]
+            px, py, pz = cross(wx, wy, wz, rate * zx, rate * zy, rate * zz)
+            ax, ay, az = ax + px, ay + py, az + pz
+            wx, wy, wz = wx + rate * zx, wy + rate * zy, wz + rate * zz
+    return wx, wy, wz, ax, ay, az
+
+
+@compiled
+def chain_moment(
+    chain: Record, now: Record, x: float, y: float, z: float
+) -> tuple[float, float, float]:
+    """J^-T J_omega^T times a moment."""
+    fx = fy = fz = 0.0
+    for k in range(3):
+        if chain.slides[k] == 0:
+            torque = now.axes[k, 0] * x + now.axes[k, 1] * y + now.axes[k, 2] * z
+            fx += now.inverse[k, 0] * torque
+            fy += now.inverse[k, 1] * torque
+            fz += now.inverse[k, 2] * torque
+    return fx, fy, fz
+
+
+@compiled
 def _rotate(axis: Floats, angle: float, rotation: Floats) -> None:
     """The rotation about a unit vector by an angle [rad]."""
     sine, cosine = sincos(angle)
