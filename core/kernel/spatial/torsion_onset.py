@@ -77,7 +77,7 @@ def onset_step(model: Record, discrete: Record, h: float, step: Record, work: Re
     for j in range(model.num_states):
         step.end.x[j] = step.start.x[j] + h * first.x[j]
     normalise(step.end)
-    update_kinematics(model.hand, step.end, work.kin)
+    update_kinematics(model.hand, discrete.seeds, step.end, work.kin)
     set_derivative(model, step.end, second, work)
     for j in range(model.num_states):
         mean.x[j] = 0.5 * (first.x[j] + second.x[j])
