@@ -21,6 +21,7 @@ from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.scenario.own_laws import forget
 from slipgrasp.core.scenario.pads import LEAST_ECCENTRICITY, PAD_FACTORS
 from slipgrasp.core.trace.types import Outcome
+from tests.core.test_chains import as_chains
 from tests.references.spatial_hands import random_state
 from tests.references.spatial_scenarios import random_spatial_scenario
 from tests.soft_box import JointSprings, SlideSprings, soft_box
@@ -203,6 +204,16 @@ def test_the_box_turns_only_where_friction_cannot_hold_its_moment(eccentricity, 
     result = simulate(soft_box(eccentricity, 1e-3, 0.6))
     assert (max(map(abs, result.metrics.spin_end)) > 1e-3) == turns
     assert turns or np.abs(result.trace.object_pose[-1, 4]) < 1e-8
+
+
+def test_the_closed_form_written_as_a_chain_turns_alike():
+    scenario = soft(load_scenario("spatial-composite"), values={"simulation.duration": 0.1})
+    closed, chain = simulate(scenario), simulate(as_chains(scenario))
+    ours, theirs = ([(c.contact, c.to_phase) for c in run.phase_changes] for run in (chain, closed))
+    assert ours == theirs
+    np.testing.assert_allclose(chain.metrics.spin_end, closed.metrics.spin_end, rtol=1e-6)
+    np.testing.assert_allclose(chain.metrics.slip_path, closed.metrics.slip_path, rtol=1e-6)
+    assert np.abs(chain.trace.energy_residual).max() < 2e-9
 
 
 def test_a_pad_that_is_no_larger_than_a_point_changes_no_bit():

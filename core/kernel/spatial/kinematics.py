@@ -19,8 +19,8 @@ from slipgrasp.core.kernel.spatial.chain import (
     BY_LINKS,
     CHAIN_STATE,
     ON_SLIDES,
-    chain_moment,
     chain_turning,
+    moment_at_chain,
     move_chain,
     solve_chain,
 )
@@ -214,7 +214,7 @@ def tip_turning(
     if hand.kinds[i] == ON_SLIDES:
         return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     if hand.kinds[i] == BY_CHAIN:
-        return chain_turning(hand.chains[i], kin.rates[i], kin.chains[i])
+        return chain_turning(hand.chains[i], kin.chains[i], kin.rates[i])
     cosine, sine = kin.yaws[i, 0], kin.yaws[i, 1]
     yaw, pitch = kin.rates[i, 0], kin.rates[i, 1] + kin.rates[i, 2]
     return pitch * sine, -pitch * cosine, yaw, yaw * pitch * cosine, yaw * pitch * sine, 0.0
@@ -228,7 +228,7 @@ def moment_at_tip(
     if hand.kinds[i] == ON_SLIDES:
         return 0.0, 0.0, 0.0
     if hand.kinds[i] == BY_CHAIN:
-        return chain_moment(hand.chains[i], kin.chains[i], x, y, z)
+        return moment_at_chain(hand.chains[i], kin.chains[i], x, y, z)
     cosine, sine = kin.yaws[i, 0], kin.yaws[i, 1]
     across, pitch = z / kin.reaches[i, 0], sine * x - cosine * y
     outwards = (kin.inverses[i, 0, 0] + kin.inverses[i, 1, 0]) * pitch
