@@ -68,7 +68,7 @@ function countColumns(kernel) {
   const unknowns = Number(field(kernel, "model", "num_unknowns")[0]);
   const diagnostics = Number(field(kernel, "model", "num_diagnostics")[0]);
   const width = { "": 1, pose: 3, coordinate: 3, contact: fingers, joint: 2 * fingers };
-  Object.assign(width, { tangent: fingers, path: 0 }); // one slip, and no path of its own
+  Object.assign(width, { tangent: fingers, path: 0, pad: 0 }); // one slip, no path, no soft tip
   Object.assign(width, { unknown: unknowns, diagnostic: diagnostics });
   return kernel.layout.row.reduce((sum, [, per]) => sum + width[per], 0);
 }

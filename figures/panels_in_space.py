@@ -27,7 +27,8 @@ _AXES = "xyz"
 
 def spatial_tracking_panels(result: RunResult) -> tuple[Panel, ...]:
     """Errors of the object's position and attitude, and both slips of every fingertip."""
-    return (*_pose_panels(result), _slip_panel(result))
+    spins = (_spin_panel(result),) if result.trace.shape.soft else ()
+    return (*_pose_panels(result), _slip_panel(result), *spins)
 
 
 def _pose_panels(result: RunResult) -> Iterator[Panel]:
@@ -69,6 +70,28 @@ def _slip_panel(result: RunResult) -> Panel:
     ]
     contacts = tuple(range(trace.shape.num_contacts))
     title = "fingertip slips along both tangents of their faces, and their speeds"
+    return Panel(title=title, plots=tuple(plots), contacts=contacts)
+
+
+def _spin_panel(result: RunResult) -> Panel:
+    """How far soft fingertips have turned on their faces, how fast, and with which moment."""
+    trace = result.trace
+    quantities = (
+        (r"$\psi$ [mrad]", trace.spin),
+        (r"$\dot\psi$ [mrad/s]", trace.spin_velocity),
+        (r"$F_\tau$ [mN m]", trace.torsional_moment),
+    )
+    plots = [
+        Plot(
+            label=label,
+            curves=_per_contact(result, 1e3 * values, named=k == 0),
+            least_span=0.02,
+            with_zero=True,
+        )
+        for k, (label, values) in enumerate(quantities)
+    ]
+    contacts = tuple(range(trace.shape.num_contacts))
+    title = "fingertip turns on their faces about the normals into the object, and their moments"
     return Panel(title=title, plots=tuple(plots), contacts=contacts)
 
 

@@ -63,19 +63,19 @@ def draw_signals(
             shade(axes, run, range(run.trace.shape.num_contacts))
             axes.set_xlim(*window)
             _fit(axes, window)
+            axes.set_xlabel("time [s]")
             axes.label_outer()
-        axes.set_xlabel("time [s]")
         if over is not None:
             figure.suptitle(f"solid: {run.name}; dashed: {over.name}", fontsize=8.5)
         return figure
 
 
 def _window(run: RunResult, time: tuple[float, float] | None) -> Window:
-    start, end = whole_run(run) if time is None else time
+    start, end = window = whole_run(run) if time is None else Window(*time)
     if not (math.isfinite(start) and math.isfinite(end) and start < end):
         message = f"time: {start:g} to {end:g} s is no range; the start must be before the end"
         raise _refusal("time", f"{start:g}, {end:g}", message)
-    return start, end
+    return window
 
 
 def _columns(run: RunResult, name: str) -> dict[int, Column]:

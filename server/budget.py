@@ -94,6 +94,7 @@ class Need:
             diagnostics_of(scenario),
             scenario.space,
             scenario.sliding_joints,
+            scenario.has_soft_fingers,
         )
         size = RecordingSize(shape, round(samples) + SPARE_SAMPLES, round(ticks))
         return cls(

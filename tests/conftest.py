@@ -97,6 +97,18 @@ def kernel() -> None:
     prepare_kernel()
 
 
+@pytest.fixture
+def known_laws() -> Iterator[None]:
+    """Forgets the custom laws of a test afterwards: lists of laws to choose from have them."""
+    from slipgrasp.core.scenario.own_laws import forget, own_laws
+
+    before = own_laws()
+    yield
+    for law in own_laws():
+        if law not in before:
+            forget(law.name)
+
+
 @pytest.fixture(scope="session")
 def browser() -> Iterator[Browser]:
     """A real Chromium; one, as Playwright allows no second at a time."""

@@ -55,13 +55,13 @@ class SpatialEvaluation:
         parts.slip[:], parts.slip_velocity[:] = state.slip.ravel(), state.slip_velocity.ravel()
         # The law asks of a phase only whether it is stick.
         self.discrete.phases[: self.n] = np.where(phase.slipping, SLIP, STICK)
-        self.discrete.directions[: self.n] = phase.directions
+        self.discrete.directions[: self.n, :2] = phase.directions
         self.discrete.slips[: self.n] = ~phase.sticks
         self.discrete.estimates[: self.p] = estimates
         self.discrete.beliefs[: self.n] = self.discrete.phases[: self.n]
         self.senses.measured = self.state
         self.senses.slips[: self.n] = ~phase.sticks
-        self.senses.gamma[: self.n] = phase.directions
+        self.senses.gamma[: self.n, :2] = phase.directions
 
     def plant(self, torques: Floats) -> Motion:
         """Motion under torques ``(n, 3)`` [N m]."""
@@ -74,7 +74,7 @@ class SpatialEvaluation:
         self.discrete.torques[: self.n] = torques
         room = make_record(SELECTION_ROOM)
         call_status = call(spatial_select, self.model, self.discrete, self.state, self.work, room)
-        phase = Phase(self.discrete.slips[: self.n] == 0.0, self.work.gamma[: self.n].copy())
+        phase = Phase(self.discrete.slips[: self.n] == 0.0, self.work.gamma[: self.n, :2].copy())
         return (phase if call_status == SELECTED else None), self._motion()
 
     def command(self, t: float = 0.0) -> Floats:

@@ -72,13 +72,13 @@ class Screen:
             self._compare = ComparePanel(gui, send)
         with self._results.add_tab("Study", viser.Icon.GRID_DOTS):
             self._study = StudyPanel(gui, send, self._widen_results)
-        self._controls = gui.add_panel()
-        with self._controls.add_tab("Playback", viser.Icon.PLAYER_PLAY):
+        self._player = gui.add_panel()
+        with self._player.add_tab("Playback", viser.Icon.PLAYER_PLAY):
             self._session_state = SessionStatePanel(gui, key)
             self._playback = PlaybackPanel(gui, send)
         # On a phone both are parts of one sheet, and folded up at first.
         self._results.expand()
-        self._controls.expand()
+        self._player.expand()
         self._is_wide = self._is_lecture = False
         self._arrangement: Arrangement | None = None
         self._widths = (0, 0, 0)
@@ -138,7 +138,7 @@ class Screen:
         sizes = panel_sizes(*size, lecture=self._is_lecture)
         self._arrange(self._page_layout.arrangement)
         results = sizes.study if self._is_wide else sizes.results
-        panels = (self._results, self._gui.main_panel, self._controls)
+        panels = (self._results, self._gui.main_panel, self._player)
         widths = (results, sizes.scenario, self._page_layout.playback)
         for panel, width, before in zip(panels, widths, self._widths, strict=True):
             if width not in (before, 0):
@@ -158,7 +158,7 @@ class Screen:
             self._gui.main_panel.dock_below(self._results)
         else:
             self._gui.main_panel.dock_right()
-        self._controls.float(x=MARGIN, y=-MARGIN)
+        self._player.float(x=MARGIN, y=-MARGIN)
 
     def _lay_out_lecture(self) -> None:
         """Folds the controls up, and unfolds them for work at a desk."""
@@ -182,7 +182,7 @@ class Screen:
         for panel in self._panels:
             panel.remove()
         self._results.remove()
-        self._controls.remove()
+        self._player.remove()
         self._scene.remove()
 
 

@@ -154,6 +154,8 @@ def _allowed(stated: Metrics, trace: Trace) -> Iterator[tuple[str, Any]]:
             for margin, sample in margins
         ),
     )
+    turned = zip(stated.spin_path, np.abs(np.diff(trace.spin, axis=0)).sum(axis=0), strict=True)
+    yield "spin_path", tuple(max(path, float(sample)) for path, sample in turned)
     yield "rms_tracking_error", tuple(max(value, 0.0) for value in stated.rms_tracking_error)
     yield "torque_effort", max(stated.torque_effort, 0.0)
 

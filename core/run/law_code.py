@@ -33,7 +33,7 @@ _GROUPS = ("model", "parameters")
 _OF_MODEL = frozenset(
     (
         *("friction", "object_mass", "object_inertia", "object_inertias", "link_masses"),
-        *("link_lengths", "link_centres", "gravity", "torque_limit"),
+        *("eccentricity", "link_lengths", "link_centres", "gravity", "torque_limit"),
     )
 )
 _PER_FINGER = frozenset(
@@ -42,6 +42,7 @@ _PER_FINGER = frozenset(
         *("believed_phase", "slip_direction", "contact_force", "jacobian", "jacobian_inverse"),
         *("link_direction", "contact_arm", "contact_tangent", "contact_tangents"),
         *("contact_normal", "friction", "link_masses", "link_lengths", "link_centres"),
+        *("contact_moment", "spin", "spin_velocity", "eccentricity"),
     )
 )
 

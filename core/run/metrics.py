@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from slipgrasp.core.kernel.compilation.records import Record
 from slipgrasp.core.scenario.space import PLANAR, Space, space_of_errors
-from slipgrasp.core.trace.trace import Trace
+from slipgrasp.core.trace.trace import Trace, TraceShape
 from slipgrasp.core.trace.types import ContactPhase, Outcome, PhaseChange
 
 HOLD_WINDOW = 0.5
@@ -34,14 +34,15 @@ class Metric:
     Attributes:
         text: One sentence.
         unit: SI unit, "1" for pure numbers, "" for what has none.
-        per: What its entries stand for: "" (one value), coordinate, contact.
+        per: What its entries stand for: "" (one value), coordinate, contact, pad (contact, where
+            any fingertip is soft).
         name: Field of `Metrics`, or of one number in a table: ``slip_path_0``.
         kind: What its values are.
     """
 
     text: str
     unit: str = ""
-    per: Literal["", "coordinate", "contact"] = ""
+    per: Literal["", "coordinate", "contact", "pad"] = ""
     name: str = ""
     kind: MetricKind = "number"
 
@@ -51,6 +52,7 @@ class Metric:
             "": ("",),
             "coordinate": space.coordinates,
             "contact": tuple(f"{contact}" for contact in range(num_contacts)),
+            "pad": tuple(f"{contact}" for contact in range(num_contacts)),
         }[self.per]
         units = self.unit.split(", ")
         for i, label in enumerate(labels):
@@ -108,6 +110,16 @@ class Metrics:
         ),
     ]
     phase_change_count: Annotated[int, Metric("Number of phase changes.", "1")]
+    spin_path: Annotated[
+        tuple[float, ...],
+        Metric(
+            "Angle each fingertip turned on its face in all; none where none is soft.", "rad", "pad"
+        ),
+    ] = ()
+    spin_end: Annotated[
+        tuple[float, ...],
+        Metric("Spin of each fingertip at the end; none where none is soft.", "rad", "pad"),
+    ] = ()
 
     def flattened(self) -> dict[str, float | int | bool | None]:
         """One value per name of `metric_names`, for tables: slip_path_0, rms_tracking_error_x."""
@@ -115,13 +127,17 @@ class Metrics:
         for metric in METRICS:
             value = getattr(self, metric.name)
             values += value if metric.per else [value]
-        names = metric_names(len(self.slip_path), space_of_errors(len(self.final_tracking_error)))
+        space = space_of_errors(len(self.final_tracking_error))
+        names = metric_names(len(self.slip_path), space, soft=len(self.spin_path) > 0)
         return dict(zip(names, values, strict=True))
 
     def are_of(self, num_contacts: int) -> bool:
         """Whether they are those of a hand with so many contacts."""
         lists = (getattr(self, metric.name) for metric in METRICS if metric.per == "contact")
-        return all(len(values) == num_contacts for values in lists)
+        pads = {len(self.spin_path), len(self.spin_end)}
+        return pads in ({0}, {num_contacts}) and all(
+            len(values) == num_contacts for values in lists
+        )
 
 
 def _metrics() -> Iterator[Metric]:
@@ -136,38 +152,47 @@ METRICS = tuple(_metrics())
 
 
 @cache
-def single_metrics(num_contacts: int, space: Space = PLANAR) -> tuple[Metric, ...]:
+def single_metrics(
+    num_contacts: int, space: Space = PLANAR, *, soft: bool = False
+) -> tuple[Metric, ...]:
     """The single numbers of `Metrics`, as they stand in tables.
 
     Args:
         num_contacts: Fingers of the hand.
         space: Whether it is planar or spatial.
+        soft: Whether any fingertip is soft.
     """
     return tuple(
-        single for metric in METRICS for single in metric.single_values(num_contacts, space)
+        single
+        for metric in METRICS
+        if soft or metric.per != "pad"
+        for single in metric.single_values(num_contacts, space)
     )
 
 
 @cache
-def metric_names(num_contacts: int, space: Space = PLANAR) -> tuple[str, ...]:
+def metric_names(
+    num_contacts: int, space: Space = PLANAR, *, soft: bool = False
+) -> tuple[str, ...]:
     """Names of the single numbers of `Metrics`, as they stand in tables.
 
     Args:
         num_contacts: Fingers of the hand.
         space: Whether it is planar or spatial.
+        soft: Whether any fingertip is soft.
     """
-    return tuple(metric.name for metric in single_metrics(num_contacts, space))
+    return tuple(metric.name for metric in single_metrics(num_contacts, space, soft=soft))
 
 
-def compute_metrics(run: Record, num_contacts: int, outcome: Outcome) -> Metrics:
+def compute_metrics(run: Record, shape: TraceShape, outcome: Outcome) -> Metrics:
     """Computes all metrics of a run.
 
     Args:
         run: Its progress in the kernel.
-        num_contacts: Fingers of the hand.
+        shape: Of its trace.
         outcome: How it ended.
     """
-    tally, n = run["tally"], num_contacts
+    tally, n = run["tally"], shape.num_contacts
     peaks = np.maximum(tally["peak_normal_force"], tally["row_peak"])
     margins = np.minimum(tally["least_margin"], tally["row_margin"])
     slipping = bool(tally["slipping"])
@@ -183,6 +208,8 @@ def compute_metrics(run: Record, num_contacts: int, outcome: Outcome) -> Metrics
         final_tracking_error=_numbers(tally["error"]),
         torque_effort=float(tally["effort"]),
         phase_change_count=int(run["all_changes"]),
+        spin_path=_numbers(tally["spin_path"][:n]) if shape.soft else (),
+        spin_end=_numbers(tally["spin_end"][:n]) if shape.soft else (),
     )
 
 
@@ -245,6 +272,8 @@ def metrics_of_trace(
         final_tracking_error=_numbers(trace.tracking_error[-1]),
         torque_effort=float(np.trapezoid((trace.joint_torque**2).sum(axis=1), times)),
         phase_change_count=len(changes),
+        spin_path=_numbers(np.abs(np.diff(trace.spin, axis=0)).sum(axis=0)),
+        spin_end=_numbers(trace.spin[-1]),
     )
 
 

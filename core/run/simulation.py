@@ -122,7 +122,12 @@ class Simulation:
         unknowns = tuple(e.parameter for e in scenario.estimates)
         count = len(scenario.fingers)
         self.shape = TraceShape(
-            count, unknowns, diagnostics, scenario.space, scenario.sliding_joints
+            count,
+            unknowns,
+            diagnostics,
+            scenario.space,
+            scenario.sliding_joints,
+            scenario.has_soft_fingers,
         )
         self._size = count, len(unknowns)
         self._engine = make_engine(scenario, keeps_rows=self._keeps_trace)
@@ -208,7 +213,7 @@ class Simulation:
             outcome=outcome,
             reason=self._reason,
             warnings=describe_warnings(self._run),
-            metrics=compute_metrics(self._run, self.shape.num_contacts, outcome),
+            metrics=compute_metrics(self._run, self.shape, outcome),
             provenance=self.provenance,
             ticks=self.ticks_from(self.num_released_ticks),
         )
@@ -289,7 +294,7 @@ class Simulation:
             reason=self._reason,
             end_time=float(self._run.tally.time),
             estimates=dict(zip(self.shape.unknowns, estimates.tolist(), strict=True)),
-            metrics=compute_metrics(self._run, self.shape.num_contacts, outcome),
+            metrics=compute_metrics(self._run, self.shape, outcome),
             warnings=describe_warnings(self._run),
         )
 

@@ -339,6 +339,9 @@ def _describe_squeeze(result: RunResult) -> Iterator[str]:
     sticks = (trace.phase[-1] == ContactPhase.STICK).all() and (friction > 0.0).all()
     if result.outcome is not Outcome.COMPLETED or not sticks or tangential.max() < _LEAST_FORCE:
         return
+    if result.scenario.has_soft_fingers:
+        # The moment about the normal takes its share of the friction.
+        tangential = friction * normal - trace.friction_margin[-1]
     needed = tangential / np.where(friction > 0.0, friction, 1.0)
     i = int(np.argmin(normal - needed))
     force, least = _told_apart(float(normal[i]), float(needed[i]))

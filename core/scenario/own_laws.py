@@ -14,7 +14,7 @@ from slipgrasp.core.scenario.laws import CONTROL_LAWS, ControlLaw
 LAW_NAME = r"^[a-z][a-z0-9_-]{0,59}$"
 PARAMETER_NAME = r"^[a-z][a-z0-9_]{0,39}$"
 
-INTERFACE_VERSION = 2
+INTERFACE_VERSION = 3
 """Of what a law is shown and answers (docs/laws.md)."""
 
 OUTSIDE = "outside"

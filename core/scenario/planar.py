@@ -54,6 +54,11 @@ class PlanarScenario:
         return PLANAR
 
     @property
+    def has_soft_fingers(self) -> bool:
+        """Whether any fingertip resists turning on its face: in the plane nothing turns so."""
+        return False
+
+    @property
     def finger_names(self) -> tuple[str, ...]:
         """What to call the fingers: the faces they touch, numbered where several share one."""
         return names_by_face([finger.face for finger in self.fingers])

@@ -23,6 +23,7 @@ class Space:
         tangents: Names of the tangents of a face; empty for the only one.
         joints_per_finger: How many joints every finger has.
         has_paths: Whether the distance that a fingertip has travelled is a signal of its own.
+        has_pads: Whether fingertips may be soft.
         slip_signal: The signal that tells how far a fingertip has slid in one number.
         slip_words: What that is called.
         force_index: Index of F where it stands for the tangential force: one part, or its size.
@@ -38,6 +39,7 @@ class Space:
     tangents: tuple[str, ...]
     joints_per_finger: int
     has_paths: bool
+    has_pads: bool
     slip_signal: str
     slip_words: str
     force_index: str
@@ -86,6 +88,7 @@ PLANAR = Space(
     tangents=("",),
     joints_per_finger=2,
     has_paths=False,
+    has_pads=False,
     slip_signal="slip",
     slip_words="slip",
     force_index="x",
@@ -101,6 +104,7 @@ SPATIAL = Space(
     tangents=("x", "y"),
     joints_per_finger=3,
     has_paths=True,
+    has_pads=True,
     slip_signal="slip_path",
     slip_words="way slid",
     force_index="t",

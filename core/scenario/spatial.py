@@ -53,6 +53,7 @@ from slipgrasp.core.scenario.motion import (
     Time,
 )
 from slipgrasp.core.scenario.numerics import Change, SpatialSimulation
+from slipgrasp.core.scenario.pads import PadPressure, PadRadius, eccentricity
 from slipgrasp.core.scenario.parameters import Quantity
 from slipgrasp.core.scenario.space import SPATIAL, Space
 from slipgrasp.core.scenario.world import (
@@ -194,6 +195,8 @@ class SpatialFinger:
     static_friction: StaticFriction = None
     joint_damping: JointDamping = 0.0
     joint_friction: JointFriction = 0.0
+    pad_radius: PadRadius = 0.0
+    pad_pressure: PadPressure = "even"
     face: Annotated[
         SpatialFace,
         Quantity(
@@ -228,6 +231,11 @@ class SpatialFinger:
             used_by=("links",),
         ),
     ] = (1.0 / 12.0, 1.0 / 12.0)
+
+    @property
+    def eccentricity(self) -> float:
+        """Greatest moment about the normal over greatest tangential force, 0 of a point [m]."""
+        return eccentricity(self.pad_radius, self.pad_pressure)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
@@ -387,6 +395,11 @@ class SpatialScenario:
     def space(self) -> Space:
         """What depends on the hand being spatial."""
         return SPATIAL
+
+    @property
+    def has_soft_fingers(self) -> bool:
+        """Whether any fingertip resists turning on its face."""
+        return any(finger.eccentricity > 0.0 for finger in self.fingers)
 
     @property
     def finger_names(self) -> tuple[str, ...]:

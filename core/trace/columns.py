@@ -33,6 +33,7 @@ _SHORT = (
     ("object_pose",),
     ("tracking_error",),
     ("slip", "slip_velocity", "phase", "normal_force", "tangential_force"),
+    ("spin", "spin_velocity", "torsional_moment"),
     ("joint_torque", "joint_position"),
     ("estimates",),
     ("diagnostics",),
@@ -100,7 +101,7 @@ def labels_of(signal: Signal, shape: TraceShape) -> tuple[str, ...]:
     if signal.per == "tangent":
         named = (f"{axis}_{i}" for i in contacts for axis in shape.space.tangents)
         return tuple(name.lstrip("_") for name in named)
-    if signal.per in ("contact", "path"):
+    if signal.per in ("contact", "path", "pad"):
         return tuple(str(contact) for contact in contacts[: shape.width(signal)])
     if signal.per == "joint":
         joints = range(shape.width(signal) // shape.num_contacts)

@@ -77,7 +77,7 @@ def _labels(trace: Trace) -> dict[str, list[str] | list[int]]:
 
 def _dimension(signal: Signal, shape: TraceShape) -> str:
     """What the entries of a signal lie along: what there is one of has no dimension of its own."""
-    if signal.per == "path" or (signal.per == "tangent" and shape.space.num_tangents == 1):
+    if signal.per in ("path", "pad") or (signal.per == "tangent" and shape.space.num_tangents == 1):
         return "contact"
     if signal.per == "pose" and shape.space.pose == shape.coordinates:
         return "coordinate"

@@ -34,7 +34,8 @@ class Signal:
     Attributes:
         topic: Group it is recorded with: time, object, contacts, joints, controller, energy.
         per: What its entries stand for: "" (one number), pose, coordinate, contact, tangent (of
-            contacts, two in space), path (of contacts, in space only), joint, unknown, diagnostic.
+            contacts, two in space), path (of contacts, in space only), pad (of contacts, where
+            any fingertip is soft), joint, unknown, diagnostic.
         unit: SI unit, or one each where they differ.
         text: One sentence.
         slides_unit: Its unit for joints that are slides.
@@ -80,6 +81,7 @@ class TraceShape:
         diagnostics: What a custom law tells of itself; empty where there is none.
         space: What depends on the hand being planar or spatial.
         slides: Which joints slide, counted through all fingers; they have other units.
+        soft: Whether any fingertip is soft.
     """
 
     num_contacts: int
@@ -87,6 +89,7 @@ class TraceShape:
     diagnostics: tuple[Diagnostic, ...] = ()
     space: Space = PLANAR
     slides: tuple[int, ...] = ()
+    soft: bool = False
 
     @property
     def coordinates(self) -> tuple[str, ...]:
@@ -100,6 +103,8 @@ class TraceShape:
 
     def has(self, signal: Signal) -> bool:
         """Whether such a trace has a signal at all, if perhaps of no column."""
+        if signal.per == "pad":
+            return self.soft
         return signal.per != "path" or self.space.has_paths
 
     @property
@@ -117,6 +122,7 @@ class TraceShape:
             "contact": self.num_contacts,
             "tangent": self.space.num_tangents * self.num_contacts,
             "path": self.space.has_paths * self.num_contacts,
+            "pad": self.soft * self.num_contacts,
             "joint": self.width_of_joints,
             "unknown": len(self.unknowns),
             "diagnostic": len(self.diagnostics),
@@ -357,6 +363,26 @@ class Trace:
     ]
     dissipated_energy: Annotated[
         Floats, Signal("energy", "", "J", "Energy lost to friction so far.")
+    ]
+    spin: Annotated[
+        Floats,
+        Signal(
+            "contacts",
+            "pad",
+            "rad",
+            "Angle by which the fingertip has turned on the face, about the normal into the "
+            "object; 0 of a hard point.",
+        ),
+    ]
+    spin_velocity: Annotated[Floats, Signal("contacts", "pad", "rad/s", "Its first derivative.")]
+    torsional_moment: Annotated[
+        Floats,
+        Signal(
+            "contacts",
+            "pad",
+            "N m",
+            "Moment of the fingertip on the object, about the opposite of that normal.",
+        ),
     ]
     absent: frozenset[str] = frozenset()
 

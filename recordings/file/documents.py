@@ -38,6 +38,7 @@ from slipgrasp.core.trace.trace import TraceShape
 from slipgrasp.core.trace.types import Outcome, Reason, RunWarning
 from slipgrasp.recordings.file.schemas import format_of
 from slipgrasp.recordings.file.state_hash import digest_of
+from slipgrasp.recordings.file.versions import SOFT_FORMAT
 
 PROFILE = "slipgrasp"
 STUDY_PROFILE = "slipgrasp-study"
@@ -112,7 +113,8 @@ def read_shape(start: Mapping[str, str]) -> TraceShape:
     slides = tuple(map(int, parse_json(start.get("slides", "[]"))))
     if not set(slides) <= set(range(num_contacts * space.joints_per_finger)):
         raise ValueError("slides that the hand does not have")
-    return TraceShape(num_contacts, unknowns, diagnostics, space, slides)
+    soft = int(start["format"]) == SOFT_FORMAT
+    return TraceShape(num_contacts, unknowns, diagnostics, space, slides, soft)
 
 
 def scenario_document(scenario: Scenario) -> bytes:

@@ -20,6 +20,7 @@ from slipgrasp.recordings.file.versions import (
     FIRST_FORMAT_WITH_TICKS,
     FORMATS,
     PLANAR_FORMAT,
+    SOFT_FORMAT,
     SPATIAL_FORMATS,
 )
 
@@ -111,7 +112,7 @@ SAMPLE_TOPICS = _sample_topics(PLANAR_FORMAT)
 
 def format_of(shape: TraceShape) -> int:
     """The format in which runs of a shape are written."""
-    return FORMATS[shape.space]
+    return SOFT_FORMAT if shape.soft else FORMATS[shape.space]
 
 
 PHASE_CHANGES = Topic(

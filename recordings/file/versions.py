@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from slipgrasp.core.scenario.space import PLANAR, SPATIAL
 
-PLANAR_FORMAT, SPATIAL_FORMAT = 7, 8
+PLANAR_FORMAT, SPATIAL_FORMAT, SOFT_FORMAT = 7, 8, 9
 FORMATS = {PLANAR: PLANAR_FORMAT, SPATIAL: SPATIAL_FORMAT}
-"""What is written of planar and of spatial hands, the least that holds it."""
+"""What is written of planar and of spatial hands, the least that holds it.
 
-SPATIAL_FORMATS = (6, SPATIAL_FORMAT)
+Of spatial hands with soft fingertips it is `SOFT_FORMAT`.
+"""
+
+SPATIAL_FORMATS = (6, SPATIAL_FORMAT, SOFT_FORMAT)
 """All formats of spatial hands."""
 
-FORMAT_VERSION = SPATIAL_FORMAT
+FORMAT_VERSION = SOFT_FORMAT
 """The newest that is read; raised when the reader before could not read a file correctly."""
 
 FIRST_FORMAT_WITH_SHA256 = 3
@@ -30,6 +33,9 @@ FIRST_FORMAT_WITH = {
     "commanded_torque": 5,
     "diagnostics": 5,
     "slip_path": 6,
+    "spin": SOFT_FORMAT,
+    "spin_velocity": SOFT_FORMAT,
+    "torsional_moment": SOFT_FORMAT,
 }
 """Signals and metrics that not every format holds, and since when.
 

@@ -13,7 +13,7 @@ from slipgrasp.core.scenario import MAX_FINGERS
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.recordings.exceptions import QueryError
 
-FIGURES = ("end_time", *metric_names(MAX_FINGERS))
+FIGURES = ("end_time", *metric_names(MAX_FINGERS, soft=True))
 """Numbers that a run can be searched and sorted by."""
 
 SORT_KEYS = (

@@ -49,7 +49,9 @@ def columns_of(study: Study) -> tuple[ResultColumn, ...]:
         ResultColumn("end_time", "number", "s", "ending"),
         *(
             ResultColumn(metric.name, metric.kind, metric.unit, "metric")
-            for metric in single_metrics(len(study.base.fingers), study.base.space)
+            for metric in single_metrics(
+                len(study.base.fingers), study.base.space, soft=study.base.has_soft_fingers
+            )
         ),
         ResultColumn("state_hash", "hash", "", "origin"),
         ResultColumn("kernel", "word", "", "origin"),

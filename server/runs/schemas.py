@@ -128,8 +128,16 @@ def _metric_type(metric: Metric) -> Any:
     return list[FiniteOrNone] if metric.per else FiniteOrNone
 
 
-class MetricsPublic(create_model("_Metrics", **{m.name: _metric_type(m) for m in METRICS})):
-    """Figures of merit; lists have one entry per contact, or x, y, theta."""
+def _metric_field(metric: Metric) -> Any:
+    """A field; those of soft fingertips are missing from summaries that are older."""
+    return (_metric_type(metric), ()) if metric.per == "pad" else _metric_type(metric)
+
+
+class MetricsPublic(create_model("_Metrics", **{m.name: _metric_field(m) for m in METRICS})):
+    """Figures of merit; lists have one entry per contact, or x, y, theta.
+
+    Those of soft fingertips are empty where no fingertip is soft.
+    """
 
 
 class RunPublic(BaseModel):

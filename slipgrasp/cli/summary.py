@@ -69,9 +69,10 @@ def _contacts(result: RunResult) -> Iterator[str]:
             if least is None
             else f"in stick at least {least:.3g} N inside the cone"
         )
+        turned = f", turned {_thousandths(metrics.spin_path[i])} mrad" if metrics.spin_path else ""
         yield _line(
             f"contact {i} {finger.face}",
-            f"slipped {_millimetres(metrics.slip_path[i])}, {changes} phase "
+            f"slipped {_millimetres(metrics.slip_path[i])}{turned}, {changes} phase "
             f"change{'' if changes == 1 else 's'}, "
             f"up to {metrics.peak_normal_force[i]:.4g} N normal force, {reserve}",
         )

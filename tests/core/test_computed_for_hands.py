@@ -45,6 +45,7 @@ ADDED = (
     {"fingers.0.kind": "slides"},
     DETECTED,
     {**DETECTED, "controller.prediction": True, "sensing.slip_detector": "cumulative-sum"},
+    {"fingers.0.pad_radius": 0.01},
 )
 PRISM = [[0.1, -0.1], [0.12, 0.1], [-0.12, 0.1], [-0.1, -0.1]]
 

@@ -9,7 +9,9 @@ from scipy.linalg import null_space
 from scipy.optimize import nnls
 
 from slipgrasp import load_law, load_scenario, simulate, verify, with_law, with_values
-from slipgrasp.core.scenario.own_laws import forget, own_laws
+from slipgrasp.core.scenario.own_laws import forget
+
+pytestmark = pytest.mark.usefixtures("known_laws")
 
 FILE = Path(__file__).parents[2] / "examples" / "laws" / "field.py"
 
@@ -24,20 +26,11 @@ def _import_file():
 FIELD = _import_file()
 
 
-@pytest.fixture(autouse=True)
-def _known_laws():
-    before = own_laws()
-    yield
-    for law in own_laws():
-        if law not in before:
-            forget(law.name)
-
-
-def run(name, preset="composite-case-2", **values):
+def run(name):
     law = load_law(f"{FILE}:{name}")
-    base = with_law(load_scenario(preset), law.name)
+    base = with_law(load_scenario("composite-case-2"), law.name)
     told = {"estimates": [], "controller.grip_force": 10.0, "simulation.duration": 1.0}
-    return simulate(with_values(base, {**told, **values}))
+    return simulate(with_values(base, told))
 
 
 def grasp_matrix(arm):

@@ -23,24 +23,16 @@ from slipgrasp import (
 from slipgrasp.core.run.simulator import run_to_end
 from slipgrasp.core.run.verdict import describe_run
 from slipgrasp.core.scenario import CONTROL_LAWS, Change
-from slipgrasp.core.scenario.own_laws import forget, own_laws
 from tests.core.test_composite import at_ticks
 from tests.references.closed_loop import ClosedLoop
 from tests.references.hand import State
 from tests.references.noise import normal_numbers
 
+pytestmark = pytest.mark.usefixtures("known_laws")
+
 LAWS = Path(__file__).parents[2] / "examples" / "laws" / "pd_gravity.py"
 BASE = with_law(load_scenario("composite-case-2"), "pd-gravity")
 SHORT = with_values(BASE, {"simulation.duration": 0.2})
-
-
-@pytest.fixture(autouse=True)
-def _known_laws():
-    before = own_laws()
-    yield
-    for law in own_laws():
-        if law not in before:
-            forget(law.name)
 
 
 def rows(result):

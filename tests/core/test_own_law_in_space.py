@@ -19,9 +19,11 @@ from slipgrasp import (
     with_values,
     write_recording,
 )
-from slipgrasp.core.scenario.own_laws import forget, own_laws
+from slipgrasp.core.scenario.own_laws import forget
 from slipgrasp.core.trace.columns import columns_of
 from slipgrasp.core.trace.types import Outcome
+
+pytestmark = pytest.mark.usefixtures("known_laws")
 
 GRIP = 30.0
 BASE = with_values(
@@ -35,15 +37,6 @@ BASE = with_values(
         "trajectory.set_points.0.pose": (0.01, 0.005, 0.37, 0.02, -0.05, 0.1),
     },
 )
-
-
-@pytest.fixture(autouse=True)
-def _known_laws():
-    before = own_laws()
-    yield
-    for law in own_laws():
-        if law not in before:
-            forget(law.name)
 
 
 def of_law(law, scenario=BASE, **values):

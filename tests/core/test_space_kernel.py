@@ -154,7 +154,7 @@ def test_newtons_method_begins_anew_until_it_has_the_forces_of_the_pyramid():
     _, scenario, world, state = sample(3, 0, **values)
     evaluation = SpatialEvaluation(scenario, state, all_stick(3), world.estimates)
     evaluation.work.forces[:3] = stick
-    evaluation.discrete.slips[:3] = evaluation.discrete.directions[:3] = moving
+    evaluation.discrete.slips[:3] = evaluation.discrete.directions[:3, :2] = moving
     room = make_record(SELECTION_ROOM)
     room.mobility[:9, :9], room.offset[:9] = G, c
     room.free[:3], room.bounds[:3] = ~moving, 1.0

@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose
 from slipgrasp.core.kernel.compilation.compiler import call
 from slipgrasp.core.kernel.compilation.records import make_record
 from slipgrasp.core.kernel.spatial.grasp import spatial_grasp
-from slipgrasp.core.kernel.spatial.workspace import GRASP, MAX_FORCES
+from slipgrasp.core.kernel.spatial.workspace import GRASP, MAX_ASKED
 
 SAME_FORCE = 1e-6  # of two ways to one solution, share of the forces
 TICKS = 40
@@ -54,9 +54,10 @@ def pose_problem(rng, grasp, W, friction):
 
 def solve(grasp, rows, n):
     """Solves the program from what ``grasp`` remembers: violation and forces."""
+    grasp.fingers, grasp.size = n, 3 * n
     for row, values in enumerate(rows):
         grasp.rows[row, : 3 * n] = values[:-1]
-        grasp.rows[row, MAX_FORCES] = values[-1]
+        grasp.rows[row, MAX_ASKED] = values[-1]
     violation = call(spatial_grasp, grasp, n, len(rows), 1)
     return violation, grasp.force[: 3 * n].copy()
 

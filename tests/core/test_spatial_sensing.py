@@ -86,7 +86,7 @@ def moments_of(scenario, monkeypatch):
                 simulation.time,
                 state_of(run.step.start, n),
                 state_of(senses.measured, n),
-                Phase(senses.slips[:n] == 0.0, senses.gamma[:n].copy()),
+                Phase(senses.slips[:n] == 0.0, senses.gamma[:n, :2].copy()),
                 senses.acceleration[: 6 + 2 * n].copy(),
                 senses.torques[:n].copy(),
                 run.discrete.commanded[:n].copy(),

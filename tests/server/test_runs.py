@@ -61,6 +61,8 @@ def test_a_posted_run_has_the_keys_of_the_contract(sample_run) -> None:
         "final_tracking_error",
         "torque_effort",
         "phase_change_count",
+        "spin_path",
+        "spin_end",
     }
     assert sample_run["outcome"] == "completed" and sample_run["reason"] is None
 

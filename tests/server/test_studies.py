@@ -310,24 +310,6 @@ def test_a_study_without_results_says_that_there_are_none_yet(occupied):
     assert "no result of run 0, and none yet of any, of 40 runs" in answer.json()["detail"]
 
 
-def test_a_damaged_study_has_failed_with_what_is_wrong_and_can_be_deleted(tmp_path):
-    settings = patient_settings(tmp_path, study_executor="inline")
-    with serve(settings) as running, running.client() as client:
-        file = tmp_path / "studies" / "aaaaaaaaaaa1.mcap"
-        file.parent.mkdir(exist_ok=True)
-        file.write_bytes(b"nothing of use")
-        listed = client.get("/studies").json()
-        told = client.get("/studies/aaaaaaaaaaa1").json()
-        answers = [client.get(f"/studies/{file.stem}/{rest}") for rest in ("recording", "results")]
-        deleted = client.delete("/studies/aaaaaaaaaaa1")
-
-    assert listed["count"] == 1 and listed["data"] == [told]
-    assert told["state"] == "failed" and file.name in told["message"]
-    assert "recording" not in told["links"]
-    assert [answer.status_code for answer in answers] == [422, 422]
-    assert deleted.status_code == 204 and not file.exists()
-
-
 def test_a_study_that_may_not_find_room_is_told_how_much_it_may_take(tmp_path):
     settings = patient_settings(tmp_path, study_executor="inline", quota_bytes=3_000_000)
     body = {**QUICK, "recordings": "all", "sampling": {"method": "random", "runs": 1000}}

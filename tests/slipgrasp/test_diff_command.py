@@ -158,16 +158,3 @@ def test_a_recording_that_contradicts_itself_is_not_equal_and_told_of(slipgrasp,
     assert {(c["run"], c["what"]) for c in json.loads(alone.stdout)["contradictions"]} == {
         (run, f"slip_path_{contact}") for run in "ab" for contact in (0, 1)
     }
-
-
-def test_what_differs_before_the_cause_is_called_integration_error(slipgrasp, files):
-    base = with_values(load_scenario("paper-case-2"), {"simulation.duration": 1.0})
-    push = {"pulses.0.time": 0.5}
-    for name, values in {"calm": {}, "pushed": push}.items():
-        write_recording(simulate(with_values(base, values)), files / f"{name}.mcap")
-
-    done = slipgrasp("diff", "calm.mcap", "pushed.mcap")
-    first, second, *_ = done.stdout.splitlines()
-    assert first.startswith("Different from 0.5 s on")
-    assert second.startswith("Differences before 0.5 s, the largest ")
-    assert second.endswith("are integration error.")

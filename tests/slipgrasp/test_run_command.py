@@ -33,7 +33,7 @@ KEYS = {
 METRICS = {
     *("held", "slipping_at_end", "last_slip_time", "slip_path", "peak_normal_force"),
     *("minimum_friction_margin", "rms_tracking_error", "final_tracking_error"),
-    *("torque_effort", "phase_change_count"),
+    *("torque_effort", "phase_change_count", "spin_path", "spin_end"),
 }
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.web.model.draft import Draft
 from slipgrasp.web.model.intents.intent import Intent
@@ -19,6 +21,21 @@ def view_of(case_2: RunResult) -> ViewState:
         shown=Shown(1, case_2, 0.01),
         playback=Playback(time=0.5, window=TimeWindow(0.0, 7.0), speed=1.0, playing=False),
     )
+
+
+def first_view() -> ViewState:
+    """The page before its first run is there."""
+    return ViewState(
+        draft=Draft.from_preset("paper-case-1"),
+        status=RunStatus(RunStage.SIMULATING),
+        choice=WindowChoice.SLIP,
+    )
+
+
+def at(view: ViewState, time: float) -> ViewState:
+    """The view with its play head at another time."""
+    assert view.playback is not None
+    return replace(view, playback=replace(view.playback, time=time))
 
 
 def after(view: ViewState, *intents: Intent) -> ViewState:

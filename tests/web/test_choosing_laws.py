@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from itertools import permutations
 
 import pytest
@@ -22,16 +21,15 @@ from slipgrasp.server.viewer.server import ViewerServer
 from slipgrasp.web.model.draft import Draft, Value
 from slipgrasp.web.model.editing import LawNote, Reach
 from slipgrasp.web.model.events import events_of
-from slipgrasp.web.model.intents.intent import Intent
 from slipgrasp.web.model.intents.scenario import ChooseReach, Redo, RemoveChange, SetParameter, Undo
 from slipgrasp.web.model.laws import law_change_words, with_law
 from slipgrasp.web.model.playback import Playback, TimeWindow, WindowChoice
 from slipgrasp.web.model.view import RunStage, RunStatus, ViewState
 from slipgrasp.web.panels.controls_panel import ControlsPanel
 from slipgrasp.web.panels.scenario_panel import changes_html
-from slipgrasp.web.reducers.scenario import ScenarioReducer
 from tests.web.conftest import Visitors
 from tests.web.driving import choose_case_2, pause_at
+from tests.web.reducing import after, at
 
 pytestmark = pytest.mark.slow
 
@@ -46,18 +44,6 @@ COMPOSITE = (
 def view_at(time: float, draft: Draft = FIRST, *, playing: bool = False) -> ViewState:
     playback = Playback(time=time, window=TimeWindow(0.0, 7.0), speed=1.0, playing=playing)
     return ViewState(draft, RunStatus(RunStage.PREVIEW), WindowChoice.SLIP, playback=playback)
-
-
-def at(view: ViewState, time: float) -> ViewState:
-    assert view.playback is not None
-    return replace(view, playback=replace(view.playback, time=time))
-
-
-def after(view: ViewState, *intents: Intent) -> ViewState:
-    reducer = ScenarioReducer()
-    for intent in intents:
-        view = reducer.reduce(intent, view)
-    return view
 
 
 def chosen(view: ViewState, *kinds: str) -> ViewState:

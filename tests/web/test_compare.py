@@ -17,20 +17,16 @@ from slipgrasp.recordings.store.store import RecordingStore
 from slipgrasp.recordings.store.stored_run import StoredRun
 from slipgrasp.server.viewer.server import ViewerServer
 from slipgrasp.web.model.compare_words import amount, column_words, number, scale_of, value_words
-from slipgrasp.web.model.draft import Draft
 from slipgrasp.web.model.intents.compare import SwapRuns
 from slipgrasp.web.model.intents.intent import Intent
 from slipgrasp.web.model.pairing import with_ghost
-from slipgrasp.web.model.playback import WindowChoice
 from slipgrasp.web.model.replay import open_replay
 from slipgrasp.web.model.run_list import RunList
 from slipgrasp.web.model.view import (
     Comparing,
     Ghost,
     RunStage,
-    RunStatus,
     Shown,
-    ViewState,
     show,
     show_replay,
 )
@@ -44,17 +40,10 @@ from slipgrasp.web.panels.compare_panel import (
     findings_html,
     first_divergence,
 )
+from tests.web.reducing import first_view
 
 HOSTILE = "<img src=x onerror=alert(1)>"
 FINGERS = ("left", "right")
-
-
-def first_view() -> ViewState:
-    return ViewState(
-        draft=Draft.from_preset("paper-case-1"),
-        status=RunStatus(RunStage.SIMULATING),
-        choice=WindowChoice.SLIP,
-    )
 
 
 def rows_of(html: str) -> dict[str, list[str]]:

@@ -14,7 +14,6 @@ from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.recordings.store.store import RecordingStore
 from slipgrasp.recordings.store.stored_run import StoredRun
-from slipgrasp.web.model.draft import Draft
 from slipgrasp.web.model.intents.compare import (
     CompareRuns,
     CompareUnreadable,
@@ -25,7 +24,7 @@ from slipgrasp.web.model.intents.compare import (
 )
 from slipgrasp.web.model.intents.intent import Intent
 from slipgrasp.web.model.pairing import can_swap, pair_of, with_ghost
-from slipgrasp.web.model.playback import WindowChoice, slip_window
+from slipgrasp.web.model.playback import slip_window
 from slipgrasp.web.model.replay import open_replay
 from slipgrasp.web.model.run_list import RunList
 from slipgrasp.web.model.view import Ghost, RunStage, RunStatus, Shown, ViewState, show, show_replay
@@ -33,16 +32,9 @@ from slipgrasp.web.panels.compare_panel import compare_html
 from slipgrasp.web.reducers.compare import CompareReducer
 from tests.waiting import PATIENCE
 from tests.web.opening import recordings_in
+from tests.web.reducing import first_view
 
 REST = 1.0
-
-
-def first_view() -> ViewState:
-    return ViewState(
-        draft=Draft.from_preset("paper-case-1"),
-        status=RunStatus(RunStage.SIMULATING),
-        choice=WindowChoice.SLIP,
-    )
 
 
 class Comparison:

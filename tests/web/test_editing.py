@@ -35,7 +35,7 @@ from slipgrasp.web.model.intents.scenario import (
     Undo,
 )
 from slipgrasp.web.model.view import RunStage, ViewState
-from tests.web.reducing import after, view_of
+from tests.web.reducing import after, at, view_of
 
 MASS, INERTIA = "object.mass", "object.inertia"
 
@@ -43,11 +43,6 @@ MASS, INERTIA = "object.mass", "object.inertia"
 @pytest.fixture
 def view(case_2: RunResult) -> ViewState:
     return view_of(case_2)
-
-
-def at(view: ViewState, time: float) -> ViewState:
-    assert view.playback is not None
-    return replace(view, playback=replace(view.playback, time=time))
 
 
 def rested(view: ViewState) -> ViewState:

@@ -18,7 +18,6 @@ from slipgrasp.core.words.display_name import name_run
 from slipgrasp.server.viewer.server import ViewerServer
 from slipgrasp.web.charts.charts import diagnostic_charts
 from slipgrasp.web.model.draft import Draft
-from slipgrasp.web.model.intents.intent import Intent
 from slipgrasp.web.model.intents.scenario import SetParameter, Undo
 from slipgrasp.web.model.laws import with_law, without_law_change
 from slipgrasp.web.model.playback import Playback, TimeWindow, WindowChoice
@@ -27,9 +26,9 @@ from slipgrasp.web.model.study_draft import offers_of
 from slipgrasp.web.model.view import RunStage, RunStatus, ViewState
 from slipgrasp.web.panels.controls_panel import ControlsPanel
 from slipgrasp.web.panels.study_panel import draft_html
-from slipgrasp.web.reducers.scenario import ScenarioReducer
 from tests.web.conftest import PATIENCE, SMALL
 from tests.web.driving import control, number_field, overwrite, pause, pause_at
+from tests.web.reducing import after
 from tests.web.serving_process import ServerProcess
 
 LAW, GRIP = "controller.kind", "controller.parameters.grip"
@@ -65,13 +64,6 @@ def replace_duration(draft: Draft) -> Draft:
 def view_at(time: float, draft: Draft) -> ViewState:
     playback = Playback(time=time, window=TimeWindow(0.0, 0.3), speed=1.0, playing=False)
     return ViewState(draft, RunStatus(RunStage.PREVIEW), WindowChoice.SLIP, playback=playback)
-
-
-def after(view: ViewState, *intents: Intent) -> ViewState:
-    reducer = ScenarioReducer()
-    for intent in intents:
-        view = reducer.reduce(intent, view)
-    return view
 
 
 def asked_force(draft: Draft, time: float) -> float:

@@ -85,7 +85,7 @@ class Chart:
 
 
 def contact_charts(result: RunResult) -> tuple[Chart, ...]:
-    """Slip, slip velocity, and the tangential forces against their cones."""
+    """Slip, slip velocity, and friction against its limits; spins where fingertips are soft."""
     trace, names = result.trace, result.scenario.finger_names
     tangential, symbol = tangential_forces(trace), tangential_symbol(trace)
     limits = trace.friction_coefficient * trace.normal_force
@@ -102,7 +102,50 @@ def contact_charts(result: RunResult) -> tuple[Chart, ...]:
             (*forces, *cones),
             tuple((f"limit-{i}", f"force-{i}") for i in range(len(names))),
         ),
+        *(_spin_charts(result) if trace.shape.soft else ()),
     )
+
+
+def _spin_charts(result: RunResult) -> tuple[Chart, ...]:
+    """How far soft fingertips have turned, and their moments against what is left for them."""
+    trace, names = result.trace, result.scenario.finger_names
+    limits = 1e3 * moment_limits(result)
+    moments = 1e3 * np.abs(trace.torsional_moment)
+    return (
+        Chart(
+            "spin",
+            "Spin",
+            "mrad",
+            "How far each soft fingertip has turned on its face, about the normal into the object.",
+            tuple(_per_finger("spin", names, 1e3 * trace.spin)),
+            least=LEAST_LENGTH,
+        ),
+        Chart(
+            "moments",
+            "Torsional moment |F_τ| against what its tangential force leaves for it",
+            "mN m",
+            "The band between a moment and its limit is the margin; where it closes, the fingertip "
+            "turns and slides at once.",
+            (
+                *_per_finger("moment", [f"{name} |F_τ|" for name in names], moments),
+                *_per_finger("most", [f"{name} limit" for name in names], limits, dashed=True),
+            ),
+            tuple((f"most-{i}", f"moment-{i}") for i in range(len(names))),
+        ),
+    )
+
+
+def moment_limits(result: RunResult) -> Values:
+    """Largest moment of every contact beside its tangential force, ``(rows, contacts)`` [N m]."""
+    trace = result.trace
+    limit = trace.friction_coefficient * trace.normal_force
+    rest = np.maximum(limit**2 - tangential_forces(trace) ** 2, 0.0)
+    return eccentricities(result) * np.sqrt(rest)
+
+
+def eccentricities(result: RunResult) -> Values:
+    """Largest moment over largest tangential force of every contact, ``(contacts,)`` [m]."""
+    return np.array([getattr(f, "eccentricity", 0.0) for f in result.scenario.fingers])
 
 
 def tangential_forces(trace: Trace) -> Values:

@@ -18,6 +18,7 @@ from slipgrasp.web.charts.charts import (
     LEAST_LENGTH,
     Chart,
     Line,
+    eccentricities,
     tangential_forces,
     tangential_symbol,
 )
@@ -62,6 +63,8 @@ def xy_charts(result: RunResult) -> tuple[XyChart, ...]:
         charts.insert(1, _force_in_cone(trace, names))
     if trace.shape.space.num_tangents == 2:
         charts = [_slip_paths(trace, names), _friction_shares(trace, scenario), *charts]
+    if trace.shape.soft:
+        charts.insert(2, _moment_shares(result))
     return tuple(charts)
 
 
@@ -136,6 +139,31 @@ def _friction_shares(trace: Trace, scenario: Scenario) -> XyChart:
         tuple(share[:, :, 1].T),
         "friction along y over μFₙ",
         (np.concatenate([edge, edge[:1]]),),
+        is_true_to_scale=True,
+    )
+
+
+def _moment_shares(result: RunResult) -> XyChart:
+    """The moment of each soft fingertip against its tangential force, as shares of the greatest."""
+    trace, names = result.trace, result.scenario.finger_names
+    limit = trace.friction_coefficient * trace.normal_force
+    most = eccentricities(result) * limit
+    upwards, across = np.full_like(limit, np.nan), np.full_like(limit, np.nan)
+    np.divide(np.abs(trace.torsional_moment), most, out=upwards, where=most > 0.0)
+    np.divide(tangential_forces(trace), limit, out=across, where=limit > 0.0)
+    angles = np.linspace(0.0, 0.5 * np.pi, 37)
+    return XyChart(
+        Chart(
+            "xy-moment",
+            "Torsional moment over eμFₙ against tangential force over μFₙ",
+            "1",
+            "Each soft fingertip sticks inside its limit surface, here the circle; on it "
+            f"it turns and slides at once. {_BEFORE}",
+            tuple(_fingers(names, upwards)),
+        ),
+        tuple(across.T),
+        "tangential force |Fₜ| over μFₙ",
+        (np.stack([np.cos(angles), np.sin(angles)], axis=1),),
         is_true_to_scale=True,
     )
 

@@ -131,7 +131,7 @@ def _label(column: SignalDifference, names: Sequence[str]) -> str:
     if per in ("pose", "coordinate"):
         turn = "turn " if "turn" in parts else ""
         return turn + _COORDINATES.get(parts[-1], parts[-1])
-    if per in ("contact", "tangent", "path"):
+    if per in ("contact", "tangent", "path", "pad"):
         axis = f" {parts[-2]}" if parts[-2] in ("x", "y") else ""
         return names[int(parts[-1])] + axis
     if per == "joint":

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import namedtuple
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -25,7 +26,10 @@ _Places = namedtuple("_Places", [*(signal.name for signal in SIGNALS), "end"])
 
 
 def place_signals(space: Space) -> Any:
-    """First column of every signal, by its name, and the end of a row."""
+    """First column of every signal, by its name, and the end of a row of hard fingertips.
+
+    Those of soft ones follow there.
+    """
 
     def columns_before(signals: Sequence[Signal]) -> Columns:
         def columns(n: int, p: int, d: int) -> int:
@@ -53,7 +57,7 @@ def row_layout(
         more: Fields of the mechanics.
         space: The kind of hand.
     """
-    shape = _shape(MAX_FINGERS, MAX_UNKNOWNS, MAX_DIAGNOSTICS, space)
+    shape = replace(_shape(MAX_FINGERS, MAX_UNKNOWNS, MAX_DIAGNOSTICS, space), soft=space.has_pads)
     fields = [
         ("time", np.float64),  # [s]
         ("state", state),

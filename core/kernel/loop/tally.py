@@ -8,6 +8,7 @@ rows exceed these by no more than the accuracy with which they are located.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -16,8 +17,8 @@ from slipgrasp.core.kernel.compilation.compiler import compiled
 from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Floats, Layout, Record
 
 
-def tally_layout(num_coordinates: int) -> Layout:
-    """The accumulators, for an object with some coordinates."""
+def tally_layout(num_coordinates: int, more: Sequence[tuple[Any, ...]] = ()) -> Layout:
+    """The accumulators, for an object with some coordinates; ``more`` of one mechanics."""
     errors = (num_coordinates,)
     fields = [
         ("rows", np.int64),
@@ -41,6 +42,7 @@ def tally_layout(num_coordinates: int) -> Layout:
         ("effort", np.float64),  # integral of the squared torques [N^2 m^2 s]
         ("violations", np.int64),  # rows whose command leaves the estimated cones
         ("first_violation", np.float64),  # [s]
+        *more,
     ]
     return np.dtype(fields, align=True)
 

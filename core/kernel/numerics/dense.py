@@ -211,3 +211,46 @@ def make_rows_orthogonal(rows: Floats, count: int, length: int) -> None:
                 rows[q, last] = sine * a + cosine * b
         if turned == 0:
             return
+
+
+@compiled
+def diagonalise(matrix: Floats, vectors: Floats, size: int) -> None:
+    """Makes a symmetric matrix diagonal by turns of two rows and columns each (Jacobi).
+
+    Args:
+        matrix: Its diagonal becomes the eigenvalues, in no order.
+        vectors: Their columns are turned with it: from the identity they become the eigenvectors.
+        size: Of both.
+    """
+    for _ in range(MAX_SWEEPS):
+        turned = 0
+        for p in range(size - 1):
+            for q in range(p + 1, size):
+                beside = matrix[p, q]
+                if not beside * beside > ORTHOGONAL * ORTHOGONAL * abs(matrix[p, p] * matrix[q, q]):
+                    continue
+                turned = 1
+                zeta = (matrix[q, q] - matrix[p, p]) / (2.0 * beside)
+                tangent = 1.0 / (abs(zeta) + np.sqrt(1.0 + zeta * zeta))
+                if zeta < 0.0:
+                    tangent = -tangent
+                cosine = 1.0 / np.sqrt(1.0 + tangent * tangent)
+                _turn_columns(matrix, p, q, size, cosine, cosine * tangent)
+                _turn_rows(matrix, p, q, size, cosine, cosine * tangent)
+                _turn_columns(vectors, p, q, size, cosine, cosine * tangent)
+        if turned == 0:
+            return
+
+
+@compiled
+def _turn_columns(matrix: Floats, p: int, q: int, size: int, cosine: float, sine: float) -> None:
+    for k in range(size):
+        a, b = matrix[k, p], matrix[k, q]
+        matrix[k, p], matrix[k, q] = cosine * a - sine * b, sine * a + cosine * b
+
+
+@compiled
+def _turn_rows(matrix: Floats, p: int, q: int, size: int, cosine: float, sine: float) -> None:
+    for k in range(size):
+        a, b = matrix[p, k], matrix[q, k]
+        matrix[p, k], matrix[q, k] = cosine * a - sine * b, sine * a + cosine * b

@@ -19,6 +19,7 @@ from slipgrasp.core.kernel.loop.advance import (
     make_advance,
 )
 from slipgrasp.core.kernel.loop.guards import find_end
+from slipgrasp.core.kernel.loop.output import phases_changed
 from slipgrasp.core.kernel.loop.status import (
     EVENT_STALL,
     RUNNING,
@@ -49,7 +50,7 @@ from slipgrasp.core.kernel.spatial.run import (
     follow_slip,
     leave_slip,
 )
-from slipgrasp.core.kernel.spatial.state import slip_velocity_at, supplied_at
+from slipgrasp.core.kernel.spatial.state import supplied_at, velocity_at
 from slipgrasp.core.kernel.spatial.steps import (
     spatial_accept,
     spatial_cut,
@@ -57,8 +58,12 @@ from slipgrasp.core.kernel.spatial.steps import (
     stop_in_patch,
 )
 from slipgrasp.core.kernel.spatial.tick import control_tick, spatial_apply
-from slipgrasp.core.kernel.spatial.ways import axes_of, way_speed
+from slipgrasp.core.kernel.spatial.torsion import contacts_creep, spatial_keep_stick
+from slipgrasp.core.kernel.spatial.torsion_onset import begins_slip, rests_again
+from slipgrasp.core.kernel.spatial.ways import parts_of_way, way_speed
 
+# What has crept in stick has a velocity before it slips, not in its direction.
+SURE_CREEP = 1e-6  # [m/s]
 STOPS_TOO, STOPS_WITHIN = 1e-7, 1e-8  # slips that end with another one [m/s, s]
 
 
@@ -70,7 +75,9 @@ def _thaw(model: Record, run: Record) -> bool:
         for way in range(model.ways):
             if discrete.frozen[i, way] == 0:
                 continue
-            if way_speed(model, run.step.start, i, way) >= SURE_SPEED:
+            creeps = model.soft == 1 and contacts_creep(run.work.torsion)
+            sure = SURE_CREEP if creeps else SURE_SPEED
+            if way_speed(model, run.step.start, i, way) >= sure:
                 discrete.frozen[i, way] = 0
                 _align(model, run, i, way)
                 found = True
@@ -81,15 +88,27 @@ def _thaw(model: Record, run: Record) -> bool:
 def _align(model: Record, run: Record, i: int, way: int) -> None:
     """Gives a slip the direction that it was taken for, so that no force jumps."""
     speed = way_speed(model, run.step.start, i, way)
-    for axis in axes_of(model, way):
-        at = slip_velocity_at(model.num_fingers, i, axis)
-        run.step.start.x[at] = speed * run.discrete.directions[i, axis]
+    for part in parts_of_way(model, way):
+        at = velocity_at(model.num_fingers, i, part)
+        run.step.start.x[at] = speed * run.discrete.directions[i, part]
+
+
+@compiled
+def _point_onsets(model: Record, run: Record) -> None:
+    """Gives soft contacts that have just begun to slip the direction at the end of their step."""
+    if not begins_slip(model, run.discrete):
+        return
+    for i in range(model.num_fingers):
+        for part in range(3):
+            if run.discrete.frozen[i, 0] == 1:
+                run.discrete.directions[i, part] = run.step.directions[i, part]
 
 
 @compiled_apart(types.int64, MODEL, PROGRESS, OUTLET)
 def spatial_event(model: Record, run: Record, outlet: Record) -> int:
     """What the guards that fired mean: the end of the run, or other phases."""
     n, discrete, state = model.num_fingers, run.discrete, run.step.start
+    _point_onsets(model, run)
     count_stall(run)
     keep_old(model, run)
     status = find_end(model, run, PER_CONTACT)
@@ -106,8 +125,8 @@ def spatial_event(model: Record, run: Record, outlet: Record) -> int:
             run.selection.leaving[i, way] = 1 if fired and not slips else 0
             if slips and (fired or _stops_too(model, run, i, way)):
                 run.concerned = i
-                for axis in axes_of(model, way):
-                    state.x[slip_velocity_at(n, i, axis)] = 0.0
+                for part in parts_of_way(model, way):
+                    state.x[velocity_at(n, i, part)] = 0.0
     return finish_jump(model, run, outlet, settle(model, run), False)
 
 
@@ -119,8 +138,8 @@ def _stops_too(model: Record, run: Record, i: int, way: int) -> bool:
     if run.discrete.frozen[i, way] == 1 or not speed < STOPS_TOO:
         return False
     power = 0.0
-    for axis in axes_of(model, way):
-        at = slip_velocity_at(n, i, axis)
+    for part in parts_of_way(model, way):
+        at = velocity_at(n, i, part)
         power += x[at] * slope[at]
     return power < 0.0 and speed * speed < STOPS_WITHIN * -power
 
@@ -146,13 +165,29 @@ def _cut(model: Record, run: Record, size: float) -> float:
 
 
 @compiled
-def _finish_step(
-    model: Record, run: Record, _outlet: Record, _t_stop: float, _reaches: bool
-) -> int:
-    """Slips that are fast enough by now have their own direction."""
-    if _thaw(model, run):
+def _finish_step(model: Record, run: Record, outlet: Record, _t_stop: float, _reaches: bool) -> int:
+    """Slips that are fast enough have their own direction; those that came to nothing stick."""
+    _point_onsets(model, run)
+    if model.soft == 1 and rests_again(model, run.discrete, run.step):
+        return _let_rest(model, run, outlet)
+    thaws = _thaw(model, run)
+    if model.soft == 1:
+        spatial_keep_stick(model, run.discrete, run.step.start, run.work)
+    if thaws:
         spatial_plant(model, run.discrete, run.step.start, run.work)
         restart(model, run)
+    return RUNNING
+
+
+@compiled
+def _let_rest(model: Record, run: Record, outlet: Record) -> int:
+    """Selects phases where no soft contact has begun to slip after all."""
+    keep_old(model, run)
+    forget_leaving(model, run)
+    status = settle(model, run)
+    if status != RUNNING or phases_changed(model, run):
+        return finish_jump(model, run, outlet, status, True)
+    restart(model, run)
     return RUNNING
 
 

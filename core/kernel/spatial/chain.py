@@ -177,6 +177,39 @@ def _column(
 
 
 @compiled
+def chain_turning(
+    chain: Record, now: Record, rates: Floats
+) -> tuple[float, float, float, float, float, float]:
+    """Angular velocity of the last link [rad/s], and J_omega' q' [rad/s^2]."""
+    wx = wy = wz = bx = by = bz = 0.0
+    for k in range(3):
+        if chain.slides[k] == 1:
+            continue
+        x, y, z = rates[k] * now.axes[k, 0], rates[k] * now.axes[k, 1], rates[k] * now.axes[k, 2]
+        # The axis turns with the links before it.
+        tx, ty, tz = cross(wx, wy, wz, x, y, z)
+        bx, by, bz = bx + tx, by + ty, bz + tz
+        wx, wy, wz = wx + x, wy + y, wz + z
+    return wx, wy, wz, bx, by, bz
+
+
+@compiled
+def moment_at_chain(
+    chain: Record, now: Record, x: float, y: float, z: float
+) -> tuple[float, float, float]:
+    """J^-T J_omega^T times a moment on the last link."""
+    fx = fy = fz = 0.0
+    for k in range(3):
+        if chain.slides[k] == 1:
+            continue
+        torque = now.axes[k, 0] * x + now.axes[k, 1] * y + now.axes[k, 2] * z
+        fx += now.inverse[k, 0] * torque
+        fy += now.inverse[k, 1] * torque
+        fz += now.inverse[k, 2] * torque
+    return fx, fy, fz
+
+
+@compiled
 def _rotate(axis: Floats, angle: float, rotation: Floats) -> None:
     """The rotation about a unit vector by an angle [rad]."""
     sine, cosine = sincos(angle)

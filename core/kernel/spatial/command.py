@@ -24,9 +24,14 @@ from slipgrasp.core.kernel.loop.status import (
 )
 from slipgrasp.core.kernel.spatial.dynamics import multiply, update_unit_dynamics
 from slipgrasp.core.kernel.spatial.grasp import spatial_grasp
+from slipgrasp.core.kernel.spatial.grasp_limits import part_at
 from slipgrasp.core.kernel.spatial.grip import fill_wrench, spatial_grip
 from slipgrasp.core.kernel.spatial.gripper import spatial_close
-from slipgrasp.core.kernel.spatial.kinematics import forces_to_torques, update_kinematics
+from slipgrasp.core.kernel.spatial.kinematics import (
+    forces_to_torques,
+    moment_at_tip,
+    update_kinematics,
+)
 from slipgrasp.core.kernel.spatial.law import (
     believe,
     brake_slips,
@@ -37,7 +42,7 @@ from slipgrasp.core.kernel.spatial.law import (
 from slipgrasp.core.kernel.spatial.model import MODEL
 from slipgrasp.core.kernel.spatial.plant import assemble, object_bias, own_force, to_world
 from slipgrasp.core.kernel.spatial.sensing import SENSES
-from slipgrasp.core.kernel.spatial.workspace import DISCRETE, MAX_FORCES, WORKSPACE
+from slipgrasp.core.kernel.spatial.workspace import DISCRETE, MAX_ASKED, WORKSPACE
 
 WIDER, WIDENINGS = 1.25, 10
 
@@ -118,6 +123,8 @@ def _command_forces(model: Record, discrete: Record, state: Record, work: Record
         work.tip_forces[i, 0] = x + own[i, 0]
         work.tip_forces[i, 1] = y + own[i, 1]
         work.tip_forces[i, 2] = z + own[i, 2]
+        if model.soft == 1:
+            _give_moment(model, work, i)
 
 
 @compiled
@@ -139,6 +146,8 @@ def _fill_rows(model: Record, work: Record) -> int:
     """[G | d]: the wrench, and where the law does not hold a row per slipping direction."""
     n, rows, room = model.num_fingers, work.grasp.rows, work.room
     fill_wrench(n, work)
+    if model.soft == 1:
+        _add_moments(model, work)
     work.grasp.softens, num_rows = model.law.softens, 6
     if model.law.softens == 1:
         _scale_moments(model, work)
@@ -148,13 +157,37 @@ def _fill_rows(model: Record, work: Record) -> int:
         for axis in range(2):
             if room.slips[i, axis] == 0.0:
                 continue
-            for column in range(3 * n + 1):
+            for column in range(work.grasp.size):
                 rows[num_rows, column] = 0.0
-            rows[num_rows, MAX_FORCES] = 0.0
+            rows[num_rows, MAX_ASKED] = 0.0
             rows[num_rows, 3 * i + axis] = -1.0
             rows[num_rows, 3 * i + 2] = -work.believed.friction[i] * room.gamma[i, axis]
             num_rows += 1
     return num_rows
+
+
+@compiled
+def _add_moments(model: Record, work: Record) -> None:
+    """The moments of soft contacts about their normals as more columns of W."""
+    n, grasp, kin = model.num_fingers, work.grasp, work.kin
+    grasp.soft, grasp.size = 1, 4 * n
+    for i in range(n):
+        column = part_at(grasp, i, 2)
+        for k in range(3):
+            grasp.rows[k, column] = 0.0
+            grasp.rows[3 + k, column] = -model.hand.eccentricities[i] * kin.frames[i, 2, k]
+
+
+@compiled
+def _give_moment(model: Record, work: Record, i: int) -> None:
+    """Adds what the joints need for the moment of contact ``i``, as a tip force."""
+    kin, moment = work.kin, work.grasp.force[part_at(work.grasp, i, 2)]
+    normal = kin.frames[i, 2]
+    x, y, z = moment_at_tip(model.hand, kin, i, normal[0], normal[1], normal[2])
+    moment *= model.hand.eccentricities[i]
+    work.tip_forces[i, 0] -= moment * x
+    work.tip_forces[i, 1] -= moment * y
+    work.tip_forces[i, 2] -= moment * z
 
 
 @compiled
@@ -166,9 +199,9 @@ def _scale_moments(model: Record, work: Record) -> None:
             total += work.kin.arms[i, k] * work.kin.arms[i, k] / n
     scale = 1.0 / np.sqrt(total)
     for row in range(3, 6):
-        for column in range(3 * n):
+        for column in range(work.grasp.size):
             rows[row, column] *= scale
-        rows[row, MAX_FORCES] *= scale
+        rows[row, MAX_ASKED] *= scale
 
 
 @compiled

@@ -17,6 +17,11 @@ from slipgrasp.core.kernel.numerics.elementary import square
 from slipgrasp.core.kernel.spatial.model import MODEL
 from slipgrasp.core.kernel.spatial.plant import object_bias
 from slipgrasp.core.kernel.spatial.state import STATE
+from slipgrasp.core.kernel.spatial.torsion_contacts import (
+    contact_mobility,
+    spatial_soft_newton,
+)
+from slipgrasp.core.kernel.spatial.torsion_layout import FREE, MOVING, NORMAL, ROWS, TURN
 from slipgrasp.core.kernel.spatial.ways import axes_of
 from slipgrasp.core.kernel.spatial.workspace import DISCRETE, MAX_FORCES, WORKSPACE
 
@@ -36,6 +41,8 @@ SELECTION_ROOM = np.dtype(
         ("margins", np.float64, (MAX_FINGERS, 2)),
         ("derivative", STATE),
         ("probe", STATE),
+        ("moments", np.float64, (MAX_FINGERS,)),  # F_tau / e, where fingertips are soft [N]
+        ("spins", np.float64, (MAX_FINGERS,)),  # e psi'', where they are [m/s^2]
         ("mobility", np.float64, (MAX_FORCES, MAX_FORCES)),  # G
         ("offset", np.float64, (MAX_FORCES,)),  # c
         ("force", np.float64, (MAX_FORCES,)),
@@ -101,24 +108,24 @@ def spatial_contacts(model: Record, state: Record, work: Record, room: Record) -
 def _add_finger(work: Record, room: Record, i: int) -> None:
     """What the mobility of finger ``i``, the inverse of Lambda, adds to G and c."""
     kin, inertia = work.kin, work.dynamics.inertia[i]
-    m = _inverse(inertia)
+    m = inverse_of(inertia)
     ux = work.tip_forces[i, 0] - work.dynamics.bias[i, 0]
     uy = work.tip_forces[i, 1] - work.dynamics.bias[i, 1]
     uz = work.tip_forces[i, 2] - work.dynamics.bias[i, 2]
-    ax, ay, az = _times(m, ux, uy, uz)
+    ax, ay, az = times(m, ux, uy, uz)
     ax, ay, az = ax - kin.bias[i, 0], ay - kin.bias[i, 1], az - kin.bias[i, 2]
     for a in range(3):
         row = room.wrenches[3 * i + a]
         x, y, z = row[0], row[1], row[2]
         room.offset[3 * i + a] -= x * ax + y * ay + z * az
-        px, py, pz = _times(m, x, y, z)
+        px, py, pz = times(m, x, y, z)
         for b in range(3):
             other = room.wrenches[3 * i + b]
             room.mobility[3 * i + a, 3 * i + b] += px * other[0] + py * other[1] + pz * other[2]
 
 
 @compiled
-def _inverse(m: np.ndarray) -> tuple[float, float, float, float, float, float]:
+def inverse_of(m: np.ndarray) -> tuple[float, float, float, float, float, float]:
     """The inverse of a symmetric 3x3 matrix, six entries."""
     xx, xy, xz, yy, yz, zz = m[0], m[1], m[2], m[3], m[4], m[5]
     a, b, c = yy * zz - yz * yz, xz * yz - xy * zz, xy * yz - xz * yy
@@ -134,9 +141,10 @@ def _inverse(m: np.ndarray) -> tuple[float, float, float, float, float, float]:
 
 
 @compiled
-def _times(
+def times(
     m: tuple[float, float, float, float, float, float], x: float, y: float, z: float
 ) -> tuple[float, float, float]:
+    """A symmetric 3x3 matrix, six entries, times a vector."""
     return (
         m[0] * x + m[1] * y + m[2] * z,
         m[1] * x + m[3] * y + m[4] * z,
@@ -272,6 +280,8 @@ def solve_contacts(
         first: The first start to try.
         starts: The last one.
     """
+    if model.soft == 1:
+        return _solve_soft_contacts(model, discrete, work, room, first, starts)
     seed = 12345
     for start in range(starts + 1):
         seed = _begin_newton(model, work, room, start, seed)
@@ -299,3 +309,42 @@ def _begin_newton(model: Record, work: Record, room: Record, start: int, seed: i
             size = 1.0 + abs(float(work.forces[i, 2]))
             room.force[3 * i + k] = size * (2.0 * share if k == 2 else share - 0.5)
     return seed
+
+
+@compiled
+def _solve_soft_contacts(
+    model: Record, discrete: Record, work: Record, room: Record, first: int, starts: int
+) -> int:
+    """The same where fingertips are soft; the solution is put where that of points stands."""
+    n, torsion, seed = model.num_fingers, work.torsion, 12345
+    for i in range(n):
+        torsion.kinds[i] = FREE if room.free[i, 0] == 1 else MOVING
+        torsion.bounds[i] = room.bounds[i, 0]
+    for start in range(starts + 1):
+        seed = _begin_newton(model, work, room, start, seed)
+        if start < first:
+            continue
+        if start > first:
+            room.restarts += 1
+        for i in range(n):
+            for axis in range(2):
+                torsion.force[ROWS * i + axis] = room.force[3 * i + axis]
+            torsion.force[ROWS * i + TURN] = work.moments[i] if start == 0 else 0.0
+            torsion.force[ROWS * i + NORMAL] = room.force[3 * i + 2]
+        if spatial_soft_newton(model, discrete, torsion) == 1:
+            room.start = start
+            for i in range(n):
+                _take_soft_solution(torsion, room, i)
+            return 1
+    return 0
+
+
+@compiled
+def _take_soft_solution(torsion: Record, room: Record, i: int) -> None:
+    first, row = 3 * i, ROWS * i
+    for axis in range(2):
+        room.force[first + axis] = torsion.force[row + axis]
+        room.opening[first + axis] = torsion.opening[row + axis]
+        room.mobility[first + axis, first + axis] = contact_mobility(torsion, i)
+    room.force[first + 2] = torsion.force[row + NORMAL]
+    room.moments[i], room.spins[i] = torsion.force[row + TURN], torsion.opening[row + TURN]

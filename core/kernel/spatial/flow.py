@@ -25,8 +25,14 @@ from slipgrasp.core.kernel.spatial.state import (
     path_at,
     slip_at,
     slip_velocity_at,
+    spin_at,
+    spin_velocity_at,
     supplied_at,
+    turned_at,
+    velocity_at,
 )
+from slipgrasp.core.kernel.spatial.torsion import spatial_soft_phases
+from slipgrasp.core.kernel.spatial.ways import way_speed
 from slipgrasp.core.kernel.spatial.workspace import DISCRETE, STICK, WORKSPACE
 
 LEAST_SPEED = 3e-9  # a slip that is slower ends [m/s]
@@ -48,9 +54,14 @@ def set_directions(model: Record, discrete: Record, state: Record, gamma: Floats
     n = model.num_fingers
     for i in range(n):
         if discrete.phases[i] == STICK:
-            gamma[i, 0] = gamma[i, 1] = 0.0
+            gamma[i, 0] = gamma[i, 1] = gamma[i, 2] = 0.0
         elif model.ways == 2 or discrete.frozen[i, 0] == 1:
             gamma[i, 0], gamma[i, 1] = discrete.directions[i, 0], discrete.directions[i, 1]
+            gamma[i, 2] = discrete.directions[i, 2]
+        elif model.soft == 1:
+            scale = 1.0 / max(way_speed(model, state, i, 0), TOLD_SPEED)
+            for part in range(3):
+                gamma[i, part] = scale * state.x[velocity_at(n, i, part)]
         else:
             scale = 1.0 / max(slip_speed(n, state, i), TOLD_SPEED)
             gamma[i, 0] = scale * state.x[slip_velocity_at(n, i, 0)]
@@ -61,6 +72,9 @@ def set_directions(model: Record, discrete: Record, state: Record, gamma: Floats
 def spatial_phases(model: Record, discrete: Record, state: Record, work: Record) -> None:
     """Accelerations and contact forces at a state whose kinematics and tip forces are at hand."""
     set_directions(model, discrete, state, work.gamma)
+    if model.soft == 1:
+        spatial_soft_phases(model, discrete, state, work)
+        return
     assemble(work.kin, work.dynamics, model.truth, discrete.slips, work.gamma, work.system)
     solve_plant(model, state, work)
 
@@ -110,6 +124,14 @@ def set_derivative(model: Record, state: Record, derivative: Record, work: Recor
             along += work.gamma[i, axis] * speed
         for k in range(3):
             supplied += work.tip_forces[i, k] * work.kin.tip_velocities[i, k]
+        if model.soft == 1:
+            along = _set_spin_rates(model, state, derivative, work, i)
+            rate[path_at(n, i)] = slip_speed(n, state, i)
+            dissipated += model.truth.friction[i] * work.forces[i, 2] * along
+            if work.gamma[i, 0] == work.gamma[i, 1] == work.gamma[i, 2] == 0.0:
+                # It sticks, and may creep.
+                dissipated -= work.moments[i] * x[spin_velocity_at(n, i)]
+            continue
         # Not |s'| where it is the same, since it has a kink where a slip ends.
         both = model.ways == 2 and work.gamma[i, 0] != 0.0 and work.gamma[i, 1] != 0.0
         rate[path_at(n, i)] = slip_speed(n, state, i) if both else along
@@ -118,3 +140,20 @@ def set_derivative(model: Record, state: Record, derivative: Record, work: Recor
         dissipated += joint_friction_power(model.hand, work.kin.rates)
     rate[supplied_at(model)] = supplied
     rate[dissipated_at(model)] = dissipated
+
+
+@compiled
+def _set_spin_rates(
+    model: Record, state: Record, derivative: Record, work: Record, i: int
+) -> float:
+    """Derivative of the spin of contact ``i``; its velocity along the direction of slip [m/s]."""
+    n, x, rate, e = model.num_fingers, state.x, derivative.x, model.hand.eccentricities[i]
+    at = spin_velocity_at(n, i)
+    spin = x[at] / e if e > 0.0 else 0.0
+    rate[at] = work.spin_acceleration[i]
+    rate[spin_at(n, i)] = spin
+    rate[turned_at(n, i)] = abs(spin)
+    along = 0.0
+    for part in range(3):
+        along += work.gamma[i, part] * x[velocity_at(n, i, part)]
+    return along

@@ -2,7 +2,8 @@
 
 Minimise |F|^2 where G F = d, |F_t| <= c F_n (in the pyramid |F_x|, |F_y| <= c F_n) and F_n
 between its limits at every contact: a
-second-order cone program with few free numbers. F = origin + basis lambda, |F|^2 = |origin|^2 +
+second-order cone program with few free numbers. Where a fingertip is soft its moment belongs to the
+numbers, |(F_x, F_y, F_tau / e)| <= c F_n. F = origin + basis lambda, |F|^2 = |origin|^2 +
 |lambda|^2. Newton's method on the conditions of its active limits is exact; the limits that were
 active at the tick before are tried first, then they are found one by one, then by a barrier method.
 Where nothing meets all limits, the largest violation is made as small as can be.
@@ -30,11 +31,12 @@ from slipgrasp.core.kernel.spatial.grasp_limits import (
     allowed,
     exists,
     limit,
+    part_at,
     set_force,
     slope_of_limit,
     tangential,
 )
-from slipgrasp.core.kernel.spatial.workspace import GRASP, MAX_FORCES
+from slipgrasp.core.kernel.spatial.workspace import GRASP, MAX_ASKED
 
 RANK_SHARE = 1e-9
 NEWTON_STEPS = 30
@@ -49,7 +51,7 @@ def spatial_origin(grasp: Record, n: int, num_rows: int) -> None:
 
     Free is what G does not see and, where the law softens, what weak rows see.
     """
-    size, rows = 3 * n, grasp.rows
+    size, rows = grasp.size, grasp.rows
     plain = grasp.softens == 0 and make_rows_orthonormal(rows, num_rows, size, grasp.matrix)
     if not plain:
         make_rows_orthogonal(rows, num_rows, size)
@@ -69,7 +71,7 @@ def spatial_origin(grasp: Record, n: int, num_rows: int) -> None:
             continue
         rank += 1
         strength = np.sqrt(grasp.right[p])
-        inverse, wanted = 1.0 / strength, rows[p, MAX_FORCES] / strength
+        inverse, wanted = 1.0 / strength, rows[p, MAX_ASKED] / strength
         for k in range(size):
             rows[p, k] *= inverse
             grasp.step[k] -= square(rows[p, k])
@@ -79,7 +81,7 @@ def spatial_origin(grasp: Record, n: int, num_rows: int) -> None:
             continue
         for k in range(size):
             grasp.origin[k] += wanted * rows[p, k]
-    grasp.rank, grasp.soft, grasp.free = rank, soft, size - rank + soft
+    grasp.rank, grasp.weak, grasp.free = rank, soft, size - rank + soft
     for j in range(soft, grasp.free):
         best = 0
         for k in range(size):
@@ -213,12 +215,29 @@ def _set_conditions(grasp: Record, n: int, free: int) -> int:
 def _add_curvature(grasp: Record, i: int, multiplier: float, free: int) -> None:
     """Second derivative of |F_t|, times the multiplier."""
     size = max(tangential(grasp, i, 0), 1e-300)
+    if grasp.soft == 1:
+        _add_curvature_of_ball(grasp, i, multiplier / size, size, free)
+        return
     x, y = grasp.force[3 * i] / size, grasp.force[3 * i + 1] / size
     for a in range(free):
         across = grasp.basis[a, 3 * i + 1] * x - grasp.basis[a, 3 * i] * y
         for b in range(free):
             other = grasp.basis[b, 3 * i + 1] * x - grasp.basis[b, 3 * i] * y
             grasp.matrix[a, b] += multiplier / size * across * other
+
+
+@compiled
+def _add_curvature_of_ball(grasp: Record, i: int, factor: float, size: float, free: int) -> None:
+    """The same where the friction of a contact has three parts."""
+    for a in range(free):
+        for b in range(free):
+            total = along = other = 0.0
+            for part in range(3):
+                k = part_at(grasp, i, part)
+                total += grasp.basis[a, k] * grasp.basis[b, k]
+                along += grasp.basis[a, k] * grasp.force[k]
+                other += grasp.basis[b, k] * grasp.force[k]
+            grasp.matrix[a, b] += factor * (total - along / size * (other / size))
 
 
 @compiled
@@ -302,7 +321,7 @@ def spatial_grasp(grasp: Record, n: int, num_rows: int, least_force: int) -> flo
     for j in range(grasp.free):
         grasp.trial[j] = grasp.point[j] = 0.0
         along = length = 0.0
-        for k in range(3 * n):
+        for k in range(grasp.size):
             along += grasp.basis[j, k] * (grasp.force[k] - grasp.origin[k])
             length += square(grasp.basis[j, k])
         grasp.trial[j] = along / length

@@ -16,10 +16,11 @@ from slipgrasp.core.kernel.spatial.grasp_limits import (
     LEAST,
     PER_CONTACT,
     limit,
+    part_at,
     set_force,
     tangential,
 )
-from slipgrasp.core.kernel.spatial.ways import axes_of
+from slipgrasp.core.kernel.spatial.ways import parts_of_way
 from slipgrasp.core.kernel.spatial.workspace import GRASP
 
 WITH_ROOM = 1e-6  # that all limits are met by to begin the way to the least forces [N]
@@ -40,8 +41,8 @@ def widened(grasp: Record, c: int, extra: float) -> float:
     if not reach > 0.0:
         return -1.0
     room = reach * reach
-    for axis in axes_of(grasp, kind):
-        room -= square(grasp.force[3 * i + axis])
+    for part in parts_of_way(grasp, kind):
+        room -= square(grasp.force[part_at(grasp, i, part)])
     return room
 
 
@@ -115,8 +116,9 @@ def _barrier_slope(grasp: Record, c: int, a: int, extra: float) -> float:
         return 2.0 * reach
     basis = grasp.basis[a]
     slope = reach * (grasp.cones[i, kind] * basis[3 * i + 2])
-    for axis in axes_of(grasp, kind):
-        slope -= force[3 * i + axis] * basis[3 * i + axis]
+    for part in parts_of_way(grasp, kind):
+        k = part_at(grasp, i, part)
+        slope -= force[k] * basis[k]
     return 2.0 * slope
 
 
@@ -146,8 +148,9 @@ def _cone_curvature(grasp: Record, c: int, a: int, b: int) -> float:
     second = 1.0 if b == free else cone * grasp.basis[b, 3 * i + 2]
     total = 2.0 * first * second
     if a < free and b < free:
-        for axis in axes_of(grasp, way):
-            total -= 2.0 * grasp.basis[a, 3 * i + axis] * grasp.basis[b, 3 * i + axis]
+        for part in parts_of_way(grasp, way):
+            k = part_at(grasp, i, part)
+            total -= 2.0 * grasp.basis[a, k] * grasp.basis[b, k]
     return total
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from slipgrasp.core.kernel.compilation.compiler import compiled
 from slipgrasp.core.kernel.compilation.records import Record
 from slipgrasp.core.kernel.numerics.elementary import square
-from slipgrasp.core.kernel.spatial.ways import way_of, way_size
+from slipgrasp.core.kernel.spatial.ways import size_with_spin, way_of, way_size
 
 FEASIBLE = 1e-10  # [N], and share of the forces
 # Of every contact: the bounds of friction along its ways, least and greatest normal force.
@@ -18,7 +18,7 @@ FRICTION, _, LEAST, MOST = range(PER_CONTACT)
 @compiled
 def set_force(grasp: Record, n: int) -> None:
     """Forces at ``point``."""
-    for k in range(3 * n):
+    for k in range(grasp.size):
         total = grasp.origin[k]
         for j in range(grasp.free):
             total += grasp.basis[j, k] * grasp.point[j]
@@ -26,8 +26,17 @@ def set_force(grasp: Record, n: int) -> None:
 
 
 @compiled
+def part_at(grasp: Record, i: int, part: int) -> int:
+    """Where a part of the friction of contact ``i`` stands among the forces; its moment is 2."""
+    return 3 * grasp.fingers + i if part == 2 else 3 * i + part
+
+
+@compiled
 def tangential(grasp: Record, i: int, way: int) -> float:
     """Size of the friction force along a way of contact ``i`` [N]."""
+    if grasp.soft == 1:
+        moment = grasp.force[3 * grasp.fingers + i]
+        return size_with_spin(grasp.force[3 * i], grasp.force[3 * i + 1], moment)
     return way_size(grasp, way, grasp.force[3 * i], grasp.force[3 * i + 1])
 
 
@@ -71,6 +80,9 @@ def slope_of_limit(grasp: Record, c: int, j: int) -> float:
     i, total = c // PER_CONTACT, 0.0
     for k in range(3):
         total += gradient_entry(grasp, c, k) * grasp.basis[j, 3 * i + k]
+    if grasp.soft == 1 and c % PER_CONTACT == FRICTION:
+        k = part_at(grasp, i, 2)
+        total -= grasp.force[k] / max(tangential(grasp, i, 0), 1e-300) * grasp.basis[j, k]
     return total
 
 
@@ -78,6 +90,6 @@ def slope_of_limit(grasp: Record, c: int, j: int) -> float:
 def allowed(grasp: Record, n: int) -> float:
     """By how much a limit may be missed and count as met [N]."""
     total = 0.0
-    for k in range(3 * n):
+    for k in range(grasp.size):
         total += square(grasp.force[k])
     return FEASIBLE * (1.0 + np.sqrt(total))

@@ -17,7 +17,7 @@ from slipgrasp.core.kernel.spatial.dynamics import multiply
 from slipgrasp.core.kernel.spatial.grasp import spatial_grasp
 from slipgrasp.core.kernel.spatial.model import MODEL
 from slipgrasp.core.kernel.spatial.plant import to_world
-from slipgrasp.core.kernel.spatial.workspace import MAX_FORCES, WORKSPACE
+from slipgrasp.core.kernel.spatial.workspace import MAX_ASKED, WORKSPACE
 
 
 @compiled_apart(types.void, MODEL, WORKSPACE, types.float64)
@@ -81,7 +81,9 @@ def fill_wrench(n: int, work: Record) -> None:
     """[W | d] of the grasp, with d in ``right``."""
     kin, rows = work.kin, work.grasp.rows
     for k in range(6):
-        rows[k, MAX_FORCES] = work.believed_system.right[k]
+        rows[k, MAX_ASKED] = work.believed_system.right[k]
+    work.grasp.fingers, work.grasp.soft = n, 0
+    work.grasp.size = 3 * n
     for i in range(n):
         for k in range(3):
             sign = 1.0 if k == 2 else -1.0

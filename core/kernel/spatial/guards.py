@@ -23,8 +23,12 @@ from slipgrasp.core.kernel.loop.guards import (
 )
 from slipgrasp.core.kernel.spatial.flow import LEAST_SPEED
 from slipgrasp.core.kernel.spatial.model import MODEL
-from slipgrasp.core.kernel.spatial.state import STATE, slip_at, slip_velocity_at
-from slipgrasp.core.kernel.spatial.ways import axes_of, friction_margin, way_speed
+from slipgrasp.core.kernel.spatial.state import STATE, slip_at, velocity_at
+from slipgrasp.core.kernel.spatial.ways import (
+    friction_margin,
+    parts_of_way,
+    way_speed,
+)
 from slipgrasp.core.kernel.spatial.workspace import DISCRETE, STICK, WORKSPACE
 
 # The phase guard of the second way stands behind that of the first.
@@ -63,10 +67,13 @@ def _phase_value(
     has_begun = discrete.frozen[i, way] == 0
     if has_begun and model.ways == 1:
         return way_speed(model, state, i, way) - LEAST_SPEED
+    if model.soft == 1:
+        # The steps in which it begins let it stop and turn.
+        return BACKWARD
     along = 0.0
-    for axis in axes_of(model, way):
-        at = slip_velocity_at(model.num_fingers, i, axis)
-        along += discrete.directions[i, axis] * state.x[at]
+    for part in parts_of_way(model, way):
+        at = velocity_at(model.num_fingers, i, part)
+        along += discrete.directions[i, part] * state.x[at]
     return along if has_begun else along + BACKWARD
 
 

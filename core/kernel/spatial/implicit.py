@@ -1,9 +1,9 @@
 """Linearly implicit steps for slips that creep: their direction is stiff (docs/space.md).
 
 The direction of a slip relaxes at the rate mu F_n / (m |s'|). Of the Jacobian only this is stiff,
-with one rank per slipping contact: J = sum u_i v_i^T, where u_i is the change of the accelerations
-per turn of slip i, and v_i its turn per change of the slip velocity. A W-method does without the
-rest of the Jacobian.
+with one rank per slipping contact, two where it is soft and its spin belongs to the direction:
+J = sum u_c v_c^T, where u_c is the change of the accelerations per turn of a slip one way, and v_c
+that turn per change of the slip velocity. A W-method does without the rest of the Jacobian.
 """
 
 from __future__ import annotations
@@ -24,22 +24,27 @@ from slipgrasp.core.kernel.spatial.state import (
     rate_at,
     slip_coordinate,
     slip_velocity_at,
+    spin_velocity_at,
+    stiff_rate_at,
+    velocity_at,
 )
+from slipgrasp.core.kernel.spatial.ways import size_with_spin
 
-TURN = 1e-6  # of a slip, by which u_i is found [rad]
+TURN = 1e-6  # of a slip, by which u_c is found [rad]
+MAX_TURNS = 2 * MAX_FINGERS
 
 # J, of one slip after the other, and what a step solves.
 STIFFNESS = np.dtype(
     [
         ("count", np.int64),
-        ("contacts", np.int64, (MAX_FINGERS,)),
-        ("across", np.float64, (MAX_FINGERS, 2)),  # v_i, in the rows of the slip velocity [s/m]
-        ("pushes", np.float64, (MAX_FINGERS, MAX_COORDINATES)),  # u_i, of object and slips
+        ("contacts", np.int64, (MAX_TURNS,)),
+        ("across", np.float64, (MAX_TURNS, 3)),  # v_c, in the rows of the slip velocity [s/m]
+        ("pushes", np.float64, (MAX_TURNS, MAX_COORDINATES + MAX_FINGERS)),  # u_c, spins last
         ("rate", np.float64),  # at which the stiffest direction relaxes [1/s]
-        ("matrix", np.float64, (MAX_FINGERS, MAX_FINGERS)),
-        ("order", np.int64, (MAX_FINGERS,)),
-        ("right", np.float64, (MAX_FINGERS,)),
-        ("solution", np.float64, (MAX_FINGERS,)),
+        ("matrix", np.float64, (MAX_TURNS, MAX_TURNS)),
+        ("order", np.int64, (MAX_TURNS,)),
+        ("right", np.float64, (MAX_TURNS,)),
+        ("solution", np.float64, (MAX_TURNS,)),
     ],
     align=True,
 )
@@ -52,6 +57,9 @@ def find_stiffness(model: Record, discrete: Record, step: Record, work: Record) 
     stiff.count, stiff.rate = 0, 0.0
     for i in range(n):
         if discrete.slips[i, 0] == 0.0 or discrete.frozen[i, 0] == 1:
+            continue
+        if model.soft == 1:
+            _find_soft_stiffness(model, discrete, step, work, i)
             continue
         first, second = slip_velocity_at(n, i, 0), slip_velocity_at(n, i, 1)
         for j in range(model.num_states):
@@ -66,42 +74,92 @@ def find_stiffness(model: Record, discrete: Record, step: Record, work: Record) 
             at = rate_at(n, k)
             stiff.pushes[c, k] = (step.slopes[1].x[at] - step.slopes[0].x[at]) / TURN
         stiff.count = c + 1
-        stiff.rate = max(stiff.rate, -_turn_by(stiff, c, c))
+        stiff.rate = max(stiff.rate, -_turn_by(model, stiff, c, c))
 
 
 @compiled
-def _turn_by(stiff: Record, c: int, other: int) -> float:
-    """V_c . u_other: at which rate slip ``c`` turns per turn of the other [1/s]."""
-    k = slip_coordinate(stiff.contacts[c], 0)
-    return (
-        stiff.across[c, 0] * stiff.pushes[other, k]
-        + stiff.across[c, 1] * stiff.pushes[other, k + 1]
+def _find_soft_stiffness(
+    model: Record, discrete: Record, step: Record, work: Record, i: int
+) -> None:
+    """Adds the two ways in which the slip of contact ``i`` may turn."""
+    n, stiff, start, end = model.num_fingers, step.stiffness, step.start.x, step.end.x
+    x, y = start[velocity_at(n, i, 0)], start[velocity_at(n, i, 1)]
+    z = start[velocity_at(n, i, 2)]
+    speed = size_with_spin(x, y, z)
+    for way in across(x / speed, y / speed, z / speed):
+        for j in range(model.num_states):
+            end[j] = start[j]
+        c = stiff.count
+        for part in range(3):
+            end[velocity_at(n, i, part)] += TURN * speed * way[part]
+            stiff.across[c, part] = way[part] / speed
+        flow(model, discrete, step.end, step.slopes[1], work)
+        stiff.contacts[c], stiff.count = i, c + 1
+        for k in range(count_coordinates(n) + n):
+            at = stiff_rate_at(n, k)
+            stiff.pushes[c, k] = (step.slopes[1].x[at] - step.slopes[0].x[at]) / TURN
+        stiff.rate = max(stiff.rate, -_turn_by(model, stiff, c, c))
+
+
+@compiled
+def across(
+    x: float, y: float, z: float
+) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+    """Two unit vectors at right angles to a unit vector and to each other."""
+    if z * z < 0.5:
+        inverse = 1.0 / np.sqrt(x * x + y * y)
+        first = (-y * inverse, x * inverse, 0.0)
+    else:
+        inverse = 1.0 / np.sqrt(y * y + z * z)
+        first = (0.0, -z * inverse, y * inverse)
+    return first, (
+        y * first[2] - z * first[1],
+        z * first[0] - x * first[2],
+        x * first[1] - y * first[0],
     )
 
 
 @compiled
-def _turn(n: int, stiff: Record, c: int, slope: Record) -> float:
-    """V_c . slope."""
-    i = stiff.contacts[c]
-    first, second = slope.x[slip_velocity_at(n, i, 0)], slope.x[slip_velocity_at(n, i, 1)]
-    return stiff.across[c, 0] * first + stiff.across[c, 1] * second
+def _turn_by(model: Record, stiff: Record, c: int, other: int) -> float:
+    """V_c . u_other: at which rate slip ``c`` turns per turn of the other [1/s]."""
+    k = slip_coordinate(stiff.contacts[c], 0)
+    turn = (
+        stiff.across[c, 0] * stiff.pushes[other, k]
+        + stiff.across[c, 1] * stiff.pushes[other, k + 1]
+    )
+    if model.soft == 1:
+        k = count_coordinates(model.num_fingers) + stiff.contacts[c]
+        turn += stiff.across[c, 2] * stiff.pushes[other, k]
+    return turn
 
 
 @compiled
-def _push(n: int, stiff: Record, c: int, factor: float, slope: Record) -> None:
+def _turn(model: Record, stiff: Record, c: int, slope: Record) -> float:
+    """V_c . slope."""
+    n, i = model.num_fingers, stiff.contacts[c]
+    first, second = slope.x[slip_velocity_at(n, i, 0)], slope.x[slip_velocity_at(n, i, 1)]
+    turn = stiff.across[c, 0] * first + stiff.across[c, 1] * second
+    if model.soft == 1:
+        turn += stiff.across[c, 2] * slope.x[spin_velocity_at(n, i)]
+    return turn
+
+
+@compiled
+def _push(model: Record, stiff: Record, c: int, factor: float, slope: Record) -> None:
     """Adds a multiple of u_c to a slope."""
-    for k in range(count_coordinates(n)):
-        slope.x[rate_at(n, k)] += factor * stiff.pushes[c, k]
+    n = model.num_fingers
+    for k in range(count_coordinates(n) + model.soft * n):
+        slope.x[stiff_rate_at(n, k)] += factor * stiff.pushes[c, k]
 
 
 @compiled
 def implicit_step(model: Record, discrete: Record, h: float, step: Record, work: Record) -> None:
     """Fills ``end`` and ``slopes`` by `ROS34PW2`; ``stiffness`` is that of the start."""
-    n, stiff, last = model.num_fingers, step.stiffness, model.methods[step.rank].last
+    stiff, last = step.stiffness, model.methods[step.rank].last
     for c in range(stiff.count):
         for other in range(stiff.count):
             own = 1.0 if c == other else 0.0
-            stiff.matrix[c, other] = own - h * DIAGONAL * _turn_by(stiff, c, other)
+            stiff.matrix[c, other] = own - h * DIAGONAL * _turn_by(model, stiff, c, other)
     factor_dense(stiff.matrix, stiff.count, stiff.order)
     for j in range(model.num_states):
         step.slopes[1].x[j] = step.slopes[0].x[j]
@@ -114,15 +172,15 @@ def implicit_step(model: Record, discrete: Record, h: float, step: Record, work:
         for c in range(stiff.count):
             coupled = 0.0
             for k in range(1, row):
-                coupled += COUPLING[row, k] * _turn(n, stiff, c, step.slopes[k])
+                coupled += COUPLING[row, k] * _turn(model, stiff, c, step.slopes[k])
             stiff.right[c] = coupled
         for c in range(stiff.count):
-            _push(n, stiff, c, h * stiff.right[c], slope)
+            _push(model, stiff, c, h * stiff.right[c], slope)
         for c in range(stiff.count):
-            stiff.right[c] = _turn(n, stiff, c, slope)
+            stiff.right[c] = _turn(model, stiff, c, slope)
         solve_dense(stiff.matrix, stiff.count, stiff.order, stiff.right, stiff.solution)
         for c in range(stiff.count):
-            _push(n, stiff, c, h * DIAGONAL * stiff.solution[c], slope)
+            _push(model, stiff, c, h * DIAGONAL * stiff.solution[c], slope)
     set_normal_stage(model, h, last, step)
     flow(model, discrete, step.end, step.slopes[last], work)
 

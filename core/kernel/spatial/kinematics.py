@@ -19,6 +19,8 @@ from slipgrasp.core.kernel.spatial.chain import (
     BY_LINKS,
     CHAIN_STATE,
     ON_SLIDES,
+    chain_turning,
+    moment_at_chain,
     move_chain,
     solve_chain,
 )
@@ -198,6 +200,40 @@ def joint_position(hand: Record, kin: Record, i: int, joint: int) -> float:
     if joint == 1:
         return atan2(kin.links[i, 0, 1], kin.links[i, 0, 0])
     return atan2(kin.bends[i, 1], kin.bends[i, 0])
+
+
+@compiled
+def tip_turning(
+    hand: Record, kin: Record, i: int
+) -> tuple[float, float, float, float, float, float]:
+    """Angular velocity of fingertip ``i`` [rad/s], and J_omega' q' [rad/s^2], world axes.
+
+    A finger of links turns about z with its yaw and about u x z with its pitches,
+    u = (cos q1, sin q1, 0); one on slides does not turn.
+    """
+    if hand.kinds[i] == ON_SLIDES:
+        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    if hand.kinds[i] == BY_CHAIN:
+        return chain_turning(hand.chains[i], kin.chains[i], kin.rates[i])
+    cosine, sine = kin.yaws[i, 0], kin.yaws[i, 1]
+    yaw, pitch = kin.rates[i, 0], kin.rates[i, 1] + kin.rates[i, 2]
+    return pitch * sine, -pitch * cosine, yaw, yaw * pitch * cosine, yaw * pitch * sine, 0.0
+
+
+@compiled
+def moment_at_tip(
+    hand: Record, kin: Record, i: int, x: float, y: float, z: float
+) -> tuple[float, float, float]:
+    """J^-T J_omega^T times a moment: the tip force that the joints feel as they feel the moment."""
+    if hand.kinds[i] == ON_SLIDES:
+        return 0.0, 0.0, 0.0
+    if hand.kinds[i] == BY_CHAIN:
+        return moment_at_chain(hand.chains[i], kin.chains[i], x, y, z)
+    cosine, sine = kin.yaws[i, 0], kin.yaws[i, 1]
+    across, pitch = z / kin.reaches[i, 0], sine * x - cosine * y
+    outwards = (kin.inverses[i, 0, 0] + kin.inverses[i, 1, 0]) * pitch
+    upwards = (kin.inverses[i, 0, 1] + kin.inverses[i, 1, 1]) * pitch
+    return cosine * outwards - sine * across, sine * outwards + cosine * across, upwards
 
 
 @compiled

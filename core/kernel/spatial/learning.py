@@ -27,7 +27,9 @@ from slipgrasp.core.kernel.laws.least_squares import (
 from slipgrasp.core.kernel.loop.model import FRICTION, LINK_MASS, OBJECT_INERTIA, OBJECT_MASS
 from slipgrasp.core.kernel.numerics.elementary import square
 from slipgrasp.core.kernel.spatial.dynamics import multiply
+from slipgrasp.core.kernel.spatial.grasp_limits import tangential
 from slipgrasp.core.kernel.spatial.inertia import fill_inertia
+from slipgrasp.core.kernel.spatial.kinematics import moment_at_tip
 from slipgrasp.core.kernel.spatial.law import (
     inertia_column,
     multiply_regressor,
@@ -43,7 +45,7 @@ from slipgrasp.core.kernel.spatial.state import (
     slip_coordinate,
     slip_velocity_at,
 )
-from slipgrasp.core.kernel.spatial.ways import axes_of, way_size
+from slipgrasp.core.kernel.spatial.ways import axes_of
 from slipgrasp.core.kernel.spatial.workspace import DISCRETE, WORKSPACE
 from slipgrasp.core.scenario import MAX_UNKNOWNS
 
@@ -51,7 +53,8 @@ MEMORY = memory_layout(
     [
         ("before", np.float64, (MAX_UNKNOWNS, MAX_UNKNOWNS)),  # covariance before the rows
         ("slips", np.float64, (MAX_FINGERS, 2)),  # in which contacts tell their friction
-        ("gamma", np.float64, (MAX_FINGERS, 2)),  # directions of these
+        ("gamma", np.float64, (MAX_FINGERS, 3)),  # directions of these
+        ("moments", np.float64, (MAX_FINGERS,)),  # measured, of soft contacts on the object [N m]
         ("inertia", np.float64, (MAX_COORDINATES, MAX_COORDINATES)),  # M~ as believed
         ("forces", np.float64, (MAX_FINGERS, 3)),  # that follow from torque and acceleration
         ("wrench", np.float64, (6,)),
@@ -135,7 +138,7 @@ def _is_probed(model: Record, work: Record, memory: Record, k: int) -> bool:
         return False
     bound = (1.0 - ACTIVE_BAND) * work.believed.friction[i] / model.law.grip_safety
     for way in range(model.ways):
-        size = way_size(model, way, force[3 * i], force[3 * i + 1])
+        size = tangential(work.grasp, i, way)
         if size > bound * force[3 * i + 2]:
             return True
     return False
@@ -152,6 +155,8 @@ def _find_forces(model: Record, work: Record, memory: Record) -> None:
         )
         fx, fy = work.tip_forces[i, 0] - x, work.tip_forces[i, 1] - y
         fz = work.tip_forces[i, 2] - z
+        if model.soft == 1:
+            fx, fy, fz = _take_off_moment(model, work, memory, i, fx, fy, fz)
         memory.forces[i, 0], memory.forces[i, 1], memory.forces[i, 2] = fx, fy, fz
         rx, ry, rz = work.kin.arms[i, 0], work.kin.arms[i, 1], work.kin.arms[i, 2]
         memory.wrench[0] += fx
@@ -160,6 +165,18 @@ def _find_forces(model: Record, work: Record, memory: Record) -> None:
         memory.wrench[3] += ry * fz - rz * fy
         memory.wrench[4] += rz * fx - rx * fz
         memory.wrench[5] += rx * fy - ry * fx
+
+
+@compiled
+def _take_off_moment(
+    model: Record, work: Record, memory: Record, i: int, fx: float, fy: float, fz: float
+) -> tuple[float, float, float]:
+    """A tip force less what the joints feel of the contact's moment, which goes to the wrench."""
+    normal, moment = work.kin.frames[i, 2], memory.moments[i]
+    x, y, z = moment_at_tip(model.hand, work.kin, i, normal[0], normal[1], normal[2])
+    for k in range(3):
+        memory.wrench[3 + k] += moment * normal[k]
+    return fx - moment * x, fy - moment * y, fz - moment * z
 
 
 @compiled
@@ -266,6 +283,8 @@ def _take_slip_rows(model: Record, state: Record, work: Record, memory: Record) 
                     unit = to_contact_frame(kin, i, fx, fy, fz)
                     memory.row[k] = _along(model, memory, i, way, unit) - mu * unit[2]
             error = _along(model, memory, i, way, force) - mu * force[2]
+            if model.soft == 1 and model.hand.eccentricities[i] > 0.0:
+                error += memory.gamma[i, 2] * memory.moments[i] / model.hand.eccentricities[i]
             variance = model.law.force_variance + _slip_noise(model, work, memory, i, way)
             _take_row(model.law, model.num_unknowns, memory, error, variance / square(trust))
             memory.known[i] = 1

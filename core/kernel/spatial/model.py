@@ -90,6 +90,7 @@ HAND = np.dtype(
         ("edges", np.float64, (MAX_FINGERS, MAX_EDGES, 3)),  # a s_x + b s_y + c >= 0 on the face
         ("num_rims", np.int64, (MAX_FINGERS,)),
         ("rims", RIM, (MAX_FINGERS, MAX_PATCHES)),  # of the patches on its face
+        ("eccentricities", np.float64, (MAX_FINGERS,)),  # e of soft fingertips, 0 of points [m]
         ("joint_damping", np.float64, (MAX_FINGERS,)),  # of the plant alone [N m s, N s/m]
         ("joint_friction", np.float64, (MAX_FINGERS,)),  # of the plant alone [N m, N]
         ("joints_rub", np.int64),  # whether any of these is not 0
@@ -128,6 +129,7 @@ MODEL = np.dtype(
     [
         ("num_fingers", np.int64),  # n
         ("ways", np.int64),  # of a contact to slip: 1 on the cone, 2 in the pyramid
+        ("soft", np.int64),  # 1 where any fingertip resists turning on the object
         ("num_unknowns", np.int64),  # p
         ("num_states", np.int64),  # of the integrated state
         ("num_diagnostics", np.int64),
@@ -201,7 +203,10 @@ def pack_model(
     model.num_fingers = model.hand.num_fingers = model.truth.num_fingers = n
     model.ways = 2 if scenario.friction_cone == "pyramid" else 1
     model.num_unknowns = model.unknowns.count = p
-    model.num_states = count_states(n)
+    eccentricities = [finger.eccentricity for finger in scenario.fingers]
+    model.hand.eccentricities[:n] = eccentricities
+    model.soft = int(any(eccentricities))
+    model.num_states = count_states(n, soft=bool(model.soft))
     model.hand.gravity = scenario.simulation.gravity
     model.load[:] = load
     start = scenario.trajectory.start[3:]

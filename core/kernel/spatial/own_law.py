@@ -14,7 +14,14 @@ from slipgrasp.core.kernel.loop.motion import desired_motion
 from slipgrasp.core.kernel.spatial.chain import ON_SLIDES
 from slipgrasp.core.kernel.spatial.kinematics import joint_position
 from slipgrasp.core.kernel.spatial.law import desired_turn
-from slipgrasp.core.kernel.spatial.state import POSITION, VELOCITY, slip_at, slip_velocity_at
+from slipgrasp.core.kernel.spatial.state import (
+    POSITION,
+    VELOCITY,
+    slip_at,
+    slip_velocity_at,
+    spin_at,
+    spin_velocity_at,
+)
 from slipgrasp.core.scenario import MAX_LAW_PARAMETERS, MAX_UNKNOWNS
 
 # What the law is shown: measured, believed and nominal, never the truth.
@@ -38,6 +45,10 @@ SEEN = np.dtype(
         ("believed_phase", np.int64, (MAX_FINGERS,)),
         ("slip_direction", np.float64, (MAX_FINGERS, 2)),  # as believed, 0 in stick
         ("contact_force", np.float64, (MAX_FINGERS, 3)),  # measured: tangents, normal [N]
+        ("contact_moment", np.float64, (MAX_FINGERS,)),  # measured, about the normal [N m]
+        ("spin", np.float64, (MAX_FINGERS,)),  # about the normal; 0 of a point [rad]
+        ("spin_velocity", np.float64, (MAX_FINGERS,)),
+        ("eccentricity", np.float64, (MAX_FINGERS,)),  # largest moment over largest force [m]
         ("jacobian", np.float64, (MAX_FINGERS, 3, 3)),
         ("jacobian_inverse", np.float64, (MAX_FINGERS, 3, 3)),
         ("link_direction", np.float64, (MAX_FINGERS, 2, 3)),  # unit vectors along the links
@@ -131,6 +142,10 @@ def _show_finger(model: Record, run: Record, i: int) -> None:
         seen.contact_arm[i, c] = kin.arms[i, c]
         seen.contact_normal[i, c] = kin.frames[i, 2, c]
         seen.contact_force[i, c] = senses.forces[i, c]
+    seen.contact_moment[i], seen.eccentricity[i] = senses.moments[i], model.hand.eccentricities[i]
+    if seen.eccentricity[i] > 0.0:
+        seen.spin[i] = x[spin_at(n, i)]
+        seen.spin_velocity[i] = x[spin_velocity_at(n, i)] / seen.eccentricity[i]
 
 
 @compiled

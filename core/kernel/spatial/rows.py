@@ -46,8 +46,11 @@ from slipgrasp.core.kernel.spatial.state import (
     path_at,
     slip_at,
     slip_velocity_at,
+    spin_at,
+    spin_velocity_at,
     supplied_at,
 )
+from slipgrasp.core.kernel.spatial.torsion import factor_phases, find_modes, respond_to_tip_force
 from slipgrasp.core.kernel.spatial.ways import least_margin
 from slipgrasp.core.kernel.spatial.workspace import (
     DISCRETE,
@@ -126,6 +129,8 @@ def spatial_fill(model: Record, row: Record, work: Record) -> None:
     _fill_shared(model, row, x[supplied_at(model)], x[dissipated_at(model)])
     for k in range(7):
         set_value(model, row, AT.object_pose, k, x[POSITION + k])
+    if model.soft == 1:
+        _assemble(model, row, work)
     rank = _find_controllable(model, row, work)
     set_value(model, row, AT.input_rank, 0, rank)
     for k in range(6):
@@ -135,6 +140,8 @@ def spatial_fill(model: Record, row: Record, work: Record) -> None:
         set_value(model, row, AT.external_wrench, k, model.load[k])
     for i in range(n):
         _set_contact(model, row, work, i)
+    if model.soft == 1:
+        _set_pads(model, row, work)
     _set_controller(model, row, work)
 
 
@@ -160,6 +167,26 @@ def _set_contact(model: Record, row: Record, work: Record, i: int) -> None:
         set_value(model, row, AT.joint_velocity, k, work.kin.rates[i, joint])
         set_value(model, row, AT.joint_torque, k, discrete.torques[i, joint])
         set_value(model, row, AT.commanded_torque, k, discrete.commanded[i, joint])
+
+
+@compiled
+def _set_pads(model: Record, row: Record, work: Record) -> None:
+    """Spins and moments of all contacts, behind what every row has."""
+    n, x, first = model.num_fingers, row.state.x, row.length
+    for i in range(n):
+        e = model.hand.eccentricities[i]
+        row.values[first + i] = x[spin_at(n, i)]
+        row.values[first + n + i] = x[spin_velocity_at(n, i)] / e if e > 0.0 else 0.0
+        row.values[first + 2 * n + i] = e * work.moments[i]
+    row.length = first + 3 * n
+
+
+@compiled
+def _assemble(model: Record, row: Record, work: Record) -> None:
+    """The reduced form, as if no fingertip resisted turning; the determinant is kept."""
+    system, discrete, determinant = work.system, row.discrete, work.system.determinant
+    assemble(work.kin, work.dynamics, model.truth, discrete.slips, work.gamma, system)
+    system.determinant = determinant
 
 
 @compiled
@@ -203,8 +230,10 @@ def _find_controllable(model: Record, row: Record, work: Record) -> int:
     lines = 6
     for i in range(n):
         lines += int(discrete.slips[i, 0] + discrete.slips[i, 1])
+    if model.soft == 1:
+        _fill_soft_columns(model, row, work)
     at = 6
-    for i in range(n):
+    for i in range(n if model.soft == 0 else 0):
         rx, ry, rz = kin.arms[i, 0], kin.arms[i, 1], kin.arms[i, 2]
         for k in range(3):
             vector = vectors[3 * i + k]
@@ -234,6 +263,27 @@ def _find_controllable(model: Record, row: Record, work: Record) -> int:
             share += square(vectors[j, k])
         set_value(model, row, AT.controllability, k, 1.0 if rank == lines else share)
     return rank
+
+
+@compiled
+def _fill_soft_columns(model: Record, row: Record, work: Record) -> None:
+    """The same columns where fingertips are soft: M~ times what accelerates per tip force."""
+    n, vectors, discrete = model.num_fingers, row.vectors, row.discrete
+    truth, system, size = model.truth, work.system, count_coordinates(model.num_fingers)
+    fill_inertia(work.kin, work.dynamics, truth, discrete.slips, system, row.matrix)
+    factor_phases(model, discrete, work.gamma, work.torsion)
+    find_modes(model, discrete, work.torsion)
+    for column in range(3 * n):
+        respond_to_tip_force(model, discrete, work, column // 3, column % 3)
+        line = 0
+        for a in range(size):
+            if a >= 6 and discrete.slips[(a - 6) // 2, a % 2] == 0.0:
+                continue
+            total = 0.0
+            for b in range(size):
+                total += row.matrix[a, b] * work.torsion.responding[b]
+            vectors[column, line] = total
+            line += 1
 
 
 @compiled

@@ -100,7 +100,8 @@ def copy_discrete(model: Record, source: Record, target: Record) -> None:
         for axis in range(2):
             target.frozen[i, axis] = source.frozen[i, axis]
             target.slips[i, axis] = source.slips[i, axis]
-            target.directions[i, axis] = source.directions[i, axis]
+        for part in range(3):
+            target.directions[i, part] = source.directions[i, part]
         for joint in range(3):
             target.torques[i, joint] = source.torques[i, joint]
             target.seeds[i, joint] = source.seeds[i, joint]

@@ -29,11 +29,14 @@ from slipgrasp.core.kernel.spatial.flow import (
     spatial_plant,
 )
 from slipgrasp.core.kernel.spatial.model import MODEL
-from slipgrasp.core.kernel.spatial.state import ATTITUDE, STATE, slip_velocity_at
+from slipgrasp.core.kernel.spatial.state import ATTITUDE, STATE, velocity_at
+from slipgrasp.core.kernel.spatial.torsion import begin_contact_problem, spatial_keep_stick
 from slipgrasp.core.kernel.spatial.ways import (
     axes_of,
     friction_margin,
     name_phase,
+    parts_of_way,
+    size_with_spin,
     way_size,
     way_speed,
 )
@@ -41,6 +44,7 @@ from slipgrasp.core.kernel.spatial.workspace import DISCRETE, WORKSPACE
 
 SELECTED, NONE_CONSISTENT, OPENS, NONE_REGULAR = range(4)
 PROBE_TIME, MARGIN_SLOPE = 1e-6, 1e-5
+INSTANT = 1e-9  # of creep, while phases are selected [s]
 AGREEMENT = 1e-6  # of Newton's forces and those of the reduced form [N], and share
 
 
@@ -53,14 +57,17 @@ def _free_contacts(model: Record, discrete: Record, state: Record, room: Record)
         for way in range(model.ways):
             speed = way_speed(model, state, i, way)
             # A slower one takes another direction at once: within 1e-8 s of 1 m/s^2 across it.
-            free = speed < SURE_SPEED
+            # What sticks may creep, where its moment is undetermined.
+            sticks = model.soft == 1 and discrete.slips[i, way] == 0.0
+            free = speed < SURE_SPEED or sticks
             room.free[i, way] = 1 if free else 0
             room.bounds[i, way] = model.truth.static_friction[i]
             discrete.frozen[i, way] = 0
             for axis in axes_of(model, way):
-                at = slip_velocity_at(n, i, axis)
                 discrete.slips[i, axis] = 0.0 if free else 1.0
-                discrete.directions[i, axis] = 0.0 if free else state.x[at] / speed
+            for part in parts_of_way(model, way):
+                at = velocity_at(n, i, part)
+                discrete.directions[i, part] = 0.0 if free else state.x[at] / speed
                 if free:
                     state.x[at] = 0.0
         name_phase(model, discrete, i)
@@ -154,22 +161,36 @@ def _let_leave(model: Record, discrete: Record, work: Record, room: Record) -> N
     """A slip that begins smoothly starts against its friction force: g = -F_t / |F_t|."""
     for i in range(model.num_fingers):
         for way in range(model.ways):
-            x, y = work.forces[i, 0], work.forces[i, 1]
-            if room.leaving[i, way] == 1 and way_size(model, way, x, y) > 0.0:
-                _begin_slip(model, discrete, i, way, -x, -y)
+            x, y, z = work.forces[i, 0], work.forces[i, 1], work.moments[i]
+            if room.leaving[i, way] == 1 and _size(model, way, x, y, z) > 0.0:
+                _begin_slip(model, discrete, i, way, -x, -y, -z)
         name_phase(model, discrete, i)
 
 
 @compiled
+def _size(model: Record, way: int, x: float, y: float, z: float) -> float:
+    """Size of a tangential vector along a way, with its part about the normal where that counts."""
+    return size_with_spin(x, y, z) if model.soft == 1 else way_size(model, way, x, y)
+
+
+@compiled
 def _begin_slip(
-    model: Record, discrete: Record, i: int, way: int, first: float, second: float
+    model: Record,
+    discrete: Record,
+    i: int,
+    way: int,
+    first: float,
+    second: float,
+    third: float,
 ) -> None:
-    """A slip begins along a tangential vector."""
+    """A slip begins along a tangential vector, with a part about the normal."""
     discrete.frozen[i, way] = 1
-    size = way_size(model, way, first, second)
+    size = _size(model, way, first, second, third)
     for axis in axes_of(model, way):
         discrete.slips[i, axis] = 1.0
         discrete.directions[i, axis] = (first if axis == 0 else second) / size
+    if model.soft == 1:
+        discrete.directions[i, 2] = third / size
 
 
 @compiled
@@ -217,6 +238,7 @@ def _let_rest(model: Record, discrete: Record, room: Record) -> None:
                 discrete.frozen[i, way] = 0
                 for axis in axes_of(model, way):
                     discrete.slips[i, axis] = discrete.directions[i, axis] = 0.0
+                discrete.directions[i, 2] = 0.0
 
 
 @compiled
@@ -256,13 +278,14 @@ def _take_way(model: Record, discrete: Record, room: Record, i: int, way: int) -
     mass = 1.0 / max(mobility[first, first], mobility[first + 1, first + 1])
     x, y = room.opening[first], room.opening[first + 1]
     fx, fy, normal = room.force[first], room.force[first + 1], room.force[first + 2]
-    force, cone = way_size(model, way, fx, fy), room.bounds[i, way] * normal
-    accelerates = mass * way_size(model, way, x, y) > REST_FORCE * (1.0 + normal)
+    z, fz = room.spins[i], room.moments[i]
+    force, cone = _size(model, way, fx, fy, fz), room.bounds[i, way] * normal
+    accelerates = mass * _size(model, way, x, y, z) > REST_FORCE * (1.0 + normal)
     is_on_cone = force >= cone * (1.0 - FORCE_BAND) and force > 0.0
     if is_on_cone and (accelerates or room.leaving[i, way] == 1):
-        _begin_slip(model, discrete, i, way, -fx, -fy)
+        _begin_slip(model, discrete, i, way, -fx, -fy, -fz)
     elif accelerates:
-        _begin_slip(model, discrete, i, way, x, y)
+        _begin_slip(model, discrete, i, way, x, y, z)
 
 
 @compiled_apart(types.int64, MODEL, DISCRETE, WORKSPACE, SELECTION_ROOM, types.int64, types.int64)
@@ -344,9 +367,29 @@ def _keeps_static_bounds(model: Record, discrete: Record, room: Record) -> bool:
 
 
 @compiled
-def _agrees(n: int, work: Record, room: Record) -> bool:
-    """Whether the reduced form in the selected phases has the forces that were solved for."""
-    for i in range(n):
+def _let_overcome(model: Record, discrete: Record, work: Record, room: Record) -> bool:
+    """Lets soft contacts leave that stick in the solution, but with what creeps just outside."""
+    found = False
+    for i in range(model.num_fingers):
+        margin = friction_margin(model, discrete, work, i, 0)
+        is_outside = margin < -FORCE_BAND * (1.0 + work.forces[i, 2])
+        if room.free[i, 0] == 1 and discrete.slips[i, 0] == 0.0 and is_outside:
+            x, y, z = work.forces[i, 0], work.forces[i, 1], work.moments[i]
+            _begin_slip(model, discrete, i, 0, -x, -y, -z)
+            name_phase(model, discrete, i)
+            found = True
+    return found
+
+
+@compiled
+def _agrees(model: Record, work: Record, room: Record) -> bool:
+    """Whether the reduced form in the selected phases has the forces that were solved for.
+
+    Soft contacts have no other form than that which was solved.
+    """
+    if model.soft == 1:
+        return True
+    for i in range(model.num_fingers):
         for k in range(3):
             force = room.force[3 * i + k]
             if not abs(force - work.forces[i, k]) <= AGREEMENT * (1.0 + abs(force)):
@@ -369,18 +412,25 @@ def spatial_select(
     """
     _free_contacts(model, discrete, state, room)
     spatial_plant(model, discrete, state, work)
+    if model.soft == 1 and spatial_keep_stick(model, discrete, state, work) == 1:
+        spatial_plant(model, discrete, state, work)
     room.concerned = -1
     if not work.system.determinant > 0.0:
         return NONE_REGULAR
     status = _let_stick(model, discrete, state, work, room)
     if status == SELECTED:
         return status
-    spatial_contacts(model, state, work, room)
+    if model.soft == 1:
+        begin_contact_problem(model, state, work.torsion, INSTANT)
+    else:
+        spatial_contacts(model, state, work, room)
     if status == NONE_CONSISTENT:
         status = _let_slip(model, discrete, work, room)
     if status != SELECTED and not _find_closed(model, discrete, work, room):
         return status
     spatial_phases(model, discrete, state, work)
+    if model.soft == 1 and _let_overcome(model, discrete, work, room):
+        spatial_phases(model, discrete, state, work)
     if not work.system.determinant > 0.0:
         return NONE_REGULAR
-    return SELECTED if _agrees(model.num_fingers, work, room) else NONE_CONSISTENT
+    return SELECTED if _agrees(model, work, room) else NONE_CONSISTENT

@@ -37,11 +37,12 @@ SENSES = np.dtype(
     [
         ("measured", STATE),
         ("slips", np.float64, (MAX_FINGERS, 2)),  # believed, 1 along the tangents that slip
-        ("gamma", np.float64, (MAX_FINGERS, 2)),  # believed directions, 0 in stick
+        ("gamma", np.float64, (MAX_FINGERS, 3)),  # believed directions, spin last; 0 in stick
         ("acceleration", np.float64, (MAX_COORDINATES,)),  # of object and slips, as measured
         ("torques", np.float64, (MAX_FINGERS, 3)),  # that belong to it [N m]
         ("velocities", np.float64, (MAX_COORDINATES,)),  # measured at the tick before
         ("forces", np.float64, (MAX_FINGERS, 3)),  # on the object: along tangents and normal [N]
+        ("moments", np.float64, (MAX_FINGERS,)),  # of soft contacts on the object [N m]
         ("num_forces", np.int64),  # their filter has seen
         ("time", np.float64),  # of the tick before [s]
         ("num_ticks", np.int64),  # measured so far
@@ -85,17 +86,19 @@ def measure(model: Record, senses: Record, state: Record, torques: Floats, now: 
 
 
 @compiled
-def measure_forces(model: Record, senses: Record, forces: Floats) -> None:
+def measure_forces(model: Record, senses: Record, work: Record) -> None:
     """Measures contact forces, which end with the tick: with a bias, noise and a low-pass filter.
 
-    The bias along a face is that along each of its tangents.
+    The bias along a face is that along each of its tangents. Moments about normals are filtered
+    alike, and have neither bias nor noise.
 
     Args:
         model: Constants of the run.
         senses: The measurement is written here.
-        forces: ``(n, 3)`` of the fingertips on the object, F_x and F_y (against the tangents), F_n
-            [N].
+        work: With the forces of the fingertips on the object, F_x and F_y (against the tangents),
+            F_n, and their moments about the normals.
     """
+    forces = work.forces
     sensors, tick = model.sensors, senses.num_ticks - 1  # counted already
     share = filtered_share(model, senses)
     for i in range(model.num_fingers):
@@ -106,6 +109,9 @@ def measure_forces(model: Record, senses: Record, forces: Floats) -> None:
                 number = draw_number(sensors.seed, FORCE_NOISE, 3 * i + axis, tick)
                 force += sensors.force_noise * number
             senses.forces[i, axis] += share * (force - senses.forces[i, axis])
+        if model.soft == 1:
+            moment = -model.hand.eccentricities[i] * work.moments[i]
+            senses.moments[i] += share * (moment - senses.moments[i])
 
 
 @compiled

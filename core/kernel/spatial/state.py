@@ -1,6 +1,7 @@
 """The integrated state of a hand in space: what stands where in it. No other module knows.
 
-With n fingers, x = (R_o, Q, v, omega, s, s', E_in, E_f, path):
+With n fingers, x = (R_o, Q, v, omega, s, s', E_in, E_f, path), and where a fingertip is soft
+(e psi', psi, turned):
 
     R_o    position of the object (3) [m]
     Q      its attitude, unit quaternion w, x, y, z, world from object (4)
@@ -11,6 +12,12 @@ With n fingers, x = (R_o, Q, v, omega, s, s', E_in, E_f, path):
     E_in   energy supplied by torques, pulses and timed changes [J]
     E_f    energy dissipated by friction [J]
     path   way that every fingertip has slid (n) [m]
+    e psi' spin velocity of every soft fingertip times its eccentricity e (n) [m/s]
+    psi    spin, by which it has turned on the object about the normal (n) [rad]
+    turned the same without sign, added up (n) [rad]
+
+The spin velocity follows from v, omega and s'; it is carried along since the direction of a slip,
+(s', e psi'), is stiff, and set to what it follows from after every step.
 
 Estimates change at control ticks only and are no part of it.
 """
@@ -27,7 +34,7 @@ from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Floats, Recor
 POSITION, ATTITUDE, VELOCITY, SPIN, SLIP = 0, 3, 7, 10, 13
 BODY_STATES = SLIP  # numbers of the pose and the velocity of the object
 
-MAX_STATE = SLIP + 5 * MAX_FINGERS + 2
+MAX_STATE = SLIP + 8 * MAX_FINGERS + 2
 
 STATE = np.dtype([("x", np.float64, (MAX_STATE,))], align=True)
 
@@ -82,9 +89,40 @@ def path_at(n: int, i: int) -> int:
     return SLIP + 4 * n + 2 + i
 
 
-def count_states(n: int) -> int:
-    """Length of the state of n fingers."""
-    return SLIP + 5 * n + 2
+@compiled
+def spin_velocity_at(n: int, i: int) -> int:
+    """Where the spin velocity of contact i, times its eccentricity, stands."""
+    return SLIP + 5 * n + 2 + i
+
+
+@compiled
+def velocity_at(n: int, i: int, axis: int) -> int:
+    """Where the velocity of contact i along a tangent stands; of axis 2 that of its spin."""
+    return spin_velocity_at(n, i) if axis == 2 else slip_velocity_at(n, i, axis)
+
+
+@compiled
+def spin_at(n: int, i: int) -> int:
+    """Where the spin of contact i stands."""
+    return SLIP + 6 * n + 2 + i
+
+
+@compiled
+def turned_at(n: int, i: int) -> int:
+    """Where the angle by which contact i has turned in all stands."""
+    return SLIP + 7 * n + 2 + i
+
+
+@compiled
+def stiff_rate_at(n: int, k: int) -> int:
+    """Where rate k stands: those of the reduced form, then those of the spins."""
+    reduced = count_coordinates(n)
+    return rate_at(n, k) if k < reduced else spin_velocity_at(n, k - reduced)
+
+
+def count_states(n: int, *, soft: bool) -> int:
+    """Length of the state of n fingers, of which some may be soft."""
+    return SLIP + (8 if soft else 5) * n + 2
 
 
 class StateParts(NamedTuple):
@@ -94,6 +132,7 @@ class StateParts(NamedTuple):
     velocity: Floats  # (6,)
     slip: Floats  # (2n,)
     slip_velocity: Floats  # (2n,)
+    scaled_spin_velocity: Floats  # (n,), of soft fingertips [m/s]
 
 
 def parts_of(state: Record, n: int) -> StateParts:
@@ -104,4 +143,5 @@ def parts_of(state: Record, n: int) -> StateParts:
         velocity=x[VELOCITY:SLIP],
         slip=x[SLIP : SLIP + 2 * n],
         slip_velocity=x[SLIP + 2 * n : SLIP + 4 * n],
+        scaled_spin_velocity=x[SLIP + 5 * n + 2 : SLIP + 6 * n + 2],
     )

@@ -12,7 +12,7 @@ import numpy as np
 from numba import types
 
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
-from slipgrasp.core.kernel.compilation.records import Record
+from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Record
 from slipgrasp.core.kernel.loop.stages import fill_terms, interpolate, weigh_slopes
 from slipgrasp.core.kernel.numerics.elementary import square
 from slipgrasp.core.kernel.numerics.methods import DENSE_ROWS, MAX_SLOPES, method_of
@@ -21,15 +21,26 @@ from slipgrasp.core.kernel.spatial.guards import MAX_GUARDS, sample_guards
 from slipgrasp.core.kernel.spatial.implicit import STIFFNESS, implicit_step, set_normal_stage
 from slipgrasp.core.kernel.spatial.model import IMPLICIT, MODEL
 from slipgrasp.core.kernel.spatial.selection import normalise
-from slipgrasp.core.kernel.spatial.state import MAX_STATE, STATE, slip_velocity_at
-from slipgrasp.core.kernel.spatial.ways import axes_of, way_speed
+from slipgrasp.core.kernel.spatial.state import (
+    MAX_STATE,
+    STATE,
+    slip_velocity_at,
+    spin_at,
+    spin_velocity_at,
+    velocity_at,
+)
+from slipgrasp.core.kernel.spatial.torsion_onset import begins_slip, onset_step
+from slipgrasp.core.kernel.spatial.ways import parts_of_way, way_speed
 from slipgrasp.core.kernel.spatial.workspace import DISCRETE, WORKSPACE
 
 SLIP_TOLERANCE = 1e-11  # absolute, of slip velocities [m/s]
 STOP_SHARE = 0.6  # of the time in which a slip would stop
 SHORT_STEP, LONG_STEP = 1e-6, 2e-5  # while a slip has just begun [s]
+ONSET_STEP = 5e-6  # the longer one where fingertips are soft [s]
 BRISK = 0.1  # [m/s^2]
 FASTEST_KEPT = 1e-7  # up to which a slip may keep the direction in which it began [m/s]
+# A spin has so little mobility that the direction of a slip is stiff at any speed.
+SOFT_CREEP_STEP = 1e-4  # [s]
 CREEP_STEP, CREEP_STEPS = 1e-6, 100.0  # a shorter step [s], of which the speed outlasts so many
 
 # A step from ``start`` to ``end`` with its slopes.
@@ -43,6 +54,7 @@ STEP = np.dtype(
         ("prepared", np.int64),  # 1 where the terms are those of this step
         ("samples", np.float64, (MAX_SLOPES, MAX_GUARDS)),  # of guards, where slopes are taken
         ("stiffness", STIFFNESS),  # at the start of an implicit step
+        ("directions", np.float64, (MAX_FINGERS, 3)),  # at its end, of soft slips that have begun
     ],
     align=True,
 )
@@ -52,6 +64,8 @@ STEP = np.dtype(
 def spatial_step(model: Record, discrete: Record, h: float, step: Record, work: Record) -> None:
     """Fills ``end`` and ``slopes``; ``work`` is left at the end of the step."""
     step.prepared = 0
+    if begins_slip(model, discrete) and onset_step(model, discrete, h, step, work):
+        return
     if step.rank == IMPLICIT:
         implicit_step(model, discrete, h, step, work)
         return
@@ -83,12 +97,32 @@ def _leave_stiff_slopes(model: Record, step: Record) -> None:
     for c in range(step.stiffness.count):
         i = step.stiffness.contacts[c]
         first, second = slip_velocity_at(n, i, 0), slip_velocity_at(n, i, 1)
+        if model.soft == 1:
+            _leave_stiff_slopes_of(n, i, step)
+            continue
         along, beside = start[first] + end[first], start[second] + end[second]
         inverse = 1.0 / (along * along + beside * beside)
         for term in range(1, 3):
             terms = step.terms[term]
             share = inverse * (along * terms[first] + beside * terms[second])
             terms[first], terms[second] = share * along, share * beside
+
+
+@compiled
+def _leave_stiff_slopes_of(n: int, i: int, step: Record) -> None:
+    """The same for contact ``i`` with its spin."""
+    start, end, squared = step.start.x, step.end.x, 0.0
+    for part in range(3):
+        at = velocity_at(n, i, part)
+        squared += square(start[at] + end[at])
+    for term in range(1, 3):
+        terms, share = step.terms[term], 0.0
+        for part in range(3):
+            at = velocity_at(n, i, part)
+            share += (start[at] + end[at]) * terms[at]
+        for part in range(3):
+            at = velocity_at(n, i, part)
+            terms[at] = share / squared * (start[at] + end[at])
 
 
 @compiled_apart(types.float64, MODEL, types.float64, STEP)
@@ -106,9 +140,12 @@ def spatial_error(model: Record, h: float, step: Record) -> float:
     for i in range(n):
         for way in range(model.ways):
             fastest = max(way_speed(model, step.start, i, way), way_speed(model, step.end, i, way))
-            for axis in axes_of(model, way):
-                error = h * errors[slip_velocity_at(n, i, axis)]
+            for part in parts_of_way(model, way):
+                error = h * errors[velocity_at(n, i, part)]
                 total += square(error / (absolute + relative * fastest))
+    if model.soft == 1:
+        total = _add_errors(model, h, step, last, spin_velocity_at(n, 0), total)
+        last = spin_at(n, 0)
     return np.sqrt(_add_errors(model, h, step, last, size, total) / size)
 
 
@@ -141,13 +178,14 @@ def _longest_along(model: Record, discrete: Record, step: Record, i: int, way: i
     """The same for one way of contact ``i``."""
     n, x, slope = model.num_fingers, step.start.x, step.slopes[0].x
     speeds = powers = accelerations = 0.0
-    for axis in axes_of(model, way):
-        at = slip_velocity_at(n, i, axis)
+    for part in parts_of_way(model, way):
+        at = velocity_at(n, i, part)
         speeds += x[at] * x[at]
         powers += x[at] * slope[at]
         accelerations += slope[at] * slope[at]
     if discrete.frozen[i, way] == 1:
-        return SHORT_STEP if accelerations > BRISK * BRISK else LONG_STEP
+        longest = LONG_STEP if model.soft == 0 else ONSET_STEP
+        return SHORT_STEP if accelerations > BRISK * BRISK else longest
     if powers >= 0.0:
         return np.inf
     until_stop = STOP_SHARE * speeds / -powers
@@ -159,16 +197,19 @@ def _longest_along(model: Record, discrete: Record, step: Record, i: int, way: i
 def creeps(model: Record, discrete: Record, step: Record, h: float) -> bool:
     """Whether a step of size ``h`` is short for the direction of a slip, not for its speed."""
     n, x, slope = model.num_fingers, step.start.x, step.slopes[0].x
-    if model.ways == 2 or not h < CREEP_STEP:
+    if model.ways == 2 or not h < (CREEP_STEP if model.soft == 0 else SOFT_CREEP_STEP):
         return False
     slowest, power = np.inf, 0.0
     for i in range(n):
         if discrete.slips[i, 0] == 0.0:
             continue
-        first, second = slip_velocity_at(n, i, 0), slip_velocity_at(n, i, 1)
-        squared = x[first] * x[first] + x[second] * x[second]
+        squared = along = 0.0
+        for part in parts_of_way(model, 0):
+            at = velocity_at(n, i, part)
+            squared += x[at] * x[at]
+            along += x[at] * slope[at]
         if discrete.frozen[i, 0] == 0 and squared < slowest:
-            slowest, power = squared, x[first] * slope[first] + x[second] * slope[second]
+            slowest, power = squared, along
     return slowest < np.inf and slowest > CREEP_STEPS * h * abs(power)
 
 
@@ -183,10 +224,14 @@ def loses_direction(model: Record, discrete: Record, step: Record) -> bool:
         if model.ways == 2 or discrete.slips[i, 0] == 0.0:
             continue
         if discrete.frozen[i, 0] == 1:
-            if slip_speed(n, step.end, i) > FASTEST_KEPT:
+            # A soft contact has the direction that it has at the end of its step.
+            if model.soft == 0 and slip_speed(n, step.end, i) > FASTEST_KEPT:
                 return True
             continue
-        a, b = slip_velocity_at(n, i, 0), slip_velocity_at(n, i, 1)
-        if not start[a] * end[a] + start[b] * end[b] > 0.0:
+        along = 0.0
+        for part in parts_of_way(model, 0):
+            at = velocity_at(n, i, part)
+            along += start[at] * end[at]
+        if not along > 0.0:
             return True
     return False

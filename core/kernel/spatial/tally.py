@@ -2,21 +2,28 @@
 
 from __future__ import annotations
 
+import numpy as np
 from numba import types
 
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
-from slipgrasp.core.kernel.compilation.records import Record
+from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Record
 from slipgrasp.core.kernel.loop.motion import pass_breaks
 from slipgrasp.core.kernel.loop.tally import add_row, add_squared_error, tally_layout
 from slipgrasp.core.kernel.numerics.elementary import square
 from slipgrasp.core.kernel.spatial.law import update_object_errors
 from slipgrasp.core.kernel.spatial.model import MODEL
 from slipgrasp.core.kernel.spatial.rows import ROW
-from slipgrasp.core.kernel.spatial.state import path_at
+from slipgrasp.core.kernel.spatial.state import path_at, spin_at, turned_at
 from slipgrasp.core.kernel.spatial.ways import least_margin
 from slipgrasp.core.kernel.spatial.workspace import WORKSPACE
 
-TALLY = tally_layout(6)
+TALLY = tally_layout(
+    6,
+    [
+        ("spin_path", np.float64, (MAX_FINGERS,)),  # of soft contacts [rad]
+        ("spin_end", np.float64, (MAX_FINGERS,)),  # spin in the last row [rad]
+    ],
+)
 
 
 @compiled
@@ -52,4 +59,7 @@ def spatial_tally(model: Record, row: Record, work: Record, tally: Record) -> No
     """Adds an evaluated row."""
     for i in range(model.num_fingers):
         tally.slip_path[i] = row.state.x[path_at(model.num_fingers, i)]
+        if model.soft == 1:
+            tally.spin_path[i] = row.state.x[turned_at(model.num_fingers, i)]
+            tally.spin_end[i] = row.state.x[spin_at(model.num_fingers, i)]
     add_row(model, row, work, tally, row.discrete.violation, least_margin)

@@ -69,8 +69,12 @@ def spatial_update_rates(model: Record, run: Record) -> None:
         for axis in range(2):
             told, believed = discrete.slips[i, axis], senses.slips[i, axis]
             memory.slips[i, axis] = told if seen_at_once else believed
-            gamma = work.gamma[i, axis] if seen_at_once else senses.gamma[i, axis]
-            memory.gamma[i, axis] = gamma
+        for part in range(3):
+            gamma = work.gamma[i, part] if seen_at_once else senses.gamma[i, part]
+            memory.gamma[i, part] = gamma
+        # With the accelerations to which they belong.
+        present = -model.hand.eccentricities[i] * work.moments[i]
+        memory.moments[i] = present if sensors.true_accelerations == 1 else senses.moments[i]
     if sensors.perfect == 0:
         measure_acceleration(model, senses, discrete, work)
         spatial_believe(model, discrete, run.now, senses, work)
@@ -127,10 +131,11 @@ def _sense(model: Record, run: Record) -> None:
     _advance_estimates(model, run, run.now - run.last_tick)
     run.last_tick = run.now
     measure(model, senses, start, run.discrete.torques, run.now)
-    if model.law.facts.is_own and run.acting == 1:
+    feels = model.law.facts.is_own or (model.soft == 1 and model.law.facts.has_memory)
+    if feels and run.acting == 1:
         # Under the torques that act until now.
         spatial_plant(model, run.discrete, start, run.work)
-        measure_forces(model, senses, run.work.forces)
+        measure_forces(model, senses, run.work)
     detect_slip(model, run.discrete, senses, start, run.now)
     if model.hand.has_chains == 1:
         _renew_seeds(model, run)
@@ -163,9 +168,9 @@ def _evaluate_law(model: Record, run: Record) -> int:
         status = _command_ahead(model, run)
     if status != RUNNING:
         return status
-    if grasp.rank < 6:
+    if grasp.rank < 6 and model.soft == 0:
         warn(run, FREE_ROTATION)
-    if grasp.soft > 0:
+    if grasp.weak > 0:
         warn(run, SOFTENED)
     return RUNNING
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from slipgrasp.core.kernel.compilation.compiler import compiled
 from slipgrasp.core.kernel.compilation.records import Floats, Record
-from slipgrasp.core.kernel.spatial.state import slip_velocity_at
+from slipgrasp.core.kernel.spatial.state import slip_velocity_at, spin_velocity_at
 from slipgrasp.core.kernel.spatial.workspace import SLIP, SLIPS_ALONG_TANGENTS, STICK
 
 
@@ -18,6 +18,12 @@ from slipgrasp.core.kernel.spatial.workspace import SLIP, SLIPS_ALONG_TANGENTS, 
 def axes_of(record: Record, way: int) -> range:
     """Tangents of a way."""
     return range(way, way + 3 - record.ways)
+
+
+@compiled
+def parts_of_way(record: Record, way: int) -> range:
+    """Parts of a way: its tangents, and 2, the turn about the normal, where any is soft."""
+    return range(way, way + 3 - record.ways + record.soft)
 
 
 @compiled
@@ -35,10 +41,19 @@ def way_size(record: Record, way: int, x: float, y: float) -> float:
 
 
 @compiled
+def size_with_spin(x: float, y: float, z: float) -> float:
+    """Size of a tangential vector with its part about the normal, over the eccentricity."""
+    return np.sqrt(x * x + y * y + z * z)
+
+
+@compiled
 def way_speed(model: Record, state: Record, i: int, way: int) -> float:
-    """Speed of contact ``i`` along a way [m/s]."""
+    """Speed of contact ``i`` along a way, that of its spin included [m/s]."""
     n = model.num_fingers
     first = state.x[slip_velocity_at(n, i, 0)]
+    if model.soft == 1:
+        second = state.x[slip_velocity_at(n, i, 1)]
+        return size_with_spin(first, second, state.x[spin_velocity_at(n, i)])
     return way_size(model, way, first, state.x[slip_velocity_at(n, i, 1)])
 
 
@@ -46,7 +61,10 @@ def way_speed(model: Record, state: Record, i: int, way: int) -> float:
 def friction_margin(model: Record, discrete: Record, work: Record, i: int, way: int) -> float:
     """Mu F_n less the friction force along a way of contact ``i`` [N], positive inside."""
     truth, sticks = model.truth, discrete.slips[i, way] == 0.0
-    size = way_size(model, way, work.forces[i, 0], work.forces[i, 1])
+    if model.soft == 1:
+        size = size_with_spin(work.forces[i, 0], work.forces[i, 1], work.moments[i])
+    else:
+        size = way_size(model, way, work.forces[i, 0], work.forces[i, 1])
     friction = truth.static_friction[i] if sticks else truth.friction[i]
     return friction * work.forces[i, 2] - size
 

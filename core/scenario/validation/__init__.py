@@ -22,6 +22,7 @@ from slipgrasp.core.scenario.validation.control import (
 from slipgrasp.core.scenario.validation.hand import check_faces, check_start_pose
 from slipgrasp.core.scenario.validation.hands import check_computed
 from slipgrasp.core.scenario.validation.outline import check_outline
+from slipgrasp.core.scenario.validation.pads import check_pads
 from slipgrasp.core.scenario.validation.space import (
     check_body,
     check_chain_laws,
@@ -73,6 +74,7 @@ _SPATIAL_CHECKS = (
     check_latency,
     check_chain_laws,
     check_sampled_only,
+    check_pads,
     check_times,
     check_static_friction,
     check_patches,

@@ -1,0 +1,150 @@
+"""The forces of contacts that may stick or slip where fingertips are soft.
+
+The semi-smooth Newton method of `slipgrasp.core.kernel.spatial.contact_problem` with four rows per
+contact: friction is bounded by a ball in (F_x, F_y, F_tau / e), so that one step size serves all
+three rows of a contact.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import types
+
+from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
+from slipgrasp.core.kernel.compilation.records import Record
+from slipgrasp.core.kernel.numerics.dense import factor_dense, solve_dense
+from slipgrasp.core.kernel.numerics.elementary import square
+from slipgrasp.core.kernel.spatial.model import MODEL
+from slipgrasp.core.kernel.spatial.torsion_layout import (
+    FREE,
+    MOVING,
+    NORMAL,
+    ROWS,
+    TORSION,
+    TURN,
+)
+from slipgrasp.core.kernel.spatial.ways import size_with_spin
+from slipgrasp.core.kernel.spatial.workspace import DISCRETE
+
+NEWTON_STEPS, FULL_STEPS, NEWTON_ERROR = 100, 30, 1e-12
+
+
+@compiled
+def contact_mobility(torsion: Record, i: int) -> float:
+    """The largest of contact ``i`` along its tangents and about its normal."""
+    first, largest = ROWS * i, 0.0
+    for row in range(NORMAL):
+        largest = max(largest, torsion.mobility[first + row, first + row])
+    return largest
+
+
+@compiled
+def _mobility(torsion: Record, a: int, b: int) -> float:
+    """G, with the creep of turns."""
+    turns = a % ROWS == TURN and b % ROWS == TURN
+    creep = torsion.creep[a // ROWS, b // ROWS] if turns else 0.0
+    return torsion.mobility[a, b] + creep
+
+
+@compiled
+def _set_row_at_rest(n: int, torsion: Record, a: int, scale: float) -> None:
+    """No acceleration: w = 0."""
+    for b in range(ROWS * n):
+        torsion.matrix[a, b] = scale * _mobility(torsion, a, b)
+    torsion.right[a] = -scale * torsion.opening[a]
+
+
+@compiled
+def _set_row_of_force(n: int, torsion: Record, a: int, wanted: float) -> None:
+    """A force that is known, but for what follows from others."""
+    for b in range(ROWS * n):
+        torsion.matrix[a, b] = 0.0
+    torsion.matrix[a, a] = 1.0
+    torsion.right[a] = wanted - torsion.force[a]
+
+
+@compiled
+def _set_rows(model: Record, discrete: Record, torsion: Record, i: int) -> None:
+    """Rows of Newton's matrix for contact ``i``, residuals in newtons with sign changed."""
+    n, first, kind = model.num_fingers, ROWS * i, torsion.kinds[i]
+    scale = 1.0 / contact_mobility(torsion, i)
+    _set_row_at_rest(n, torsion, first + NORMAL, scale)
+    if kind == MOVING:
+        friction, normal = model.truth.friction[i], torsion.force[first + NORMAL]
+        for row in range(NORMAL):
+            part = friction * discrete.directions[i, row]
+            _set_row_of_force(n, torsion, first + row, -part * normal)
+            torsion.matrix[first + row, first + NORMAL] = part
+    elif kind == FREE:
+        _set_rows_of_ball(n, torsion, i, scale)
+    else:
+        for row in range(NORMAL):
+            _set_row_at_rest(n, torsion, first + row, scale)
+    if model.hand.eccentricities[i] == 0.0:
+        _set_row_of_force(n, torsion, first + TURN, 0.0)
+
+
+@compiled
+def _set_rows_of_ball(n: int, torsion: Record, i: int, scale: float) -> None:
+    """What is free: lambda = proj(lambda - rho w_t) on |lambda| <= mu F_n."""
+    first, matrix, force, opening = ROWS * i, torsion.matrix, torsion.force, torsion.opening
+    normal, mu = force[first + NORMAL], torsion.bounds[i]
+    y = (
+        force[first] - scale * opening[first],
+        force[first + 1] - scale * opening[first + 1],
+        force[first + 2] - scale * opening[first + 2],
+    )
+    length, radius = size_with_spin(y[0], y[1], y[2]), mu * max(normal, 0.0)
+    if length <= radius:
+        for row in range(NORMAL):
+            _set_row_at_rest(n, torsion, first + row, scale)
+        return
+    ratio = radius / length
+    for row in range(NORMAL):
+        a, e = first + row, y[row] / length
+        for b in range(ROWS * n):
+            along = 0.0
+            for other in range(NORMAL):
+                along += y[other] / length * _mobility(torsion, first + other, b)
+            matrix[a, b] = scale * ratio * (_mobility(torsion, a, b) - e * along)
+        for other in range(NORMAL):
+            same = 1.0 if row == other else 0.0
+            matrix[a, first + other] += same - ratio * (same - e * y[other] / length)
+        if normal > 0.0:
+            matrix[a, first + NORMAL] -= mu * e
+        torsion.right[a] = -(force[a] - radius * e)
+
+
+@compiled_apart(types.int64, MODEL, DISCRETE, TORSION)
+def spatial_soft_newton(model: Record, discrete: Record, torsion: Record) -> int:
+    """Newton's method from the forces in ``torsion``; 1 if it has converged.
+
+    Args:
+        model: Constants of the run.
+        discrete: Directions of contacts that are moving.
+        torsion: With the contact problem, kinds and bounds; ``opening`` becomes w
+            with what creeps and the velocities that c may have.
+    """
+    n = model.num_fingers
+    size = ROWS * n
+    for trial in range(NEWTON_STEPS):
+        worst, scale = 0.0, 0.0
+        for a in range(size):
+            total = torsion.offset[a]
+            for b in range(size):
+                total += _mobility(torsion, a, b) * torsion.force[b]
+            torsion.opening[a] = total
+            scale += square(torsion.force[a])
+        for i in range(n):
+            _set_rows(model, discrete, torsion, i)
+        for a in range(size):
+            worst = max(worst, abs(torsion.right[a]))
+        if worst <= NEWTON_ERROR * (1.0 + np.sqrt(scale)):
+            return 1
+        if not worst < np.inf or not abs(factor_dense(torsion.matrix, size, torsion.order)) > 0.0:
+            return 0
+        solve_dense(torsion.matrix, size, torsion.order, torsion.right, torsion.step)
+        share = 1.0 if trial < FULL_STEPS else 0.5
+        for a in range(size):
+            torsion.force[a] += share * torsion.step[a]
+    return 0

@@ -1,0 +1,53 @@
+"""The equations of soft contacts, four rows each: both tangents, turn about the normal, normal."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from slipgrasp.core.kernel.compilation.records import MAX_FINGERS
+
+ROWS, TURN, NORMAL = 4, 2, 3  # of a contact
+# Of a contact in the contact problem: may stick or slip, slips in its direction, sticks anyway.
+FREE, MOVING, STUCK = range(3)
+MAX_WRENCH = ROWS * MAX_FINGERS
+
+# w = G F + c and what it is made of; moments and spins are over and times the eccentricity.
+TORSION = np.dtype(
+    [
+        ("turning", np.float64, (MAX_FINGERS, 3)),  # k = J^-T J_omega^T n, spin per tip velocity
+        ("gyration", np.float64, (MAX_FINGERS,)),  # psi'' without any acceleration [rad/s^2]
+        ("wrenches", np.float64, (MAX_WRENCH, 6)),  # W on the object, column by column
+        ("pulls", np.float64, (MAX_WRENCH, 3)),  # B: -B^T F is what the joints feel at the tip
+        ("responses", np.float64, (MAX_WRENCH, 6)),  # M_o^-1 W, column by column
+        ("turn_inverse", np.float64, (6,)),  # (R I_b R^T)^-1: xx, xy, xz, yy, yz, zz
+        ("fall", np.float64, (6,)),  # M_o^-1 (load - h_o)
+        ("mobility", np.float64, (MAX_WRENCH, MAX_WRENCH)),  # G
+        ("offset", np.float64, (MAX_WRENCH,)),  # c
+        ("creep", np.float64, (MAX_FINGERS, MAX_FINGERS)),  # of turns, in the contact problem
+        ("num_holders", np.int64),  # contacts that stick and resist turning
+        ("holders", np.int64, (MAX_FINGERS,)),
+        ("follows", np.float64, (MAX_FINGERS, MAX_WRENCH)),  # all forces per F_tau / e of each
+        ("turns", np.float64, (MAX_FINGERS, MAX_FINGERS)),  # e psi'' per F_tau / e of these
+        ("symmetric", np.float64, (MAX_FINGERS, MAX_FINGERS)),  # the same made symmetric, diagonal
+        ("modes", np.float64, (MAX_FINGERS, MAX_FINGERS)),  # its eigenvectors, column by column
+        ("num_determined", np.int64),  # of them, which come first
+        ("wanted", np.float64, (MAX_FINGERS,)),  # e psi'' without moments
+        ("amounts", np.float64, (MAX_FINGERS,)),  # of every mode [N]
+        ("held", np.float64, (MAX_FINGERS,)),  # F_tau / e of the holders [N]
+        ("small", np.float64, (MAX_FINGERS, MAX_FINGERS)),
+        ("small_right", np.float64, (MAX_FINGERS,)),
+        ("small_order", np.int64, (MAX_FINGERS,)),
+        ("force", np.float64, (MAX_WRENCH,)),
+        ("opening", np.float64, (MAX_WRENCH,)),  # w
+        ("matrix", np.float64, (MAX_WRENCH, MAX_WRENCH)),
+        ("right", np.float64, (MAX_WRENCH,)),
+        ("step", np.float64, (MAX_WRENCH,)),
+        ("order", np.int64, (MAX_WRENCH,)),
+        ("kinds", np.int64, (MAX_FINGERS,)),  # of contacts in the contact problem
+        ("bounds", np.float64, (MAX_FINGERS,)),  # friction that a free contact has at most
+        ("pushed", np.float64, (MAX_WRENCH,)),  # w per tip force, without contact forces
+        ("responding", np.float64, (6 + 2 * MAX_FINGERS,)),  # accelerations per tip force
+        ("no_slide", np.float64, (MAX_FINGERS, 3)),  # 0: directions of slip without friction
+    ],
+    align=True,
+)
