@@ -76,7 +76,20 @@ def rotation_of(quaternion: Sequence[float]) -> Floats:
     )
 
 
-def _about(axis: Floats, angles: Floats) -> Floats:
+def quaternion_of(turn: Floats) -> Attitude:
+    """The unit quaternion (w, x, y, z) of a rotation matrix, w not negative."""
+    # Four multiples of it, of which the longest loses no digits.
+    columns, trace = np.empty((4, 4)), np.trace(turn)
+    skew = turn - turn.T
+    columns[0, 0] = 1.0 + trace
+    columns[0, 1:] = columns[1:, 0] = skew[2, 1], skew[0, 2], skew[1, 0]
+    columns[1:, 1:] = turn + turn.T + (1.0 - trace) * np.eye(3)
+    longest = columns[np.argmax(np.diag(columns))]
+    w, x, y, z = np.clip(longest / np.linalg.norm(longest), -1.0, 1.0).tolist()
+    return (w, x, y, z) if w >= 0.0 else (-w, -x, -y, -z)
+
+
+def about_axis(axis: Floats, angles: Floats) -> Floats:
     """Rotations about a unit vector, shape ``(..., 3, 3)``."""
     x, y, z = axis
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
@@ -113,7 +126,7 @@ def chain_points(
         if joint.kind == "prismatic":
             point = point + axes[-1] * positions[..., k, None]
         else:
-            turn = turn @ _about(axis, positions[..., k])
+            turn = turn @ about_axis(axis, positions[..., k])
         points.append(point)
     points.append(point + turn @ np.asarray(tip))
     return np.stack(points, axis=-2), np.stack(axes, axis=-2)

@@ -13,6 +13,7 @@ from slipgrasp.cli import (
     diff,
     export,
     figures,
+    hands,
     laws,
     margin,
     prune,
@@ -103,7 +104,7 @@ def _make_parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
     for command in (
         *(run, margin, study, rebuild, replay, diff, verify),
-        *(export, figures, recover, prune, scenarios, laws, serve),
+        *(export, figures, recover, prune, scenarios, hands, laws, serve),
     ):
         command.add_command(commands)
     return parser
