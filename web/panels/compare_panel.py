@@ -325,10 +325,12 @@ def _metric_rows(findings: Comparison, names: Sequence[str]) -> Iterator[str]:
         elif _PER[name] == "coordinate":
             yield f"<tr><th colspan='4'>{words}</th></tr>"
             yield from _coordinate_rows(name, a, b)
-        else:
+        elif a or b:
             scale = scale_of(unit, filter(None, (*a, *b)))
             yield f"<tr><th colspan='4'>{words} [{scale.unit}]</th></tr>"
-            for finger, mine, other in zip(names, a, b, strict=True):
+            # A hand of hard fingertips has no spins.
+            both = (values or (None,) * len(names) for values in (a, b))
+            for finger, mine, other in zip(names, *both, strict=True):
                 yield _amounts_row(escape(finger), scale, mine, other, is_member=True)
 
 
