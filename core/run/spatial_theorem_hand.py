@@ -60,7 +60,7 @@ class SpatialTheoremHand(TheoremHand):
         senses, discrete.beliefs[:n] = self._senses, discrete.phases[:n]
         senses.measured.x[:] = self._state.x
         senses.slips[:n] = discrete.slips[:n]
-        senses.gamma[:n] = discrete.slips[:n] * discrete.directions[:n]
+        senses.gamma[:n, :2] = discrete.slips[:n] * discrete.directions[:n, :2]
         call(spatial_believe, self._model, discrete, trace.times[k], senses, self._work)
         discrete.torques[:n] = trace.joint_torque[k].reshape(n, 3)
         call(spatial_plant, self._model, discrete, self._state, self._work)
@@ -91,7 +91,7 @@ class SpatialTheoremHand(TheoremHand):
         found = np.zeros(self._size)
         missed = trace.friction_coefficient[k] - work.believed.friction[:n]
         normal = np.einsum("ic,ic->i", work.kin.frames[:n, 2], work.tip_forces[:n])
-        pushed = -(missed * normal)[:, None] * work.gamma[:n] * self._discrete.slips[:n]
+        pushed = -(missed * normal)[:, None] * work.gamma[:n, :2] * self._discrete.slips[:n]
         found[6:] = pushed.ravel()
         return found
 
@@ -109,7 +109,7 @@ class SpatialTheoremHand(TheoremHand):
             directions = np.where(slips > 0.0, signs, 0.0)
             slips = np.abs(directions)
         discrete.phases[:n] = np.where(slips.any(axis=1), np.maximum(phases, SLIP), STICK)
-        discrete.slips[:n], discrete.directions[:n] = slips, directions
+        discrete.slips[:n], discrete.directions[:n, :2] = slips, directions
         discrete.frozen[:n] = 1
 
     def _inertia(self, dynamics: Record, truth: Record, system: Record) -> Floats:

@@ -512,6 +512,9 @@ def test_a_run_claims_nothing_that_its_samples_do_not_say(name):
     parts = trace.tangential_force.reshape(*trace.phase.shape, 2)
     slips = (trace.phase != ContactPhase.STICK)[:, :, None]
     force = np.linalg.norm(parts, axis=2, keepdims=True)
+    if result.scenario.has_soft_fingers:
+        reach = [finger.eccentricity for finger in result.scenario.fingers]
+        force = np.hypot(force, (trace.torsional_moment / reach)[:, :, None])
     if result.scenario.friction_cone == "pyramid":
         forward = (trace.phase - 7.0) / 3.0 * (trace.phase != ContactPhase.STICK)
         signs = np.stack([np.round(forward), 3.0 * (forward - np.round(forward))], axis=2)

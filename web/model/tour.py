@@ -45,6 +45,7 @@ TOUR = (
     Stop("unequal-fingers", "Which gives way first if it is heavier?", "object.mass"),
     Stop("wide-object", "Does it matter how hard it is to turn?", "object.inertia"),
     Stop("gripper-lift", "How hard must it squeeze?", "controller.grip_force"),
+    Stop("parallel-gripper", "Which grip stops the pivot?", "controller.grip_force"),
     Stop("spatial-prism", "Does a lighter object slip less in space, too?", "object.mass"),
     Stop(
         "spatial-pyramid",

@@ -18,7 +18,7 @@ from slipgrasp.core.kernel.loop.advance import (
     count_stall,
     make_advance,
 )
-from slipgrasp.core.kernel.loop.guards import find_end
+from slipgrasp.core.kernel.loop.guards import FORCE_BAND, find_end
 from slipgrasp.core.kernel.loop.output import phases_changed
 from slipgrasp.core.kernel.loop.status import (
     EVENT_STALL,
@@ -58,9 +58,10 @@ from slipgrasp.core.kernel.spatial.steps import (
     stop_in_patch,
 )
 from slipgrasp.core.kernel.spatial.tick import control_tick, spatial_apply
-from slipgrasp.core.kernel.spatial.torsion import contacts_creep, spatial_keep_stick
-from slipgrasp.core.kernel.spatial.torsion_onset import begins_slip, rests_again
-from slipgrasp.core.kernel.spatial.ways import parts_of_way, way_speed
+from slipgrasp.core.kernel.spatial.torsion import begins_slip, contacts_creep, spatial_keep_stick
+from slipgrasp.core.kernel.spatial.torsion_onset import rests_again
+from slipgrasp.core.kernel.spatial.ways import friction_margin, parts_of_way, way_speed
+from slipgrasp.core.kernel.spatial.workspace import STICK
 
 # What has crept in stick has a velocity before it slips, not in its direction.
 SURE_CREEP = 1e-6  # [m/s]
@@ -175,13 +176,26 @@ def _finish_step(model: Record, run: Record, outlet: Record, _t_stop: float, _re
         spatial_keep_stick(model, run.discrete, run.step.start, run.work)
     if thaws:
         spatial_plant(model, run.discrete, run.step.start, run.work)
+        if model.soft == 1 and _is_overcome(model, run):
+            return _let_rest(model, run, outlet)
         restart(model, run)
     return RUNNING
 
 
 @compiled
+def _is_overcome(model: Record, run: Record) -> bool:
+    """Whether a contact that sticks is outside its surface, now that others slip by themselves."""
+    for i in range(model.num_fingers):
+        margin = friction_margin(model, run.discrete, run.work, i, 0)
+        is_outside = margin < -FORCE_BAND * (1.0 + run.work.forces[i, 2])
+        if run.discrete.phases[i] == STICK and is_outside:
+            return True
+    return False
+
+
+@compiled
 def _let_rest(model: Record, run: Record, outlet: Record) -> int:
-    """Selects phases where no soft contact has begun to slip after all."""
+    """Selects phases anew: no soft contact has begun to slip after all, or another has to."""
     keep_old(model, run)
     forget_leaving(model, run)
     status = settle(model, run)

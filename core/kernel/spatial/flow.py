@@ -55,7 +55,7 @@ def set_directions(model: Record, discrete: Record, state: Record, gamma: Floats
     for i in range(n):
         if discrete.phases[i] == STICK:
             gamma[i, 0] = gamma[i, 1] = gamma[i, 2] = 0.0
-        elif model.ways == 2 or discrete.frozen[i, 0] == 1:
+        elif model.ways == 2 or discrete.frozen[i, 0] != 0:
             gamma[i, 0], gamma[i, 1] = discrete.directions[i, 0], discrete.directions[i, 1]
             gamma[i, 2] = discrete.directions[i, 2]
         elif model.soft == 1:

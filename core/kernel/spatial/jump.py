@@ -58,7 +58,8 @@ def keep_old(model: Record, run: Record) -> None:
     set_directions(model, run.discrete, run.step.start, run.old.directions)
     for i in range(model.num_fingers):
         for way in range(model.ways):
-            run.old.frozen[i, way] = int(run.discrete.slips[i, way])
+            # Of a soft contact 2: it has that direction, and does not just begin to slip.
+            run.old.frozen[i, way] = int(run.discrete.slips[i, way]) * (1 + model.soft)
 
 
 @compiled

@@ -429,7 +429,9 @@ def spatial_select(
     if status != SELECTED and not _find_closed(model, discrete, work, room):
         return status
     spatial_phases(model, discrete, state, work)
-    if model.soft == 1 and _let_overcome(model, discrete, work, room):
+    for _ in range(model.num_fingers if model.soft == 1 else 0):
+        if not _let_overcome(model, discrete, work, room):
+            break
         spatial_phases(model, discrete, state, work)
     if not work.system.determinant > 0.0:
         return NONE_REGULAR

@@ -29,7 +29,8 @@ from slipgrasp.core.kernel.spatial.state import (
     spin_velocity_at,
     velocity_at,
 )
-from slipgrasp.core.kernel.spatial.torsion_onset import begins_slip, onset_step
+from slipgrasp.core.kernel.spatial.torsion import begins_slip
+from slipgrasp.core.kernel.spatial.torsion_onset import onset_step
 from slipgrasp.core.kernel.spatial.ways import parts_of_way, way_speed
 from slipgrasp.core.kernel.spatial.workspace import DISCRETE, WORKSPACE
 

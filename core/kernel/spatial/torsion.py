@@ -30,11 +30,14 @@ from slipgrasp.core.kernel.spatial.state import (
     spin_velocity_at,
     velocity_at,
 )
-from slipgrasp.core.kernel.spatial.torsion_layout import NORMAL, ROWS, TURN
-from slipgrasp.core.kernel.spatial.workspace import DISCRETE, STICK, WORKSPACE
+from slipgrasp.core.kernel.spatial.torsion_contacts import spatial_soft_newton
+from slipgrasp.core.kernel.spatial.torsion_layout import FREE, NORMAL, ROWS, STUCK, TURN
+from slipgrasp.core.kernel.spatial.workspace import DISCRETE, SLIP, STICK, WORKSPACE
 
 UNDETERMINED = 1e-3  # share of the mobility of one turn, below which moments are not determined
 CREEP = 3e-8  # of spins that no determined moment stops, times e, per F_tau / e [m/(N s)]
+ONSET = 1e-6  # after which what begins to slip has the velocity that its friction is against [s]
+AT_REST = 1e-9  # share of its bound by which the friction of a contact at rest is less
 EXACT = 1e-14  # a spin velocity times e that counts as none [m/s]
 
 
@@ -363,7 +366,76 @@ def spatial_soft_phases(model: Record, discrete: Record, state: Record, work: Re
     for i in range(n):
         if discrete.phases[i] != STICK:
             _put_on_surface(model, work, i)
+    if not begins_slip(model, discrete) or not begin_slips(model, discrete, state, work, ONSET):
+        take_forces(model, discrete, work)
+
+
+@compiled
+def begins_slip(model: Record, discrete: Record) -> bool:
+    """Whether a contact of a hand with soft fingertips has just begun to slip."""
+    if model.soft == 0:
+        return False
+    for i in range(model.num_fingers):
+        if discrete.frozen[i, 0] == 1:
+            return True
+    return False
+
+
+@compiled
+def begin_slips(model: Record, discrete: Record, state: Record, work: Record, h: float) -> bool:
+    """Forces while slips begin, against the velocities after a time ``h``; False if there are none.
+
+    Args:
+        model: Constants of the run.
+        discrete: Phases.
+        state: With velocities.
+        work: With G and c, and the forces from which Newton's method starts; directions of slip
+            become those against which the forces are, shorter than 1 where a contact rests.
+        h: Short time [s].
+    """
+    n, torsion = model.num_fingers, work.torsion
+    for i in range(n):
+        torsion.kinds[i] = STUCK if discrete.phases[i] == STICK else FREE
+        torsion.bounds[i] = model.truth.friction[i]
+    _find_modes_of_all(model, discrete, work)
+    begin_contact_problem(model, state, torsion, h)
+    solved = spatial_soft_newton(model, discrete, torsion) == 1
+    add_velocities(n, state, torsion, -1.0 / h)
+    if not solved:
+        return False
     take_forces(model, discrete, work)
+    for i in range(n):
+        if discrete.phases[i] != STICK:
+            _point(model, state, work, i, h)
+    return True
+
+
+@compiled
+def _find_modes_of_all(model: Record, discrete: Record, work: Record) -> None:
+    """The modes of stick of all contacts that stick or have just begun to slip."""
+    for i in range(model.num_fingers):
+        if discrete.frozen[i, 0] == 1:
+            discrete.phases[i] = STICK
+    factor_phases(model, discrete, work.gamma, work.torsion)
+    find_modes(model, discrete, work.torsion)
+    for i in range(model.num_fingers):
+        if discrete.frozen[i, 0] == 1:
+            discrete.phases[i] = SLIP
+
+
+@compiled
+def _point(model: Record, state: Record, work: Record, i: int, h: float) -> None:
+    """The direction that the friction of contact ``i`` is against."""
+    n, torsion, first, size = model.num_fingers, work.torsion, ROWS * i, 0.0
+    bound = torsion.bounds[i] * torsion.force[first + NORMAL]
+    for part in range(NORMAL):
+        work.gamma[i, part] = -torsion.force[first + part] / bound
+        size += work.gamma[i, part] * work.gamma[i, part]
+    if size < 1.0 - AT_REST:
+        # To rounding it has this acceleration.
+        for axis in range(2):
+            work.slip_acceleration[i, axis] = -state.x[velocity_at(n, i, axis)] / h
+        work.spin_acceleration[i] = -state.x[velocity_at(n, i, 2)] / h
 
 
 @compiled
