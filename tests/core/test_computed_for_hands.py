@@ -180,8 +180,7 @@ def bases(hand):
     for preset in map(load_scenario, names):
         yield preset
         for law in CONTROL_LAWS:
-            # Not every law goes with soft fingertips.
-            with suppress(ScenarioError):
+            with suppress(ScenarioError):  # soft fingertips refuse some
                 yield with_law(preset, law)
         composite = with_law(preset, "composite")
         for set_values, each in [(with_values, ADDED), (with_lists, lists_for(preset))]:

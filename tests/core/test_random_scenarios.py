@@ -160,9 +160,10 @@ def test_a_slipping_contact_moves_in_the_direction_of_its_phase(scenario: Scenar
 def test_fingertips_stay_on_their_faces(scenario: Scenario) -> None:
     """Forward kinematics of the joints against pose and slip, in every stored row."""
     trace, hand = simulate(scenario).trace, ClosedLoop.from_scenario(scenario).hand
+    slides = [finger.kind == "slides" for finger in scenario.fingers]
     for pose, slip, joints in zip(trace.object_pose, trace.slip, trace.joint_position, strict=True):
-        pairs = zip(hand.fingers, joints.reshape(-1, 2), strict=True)
-        tips = np.array([finger.tip(q) for finger, q in pairs])
+        fingers = zip(hand.fingers, slides, joints.reshape(-1, 2), strict=True)
+        tips = np.array([f.base + q if slide else f.tip(q) for f, slide, q in fingers])
         assert np.abs(tips - hand.tip_positions(pose, slip)).max() <= 1e-9
 
 

@@ -5,6 +5,7 @@ import pytest
 
 from slipgrasp import (
     Simulation,
+    load_scenario,
     open_recording,
     register_law,
     simulate,
@@ -281,3 +282,67 @@ def test_what_cannot_be_of_slides_is_refused(space):
 def test_a_spatial_grasp_of_two_jaws_can_turn_about_the_line_between_them():
     run = simulate(gripper(SPATIAL))
     assert any(warning.code == "free_rotation" for warning in run.warnings)
+
+
+def turned(result):
+    """Angle of the last attitude about x [rad]."""
+    w, x = result.trace.object_pose[-1, 3:5]
+    return abs(2.0 * np.arctan2(x, w))
+
+
+def test_a_box_turns_between_the_pads_of_a_gripper_as_in_a_prototype():
+    # The prototype carried half of the weight with each jaw; this gripper lets it sag by 0.5 mm.
+    run = simulate(load_scenario("parallel-gripper"))
+    assert turned(run) == pytest.approx(0.7338, rel=3e-3)
+    assert run.metrics.slip_path == pytest.approx([4.1322e-3] * 2, rel=3e-3)
+    along, across = np.abs(run.trace.slip[-1].reshape(2, 2)).T
+    assert along == pytest.approx([3.769e-3] * 2, rel=4e-3)
+    assert across == pytest.approx([1.457e-3] * 2, rel=5e-3)
+    assert run.trace.dissipated_energy[-1] == pytest.approx(0.16843, rel=3e-3)
+    assert np.abs(run.trace.energy_residual).max() < 1e-9
+    # Statics: it turns below 21.9 N; above, it slips a little while it sags.
+    firm = simulate(with_values(run.scenario, {"controller.grip_force": 23.0}))
+    assert turned(firm) < 5e-3
+
+
+def padded_lift(force, begin):
+    """A lift by pads of which neither line nor height goes through the centre of mass."""
+    sizes = np.array([0.1, 0.06, 0.12])
+    inertias = MASS / 12.0 * (np.sum(sizes**2) - sizes**2)
+    jaws = [
+        {**JAWS, "mass": 0.1, "base": (0.0, 0.0, 0.25), "pad_radius": 0.009, "face": face}
+        | {"contact_offset": (0.01, beside)}
+        for face, beside in (("side-3", -0.015), ("side-1", 0.015))
+    ]
+    move = {"time": begin, "duration": 0.5, "pose": (0.0, 0.0, 0.16, 0.0, 0.0, 0.0)}
+    start = (0.0, 0.0, 0.06, 1.0, 0.0, 0.0, 0.0)
+    return scenario_from_mapping(
+        {
+            "object": {
+                "mass": MASS,
+                "inertias": tuple(inertias.tolist()),
+                "half_width": 0.05,
+                "half_depth": 0.03,
+                "height": 0.12,
+            },
+            "fingers": jaws,
+            "trajectory": {"kind": "set-points", "start": start, "set_points": [move]},
+            "controller": {
+                "kind": "gripper",
+                "grip_force": force,
+                "jaw_stiffness": 1e5,
+                "jaw_damping": 200.0,
+            },
+            "simulation": {"duration": begin + 0.7},
+        }
+    )
+
+
+def test_a_lift_with_pads_turns_as_in_a_second_program_and_holds_from_its_least_force_on():
+    run = simulate(padded_lift(12.0, 0.0))
+    assert run.metrics.last_slip_time == pytest.approx(0.3117, abs=2e-3)
+    assert turned(run) == pytest.approx(0.8026, rel=3e-3)
+    assert run.metrics.slip_path == pytest.approx([3.076e-3] * 2, rel=5e-3)
+    # Before the lift the box sags; then the least force is 18.648 N.
+    weak, firm = (simulate(padded_lift(force, 0.3)) for force in (18.4, 18.9))
+    assert turned(weak) > 1e-4 > 1e-5 > turned(firm)

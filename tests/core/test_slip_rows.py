@@ -15,7 +15,7 @@ from slipgrasp.core.scenario.loading import (
     spatial_preset_names,
     with_values,
 )
-from slipgrasp.core.trace.types import ContactPhase
+from slipgrasp.core.trace.types import ContactPhase, Outcome
 
 LEAST = 50
 DOWN = "pulses.0.force"
@@ -46,7 +46,8 @@ def test_every_slip_has_fifty_rows_however_short_it_is(name: str, values: dict) 
     values = {down if key == DOWN else key: value for key, value in values.items()}
     scenario = with_values(preset, {"simulation.duration": 4.0, **values})
     slips = list(slips_of(run := simulate(scenario)))
-    assert slips
+    # A gripper that does not answer to slip loses what is too heavy for it: that slip has no end.
+    assert slips or run.outcome is Outcome.LEFT_FACE
     for _, begin, end in slips:
         # Closer than a microsecond no two rows lie.
         wanted = min(LEAST, int((end - begin) / 2e-6))

@@ -7,7 +7,6 @@ and to compile. Its arrays have room for the largest hand; the counts say how mu
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cache
 from operator import itemgetter
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -60,18 +59,27 @@ def _on_cache_lines(memory: NDArray[np.uint8], layout: np.dtype) -> Record:
     return as_record(memory[start : start + layout.itemsize], layout)
 
 
-@cache
+# By identity: layouts that differ in their alignment alone count as equal for numpy.
+_record_dtypes: dict[int, tuple[Layout, np.dtype]] = {}
+
+
 def _record_dtype(layout: np.dtype) -> np.dtype:
-    """A layout whose records, and those inside of them, are `Record`s."""
+    """A layout whose records, and those inside of them, are `Record`s; made once."""
+    if id(layout) not in _record_dtypes:
+        _record_dtypes[id(layout)] = layout, _make_record_dtype(layout)
+    return _record_dtypes[id(layout)][1]
+
+
+def _make_record_dtype(layout: np.dtype) -> np.dtype:
     if layout.subdtype is not None:
         element, shape = layout.subdtype
-        return np.dtype((_record_dtype(element), shape))
+        return np.dtype((_make_record_dtype(element), shape))
     if layout.fields is None:
         return layout
     kinds, offsets = zip(*(field[:2] for field in layout.fields.values()), strict=True)
     same = {
         "names": [*layout.fields],
-        "formats": [*map(_record_dtype, kinds)],
+        "formats": [*map(_make_record_dtype, kinds)],
         "offsets": offsets,
         "itemsize": layout.itemsize,
     }

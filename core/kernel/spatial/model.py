@@ -233,7 +233,7 @@ def _pack_finger(scenario: SpatialScenario, i: int, model: Record) -> None:
         hand.kinds[i], truth.link_masses[i, 0] = ON_SLIDES, finger.mass
     elif finger.kind == "chain":
         hand.kinds[i], hand.has_chains = BY_CHAIN, 1
-        _pack_chain(finger, hand.chains[i], truth.link_masses[i])
+        pack_chain(finger, hand.chains[i], truth.link_masses[i])
     else:
         _pack_links(finger, i, hand, truth)
     hand.joint_damping[i], hand.joint_friction[i] = finger.joint_damping, finger.joint_friction
@@ -263,7 +263,8 @@ def _pack_links(finger: SpatialFinger, i: int, hand: Record, truth: Record) -> N
     hand.least_radii[i] = 1e-3 * (finger.link_lengths[0] + finger.link_lengths[1])
 
 
-def _pack_chain(finger: SpatialFinger, chain: Record, masses: Any) -> None:
+def pack_chain(finger: SpatialFinger, chain: Record, masses: Any) -> None:
+    """Writes a chain of joints, and the masses of its links, for the kernel."""
     chain.base[:] = rotation_matrix(finger.attitude)
     chain.tip[:] = finger.tip
     chain.length = chain_length(finger.joints, finger.tip)
