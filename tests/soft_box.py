@@ -9,7 +9,6 @@ import numpy as np
 from slipgrasp.core.scenario.law_loading import register_law
 from slipgrasp.core.scenario.loading import with_values
 from slipgrasp.core.scenario.numerics import SpatialSimulation
-from slipgrasp.core.scenario.own_laws import LawParameter
 from slipgrasp.core.scenario.spatial import (
     SpatialFinger,
     SpatialObject,
@@ -28,16 +27,21 @@ class JointSprings:
 
     name = "joint-springs"
     memory: ClassVar = {"start": (2, 3)}
-    parameters: ClassVar = {
-        "grip": LawParameter(value=GRIP, unit="N", minimum=0.0, maximum=1e3, text="Normal force.")
+    diagnostics: ClassVar = {
+        "spin": ("rad", "Spin of the first fingertip."),
+        "rate": ("rad/s", "Its rate."),
+        "moment": ("N m", "Its moment on the object."),
+        "reach": ("m", "Its eccentricity."),
     }
 
     def command(self, seen, memory, out):
         if seen.tick == 0:
             memory.start[:] = seen.joint_position
         model = seen.model
+        out.spin[0], out.rate[0] = seen.spin[0], seen.spin_velocity[0]
+        out.moment[0], out.reach[0] = seen.contact_moment[0], model.eccentricity[0]
         for i, side in enumerate((1.0, -1.0)):
-            force = [side * seen.parameters.grip, 0.0, 0.5 * model.object_mass * model.gravity]
+            force = [side * GRIP, 0.0, 0.5 * model.object_mass * model.gravity]
             away = memory.start[i] - seen.joint_position[i]
             away[0] = (away[0] + np.pi) % (2.0 * np.pi) - np.pi
             out.torque[i] = seen.jacobian[i].T @ force + weight_of_links(seen, i)

@@ -24,7 +24,7 @@ from slipgrasp.core.trace.types import Outcome
 from tests.core.test_chains import as_chains
 from tests.references.spatial_hands import random_state
 from tests.references.spatial_scenarios import random_spatial_scenario
-from tests.soft_box import JointSprings, SlideSprings, soft_box
+from tests.soft_box import OFFSET, JointSprings, SlideSprings, soft_box
 
 pytestmark = pytest.mark.slow
 
@@ -231,6 +231,37 @@ def test_small_pads_slide_as_far_as_points():
     hard, small, larger = map(np.array, paths)
     assert (np.abs(small - hard) < 0.02 * hard).all()
     assert np.abs(small - hard).max() < np.abs(larger - hard).max()
+
+
+HALF_WEIGHT = 0.5 * 9.81
+
+
+@pytest.mark.parametrize("law", ["composite", "certainty-equivalence"])
+@pytest.mark.parametrize("eccentricity", [0.006, 0.012])
+def test_a_law_that_holds_presses_as_hard_as_load_and_moment_ask(law, eccentricity):
+    values = {"controller.kind": law, "controller.grip_safety": 1.1}
+    run = simulate(with_values(soft_box(eccentricity, 1e-3, 0.5), values))
+    needed = np.hypot(HALF_WEIGHT, HALF_WEIGHT * OFFSET / eccentricity)
+    np.testing.assert_allclose(run.trace.normal_force[-1], 1.1 / 0.5 * needed, rtol=1e-6)
+    moments = np.abs(run.trace.torsional_moment[-1])
+    np.testing.assert_allclose(moments, HALF_WEIGHT * OFFSET, rtol=1e-6)
+    assert run.metrics.slip_path == (0.0, 0.0)
+    # Nothing turns the object about the line of the contacts but a slip.
+    assert run.trace.input_rank[-1] == 5.0
+    assert run.trace.controllability[-1, 3] < 1e-3
+    assert not run.warnings
+
+
+def test_a_custom_law_sees_spins_and_moments():
+    run = simulate(soft_box(0.01, 1e-3, 0.3))
+    trace, tick = run.trace, 250
+    row = np.searchsorted(trace.times, tick * 1e-3)
+    seen = dict(zip(JointSprings.diagnostics, run.ticks.diagnostics[tick], strict=True))
+    assert seen["spin"] == pytest.approx(trace.spin[row, 0], rel=1e-12)
+    assert seen["rate"] == pytest.approx(trace.spin_velocity[row, 0], rel=1e-12)
+    # The row has the moment under the next torque.
+    assert seen["moment"] == pytest.approx(-trace.torsional_moment[row, 0], rel=1e-5)
+    assert seen["reach"] == pytest.approx(0.01)
 
 
 @pytest.mark.parametrize("law", ["composite", "certainty-equivalence", "pd-gravity", "grip-reflex"])
