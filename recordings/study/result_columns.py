@@ -50,13 +50,18 @@ def columns_of(study: Study) -> tuple[ResultColumn, ...]:
         *(
             ResultColumn(metric.name, metric.kind, metric.unit, "metric")
             for metric in single_metrics(
-                len(study.base.fingers), study.base.space, soft=study.base.has_soft_fingers
+                len(study.base.fingers), study.base.space, soft=_has_soft_runs(study)
             )
         ),
         ResultColumn("state_hash", "hash", "", "origin"),
         ResultColumn("kernel", "word", "", "origin"),
         ResultColumn("recording", "word", "", "origin"),
     )
+
+
+def _has_soft_runs(study: Study) -> bool:
+    """Whether fingertips may be soft in any run."""
+    return study.base.has_soft_fingers or any(key.endswith(".pad_radius") for key in study.keys)
 
 
 def column_for(column: ResultColumn) -> AppendOnlyColumn:
