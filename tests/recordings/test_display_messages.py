@@ -13,6 +13,7 @@ from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.trace.types import ContactPhase
 from slipgrasp.recordings.file.foxglove import DISPLAY_RATE, FrameClock, display_layouts
 from slipgrasp.recordings.palette import PHASES
+from slipgrasp.scene.states import states_of
 from tests.recordings.reading_display import shown_rows
 
 
@@ -22,7 +23,7 @@ def test_times_up_to_the_longest_run_keep_every_nanosecond(short_run):
     rows[:, 0] = times
     transforms, _ = display_layouts(short_run.scenario, 1)
     records = np.empty(len(times), transforms.record_type)
-    transforms.pack(records, Trace.from_rows(short_run.trace.shape, rows), 0)
+    transforms.pack(records, states_of(Trace.from_rows(short_run.trace.shape, rows)), 0)
     for time, payload in zip(times, records["payload"], strict=True):
         stamp = FrameTransforms.FromString(payload.tobytes()).transforms[-1].timestamp
         assert stamp.seconds * 10**9 + stamp.nanos == round(time * 1e9)
@@ -34,11 +35,11 @@ def test_blocks_of_any_size_give_the_same_messages(short_run):
         display_layouts(short_run.scenario, 7), display_layouts(short_run.scenario, 7), strict=True
     ):
         whole = np.empty(len(samples), layout.record_type)
-        layout.pack(whole, samples, 0)
+        layout.pack(whole, states_of(samples), 0)
         pieces = np.empty(len(samples), [("before", "u1"), ("record", layout.record_type)])
         bounds = [0, 1, 1, 6, len(samples)]
         for start, stop in pairwise(bounds):
-            again.pack(pieces["record"][start:stop], samples[start:stop], start)
+            again.pack(pieces["record"][start:stop], states_of(samples[start:stop]), start)
         assert pieces["record"].tobytes() == whole.tobytes()
         assert (layout.schema, layout.channel) == (again.schema, again.channel)
 
@@ -73,7 +74,7 @@ def test_the_largest_numbers_a_recording_holds_still_draw_an_arrow(short_run):
     trace.normal_force[:] = trace.tangential_force[:] = np.finfo(float).max
     _, layout = display_layouts(short_run.scenario, 1)
     records = np.empty(2, layout.record_type)
-    layout.pack(records, trace, 0)
+    layout.pack(records, states_of(trace), 0)
     (arrow,) = SceneUpdate.FromString(records["payload"][1].tobytes()).entities[-1].arrows
     assert 1.0 < arrow.shaft_length < 100.0
 
@@ -84,7 +85,7 @@ def test_colours_are_those_of_the_true_phase_whatever_the_controller_believes(sh
     trace.believed_phase[:] = ContactPhase.STICK
     _, layout = display_layouts(short_run.scenario, 1)
     records = np.empty(1, layout.record_type)
-    layout.pack(records, trace, 0)
+    layout.pack(records, states_of(trace), 0)
     contact = SceneUpdate.FromString(records["payload"][0].tobytes()).entities[-1]
     for colour in (contact.spheres[0].color, contact.arrows[0].color):
         rgb = [round(255.0 * channel) for channel in (colour.r, colour.g, colour.b)]
