@@ -224,9 +224,9 @@ class Draft:
     def _estimates(self) -> Iterator[dict[str, Any]]:
         axes = [f"object.inertias.{k}" for k in range(3)] if self._in_space else ["object.inertia"]
         body = [("object.mass", "object_mass"), *((key, "object_inertia") for key in axes)]
-        links = [
-            (f"fingers.{i}.link_masses.{k}", "link_mass") for i in range(self._n) for k in (0, 1)
-        ]
+        on_slides = self._levels["fingers.*.kind"] == "slides"
+        names = ("mass",) if on_slides else ("link_masses.0", "link_masses.1")
+        links = [(f"fingers.{i}.{name}", "link_mass") for i in range(self._n) for name in names]
         friction = [(f"fingers.{i}.friction", "friction") for i in range(self._n)]
         chosen = {"object": body, "friction": [*friction, *body], "masses": [*links, body[0]]}
         for key, kind in chosen.get(str(self._levels[UNKNOWNS]), []):

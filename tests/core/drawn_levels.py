@@ -41,12 +41,16 @@ TOGETHER = (
     *("object.half_*", "object.face_half_length", "object.height", "object.corners.*"),
     *("fingers.*.base.*", "fingers.*.face", "fingers.*.contact_offset*"),
     "fingers.*.link_lengths.*",
+    *("fingers.*.joints.*", "fingers.*.tip.*", "fingers.*.attitude.*", "fingers.*.posture.*"),
     *("trajectory.start.*", "trajectory.set_points.*", "trajectory.table.*"),
     *("controller.lyapunov_matrix.*", "estimates.*", "changes.*"),
     *("pulses.*.time", "patches.*.face", "patches.*.start_time", "patches.*.end_time"),
     *("simulation.duration", "simulation.max_steps", "simulation.seed"),
 )
 """Patterns of the parameters that are drawn together with others, or bound the cost of a run."""
+
+WITHOUT_LEVELS = {"fingers.*.kind": ("chain",)}
+"""Words that are not drawn: chains that reach their contacts have tests of their own."""
 
 RANGES: Mapping[str, tuple[float, float]] = {
     # Three principal inertias that a body can have.
@@ -187,7 +191,8 @@ def _factor(name: str, same: list[Parameter]) -> Factor:
 def _levels(name: str, parameter: Parameter) -> Iterator[Level]:
     """What a parameter may be; that which goes best with the others comes first."""
     if parameter.kind in ("boolean", "choice"):
-        words = parameter.choices or (False, True)
+        left_out = WITHOUT_LEVELS.get(name, ())
+        words = [word for word in parameter.choices or (False, True) if word not in left_out]
         yield from sorted(words, key=lambda word: word != parameter.value)
         return
     low, high = _range(name, parameter)
