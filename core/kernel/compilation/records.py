@@ -7,6 +7,7 @@ and to compile. Its arrays have room for the largest hand; the counts say how mu
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 from operator import itemgetter
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -50,7 +51,7 @@ def make_unset_record(layout: np.dtype) -> Record:
 
 def as_record(memory: NDArray[Any], layout: np.dtype) -> Record:
     """The record that lies in some memory; to write one is to write the other."""
-    record: Record = np.frombuffer(memory, _record_dtype(layout))[0]
+    record: Record = np.frombuffer(memory, _record_dtype(_Same(layout)))[0]
     return record
 
 
@@ -59,15 +60,25 @@ def _on_cache_lines(memory: NDArray[np.uint8], layout: np.dtype) -> Record:
     return as_record(memory[start : start + layout.itemsize], layout)
 
 
-# By identity: layouts that differ in their alignment alone count as equal for numpy.
-_record_dtypes: dict[int, tuple[Layout, np.dtype]] = {}
+class _Same:
+    """A layout by identity: those that differ in their alignment alone count as equal for numpy."""
+
+    __slots__ = ("layout",)
+
+    def __init__(self, layout: Layout) -> None:
+        self.layout = layout
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Same) and self.layout is other.layout
+
+    def __hash__(self) -> int:
+        return id(self.layout)
 
 
-def _record_dtype(layout: np.dtype) -> np.dtype:
-    """A layout whose records, and those inside of them, are `Record`s; made once."""
-    if id(layout) not in _record_dtypes:
-        _record_dtypes[id(layout)] = layout, _make_record_dtype(layout)
-    return _record_dtypes[id(layout)][1]
+@cache
+def _record_dtype(same: _Same) -> np.dtype:
+    """A layout whose records, and those inside of them, are `Record`s."""
+    return _make_record_dtype(same.layout)
 
 
 def _make_record_dtype(layout: np.dtype) -> np.dtype:
