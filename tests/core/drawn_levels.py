@@ -36,12 +36,15 @@ class Where(Enum):
 
 Level = Where | str | bool | int
 
+CHAINS = ("fingers.*.joints.*", "fingers.*.tip.*", "fingers.*.attitude.*", "fingers.*.posture.*")
+"""Parameters of chains, which are not drawn."""
+
 TOGETHER = (
     "title",
     *("object.half_*", "object.face_half_length", "object.height", "object.corners.*"),
     *("fingers.*.base.*", "fingers.*.face", "fingers.*.contact_offset*"),
     "fingers.*.link_lengths.*",
-    *("fingers.*.joints.*", "fingers.*.tip.*", "fingers.*.attitude.*", "fingers.*.posture.*"),
+    *CHAINS,
     *("trajectory.start.*", "trajectory.set_points.*", "trajectory.table.*"),
     *("controller.lyapunov_matrix.*", "estimates.*", "changes.*"),
     *("pulses.*.time", "patches.*.face", "patches.*.start_time", "patches.*.end_time"),
