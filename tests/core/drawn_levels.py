@@ -36,15 +36,21 @@ class Where(Enum):
 
 Level = Where | str | bool | int
 
-CHAINS = ("fingers.*.joints.*", "fingers.*.tip.*", "fingers.*.attitude.*", "fingers.*.posture.*")
-"""Parameters of chains, which are not drawn."""
+APART = (
+    *("fingers.*.joints.*", "fingers.*.tip.*", "fingers.*.attitude.*", "fingers.*.posture.*"),
+    *("fingers.*.pad_radius", "fingers.*.pad_pressure"),
+)
+"""Parameters of chains and of soft pads, which are not drawn here: they have tests of their own.
+
+Most of what is drawn goes not together with soft pads.
+"""
 
 TOGETHER = (
     "title",
     *("object.half_*", "object.face_half_length", "object.height", "object.corners.*"),
     *("fingers.*.base.*", "fingers.*.face", "fingers.*.contact_offset*"),
     "fingers.*.link_lengths.*",
-    *CHAINS,
+    *APART,
     *("trajectory.start.*", "trajectory.set_points.*", "trajectory.table.*"),
     *("controller.lyapunov_matrix.*", "estimates.*", "changes.*"),
     *("pulses.*.time", "patches.*.face", "patches.*.start_time", "patches.*.end_time"),

@@ -14,7 +14,7 @@ from tests.core import drawn_draft
 from tests.core.covering_array import cover, find_conflicts, minimal_conflict, missing_pairs
 from tests.core.drawn_draft import STRUCTURE, Draft, changeable
 from tests.core.drawn_levels import (
-    CHAINS,
+    APART,
     RANGES,
     TOGETHER,
     Where,
@@ -107,8 +107,8 @@ def test_whatever_can_be_set_takes_several_values(drawn, in_space):
             found[pattern_of(key)].add(parameter.value)
     definitions = {pattern_of(key) for key in describe(full_scenario(SPACES[in_space]))}
     same = {name for name in definitions if len(found[name]) < 2}
-    chains = {name for name in same if any(fnmatchcase(name, each) for each in CHAINS)}
-    assert same - chains == SAME[in_space]
+    apart = {name for name in same if any(fnmatchcase(name, each) for each in APART)}
+    assert same - apart == SAME[in_space]
 
 
 @PLANE_AND_SPACE
