@@ -58,8 +58,8 @@ TOGETHER = (
 )
 """Patterns of the parameters that are drawn together with others, or bound the cost of a run."""
 
-WITHOUT_LEVELS = {"fingers.*.kind": ("chain",)}
-"""Words that are not drawn: chains that reach their contacts have tests of their own."""
+WITHOUT_LEVELS = {"fingers.*.kind": ("chain", "slides")}
+"""Words that are not drawn: the references that judge random runs know fingers of links alone."""
 
 RANGES: Mapping[str, tuple[float, float]] = {
     # Three principal inertias that a body can have.

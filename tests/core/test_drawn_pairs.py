@@ -29,7 +29,7 @@ pytestmark = pytest.mark.slow
 
 PLANE_AND_SPACE = pytest.mark.parametrize("in_space", [False, True])
 # What stays the same in all draws: words, a bound on the cost, and what space does not compute.
-SAME = {False: {"title", "simulation.max_steps"}}
+SAME = {False: {"title", "simulation.max_steps", "fingers.*.kind"}}
 SAME[True] = {*SAME[False], "controller.link_length_ratio", "controller.recognition_time"}
 
 
