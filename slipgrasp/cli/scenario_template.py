@@ -39,7 +39,9 @@ def _lines(text: str, parameters: Mapping[str, Parameter]) -> Iterator[str]:
     table, counts, seen = "", dict[str, int](), set[str]()
     for line in text.splitlines():
         if head := _TABLE.match(line):
-            table = head["name"]
+            outer, _, name = head["name"].rpartition(".")
+            # Of a list inside an item of a list, such as the joints of the last finger.
+            table = f"{outer}.{counts[outer]}.{name}" if outer in counts else head["name"]
             if head["list"]:
                 counts[table] = counts.get(table, -1) + 1
                 table = f"{table}.{counts[table]}"
