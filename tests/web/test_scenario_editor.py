@@ -130,7 +130,7 @@ def test_a_push_a_low_friction_patch_and_a_pour_happen_at_the_play_head_and_are_
     note(page, "from t = 0.08 s on").wait_for()
     for button, words in (
         ("push", "0.08 s push (0, -5) N for 0.05 s"),
-        ("low-friction patch", "0.08 s low-friction patch on"),
+        ("wet patch", "0.08 s low-friction patch on"),
         ("pour", "0.08 s object mass 1.5 kg"),
     ):
         page.get_by_role("button", name=button, exact=True).click()
