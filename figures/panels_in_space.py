@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
@@ -54,33 +54,29 @@ def _slip_panel(result: RunResult) -> Panel:
     trace = result.trace
     slip = trace.slip.reshape(len(trace), -1, 2)
     speed = np.linalg.norm(trace.slip_velocity.reshape(len(trace), -1, 2), axis=2)
-    quantities = (
-        ("$s_x$ [mm]", slip[..., 0]),
-        ("$s_y$ [mm]", slip[..., 1]),
-        (r"$|\dot s|$ [mm/s]", speed),
+    return _contact_panel(
+        result,
+        "fingertip slips along both tangents of their faces, and their speeds",
+        {"$s_x$ [mm]": slip[..., 0], "$s_y$ [mm]": slip[..., 1], r"$|\dot s|$ [mm/s]": speed},
     )
-    plots = [
-        Plot(
-            label=label,
-            curves=_per_contact(result, 1e3 * values, named=k == 0),
-            least_span=0.02,
-            with_zero=True,
-        )
-        for k, (label, values) in enumerate(quantities)
-    ]
-    contacts = tuple(range(trace.shape.num_contacts))
-    title = "fingertip slips along both tangents of their faces, and their speeds"
-    return Panel(title=title, plots=tuple(plots), contacts=contacts)
 
 
 def _spin_panel(result: RunResult) -> Panel:
     """How far soft fingertips have turned on their faces, how fast, and with which moment."""
     trace = result.trace
-    quantities = (
-        (r"$\psi$ [mrad]", trace.spin),
-        (r"$\dot\psi$ [mrad/s]", trace.spin_velocity),
-        (r"$F_\tau$ [mN m]", trace.torsional_moment),
+    return _contact_panel(
+        result,
+        "fingertip turns on their faces about the normals into the object, and their moments",
+        {
+            r"$\psi$ [mrad]": trace.spin,
+            r"$\dot\psi$ [mrad/s]": trace.spin_velocity,
+            r"$F_\tau$ [mN m]": trace.torsional_moment,
+        },
     )
+
+
+def _contact_panel(result: RunResult, title: str, quantities: Mapping[str, Values]) -> Panel:
+    """Quantities of all contacts, ``(rows, contacts)`` in SI units, by labels in thousandths."""
     plots = [
         Plot(
             label=label,
@@ -88,10 +84,9 @@ def _spin_panel(result: RunResult) -> Panel:
             least_span=0.02,
             with_zero=True,
         )
-        for k, (label, values) in enumerate(quantities)
+        for k, (label, values) in enumerate(quantities.items())
     ]
-    contacts = tuple(range(trace.shape.num_contacts))
-    title = "fingertip turns on their faces about the normals into the object, and their moments"
+    contacts = tuple(range(result.trace.shape.num_contacts))
     return Panel(title=title, plots=tuple(plots), contacts=contacts)
 
 
