@@ -87,7 +87,7 @@ class Chart:
 def contact_charts(result: RunResult) -> tuple[Chart, ...]:
     """Slip, slip velocity, and friction against its limits; spins where fingertips are soft."""
     trace, names = result.trace, result.scenario.finger_names
-    tangential, symbol = tangential_forces(trace), tangential_symbol(trace)
+    tangential, symbol = trace.tangential_size, tangential_symbol(trace)
     limits = trace.friction_coefficient * trace.normal_force
     forces = _per_finger("force", [f"{name} |{symbol}|" for name in names], tangential)
     cones = _per_finger("limit", [f"{name} μFₙ" for name in names], limits, dashed=True)
@@ -139,19 +139,13 @@ def moment_limits(result: RunResult) -> Values:
     """Largest moment of every contact beside its tangential force, ``(rows, contacts)`` [N m]."""
     trace = result.trace
     limit = trace.friction_coefficient * trace.normal_force
-    rest = np.maximum(limit**2 - tangential_forces(trace) ** 2, 0.0)
+    rest = np.maximum(limit**2 - trace.tangential_size**2, 0.0)
     return eccentricities(result) * np.sqrt(rest)
 
 
 def eccentricities(result: RunResult) -> Values:
     """Largest moment over largest tangential force of every contact, ``(contacts,)`` [m]."""
     return np.array([getattr(f, "eccentricity", 0.0) for f in result.scenario.fingers])
-
-
-def tangential_forces(trace: Trace) -> Values:
-    """Size of the tangential force of every contact, ``(rows, contacts)`` [N]."""
-    forces = trace.tangential_force.reshape(len(trace), trace.shape.num_contacts, -1)
-    return np.linalg.norm(forces, axis=2)
 
 
 def tangential_symbol(trace: Trace) -> str:

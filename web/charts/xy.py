@@ -19,7 +19,6 @@ from slipgrasp.web.charts.charts import (
     Chart,
     Line,
     eccentricities,
-    tangential_forces,
     tangential_symbol,
 )
 from slipgrasp.web.charts.chosen import choosable, chosen_charts
@@ -150,7 +149,7 @@ def _moment_shares(result: RunResult) -> XyChart:
     most = eccentricities(result) * limit
     upwards, across = np.full_like(limit, np.nan), np.full_like(limit, np.nan)
     np.divide(np.abs(trace.torsional_moment), most, out=upwards, where=most > 0.0)
-    np.divide(tangential_forces(trace), limit, out=across, where=limit > 0.0)
+    np.divide(trace.tangential_size, limit, out=across, where=limit > 0.0)
     angles = np.linspace(0.0, 0.5 * np.pi, 37)
     return XyChart(
         Chart(
@@ -193,7 +192,7 @@ def _force_in_cone(trace: Trace, names: Sequence[str]) -> XyChart:
     """Contact forces, and the edges of each cone where it is widest and where it is narrowest."""
     tangential, symbol, signs = trace.tangential_force, tangential_symbol(trace), (-1.0, 1.0)
     if trace.shape.space.num_tangents == 2:
-        tangential, symbol, signs = tangential_forces(trace), f"|{symbol}|", (1.0,)
+        tangential, symbol, signs = trace.tangential_size, f"|{symbol}|", (1.0,)
     most = 1.1 * float(trace.normal_force.max(initial=0.0))
     slopes = {
         sign * friction
