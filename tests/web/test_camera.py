@@ -53,6 +53,17 @@ def test_the_hand_is_framed_again_when_the_page_is_resized(
     assert viewer.position == place(NARROW)
 
 
+def test_a_line_that_wraps_and_no_longer_wraps_in_the_panel_moves_the_camera_once(
+    camera: FrontCamera, viewer: StandIn
+) -> None:
+    taller = Picture(1000, 800, 216)
+    for picture in (taller, WIDE, taller, WIDE):
+        camera.measure(picture)
+        assert viewer.position == place(taller)
+    camera.measure(Picture(1000, 800))
+    assert viewer.position == place(Picture(1000, 800))
+
+
 def test_a_camera_that_was_moved_by_hand_is_left_alone_until_it_is_asked_to_look_at_the_front(
     camera: FrontCamera, viewer: StandIn
 ) -> None:

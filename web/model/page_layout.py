@@ -17,6 +17,7 @@ _WIDEST_SHEET = 576
 _LEAST_FOR_TWO_COLUMNS = 800
 _LEAST_PLAYBACK = 240
 _USUAL_COVER = 240
+_FEW_LINES = 48
 _USUAL_SIZE = (1440, 900)
 
 
@@ -27,6 +28,11 @@ class Picture:
     width: int
     height: int
     covered: int = 0
+
+    def has_room_of(self, other: Picture) -> bool:
+        """Whether it is the other one, or its strip is a few lines of text higher."""
+        same_size = (self.width, self.height) == (other.width, other.height)
+        return same_size and 0 <= self.covered - other.covered <= _FEW_LINES
 
 
 class Arrangement(Enum):

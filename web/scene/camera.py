@@ -106,8 +106,12 @@ class FrontCamera:
             self.frame()
 
     def measure(self, picture: Picture) -> None:
-        """Frames again when the picture has changed, unless the user has moved the camera."""
-        if picture != self._picture:
+        """Frames again when the picture has changed, unless the user has moved the camera.
+
+        A strip that becomes a little lower, as where a line of the panel no longer wraps, leaves
+        the camera where it is: else it would move at every other edit.
+        """
+        if not self._picture.has_room_of(picture):
             self._picture = picture
             if self._free:
                 self.frame()
