@@ -22,7 +22,7 @@ from slipgrasp.recordings.store.store import RecordingStore
 from slipgrasp.server.runs.service import RunService
 from slipgrasp.web.charts.law_charts import LAWS_TAB, law_charts_html, laws_html
 from slipgrasp.web.model.hints import HintTrials, followed
-from slipgrasp.web.model.intents.hints import HintTried
+from slipgrasp.web.model.intents.hints import HintTried, TryHints
 from slipgrasp.web.model.intents.intent import Intent
 from slipgrasp.web.model.intents.laws import LawRunFinished
 from slipgrasp.web.model.intents.scenario import ChooseLaw, TryOut, Undo
@@ -209,7 +209,9 @@ def test_the_hint_of_a_run_is_tried_once_it_rests(
     reducer, view = HintsReducer(service, sent.append), view_of(case_2)
     assert view.shown is not None
     view = replace(view, ticket=view.shown.ticket, status=RunStatus(RunStage.PREVIEW))
-    assert reducer.pass_time(0.0, view) is view
+    # Nothing is tried for who may look only.
+    assert reducer.pass_time(0.0, view) is view and reducer.wait(0.0, view) is None
+    assert reducer.reduce(TryHints(), view) is view
     assert reducer.wait(0.0, view) == pytest.approx(HINTS_REST)
     asked = reducer.pass_time(HINTS_REST, view)
     assert asked.hint_trials.of(asked.draft) is None and reducer.wait(1.0, asked) is None

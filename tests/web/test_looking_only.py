@@ -16,12 +16,14 @@ from benchmarks.headless_viewer import camera_fields
 from slipgrasp.server.tokens import Right, Tokens
 from slipgrasp.web.app import create_dashboard_app
 from slipgrasp.web.model.draft import Draft
+from slipgrasp.web.model.intents.hints import TryHints
 from slipgrasp.web.model.intents.intent import Intent
 from slipgrasp.web.model.playback import WindowChoice
 from slipgrasp.web.model.view import RunStage, RunStatus, ViewState
 from slipgrasp.web.page.intents_schema import KINDS, RIGHTS
 from slipgrasp.web.reducers.export import ExportReducer
 from slipgrasp.web.reducers.heavier import HeavierReducer
+from slipgrasp.web.reducers.hints import HintsReducer
 from slipgrasp.web.reducers.laws import LawsReducer
 from slipgrasp.web.reducers.runs import RunReducer
 from slipgrasp.web.reducers.scenario import ScenarioReducer
@@ -34,7 +36,7 @@ pytestmark = pytest.mark.slow
 TOKENS = Tokens("the-token-of-these-tests")
 LOOKS = [kind for kind, right in RIGHTS.items() if right is Right.LOOK]
 WORKS = [kind for kind, right in RIGHTS.items() if right is Right.EVERYTHING]
-WORKING = (ExportReducer, HeavierReducer, LawsReducer, RunReducer, StudyReducer)
+WORKING = (ExportReducer, HeavierReducer, HintsReducer, LawsReducer, RunReducer, StudyReducer)
 """What has something simulated, stored or drawn for good."""
 
 
@@ -90,7 +92,7 @@ def test_who_may_look_changes_and_computes_nothing(server, taken, kind) -> None:
         assert answer.status_code == 403 and "look only" in answer.json()["detail"]
         assert reached == []
         assert client.post(address, json=gestures[1:]).status_code == 202
-    assert [type(intent) for intent in reached] == [kind]
+    assert [type(intent) for intent in reached] == [kind, TryHints]
 
 
 @pytest.mark.parametrize("kind", LOOKS)

@@ -13,7 +13,9 @@ from slipgrasp.server.exceptions import InvalidRequestError
 from slipgrasp.server.http.access import READ_ONLY
 from slipgrasp.server.http.errors import invalid_fields
 from slipgrasp.server.http.json_body import JSON_TYPE, read_values
+from slipgrasp.server.tokens import Right
 from slipgrasp.server.viewer.relay import ViewerRelay
+from slipgrasp.web.model.intents.hints import TryHints
 from slipgrasp.web.page.intents_schema import RIGHTS, PageGestures
 from slipgrasp.web.page.keys import keys_html
 from slipgrasp.web.page.session_directory import SessionDirectory
@@ -76,6 +78,8 @@ async def take_gestures(key: str, request: Request) -> Response:
         raise HTTPException(403, READ_ONLY.detail)
     for intent in intents:
         send(intent)
+    if request.state.right >= Right.EVERYTHING:
+        send(TryHints())
     return Response(status_code=202)
 
 

@@ -8,7 +8,7 @@ from typing import ClassVar
 
 from slipgrasp.server.runs.service import RunService
 from slipgrasp.web.model.hints import HintTrials
-from slipgrasp.web.model.intents.hints import HintTried
+from slipgrasp.web.model.intents.hints import HintTried, TryHints
 from slipgrasp.web.model.intents.intent import Intent, Send
 from slipgrasp.web.model.view import RunStage, Shown, ViewState
 from slipgrasp.web.reducers.reducer import Reducer
@@ -21,24 +21,26 @@ _SETTLED = (RunStage.PREVIEW, RunStage.SAVING, RunStage.SAVED, RunStage.NOT_SAVE
 
 
 class HintsReducer(Reducer):
-    """Has the hint of the run on the screen tried once it rests.
+    """Has the hint of the run on the screen tried once it rests, if its viewer may compute.
 
     Args:
         service: Simulates.
         send: Takes the answers.
     """
 
-    takes: ClassVar[tuple[type[Intent], ...]] = (HintTried,)
+    takes: ClassVar[tuple[type[Intent], ...]] = (TryHints, HintTried)
 
     def __init__(self, service: RunService, send: Send) -> None:
         self._worker = HintsWorker(service, send)
         self.workers = (self._worker,)
+        self._may_try = False
         self._number = 0
         self._shown: Shown | None = None
         self._shown_at = -math.inf
 
     def reduce(self, intent: Intent, view: ViewState) -> ViewState:
         """Shows what helps, unless another run is on the screen by now."""
+        self._may_try = self._may_try or isinstance(intent, TryHints)
         if not isinstance(intent, HintTried) or intent.number != self._number:
             return view
         return replace(view, hint_trials=replace(view.hint_trials, tried=intent.tried))
@@ -64,6 +66,6 @@ class HintsReducer(Reducer):
 
     def _is_due(self, view: ViewState) -> bool:
         """Whether the run on the screen is that of the draft, and its hint not tried yet."""
-        if view.shown is None or view.shown.ticket != view.ticket:
+        if not self._may_try or view.shown is None or view.shown.ticket != view.ticket:
             return False
         return view.status.stage in _SETTLED and view.hint_trials.draft is not view.draft

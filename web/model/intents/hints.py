@@ -1,11 +1,16 @@
-"""What the worker answers about the hint of the run on the screen."""
+"""Intents about the hint of the run on the screen."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 from slipgrasp.core.run.trying import TriedHint
-from slipgrasp.web.model.intents.intent import Intent
+from slipgrasp.web.model.intents.intent import Intent, LatestIntent
+
+
+@dataclass(frozen=True, slots=True)
+class TryHints(LatestIntent):
+    """The page is of somebody who may have runs simulated, so hints are to be tried for it."""
 
 
 @dataclass(frozen=True, slots=True)
