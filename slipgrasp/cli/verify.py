@@ -11,7 +11,7 @@ from slipgrasp.cli.progress import Progress, load_simulation
 from slipgrasp.cli.status import ExitStatus
 
 if TYPE_CHECKING:
-    from slipgrasp.core.scenario.own_laws import LawIdentity
+    from slipgrasp.core.scenario.custom_laws import LawIdentity
     from slipgrasp.recordings.compare.verification import Verification
 
 MOST_NAMES = 6
