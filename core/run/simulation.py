@@ -1,4 +1,4 @@
-"""A run in progress: stretches of constant parameters, advanced in short pieces."""
+"""A run in progress: segments of constant parameters, advanced in short chunks."""
 
 from __future__ import annotations
 
@@ -174,7 +174,7 @@ class Simulation:
             self._pass_end(status)
 
     def _pass_end(self, status: int) -> None:
-        """Goes on with the next stretch, or ends the run."""
+        """Begins the next segment, or ends the run."""
         if status == REACHED and not self._timetable.is_last:
             self._begin_stretch(self._engine.pass_instant())
         elif status == LEFT_FACE and self._engine.cross_edge(int(self._run.concerned)):
@@ -328,7 +328,7 @@ class Simulation:
         self._run.begun = 0
 
     def _pack(self) -> Record:
-        """The constants of the present stretch."""
+        """The constants of the present segment."""
         model, present = self._engine.pack(), self._timetable.present
         model.num_diagnostics = len(self.shape.diagnostics)
         if self._replays_all:

@@ -20,7 +20,7 @@ from slipgrasp.core.trace.types import Outcome
 from slipgrasp.recordings.compare.reproduction import (
     TIME_TOLERANCE,
     Mismatch,
-    Stretch,
+    RunPair,
     find_bit_mismatches,
     find_mismatches,
 )
@@ -93,8 +93,8 @@ def verify(
     replayed = custom_kind_in(result.scenario) is not None and not with_law
     simulation = Simulation.replaying(result) if replayed else Simulation(result.scenario)
     computed = _compute_again(result, simulation, progress, bit_for_bit=bit_for_bit)
-    stretch = Stretch(recorded=result, computed=computed, whole=whole)
-    found = find_bit_mismatches(stretch) if bit_for_bit else find_mismatches(stretch)
+    pair = RunPair(recorded=result, computed=computed, whole=whole)
+    found = find_bit_mismatches(pair) if bit_for_bit else find_mismatches(pair)
     mismatches = (
         *_law_mismatch(result, computed),
         *(tuple(found) or tuple(_own_mismatches(result))),

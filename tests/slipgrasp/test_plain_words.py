@@ -26,6 +26,7 @@ RETIRED = {
     r"laws? of one's own|one's own laws?": "custom law",
     r"(?<!laws[./])(\b|_)own[ _]laws?\b|OwnLaw": "custom law",
     r"laws? of the field": "published control law",
+    r"(?<![`\"._])\bstretch(es)?\b(?!_| =|\.\w|, model|\)$)": "segment, time range",
     r"hands? in (space|the plane)\b(?! of)": "spatial hand, planar hand",
     r"(?-i:\b(in_space|is_spatial)\b)": "space (core/scenario/space.py)",
     r"wrong hand": "model mismatch",
