@@ -20,7 +20,7 @@ _ROOT_PATH = re.compile(r"(?!/(api|dashboard)(/|$))(/[A-Za-z0-9_~-][A-Za-z0-9._~
 """Not where our own routes begin: a path would else mean two things."""
 
 LEAST_MEMORY = 100_000_000
-"""A run that is recorded has room in it."""
+"""Enough for a run that is recorded [bytes]."""
 
 LOOPBACK_HOSTS = ("127.0.0.1", "::1", "localhost")
 

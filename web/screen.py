@@ -146,7 +146,7 @@ class Screen:
         self._widths = widths
 
     def _arrange(self, arrangement: Arrangement) -> None:
-        """Puts the panels where there is room for them; on a phone viser has a sheet for all."""
+        """Puts the panels where they fit; on a phone viser has a sheet for all."""
         if arrangement is self._arrangement:
             return
         # A panel that is put elsewhere, or comes back from the sheet, forgets its width.
@@ -173,7 +173,7 @@ class Screen:
         self._charts.resize(sizes.chart)
 
     def _widen_results(self, is_wide: bool) -> None:
-        """Gives the results more room, for what is wide."""
+        """Widens the results, for wide content."""
         self._is_wide = is_wide
         self._fit()
 

@@ -27,6 +27,7 @@ RETIRED = {
     r"(?<!laws[./])(\b|_)own[ _]laws?\b|OwnLaw": "custom law",
     r"laws? of the field": "published control law",
     r"(?<![`\"._])\bstretch(es)?\b(?!_| =|\.\w|, model|\)$)": "segment, time range",
+    r"(?-i:(\b|[a-z]_)(?<!\.)rooms?\b|\broom_)(?! for one run)": "package, space, capacity",
     r"hands? in (space|the plane)\b(?! of)": "spatial hand, planar hand",
     r"(?-i:\b(in_space|is_spatial)\b)": "space (core/scenario/space.py)",
     r"wrong hand": "model mismatch",
@@ -38,8 +39,8 @@ RETIRED = {
     r"holds? on to|to be had": "retain, available",
     r"goes over to (the|where)|go(ing)? over to the next": "switches to, continues with",
 }
-# The units of the kernel follow with their own names.
-LEFT_OUT = ("core/kernel/",)
+# The name of the numerics covers the names of local variables there.
+LEFT_OUT = ("core/kernel/", "core/scenario/table.py")
 
 
 def sources():

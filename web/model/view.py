@@ -197,7 +197,7 @@ class ViewState:
         exporting: The file that is being made for the user.
         editing: How the user edits, and what was asked for before.
         appearance: How the picture looks.
-        page_layout: How much room the page has; None until it has told.
+        page_layout: The size of the page; None until the page has reported it.
         study: The study that is planned, and the one that is followed.
         premises: Those of the theorems for a run, once somebody has asked.
         tour: Place of the stop of the tour that was visited last, None outside it.

@@ -253,7 +253,7 @@ class StudyReducer(Reducer):
 
 
 def _on_map(study: StudyView, followed: Followed) -> StudyView:
-    """The map of another study, with room to read it."""
+    """The map of another study, wide enough to read it."""
     return replace(study, followed=followed, study_run=None, is_draft_shown=False, is_wide=True)
 
 
