@@ -120,7 +120,7 @@ class Screen:
             panel.update(view)
 
     def _draw(self, shown: Shown, view: ViewState) -> None:
-        """Draws the run at the play head, and the pale one."""
+        """Draws the run at the play head, and the ghost."""
         ghost = view.ghost.shown if view.ghost is not None else None
         drawn = (shown.ticket, ghost, view.appearance)
         if drawn != self._drawn:

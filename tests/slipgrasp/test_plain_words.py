@@ -25,6 +25,7 @@ PAGES = ("README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "SECURITY.md")
 RETIRED = {
     r"laws? of one's own|one's own laws?": "custom law",
     r"(?<!laws[./])(\b|_)own[ _]laws?\b|OwnLaw": "custom law",
+    r"\bpale (second )?run|(?-i:\bPale:)": "ghost",
     r"laws? of the field": "published control law",
     r"(?<![`\"._])\bstretch(es)?\b(?!_| =|\.\w|, model|\)$)": "segment, time range",
     r"(?-i:(\b|[a-z]_)(?<!\.)rooms?\b|\broom_)(?! for one run)": "package, space, capacity",

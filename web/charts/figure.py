@@ -47,7 +47,7 @@ class ChartsHeading:
 
     Attributes:
         title: What the run is.
-        ghost: What the pale run is; empty if there is none.
+        ghost: A label of the ghost; empty without one.
         time: Where the play head stands [s].
         changes: When parameters change [s].
     """
@@ -77,7 +77,7 @@ def draw_charts_figure(charts: Sequence[DrawnChart], heading: ChartsHeading) -> 
     """
     remarks = [f"Play head at {heading.time:.6g} s.", *remarks_on(charts)]
     if heading.ghost:
-        remarks.insert(0, f"Pale: {heading.ghost}.")
+        remarks.insert(0, f"Ghost: {heading.ghost}.")
     rows = [charts[i : i + _COLUMNS] for i in range(0, len(charts), _COLUMNS)]
     tops = np.cumsum([_MARGIN + _HEADING, *(_row_height(row) for row in rows)])
     height = float(tops[-1]) + len(remarks) * _REMARK + _MARGIN
