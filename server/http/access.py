@@ -85,7 +85,7 @@ UNKNOWN = Rejection(
     "it was started to require it of everyone.",
 )
 READ_ONLY = Rejection(
-    403, "This token lets look only; ask who has started the server for one that lets do more."
+    403, "This token is read-only; ask the person who started the server for the full token."
 )
 
 

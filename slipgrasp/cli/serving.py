@@ -267,5 +267,5 @@ def _make_server(settings: Settings, first: Source | None) -> AnnouncingServer:
         return AnnouncingServer(config, url)
     tokens = Tokens(settings.token)
     link, looking = (f"{url}?{TOKEN_PARAMETER}={t}" for t in (tokens.full, tokens.read_only))
-    remark = "" if is_silent else f"for those who are to look only: {looking}"
+    remark = "" if is_silent else f"read-only link: {looking}"
     return AnnouncingServer(config, link, remark)

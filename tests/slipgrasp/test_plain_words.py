@@ -26,6 +26,7 @@ RETIRED = {
     r"laws? of one's own|one's own laws?": "custom law",
     r"(?<!laws[./])(\b|_)own[ _]laws?\b|OwnLaw": "custom law",
     r"\bpale (second )?run|(?-i:\bPale:)": "ghost",
+    r"\blook(s|ing)? only\b|\blets? look\b": "read-only",
     r"laws? of the field": "published control law",
     r"(?<![`\"._])\bstretch(es)?\b(?!_| =|\.\w|, model|\)$)": "segment, time range",
     r"(?-i:(\b|[a-z]_)(?<!\.)rooms?\b|\broom_)(?! for one run)": "package, space, capacity",
