@@ -321,7 +321,7 @@ class MemoryBudget:
             self._held += num_bytes
 
     def let_go(self, num_bytes: int) -> None:
-        """Gives back what pages held."""
+        """Releases memory that pages held."""
         with self._lock:
             self._held -= num_bytes
             self._give(num_bytes)

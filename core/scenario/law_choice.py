@@ -67,7 +67,7 @@ def with_law(scenario: Scenario, kind: str) -> Scenario:
     """The scenario with a control law for the whole run, and the settings it is meant for.
 
     Args:
-        scenario: The base; one that has the law already is given back as it is.
+        scenario: The base; one that has the law already is returned unchanged.
         kind: Name of the law, such as ``composite``.
 
     Raises:
@@ -80,7 +80,7 @@ def choose_law(scenario: Scenario, kind: str) -> LawChoice:
     """The scenario with a control law for the whole run, and what was set for that.
 
     Args:
-        scenario: The base; one that has the law already is given back as it is.
+        scenario: The base; one that has the law already is returned unchanged.
         kind: Name of the law, such as ``composite``.
 
     Raises:

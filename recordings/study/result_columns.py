@@ -146,7 +146,7 @@ class NumberColumn:
     """Numbers, whole numbers or truth values; None is allowed everywhere.
 
     Args:
-        kind: What the values are given back as.
+        kind: The type of the returned values.
     """
 
     def __init__(self, kind: Literal["number", "integer", "boolean"] = "number") -> None:

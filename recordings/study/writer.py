@@ -188,7 +188,7 @@ class StudyWriter:
         if so_far is not None and so_far.start.get(LAWS) != start_document(self._study).get(LAWS):
             cause = (
                 f"'{self._part.name}' was begun with another version of its control law; delete it "
-                "to begin anew, or give back the law as it was"
+                "to start again, or restore the former law"
             )
             raise RecordingBusyError(self._path, cause)
         self._write_head(so_far)
