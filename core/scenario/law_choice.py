@@ -1,7 +1,7 @@
 """Choosing a control law for a scenario, with the settings that the law needs and is meant for.
 
-Whoever sets ``controller.kind`` alone gets the law in the settings of another one. Here it comes
-with its own (`slipgrasp.core.scenario.laws`); what suits it already stays as it is.
+Setting ``controller.kind`` alone leaves the settings of another law. Here a law comes with its own
+settings (`slipgrasp.core.scenario.laws`); values that suit it already are not changed.
 """
 
 from __future__ import annotations

@@ -102,7 +102,7 @@ class AppendOnlyColumn(Protocol):
     """A column to which rows are appended while others read it, in little memory.
 
     A row is appended to all columns before it is counted, and what is written never
-    changes, so that whoever reads no more rows than are counted needs no lock.
+    changes, so that a reader of the counted rows needs no lock.
     """
 
     def append(self, value: Any) -> None:

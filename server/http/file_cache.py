@@ -90,7 +90,7 @@ class FileCache:
                 self._folder = None
 
     def _open_known(self, tag: str) -> BinaryIO | None:
-        """A file that is there; whoever cleans temporary files may have taken it away."""
+        """A file that is there; temporary files may have been cleaned up."""
         if tag not in self._files:
             return None
         self._files.move_to_end(tag)

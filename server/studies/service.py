@@ -156,7 +156,7 @@ class StudyService:
             limit: How many to give at most.
         """
         self._restored.wait()
-        # In this order: one that ends meanwhile is told of by whoever has run it.
+        # In this order: a study that ends meanwhile is reported by its runner.
         live = self._queue.all()
         stored, count = self.store.list(offset, limit)
         statuses = [

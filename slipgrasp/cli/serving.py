@@ -74,8 +74,8 @@ def add_network(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--require-token",
         action="store_true",
-        help="everybody needs the token, also you on this machine; use it where the port is "
-        "forwarded, because whoever reaches the other end would have your rights",
+        help="require the token from everybody, also from you on this machine; use it where the "
+        "port is forwarded: everybody who reaches the other end would have your rights",
     )
 
 

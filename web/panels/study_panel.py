@@ -231,7 +231,7 @@ class _MapPart:
 
 
 class _KnownStudies:
-    """The studies of the store, whoever made them.
+    """The studies of the store, of all users.
 
     Args:
         gui: Where it goes.

@@ -44,7 +44,7 @@ POLL_INTERVAL = 0.5
 REST_BEFORE_PRICE = 1.0
 """How long both drafts rest before the study is priced, which simulates the base once [s].
 
-Whoever does not look at it need not know its price.
+The price is computed only while the tab is in front.
 """
 
 DraftIntent = ChooseAxis | SetRange | ChooseComparison
