@@ -29,6 +29,7 @@ RETIRED = {
     r"\blook(s|ing)? only\b|\blets? look\b": "read-only",
     r"(?<!friction )\b(gives?|gave|given|giving) back\b": "returns, releases",
     r"\bwhoever\b": "a noun: the user, the caller, the peer",
+    r"(?-i:(?<![./-])(\b|_)verdicts?(\b|_))": "outcome, outcome in words",
     r"laws? of the field": "published control law",
     r"(?<![`\"._])\bstretch(es)?\b(?!_| =|\.\w|, model|\)$)": "segment, time range",
     r"(?-i:(\b|[a-z]_)(?<!\.)rooms?\b|\broom_)(?! for one run)": "package, space, capacity",

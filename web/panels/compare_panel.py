@@ -230,7 +230,7 @@ def findings_html(
         for difference in findings.scenario
     )
     blocks = (
-        _verdict_html(findings, names),
+        _outcome_html(findings, names),
         _table_html("What was set", ("A", "B"), parameters),
         _table_html("How it went", ("A", "B", _DIFFERENCE), _metric_rows(findings, names)),
         _phases_html(findings, names),
@@ -240,7 +240,7 @@ def findings_html(
     return "".join(blocks)
 
 
-def _verdict_html(findings: Comparison, names: Sequence[str]) -> str:
+def _outcome_html(findings: Comparison, names: Sequence[str]) -> str:
     if findings.equal:
         return f"<p><b>The same happened</b>, within {_limit(findings)}.</p>"
     first = first_divergence(findings)
