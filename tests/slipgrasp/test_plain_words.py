@@ -32,6 +32,7 @@ RETIRED = {
     r"(?-i:(?<![./-])(\b|_)verdicts?(\b|_))": "outcome, outcome in words",
     r"\b(the|its|theorems.) premises?\b|\bpremises of\b": "assumptions of the theorems",
     r"\b(least|the|no) squeeze\b(?! met)": "grip force, internal force",
+    r"(?<![./])(?<!kept its )\b(belief|beliefs(?![:=])|believes?|believing)\b": "estimate, assumed phase",
     r"laws? of the field": "published control law",
     r"(?<![`\"._])\bstretch(es)?\b(?!_| =|\.\w|, model|\)$)": "segment, time range",
     r"(?-i:(\b|[a-z]_)(?<!\.)rooms?\b|\broom_)(?! for one run)": "package, space, capacity",
@@ -46,8 +47,8 @@ RETIRED = {
     r"holds? on to|to be had": "retain, available",
     r"goes over to (the|where)|go(ing)? over to the next": "switches to, continues with",
 }
-# The name of the numerics covers the names of local variables there.
-LEFT_OUT = ("core/kernel/", "core/scenario/table.py")
+# The name of the numerics covers local variables there; titles of presets identify recorded runs.
+LEFT_OUT = ("core/kernel/", "core/scenario/table.py", "core/scenario/presets/")
 
 
 def sources():
