@@ -46,7 +46,7 @@ class AppearancePanel:
                 "dashed its estimate.",
             )
             self.lenses = gui.add_checkbox(
-                "lenses", appearance.lenses, hint="Show every contact magnified above the hand."
+                "close-ups", appearance.lenses, hint="Show every contact magnified above the hand."
             )
             self.whole_hand = gui.add_checkbox(
                 "whole hand",
