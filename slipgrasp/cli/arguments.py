@@ -46,7 +46,7 @@ def add_scenario(parser: argparse.ArgumentParser) -> None:
 def read_scenario(arguments: argparse.Namespace) -> Scenario:
     """The scenario that the arguments of `add_scenario` name, with what they set.
 
-    What a law brings with it, and what it knows, is told in one line on standard error.
+    One line on standard error lists the settings of the law, and what it knows.
 
     Raises:
         CommandError: If an assignment is none.

@@ -1,4 +1,4 @@
-"""``slipgrasp diff``: what tells two recordings apart."""
+"""``slipgrasp diff``: differences between two recordings."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     """Adds the command to the parser."""
     parser = commands.add_parser(
         "diff",
-        help="tell what differs between two recordings",
+        help="compare two recordings",
         description=DESCRIPTION,
         epilog=EPILOG,
     )

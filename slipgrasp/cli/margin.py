@@ -128,7 +128,7 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
 
 @dataclass(frozen=True, slots=True)
 class _Place:
-    """What keeps the runs on both sides, each as a function of the run that tells its path."""
+    """What keeps the runs on both sides, each as a function of the run that returns its path."""
 
     held: Callable[[RunResult], Path]
     lost: Callable[[RunResult], Path]
@@ -174,7 +174,7 @@ def _write(result: RunResult, *, path: Path, overwrite: bool) -> Path:
 
 
 def _keep(save: Callable[[RunResult], Path], result: RunResult) -> str | None:
-    """The path of the recording; where the disk fails the answer is told all the same."""
+    """The path of the recording; if the disk fails the answer is still printed."""
     from slipgrasp.recordings.exceptions import RecordingError
 
     try:

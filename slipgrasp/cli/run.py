@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from slipgrasp.core.run.trying import TriedHint
     from slipgrasp.core.scenario import Scenario
 
-DESCRIPTION = "Simulates a scenario, keeps the recording and tells what happened."
+DESCRIPTION = "Simulate a scenario, store the recording, and print the outcome."
 MAX_DISPLAY_RATE = 1000.0
 TRYING_LIMIT = 5.0  # [s]; what may help is tried within a second on most machines
 STATUSES = (
@@ -133,7 +133,7 @@ def _check_output(output: Path, force: bool) -> None:
 def _simulate(
     scenario: Scenario, place: _Place, display_rate: float | None
 ) -> tuple[RunResult, Path | None]:
-    """Simulates and records; where the disk fails the result is still told, with a warning."""
+    """Simulates and records; if the disk fails the result is still printed, with a warning."""
     from slipgrasp.recordings.file.foxglove import DISPLAY_RATE
     from slipgrasp.recordings.file.recorder import record
 

@@ -152,7 +152,7 @@ def serve_dashboard(
         arguments: What `add_port`, `add_network`, `add_limits` and `add_log_format` have added.
         folder: Folder of the recordings.
         first: The recording that the dashboard opens on; a run of its own if None.
-        others: What else the server is told, as `slipgrasp.server.settings.Settings` takes it.
+        others: Further settings, as `slipgrasp.server.settings.Settings` takes them.
 
     Raises:
         CommandError: If the port cannot be had.
@@ -168,7 +168,7 @@ def serve_dashboard(
 
     give_back_freed_memory()
     sys.setswitchinterval(SWITCH_SECONDS)
-    # What it is told about an executor, it is told before anything has started.
+    # A wrong executor is reported before anything has started.
     make_executor(others.get("study_executor", DEFAULT_EXECUTOR)).close()
     store_in(folder).prepare()
     if first is None:

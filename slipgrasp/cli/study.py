@@ -68,7 +68,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     parser.add_argument(
         "--estimate",
         action="store_true",
-        help="only tell how many runs there are and what they will take",
+        help="only print the number of runs and their estimated cost",
     )
     parser.add_argument(
         "--force", action="store_true", help="replace the study or other files in --output"

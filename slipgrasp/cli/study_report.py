@@ -161,7 +161,7 @@ NEWS_PERIOD = 0.1
 
 
 class StudyProgress:
-    """Tells how a study gets on.
+    """Reports the progress of a study.
 
     Args:
         progress: The line that is shown.
