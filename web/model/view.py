@@ -139,11 +139,15 @@ class Drag(NamedTuple):
 
     Attributes:
         force: With which force, a number per direction [N].
-        was_playing: Whether the run played before.
+        playback: Where the play head stood when that began; the force acts from then on.
+        draft: What was asked for then.
+        editing: How the user edited then.
     """
 
     force: tuple[float, ...]
-    was_playing: bool
+    playback: Playback
+    draft: Draft
+    editing: Editing
 
 
 class ToldPremises(NamedTuple):
