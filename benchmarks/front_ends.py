@@ -39,7 +39,7 @@ def measure_front_ends(rounds: int = ROUNDS, duration: float = DURATION) -> Tabl
         with_law(load_scenario("composite-case-2"), "pd-gravity"),
         {"simulation.duration": duration, "controller.control_period": STEP},
     )
-    works = {BUILT_IN: lambda: simulate(base)} | _own_laws(base)
+    works = {BUILT_IN: lambda: simulate(base)} | _custom_laws(base)
     case = load_scenario("paper-case-1")
     works["MuJoCo, 1 ms, its own actuators"] = hold_by_actuators(case, duration).run
     works["MuJoCo, 1 ms, a PD law in NumPy at every step"] = hold_by_numpy(case, duration).run
@@ -54,7 +54,7 @@ def measure_front_ends(rounds: int = ROUNDS, duration: float = DURATION) -> Tabl
     return Table("front-ends", heads, rows, (note,), "laws.md")
 
 
-def _own_laws(base: Scenario) -> dict[str, Callable[[], object]]:
+def _custom_laws(base: Scenario) -> dict[str, Callable[[], object]]:
     """The same law through every front end."""
     works: dict[str, Callable[[], object]] = {}
     for words, name in (("compiled", "CompiledPdGravity"), ("Python", "PdGravity")):

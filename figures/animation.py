@@ -33,7 +33,7 @@ def frame_times(result: RunResult, fps: float = 20.0, clip: Clip = WHOLE) -> NDA
     Args:
         result: The run.
         fps: Frames per second, at most; rounded so that the film runs at its speed.
-        clip: Which stretch of the run, and how slowly.
+        clip: Time range of the run, and speed.
     """
     start, end = clip.span(result)
     step = clip.speed * _step(end - start, fps, clip)
@@ -47,14 +47,14 @@ def write_gif(
     fps: float = 20.0,
     clip: Clip = WHOLE,
 ) -> None:
-    """Writes a stretch of a run as an animated GIF that plays over and over.
+    """Writes a time range of a run as an animated GIF that loops.
 
     Args:
         result: The run.
         stream: Where the file goes; it must be seekable.
         progress: Told the share that is done, from 0 to 1.
         fps: Frames per second, at most; see `MAX_FRAMES`.
-        clip: Which stretch, how slowly, and how high.
+        clip: Time range, speed and height.
 
     Raises:
         ClipError: If nothing of the run lies in the clip.

@@ -47,7 +47,7 @@ _PLAIN = (1e-2, 1e5)
 
 
 class _View(NamedTuple):
-    """A stretch of time, and where it stands [mm]."""
+    """A time range, and its position on the page [mm]."""
 
     name: str
     window: Window
@@ -72,7 +72,7 @@ def draw_comparison(
 
     Returns:
         The figure. Its axes are labelled ``phases slip``, ``b whole``, ``b difference
-        whole``: panel, what it shows, and stretch of time.
+        whole``: panel, what it shows, and time range.
     """
     pair = pair_of(comparison, a, b)
     trends = trends_of(a, b)

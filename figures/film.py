@@ -38,14 +38,14 @@ def write_film(
     *,
     container: str,
 ) -> None:
-    """Writes a stretch of a run as a film.
+    """Writes a time range of a run as a film.
 
     Args:
         result: The run.
         stream: Where the file goes; it must be seekable.
         progress: Told the share that is done, from 0 to 1.
         fps: Frames per second of the viewer's clock, at most; see `MAX_FRAMES`.
-        clip: Which stretch, how slowly, and how high; 16:9, `HEIGHT` if it does not say.
+        clip: Time range, speed and height; the film is 16:9, and `HEIGHT` high by default.
         container: ``mp4`` (H.264) or ``webm`` (VP9).
 
     Raises:

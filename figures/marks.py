@@ -55,7 +55,7 @@ class Drawing(NamedTuple):
         turns = np.linspace(start, end, 40)
         arc = centre + radius * self.mm * np.stack([np.cos(turns), np.sin(turns)], axis=1)
         self.line(*arc)
-        # A head bends with its shaft: the last stretch is drawn again as a straight arrow.
+        # A head bends with its shaft: the last part is drawn again as a straight arrow.
         back = math.copysign(min(1.8 / radius, abs(end - start)), end - start)
         self.arrow(centre + radius * self.mm * unit(end - back), arc[-1], width=_THIN)
         middle = 0.5 * (start + end)

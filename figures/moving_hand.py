@@ -83,7 +83,7 @@ class MovingHand:
     Args:
         result: The run.
         motion: Where everything stands at the times to be drawn.
-        window: Which stretch of the run the chart shows.
+        window: Time range of the chart.
         clock: Tells a time in words.
         size: Width and height of the picture [px]; letters grow with its height.
     """
@@ -250,7 +250,7 @@ def _shortened(
 
 
 def _draw_chart(figure: Figure, result: RunResult, window: Window) -> Axes:
-    """The slips in a stretch of the run, the phases above them, and what the colours mean."""
+    """The slips in a time range of the run, the phases above them, and the legend."""
     contacts = range(result.trace.shape.num_contacts)
     strip = figure.add_axes((0.1, 0.325, 0.87, 0.035))
     draw_lanes(strip, result, contacts, window)

@@ -56,7 +56,7 @@ class _Cell(NamedTuple):
 
 
 class _View(NamedTuple):
-    """One of the stretches of time that a panel shows, and where it stands [mm]."""
+    """A time range that a panel shows, and its position on the page [mm]."""
 
     name: str
     window: Window
@@ -73,7 +73,7 @@ def draw_sheet(result: RunResult, panels: Sequence[Panel]) -> Figure:
 
     Returns:
         The figure. Its axes are labelled ``a whole``, ``a slip``, ``d 2 whole``, ``a phases
-        whole``: panel, plot if there are several, and stretch of time.
+        whole``: panel, plot if there are several, and time range.
     """
     ending = ending_words(result)
     rows = [panels[i : i + 2] for i in range(0, len(panels), 2)]

@@ -1,4 +1,4 @@
-"""When contacts slip, and which stretch of the run deserves a closer look."""
+"""When contacts slip, and which time range of the run deserves a closer look."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ _AFTER = 0.6
 
 
 class Window(NamedTuple):
-    """A stretch of time [s]."""
+    """A time range [s]."""
 
     start: float
     end: float
 
 
 class PhaseSpan(NamedTuple):
-    """A stretch of time in which a contact keeps its phase [s]."""
+    """A time range in which a contact keeps its phase [s]."""
 
     phase: ContactPhase
     start: float
@@ -51,8 +51,8 @@ def closer_look(result: RunResult) -> Window | None:
     """The longest episode of slip with some time around it.
 
     Returns:
-        The stretch, or None if nothing slips or if the episode is plain to see in a
-        picture of the whole run.
+        The time range, or None if nothing slips or if the episode is easy to see in a
+        figure of the whole run.
     """
     start, end = whole_run(result)
     duration = end - start

@@ -34,7 +34,7 @@ def write_still(
         result: The run.
         stream: Where the file goes.
         still: Which instant, and how large.
-        clip: Which stretch of the run the chart in it shows.
+        clip: Time range of the chart in it.
         ending: ``png`` or ``svg``, whose size can be changed by whoever shows it.
 
     Raises:

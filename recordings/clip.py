@@ -1,4 +1,4 @@
-"""What of a run a moving picture shows: which stretch, how slowly, and how large."""
+"""The time range, the speed and the size of an animation."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ LEAST_HEIGHT, MOST_HEIGHT = 240, 2160
 
 
 class ClipError(SlipgraspError, ValueError):
-    """A stretch, a speed or a height that no moving picture can have."""
+    """A time range, a speed or a height that no animation can have."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Clip:
-    """A stretch of a run as it is played.
+    """A time range of a run as it is played.
 
     Attributes:
         start: Where it begins [s]; the start of the run if None.

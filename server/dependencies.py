@@ -16,8 +16,8 @@ from starlette.concurrency import run_in_threadpool
 from slipgrasp.core.trace.columns import Column, columns_of
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.recordings.exceptions import RecordingNotFoundError
+from slipgrasp.recordings.file.segment import Segment, read_outline
 from slipgrasp.recordings.file.size import read_size
-from slipgrasp.recordings.file.stretch import Stretch, read_outline
 from slipgrasp.recordings.store.stored_run import StoredRun
 from slipgrasp.recordings.study.results import StudyResults
 from slipgrasp.server.budget import MemoryBudget, Need
@@ -122,18 +122,18 @@ async def open_columns(
     except RecordingNotFoundError:
         raise RecordingNotFoundError(stored.id) from None
     chosen = select_columns(outline, query.wanted)
-    stretch = query.stretch_of(chosen)
+    segment = query.segment_of(chosen)
     share = query.share_of(stored.summary.get("end_time", 0.0))
-    need = Need.to_read_signals(size, _width_of(stretch, outline), share)
+    need = Need.to_read_signals(size, _width_of(segment, outline), share)
     reads = await get_recording_reads(request)
     gone = request.is_disconnected
-    async with reads.shared(stored.path, stored.id, stretch, need, gone) as trace:
+    async with reads.shared(stored.path, stored.id, segment, need, gone) as trace:
         yield select_columns(trace, [column.name for column in chosen])
 
 
-def _width_of(stretch: Stretch, outline: Trace) -> int:
+def _width_of(segment: Segment, outline: Trace) -> int:
     """Columns of all signals that are read, with their times."""
-    return 1 + sum(column.signal in stretch.signals for column in columns_of(outline))
+    return 1 + sum(column.signal in segment.signals for column in columns_of(outline))
 
 
 async def get_memory(request: Request) -> MemoryBudget:

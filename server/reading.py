@@ -15,7 +15,7 @@ from anyio import CapacityLimiter
 
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.recordings.exceptions import RecordingNotFoundError
-from slipgrasp.recordings.file.stretch import Stretch, read_stretch
+from slipgrasp.recordings.file.segment import Segment, read_segment
 from slipgrasp.server.budget import MemoryBudget, Need
 from slipgrasp.server.exceptions import ServiceBusyError
 
@@ -28,7 +28,7 @@ _END = object()
 
 
 class _Shared:
-    """A stretch of a recording that is read, or was, for as long as somebody needs it."""
+    """A segment of a recording, read once for all readers that need it."""
 
     def __init__(self) -> None:
         self.readers = 0
@@ -54,7 +54,7 @@ class RecordingReads:
         self,
         path: Path,
         run_id: str,
-        stretch: Stretch,
+        segment: Segment,
         need: Need,
         is_gone: Callable[[], Awaitable[bool]],
     ) -> AsyncIterator[Trace]:
@@ -63,7 +63,7 @@ class RecordingReads:
         Args:
             path: The recording.
             run_id: What to call it in errors.
-            stretch: The part.
+            segment: The part.
             need: The memory that it takes.
             is_gone: Whether the client no longer waits for it.
 
@@ -76,11 +76,11 @@ class RecordingReads:
             found = path.stat()
         except FileNotFoundError:
             raise RecordingNotFoundError(run_id) from None
-        key = path, found.st_ino, found.st_size, found.st_mtime_ns, stretch
+        key = path, found.st_ino, found.st_size, found.st_mtime_ns, segment
         entry = self._shared.get(key)
         if entry is None:
             entry = self._shared[key] = _Shared()
-            entry.holder = asyncio.create_task(self._hold(entry, path, stretch, need))
+            entry.holder = asyncio.create_task(self._hold(entry, path, segment, need))
         entry.readers += 1
         try:
             yield await _unless_gone(entry.result, is_gone)
@@ -92,9 +92,9 @@ class RecordingReads:
                 if entry.holder is not None:
                     entry.holder.cancel()
 
-    async def _hold(self, entry: _Shared, path: Path, stretch: Stretch, need: Need) -> None:
+    async def _hold(self, entry: _Shared, path: Path, segment: Segment, need: Need) -> None:
         """Reads from a file and keeps the memory taken until it is cancelled."""
-        read = partial(read_stretch, path, stretch, should_stop=entry.is_left.is_set)
+        read = partial(read_segment, path, segment, should_stop=entry.is_left.is_set)
         try:
             async with self._memory.room_async(need):
                 result = await anyio.to_thread.run_sync(read, limiter=self._threads)

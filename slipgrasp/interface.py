@@ -10,6 +10,7 @@ from slipgrasp.core.run.result import RunResult, RunSummary
 from slipgrasp.core.run.simulation import Simulation
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario import Patch, Pulse, Scenario
+from slipgrasp.core.scenario.custom_laws import LawParameter
 from slipgrasp.core.scenario.law_choice import with_law
 from slipgrasp.core.scenario.law_loading import LawError, load_law, register_law
 from slipgrasp.core.scenario.loading import (
@@ -19,7 +20,6 @@ from slipgrasp.core.scenario.loading import (
     scenario_to_toml,
     with_values,
 )
-from slipgrasp.core.scenario.own_laws import LawParameter
 from slipgrasp.core.study.definition import Study
 from slipgrasp.core.study.loading import load_study, study_from_mapping
 from slipgrasp.core.study.margin import Margin, MarginError, find_margin

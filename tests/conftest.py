@@ -100,11 +100,11 @@ def kernel() -> None:
 @pytest.fixture
 def known_laws() -> Iterator[None]:
     """Forgets the custom laws of a test afterwards: lists of laws to choose from have them."""
-    from slipgrasp.core.scenario.own_laws import forget, own_laws
+    from slipgrasp.core.scenario.custom_laws import custom_laws, forget
 
-    before = own_laws()
+    before = custom_laws()
     yield
-    for law in own_laws():
+    for law in custom_laws():
         if law not in before:
             forget(law.name)
 

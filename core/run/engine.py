@@ -29,7 +29,7 @@ class Engine(Protocol):
     outlet: Any
 
     def pack(self) -> Any:
-        """The constants of the present stretch."""
+        """The constants of the present segment."""
         ...
 
     def advance(self, model: Record, *, first: bool, same_ticks: bool, max_steps: int) -> int:
@@ -37,7 +37,7 @@ class Engine(Protocol):
         ...
 
     def pass_instant(self) -> list[Change]:
-        """Switches to the next stretch; the timed changes that take place."""
+        """Switches to the next segment; the timed changes that take place."""
         ...
 
     def cross_edge(self, contact: int) -> bool:
@@ -79,7 +79,7 @@ class PlanarEngine:
         self._start = self.run.step.start  # a view, as costly to make as all that reads it
 
     def pack(self) -> Any:
-        """The constants of the present stretch."""
+        """The constants of the present segment."""
         return self._schedule.pack()
 
     def advance(self, model: Record, *, first: bool, same_ticks: bool, max_steps: int) -> int:
@@ -95,7 +95,7 @@ class PlanarEngine:
         )
 
     def pass_instant(self) -> list[Change]:
-        """Switches to the next stretch; the timed changes that take place."""
+        """Switches to the next segment; the timed changes that take place."""
         return self._schedule.pass_instant(*self._slips())
 
     def cross_edge(self, contact: int) -> bool:

@@ -20,8 +20,8 @@ import numpy as np
 from slipgrasp.core.kernel.compilation.compiler import INTERPRETED
 from slipgrasp.core.kernel.compilation.records import Floats, Record
 from slipgrasp.core.run.checked_code import compile_checked, in_python
+from slipgrasp.core.scenario.custom_laws import CustomLaw, Diagnostic
 from slipgrasp.core.scenario.field_types import FrozenMapping
-from slipgrasp.core.scenario.own_laws import Diagnostic, OwnLaw
 from slipgrasp.core.trace.ticks import Ticks
 
 FAILED = 1
@@ -57,7 +57,7 @@ class LawCode:
         interrupt: What its code raised that is no failure, such as KeyboardInterrupt.
     """
 
-    def __init__(self, law: OwnLaw, own: Record, shape: Shape) -> None:
+    def __init__(self, law: CustomLaw, own: Record, shape: Shape) -> None:
         """Gives the law its memory, all zeros, and the kernel the address of its code.
 
         Args:
@@ -156,13 +156,13 @@ class Replay:
         return "the recording has no further command"
 
 
-def set_parameters(law: OwnLaw | None, values: Mapping[str, float], own: Record) -> None:
+def set_parameters(law: CustomLaw | None, values: Mapping[str, float], own: Record) -> None:
     """Shows a law its parameters; those not given are as it declares them."""
     for k, (name, declared) in enumerate(law.parameters.items() if law else ()):
         own.seen["parameters"][k] = values.get(name, declared.value)
 
 
-def seer(law: OwnLaw, own: Record, shape: Shape) -> Callable[[], Any]:
+def seer(law: CustomLaw, own: Record, shape: Shape) -> Callable[[], Any]:
     """Gives what the law sees at a tick: views of its arrays, and its numbers as of now."""
     seen, kind = own.seen, own.seen.dtype
     words = np.frombuffer(seen, np.float64)
@@ -200,7 +200,7 @@ def answer_views(diagnostics: tuple[Diagnostic, ...], own: Record, shape: Shape)
     return out(answer["torque"][:n], answer["estimates"][:p], *numbers)
 
 
-def _memory_views(law: OwnLaw, block: Floats) -> Any:
+def _memory_views(law: CustomLaw, block: Floats) -> Any:
     parts, start = [], 0
     for shape in law.memory.values():
         size = int(np.prod(shape))
@@ -282,7 +282,7 @@ def entry(seen_at, memory_at, answer_at):
 """
 
 
-def _compiled_entry(law: OwnLaw, command: Any, own: Record, shape: Shape) -> Any:
+def _compiled_entry(law: CustomLaw, command: Any, own: Record, shape: Shape) -> Any:
     """Machine code with the address that the kernel calls, for a function numba compiles."""
     names = tuple(each.name for each in law.diagnostics)
     kinds = own.seen.dtype, own.answer.dtype
@@ -312,7 +312,7 @@ def _compile(
 
 
 def _entry_source(
-    law: OwnLaw, own_names: tuple[str, ...], model_names: tuple[str, ...], shape: Shape
+    law: CustomLaw, own_names: tuple[str, ...], model_names: tuple[str, ...], shape: Shape
 ) -> str:
     """The lines that lay out the named tuples in compiled code, as Python does with views."""
     parts_seen = {}

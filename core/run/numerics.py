@@ -23,9 +23,9 @@ from slipgrasp.core.kernel.compilation.normal_form import NormalForm
 from slipgrasp.core.kernel.laws.own_law import call_law
 from slipgrasp.core.run.engine import engine_of, make_engine
 from slipgrasp.core.run.metrics import compute_metrics
-from slipgrasp.core.scenario.chosen_laws import own_law_in
+from slipgrasp.core.scenario.chosen_laws import custom_law_in
+from slipgrasp.core.scenario.custom_laws import law_number, law_of
 from slipgrasp.core.scenario.loading import with_values
-from slipgrasp.core.scenario.own_laws import law_number, law_of
 from slipgrasp.core.scenario.space import Space
 
 PORTABLE = "numerics-"
@@ -41,7 +41,7 @@ SAME_BITS: dict[str, tuple[str, ...]] = {
 
 _DIGEST_BYTES = 8
 # They read what is asked, or call what is not the kernel's; none of them computes anything.
-_ENDS = (call, call_law, make_engine, with_values, law_number, law_of, own_law_in)
+_ENDS = (call, call_law, make_engine, with_values, law_number, law_of, custom_law_in)
 
 
 def same_bits(recorded: str, present: str) -> bool:

@@ -7,7 +7,7 @@ from functools import cache
 from importlib import metadata
 
 from slipgrasp.core.run.numerics import PORTABLE, numerics_name, same_bits
-from slipgrasp.core.scenario.own_laws import LawIdentity
+from slipgrasp.core.scenario.custom_laws import LawIdentity
 from slipgrasp.core.scenario.space import PLANAR, Space
 
 

@@ -1,6 +1,6 @@
-"""What holds when: a run is a sequence of stretches in which its constants do not change.
+"""Schedules: a run is a sequence of segments in which its constants do not change.
 
-A stretch ends at an instant known beforehand (a timed change, a pulse or a patch that
+A segment ends at an instant known beforehand (a timed change, a pulse or a patch that
 comes or goes) or where a fingertip slides over the edge of a patch: friction is the same
 along a segment of a face, between the edges of its patches.
 """
@@ -37,7 +37,7 @@ EDGE_WIDTH = 1e-11
 
 
 class Timetable(Generic[AnyScenario]):
-    """The stretches of a run, one after another, whatever hand it is of.
+    """The segments of a run of any hand, one after another.
 
     Args:
         scenario: What is simulated.
@@ -55,16 +55,16 @@ class Timetable(Generic[AnyScenario]):
 
     @property
     def stretch_end(self) -> float:
-        """When the present stretch ends at the latest [s]."""
+        """When the present segment ends at the latest [s]."""
         return self._ends[0]
 
     @property
     def is_last(self) -> bool:
-        """Whether the run ends with the present stretch."""
+        """Whether the run ends with the present segment."""
         return len(self._ends) == 1
 
     def end_stretch(self) -> list[Change]:
-        """Switches to the stretch that begins where the present one ends.
+        """Switches to the segment that begins where the present one ends.
 
         Returns:
             The timed changes that take place.
@@ -79,7 +79,7 @@ class Timetable(Generic[AnyScenario]):
 
 
 class Schedule(Timetable[PlanarScenario]):
-    """The stretches of a run of a planar hand, where fingertips may cross the edges of patches.
+    """The segments of a run of a planar hand, where fingertips may cross the edges of patches.
 
     Attributes:
         table: The numbers of the present scenario.
@@ -94,7 +94,7 @@ class Schedule(Timetable[PlanarScenario]):
         self._lay_patches(np.zeros(n), np.zeros(n))
 
     def pack(self) -> Record:
-        """The constants of the present stretch, for the kernel."""
+        """The constants of the present segment, for the kernel."""
         stretch = whole_faces()
         for pulse in self.present.pulses:
             if is_acting(pulse, self.begin):
@@ -107,7 +107,7 @@ class Schedule(Timetable[PlanarScenario]):
         return pack_model(self.table, stretch)
 
     def pass_instant(self, slips: Floats, velocities: Floats) -> list[Change]:
-        """Switches to the stretch that begins where the present one ends.
+        """Switches to the segment that begins where the present one ends.
 
         Args:
             slips: Where the fingertips are, shape ``(n,)`` [m].
@@ -123,7 +123,7 @@ class Schedule(Timetable[PlanarScenario]):
         return due
 
     def cross_edge(self, contact: int, slips: Floats, velocities: Floats) -> bool:
-        """Switches to the stretch in which a fingertip is on the other side of an edge.
+        """Switches to the segment in which a fingertip is on the other side of an edge.
 
         All that slide over an edge at this instant do so together.
 

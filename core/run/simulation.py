@@ -1,4 +1,4 @@
-"""A run in progress: stretches of constant parameters, advanced in short pieces."""
+"""A run in progress: segments of constant parameters, advanced in short chunks."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from slipgrasp.core.run.provenance import Provenance, present_provenance
 from slipgrasp.core.run.result import RunResult, RunSummary
 from slipgrasp.core.run.stepping import Tick
 from slipgrasp.core.scenario import Change, Scenario
-from slipgrasp.core.scenario.chosen_laws import diagnostics_of, own_law_in
-from slipgrasp.core.scenario.own_laws import OUTSIDE, Diagnostic, LawIdentity
+from slipgrasp.core.scenario.chosen_laws import custom_law_in, diagnostics_of
+from slipgrasp.core.scenario.custom_laws import OUTSIDE, Diagnostic, LawIdentity
 from slipgrasp.core.scenario.validation import check_scenario
 from slipgrasp.core.trace.ticks import Ticks
 from slipgrasp.core.trace.trace import Trace, TraceShape
@@ -57,7 +57,7 @@ class Simulation:
         check_scenario(scenario)
         self._keeps_trace = keep_trace
         self._prepare(scenario, diagnostics_of(scenario))
-        law = own_law_in(scenario)
+        law = custom_law_in(scenario)
         if law is not None:
             self._law = LawCode(law, self._run.own, self._size)
             self._identity = law.identity
@@ -174,7 +174,7 @@ class Simulation:
             self._pass_end(status)
 
     def _pass_end(self, status: int) -> None:
-        """Goes on with the next stretch, or ends the run."""
+        """Begins the next segment, or ends the run."""
         if status == REACHED and not self._timetable.is_last:
             self._begin_stretch(self._engine.pass_instant())
         elif status == LEFT_FACE and self._engine.cross_edge(int(self._run.concerned)):
@@ -328,12 +328,12 @@ class Simulation:
         self._run.begun = 0
 
     def _pack(self) -> Record:
-        """The constants of the present stretch."""
+        """The constants of the present segment."""
         model, present = self._engine.pack(), self._timetable.present
         model.num_diagnostics = len(self.shape.diagnostics)
         if self._replays_all:
             model.law.facts.is_own = True
-        set_parameters(own_law_in(present), present.controller.parameters, self._run.own)
+        set_parameters(custom_law_in(present), present.controller.parameters, self._run.own)
         return model
 
     def _reset_estimate(self, change: Change) -> None:

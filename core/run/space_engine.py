@@ -26,7 +26,7 @@ class SpatialEngine:
         self.run, self.outlet = make_run(scenario, keeps_rows=keeps_rows)
 
     def pack(self) -> Any:
-        """The constants of the present stretch."""
+        """The constants of the present segment."""
         present, load = self.timetable.present, [0.0] * 6
         for pulse in present.pulses:
             if is_acting(pulse, self.timetable.begin):
@@ -47,7 +47,7 @@ class SpatialEngine:
         )
 
     def pass_instant(self) -> list[Change]:
-        """Switches to the next stretch; the timed changes that take place."""
+        """Switches to the next segment; the timed changes that take place."""
         return self._schedule.pass_instant(*self._slips())
 
     def cross_edge(self, contact: int) -> bool:

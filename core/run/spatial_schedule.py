@@ -16,7 +16,7 @@ INSIDE, OUTSIDE = 1.0, -1.0
 
 
 class SpatialSchedule(Timetable[SpatialScenario]):
-    """The stretches of a run in space: one ends too where a fingertip comes to a patch's rim."""
+    """The segments of a run of a spatial hand: one also ends where a fingertip reaches a rim."""
 
     def __init__(self, scenario: SpatialScenario) -> None:
         super().__init__(scenario)
@@ -26,11 +26,11 @@ class SpatialSchedule(Timetable[SpatialScenario]):
         self._lay_patches(rest, rest)
 
     def surfaces(self) -> list[Surface]:
-        """What each fingertip stands on during the present stretch."""
+        """Where each fingertip is during the present segment."""
         return [self._surface(i, sides) for i, sides in enumerate(self._sides)]
 
     def pass_instant(self, slips: Sequence[Point], velocities: Sequence[Point]) -> list[Change]:
-        """Switches to the stretch that begins where the present one ends.
+        """Switches to the segment that begins where the present one ends.
 
         Args:
             slips: Where the fingertips are [m].
@@ -44,7 +44,7 @@ class SpatialSchedule(Timetable[SpatialScenario]):
         return due
 
     def cross_edge(self, contact: int, slips: Sequence[Point], velocities: Sequence[Point]) -> bool:
-        """Switches to the stretch in which a fingertip is on the other side of a rim.
+        """Switches to the segment in which a fingertip is on the other side of a rim.
 
         All that slide over a rim at this instant do so together.
 

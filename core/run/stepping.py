@@ -7,7 +7,7 @@ from typing import Any
 
 from slipgrasp.core.kernel.compilation.records import Floats
 from slipgrasp.core.run.law_code import Shape, answer_views, seer
-from slipgrasp.core.scenario.own_laws import OUTSIDE, own_law
+from slipgrasp.core.scenario.custom_laws import OUTSIDE, custom_law
 
 
 class Tick:
@@ -24,7 +24,7 @@ class Tick:
             own: The law's part of the run in the kernel.
             shape: How many fingers there are, and how many estimates.
         """
-        law = own_law(OUTSIDE)
+        law = custom_law(OUTSIDE)
         assert law is not None, "the law from outside is always known"
         self._look: Callable[[], Any] = seer(law, own, shape)
         self._out = answer_views((), own, shape)

@@ -17,9 +17,9 @@ from slipgrasp.core.run.result import RunResult, RunSummary
 from slipgrasp.core.run.simulation import Simulation
 from slipgrasp.core.run.simulator import run_to_end
 from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.custom_laws import law_of
 from slipgrasp.core.scenario.law_choice import LAW, with_law
 from slipgrasp.core.scenario.loading import with_values
-from slipgrasp.core.scenario.own_laws import law_of
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.core.words.hints import Goal, Hint
 from slipgrasp.core.words.options import Option
@@ -278,12 +278,12 @@ def _runnable(
         except ScenarioError:
             continue
         is_told = scenario.simulation.duration >= _LEAST_DURATION
-        if is_told and scenario not in known and not _runs_own_law(scenario):
+        if is_told and scenario not in known and not _runs_custom_law(scenario):
             known.append(scenario)
             yield option, scenario
 
 
-def _runs_own_law(scenario: Scenario) -> bool:
+def _runs_custom_law(scenario: Scenario) -> bool:
     kinds = [change.value for change in scenario.changes if change.parameter == LAW]
     return any(law_of(str(kind)).is_own for kind in (scenario.controller.kind, *kinds))
 

@@ -15,8 +15,8 @@ import numpy as np
 from slipgrasp.core.run.metrics import HOLD_WINDOW
 from slipgrasp.core.run.result import RunResult, RunSummary
 from slipgrasp.core.scenario import FingerParameters, Scenario
+from slipgrasp.core.scenario.custom_laws import law_of
 from slipgrasp.core.scenario.loading import load_scenario, preset_names, spatial_preset_names
-from slipgrasp.core.scenario.own_laws import law_of
 from slipgrasp.core.scenario.spatial import SpatialFinger
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.trace.types import ContactPhase, Outcome, Reason

@@ -10,13 +10,13 @@ from typing import Any
 from slipgrasp.core.exceptions import FieldError
 from slipgrasp.core.scenario import Scenario, Space
 from slipgrasp.core.scenario.chosen_laws import is_of_unknown_law, kinds_in
+from slipgrasp.core.scenario.custom_laws import LAW, LAW_PARAMETERS, law_parameters
 from slipgrasp.core.scenario.field_errors import (
     key_of_first,
     template_key,
     template_keys,
     unknown_key,
 )
-from slipgrasp.core.scenario.own_laws import LAW, LAW_PARAMETERS, law_parameters
 from slipgrasp.core.scenario.parameters import describe
 from slipgrasp.core.scenario.scenario import full_scenario
 

@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from slipgrasp.core.scenario import Scenario
-from slipgrasp.core.scenario.laws import CONTROL_LAWS
-from slipgrasp.core.scenario.own_laws import (
+from slipgrasp.core.scenario.custom_laws import (
     LAW,
     LAW_PARAMETERS,
+    CustomLaw,
     Diagnostic,
-    OwnLaw,
+    custom_law,
     law_names,
-    own_law,
 )
+from slipgrasp.core.scenario.laws import CONTROL_LAWS
 
 
 def kinds_in(scenario: Scenario) -> Iterator[str]:
@@ -22,7 +22,7 @@ def kinds_in(scenario: Scenario) -> Iterator[str]:
     yield from dict.fromkeys((scenario.controller.kind, *later))
 
 
-def own_kind_in(scenario: Scenario) -> str | None:
+def custom_kind_in(scenario: Scenario) -> str | None:
     """The custom law that a scenario asks for at some time; validated ones have one."""
     return next((kind for kind in kinds_in(scenario) if kind not in CONTROL_LAWS), None)
 
@@ -33,13 +33,13 @@ def is_of_unknown_law(scenario: Scenario, key: str) -> bool:
     return unknown and key.startswith(f"{LAW_PARAMETERS}.")
 
 
-def own_law_in(scenario: Scenario) -> OwnLaw | None:
+def custom_law_in(scenario: Scenario) -> CustomLaw | None:
     """The custom law that a scenario asks for at some time, if it is known here."""
-    kind = own_kind_in(scenario)
-    return None if kind is None else own_law(kind)
+    kind = custom_kind_in(scenario)
+    return None if kind is None else custom_law(kind)
 
 
 def diagnostics_of(scenario: Scenario) -> tuple[Diagnostic, ...]:
     """What the custom law in a scenario tells of itself."""
-    law = own_law_in(scenario)
+    law = custom_law_in(scenario)
     return () if law is None else law.diagnostics

@@ -8,9 +8,9 @@ from annotated_types import Ge, Le, Len
 from pydantic import AfterValidator, BeforeValidator, StringConstraints, WithJsonSchema
 from pydantic.dataclasses import dataclass
 
+from slipgrasp.core.scenario.custom_laws import LAW_NAME, PARAMETER_NAME, law_names
 from slipgrasp.core.scenario.field_types import CONFIG, MAX_FINGERS, FrozenMapping
 from slipgrasp.core.scenario.laws import CONTROL_LAWS, law_kind
-from slipgrasp.core.scenario.own_laws import LAW_NAME, PARAMETER_NAME, law_names
 from slipgrasp.core.scenario.parameters import Quantity
 from slipgrasp.core.scenario.space import PLANAR
 

@@ -14,7 +14,7 @@ import pydantic
 
 from slipgrasp.core.exceptions import FieldError, ScenarioError
 from slipgrasp.core.scenario import PLANAR, Scenario, Space
-from slipgrasp.core.scenario.own_laws import LAW, law_names
+from slipgrasp.core.scenario.custom_laws import LAW, law_names
 from slipgrasp.core.scenario.parameters import Parameter, describe
 from slipgrasp.core.scenario.scenario import full_scenario
 from slipgrasp.core.scenario.space import SPACES

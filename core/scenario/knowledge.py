@@ -8,7 +8,7 @@ from typing import Any
 
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.chosen_laws import kinds_in
-from slipgrasp.core.scenario.own_laws import law_of
+from slipgrasp.core.scenario.custom_laws import law_of
 from slipgrasp.core.scenario.unknowns import mass_keys
 
 Varied = Mapping[str, Collection[Any]]

@@ -20,6 +20,13 @@ from slipgrasp.core.scenario import (
     LawSetting,
     Scenario,
 )
+from slipgrasp.core.scenario.custom_laws import (
+    LAW,
+    LAW_PARAMETERS,
+    law_names,
+    law_of,
+    law_parameters,
+)
 from slipgrasp.core.scenario.field_errors import (
     nearest,
     refuse_other_types,
@@ -28,13 +35,6 @@ from slipgrasp.core.scenario.field_errors import (
 )
 from slipgrasp.core.scenario.laws import LAW_ALIASES, law_kind
 from slipgrasp.core.scenario.loading import parameter_definitions, with_values
-from slipgrasp.core.scenario.own_laws import (
-    LAW,
-    LAW_PARAMETERS,
-    law_names,
-    law_of,
-    law_parameters,
-)
 from slipgrasp.core.scenario.unknowns import PHYSICAL_BOUNDS, parse_unknown
 
 _GRIP_FORCE = "controller.grip_force"

@@ -18,18 +18,18 @@ from typing import Any
 
 from slipgrasp.core.exceptions import SlipgraspError
 from slipgrasp.core.scenario.common import MAX_DIAGNOSTICS, MAX_LAW_PARAMETERS
-from slipgrasp.core.scenario.laws import CONTROL_LAWS, LAW_ALIASES
-from slipgrasp.core.scenario.own_laws import (
+from slipgrasp.core.scenario.custom_laws import (
     LAW_NAME,
     OUTSIDE,
     PARAMETER_NAME,
+    CustomLaw,
     Diagnostic,
     LawIdentity,
     LawParameter,
-    OwnLaw,
-    own_law,
+    custom_law,
     remember,
 )
+from slipgrasp.core.scenario.laws import CONTROL_LAWS, LAW_ALIASES
 
 ENTRY_POINTS = "slipgrasp.laws"
 
@@ -57,7 +57,7 @@ class LawReference:
     source: str | None
 
 
-def load_law(specification: str, folder: Path | None = None) -> OwnLaw:
+def load_law(specification: str, folder: Path | None = None) -> CustomLaw:
     """Makes a law known to this process.
 
     Args:
@@ -82,7 +82,7 @@ def load_law(specification: str, folder: Path | None = None) -> OwnLaw:
     return law
 
 
-def law_from_source(source: str, origin: str) -> OwnLaw:
+def law_from_source(source: str, origin: str) -> CustomLaw:
     """The law in the text of a file.
 
     Args:
@@ -119,7 +119,7 @@ def admit(reference: LawReference) -> None:
         LawError: If it is not here, or another of that name is.
     """
     wanted = reference.identity
-    known = own_law(wanted.name)
+    known = custom_law(wanted.name)
     if known is not None and known.identity == wanted:
         return
     if reference.source is not None:
@@ -140,7 +140,7 @@ def admit(reference: LawReference) -> None:
     remember(law)
 
 
-def refer_to(law: OwnLaw) -> LawReference:
+def refer_to(law: CustomLaw) -> LawReference:
     """The law as a task names it."""
     return LawReference(law.identity, law.origin, law.source)
 
@@ -150,7 +150,7 @@ def installed_law_names() -> tuple[str, ...]:
     return tuple(sorted({entry.name for entry in metadata.entry_points(group=ENTRY_POINTS)}))
 
 
-def _installed_law(name: str) -> OwnLaw:
+def _installed_law(name: str) -> CustomLaw:
     entries = [e for e in metadata.entry_points(group=ENTRY_POINTS) if e.name == name]
     if not entries:
         known = ", ".join((*CONTROL_LAWS, *installed_law_names()))
@@ -167,7 +167,7 @@ def _installed_law(name: str) -> OwnLaw:
     return law
 
 
-def register_law(code: type) -> OwnLaw:
+def register_law(code: type) -> CustomLaw:
     """Makes a class known to this process as a law, under its name; for notebooks and tests.
 
     Args:
@@ -198,7 +198,9 @@ def _digest_of(code: type) -> str:
     return hashlib.sha256(text).hexdigest()
 
 
-def declared_law(code: type, *, digest: str, origin: str = "", source: str | None = None) -> OwnLaw:
+def declared_law(
+    code: type, *, digest: str, origin: str = "", source: str | None = None
+) -> CustomLaw:
     """The law that a class declares.
 
     Args:
@@ -220,7 +222,7 @@ def declared_law(code: type, *, digest: str, origin: str = "", source: str | Non
     if not callable(getattr(code, "command", None)):
         raise LawError(f"the law '{name}' has no method command(seen, memory, out)")
     summary = (inspect.getdoc(code) or "").partition("\n")[0] or "No description."
-    return OwnLaw(
+    return CustomLaw(
         identity=LawIdentity(name, str(getattr(code, "version", "0")), digest),
         summary=summary,
         parameters=_parameters(name, getattr(code, "parameters", {})),

@@ -16,6 +16,7 @@ import pydantic
 from slipgrasp.core.exceptions import ScenarioError
 from slipgrasp.core.scenario import PLANAR, SPATIAL, Scenario, Space
 from slipgrasp.core.scenario.assignment import assign, replaced
+from slipgrasp.core.scenario.custom_laws import LAW_PARAMETERS, law_parameters
 from slipgrasp.core.scenario.field_errors import (
     field_errors,
     nearest,
@@ -23,7 +24,6 @@ from slipgrasp.core.scenario.field_errors import (
     single_error,
 )
 from slipgrasp.core.scenario.motion_file import fill_in_table, refuse_table_name
-from slipgrasp.core.scenario.own_laws import LAW_PARAMETERS, law_parameters
 from slipgrasp.core.scenario.parameters import Parameter, describe
 from slipgrasp.core.scenario.scenario import SCENARIOS, AnyScenario, full_scenario, space_of
 from slipgrasp.core.scenario.space import SPACES

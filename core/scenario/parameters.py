@@ -15,7 +15,7 @@ from typing import Any, Literal
 
 import annotated_types
 
-from slipgrasp.core.scenario.own_laws import law_parameters
+from slipgrasp.core.scenario.custom_laws import law_parameters
 from slipgrasp.core.scenario.space import SPACES, Space
 
 ParameterValue = float | int | bool | str | tuple[float, ...] | None

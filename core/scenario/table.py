@@ -29,7 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipgrasp.core.scenario import CONTROL_LAWS, MAX_UNKNOWNS, PlanarScenario
-from slipgrasp.core.scenario.own_laws import law_number
+from slipgrasp.core.scenario.custom_laws import law_number
 from slipgrasp.core.scenario.parameters import alternatives_of, hints_of, is_tuple, split_hint
 
 PARTS = (

@@ -8,7 +8,7 @@ from itertools import groupby
 
 from slipgrasp.core.exceptions import FieldError, ScenarioError
 from slipgrasp.core.scenario import Scenario
-from slipgrasp.core.scenario.chosen_laws import is_of_unknown_law, own_kind_in
+from slipgrasp.core.scenario.chosen_laws import custom_kind_in, is_of_unknown_law
 from slipgrasp.core.scenario.field_errors import nearest, shortened
 from slipgrasp.core.scenario.parameters import Parameter, describe
 
@@ -44,7 +44,7 @@ def check_changes(
 
 def _definitions(scenario: Scenario) -> dict[str, Parameter]:
     """Every parameter, those of a custom law also where it only comes later."""
-    kind = own_kind_in(scenario) or scenario.controller.kind
+    kind = custom_kind_in(scenario) or scenario.controller.kind
     return describe(
         replace(scenario, changes=(), controller=replace(scenario.controller, kind=kind))
     )

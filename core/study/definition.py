@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.chosen_laws import kinds_in
+from slipgrasp.core.scenario.custom_laws import LAW, CustomLaw, LawIdentity, custom_law
 from slipgrasp.core.scenario.loading import with_values
-from slipgrasp.core.scenario.own_laws import LAW, LawIdentity, OwnLaw, own_law
 from slipgrasp.core.study.sampling import unit_samples
 
 MAX_RUNS = 1_000_000
@@ -195,12 +195,12 @@ class Study:
             for axis, share in zip(self.sampled_axes, shares, strict=True)
         }
 
-    def own_laws(self) -> tuple[OwnLaw, ...]:
+    def custom_laws(self) -> tuple[CustomLaw, ...]:
         """The custom laws that its runs may ask for, as far as they are known here."""
         varied = [v for axis in self.axes if axis.key == LAW for v in axis.values or ()]
         listed = [run[LAW] for run in self.listed if LAW in run]
         kinds = dict.fromkeys((*kinds_in(self.base), *map(str, (*varied, *listed))))
-        return tuple(law for law in map(own_law, kinds) if law is not None)
+        return tuple(law for law in map(custom_law, kinds) if law is not None)
 
     @property
     def _shares(self) -> NDArray[np.float64]:

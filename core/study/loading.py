@@ -12,6 +12,7 @@ from pydantic import ValidationError
 
 from slipgrasp.core.exceptions import FieldError, ScenarioError
 from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.custom_laws import law_names
 from slipgrasp.core.scenario.field_errors import echo, nearest, shortened, single_error
 from slipgrasp.core.scenario.law_choice import with_law
 from slipgrasp.core.scenario.law_loading import load_law
@@ -23,7 +24,6 @@ from slipgrasp.core.scenario.loading import (
     scenario_from_mapping,
     with_values,
 )
-from slipgrasp.core.scenario.own_laws import law_names
 from slipgrasp.core.scenario.parameters import Parameter
 from slipgrasp.core.study.checks import check_document
 from slipgrasp.core.study.definition import (

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, get_args, get_origin, get_type_hint
 import numpy as np
 from numpy.typing import NDArray
 
-from slipgrasp.core.scenario.own_laws import Diagnostic
+from slipgrasp.core.scenario.custom_laws import Diagnostic
 from slipgrasp.core.scenario.space import PLANAR, SPATIAL, Space
 
 if TYPE_CHECKING:

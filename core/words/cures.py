@@ -9,9 +9,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from slipgrasp.core.scenario.custom_laws import LAW_PARAMETERS, law_parameters
 from slipgrasp.core.scenario.law_choice import missing_bounds
 from slipgrasp.core.scenario.loading import parameter_definitions
-from slipgrasp.core.scenario.own_laws import LAW_PARAMETERS, law_parameters
 from slipgrasp.core.words.hints import Situation
 from slipgrasp.core.words.misbelief import turns, worst_beliefs
 from slipgrasp.core.words.options import (

@@ -14,8 +14,8 @@ from enum import StrEnum
 import numpy as np
 
 from slipgrasp.core.scenario import ControlLaw, Scenario
+from slipgrasp.core.scenario.custom_laws import law_of
 from slipgrasp.core.scenario.loading import with_values
-from slipgrasp.core.scenario.own_laws import law_of
 from slipgrasp.core.scenario.scenario import AnyController
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.words.options import Option

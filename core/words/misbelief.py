@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from slipgrasp.core.scenario import Scenario
-from slipgrasp.core.scenario.own_laws import law_of
+from slipgrasp.core.scenario.custom_laws import law_of
 from slipgrasp.core.scenario.unknowns import name_unknown, parse_unknown, unit_of_unknown
 from slipgrasp.core.trace.trace import Trace
 

@@ -41,7 +41,7 @@ class Mismatch:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Stretch:
+class RunPair:
     """A recorded run beside the run computed again.
 
     Attributes:
@@ -71,66 +71,66 @@ class Stretch:
         return changes[:count] + tuple(c for c in changes[count:] if c.time < limit)
 
 
-def find_bit_mismatches(stretch: Stretch) -> Iterator[Mismatch]:
+def find_bit_mismatches(pair: RunPair) -> Iterator[Mismatch]:
     """Finds every column, phase change and figure that does not agree to the last bit.
 
     Args:
-        stretch: The runs.
+        pair: The runs.
 
     Yields:
         Columns first, in the order in which they first differ.
     """
-    yield from _count_mismatch(stretch)
-    yield from _column_mismatches(stretch)
-    yield from _change_mismatches(stretch, tolerance=0.0)
-    recorded, computed = stretch.recorded, stretch.computed
-    if stretch.both_ended:
+    yield from _count_mismatch(pair)
+    yield from _column_mismatches(pair)
+    yield from _change_mismatches(pair, tolerance=0.0)
+    recorded, computed = pair.recorded, pair.computed
+    if pair.both_ended:
         yield from _unequal("outcome", recorded.outcome.value, computed.outcome.value)
         yield from _unequal("reason", recorded.reason, computed.reason)
         yield from _unequal("warnings", recorded.warnings, computed.warnings)
-    elif not stretch.whole and recorded.outcome in (Outcome.STOPPED, Outcome.LIMIT):
-        yield from _unequal("outcome", "cut short", _how_far(stretch))
-    expected = _expected_metrics(stretch)
+    elif not pair.whole and recorded.outcome in (Outcome.STOPPED, Outcome.LIMIT):
+        yield from _unequal("outcome", "cut short", _how_far(pair))
+    expected = _expected_metrics(pair)
     if expected is not None:
         yield from _unequal("metrics", recorded.metrics, expected)
 
 
-def find_mismatches(stretch: Stretch) -> Iterator[Mismatch]:
+def find_mismatches(pair: RunPair) -> Iterator[Mismatch]:
     """Finds what does not agree within the tolerance between versions and machines.
 
     Columns agree within `SAMPLE_TOLERANCE` until the first phase change after the start;
     phase changes come in the same order, within `TIME_TOLERANCE`; outcome and end agree.
 
     Args:
-        stretch: The runs.
+        pair: The runs.
 
     Yields:
         Columns first, in the order in which they first differ.
     """
-    yield from _time_mismatch(stretch)
-    yield from _differing_columns(stretch)
-    yield from _change_mismatches(stretch, tolerance=TIME_TOLERANCE)
-    recorded, computed = stretch.recorded, stretch.computed
-    if stretch.both_ended:
+    yield from _time_mismatch(pair)
+    yield from _differing_columns(pair)
+    yield from _change_mismatches(pair, tolerance=TIME_TOLERANCE)
+    recorded, computed = pair.recorded, pair.computed
+    if pair.both_ended:
         yield from _unequal("outcome", recorded.outcome.value, computed.outcome.value)
     too_early = computed.end_time < recorded.end_time - TIME_TOLERANCE
-    too_late = stretch.whole and computed.end_time > recorded.end_time + TIME_TOLERANCE
+    too_late = pair.whole and computed.end_time > recorded.end_time + TIME_TOLERANCE
     if too_early or too_late:
         yield from _unequal("end_time", recorded.end_time, computed.end_time)
 
 
-def _count_mismatch(stretch: Stretch) -> Iterator[Mismatch]:
-    recorded, computed = len(stretch.recorded.trace), len(stretch.computed.trace)
-    if computed < recorded or (stretch.whole and computed > recorded):
-        end = min(stretch.recorded.end_time, stretch.computed.end_time)
+def _count_mismatch(pair: RunPair) -> Iterator[Mismatch]:
+    recorded, computed = len(pair.recorded.trace), len(pair.computed.trace)
+    if computed < recorded or (pair.whole and computed > recorded):
+        end = min(pair.recorded.end_time, pair.computed.end_time)
         said = computed if computed < recorded else f"more than {recorded}"
         yield Mismatch(what="samples", time=end, recorded=recorded, computed=said)
 
 
-def _column_mismatches(stretch: Stretch) -> list[Mismatch]:
+def _column_mismatches(pair: RunPair) -> list[Mismatch]:
     """The first different bits of each column, in time order."""
-    count = min(len(stretch.recorded.trace), len(stretch.computed.trace))
-    recorded, computed = stretch.recorded.trace[:count], stretch.computed.trace[:count]
+    count = min(len(pair.recorded.trace), len(pair.computed.trace))
+    recorded, computed = pair.recorded.trace[:count], pair.computed.trace[:count]
     times = recorded.times
     found: list[Mismatch] = []
     for mine, other in _pairs(recorded, computed):
@@ -151,23 +151,23 @@ def _bytes_of(column: Column) -> np.ndarray:
     return values.view(np.uint8).reshape(len(values), values.itemsize)
 
 
-def _time_mismatch(stretch: Stretch) -> Iterator[Mismatch]:
+def _time_mismatch(pair: RunPair) -> Iterator[Mismatch]:
     """The first recorded time at which nothing was computed, while the motion is smooth."""
-    times, computed = stretch.recorded.trace.times, stretch.computed.trace.times
+    times, computed = pair.recorded.trace.times, pair.computed.trace.times
     matched = times[match_rows(times, computed).first]
-    alone = times[(times < _first_switch(stretch)) & ~np.isin(times, matched)]
+    alone = times[(times < _first_switch(pair)) & ~np.isin(times, matched)]
     if len(alone):
         time = float(alone[0])
         nearest = computed[np.argmin(np.abs(computed - time))]
         yield Mismatch(what=TIME_COLUMN, time=time, recorded=time, computed=float(nearest))
 
 
-def _differing_columns(stretch: Stretch) -> list[Mismatch]:
+def _differing_columns(pair: RunPair) -> list[Mismatch]:
     """Where each column first differs by too much, in time order."""
-    recorded, computed = stretch.recorded, stretch.computed
+    recorded, computed = pair.recorded, pair.computed
     rows = match_rows(recorded.trace.times, computed.trace.times)
     times = recorded.trace.times[rows.first]
-    smooth = times < _first_switch(stretch)
+    smooth = times < _first_switch(pair)
     found: list[Mismatch] = []
     for mine, other in _pairs(recorded.trace, computed.trace):
         apart = np.abs(mine.values[rows.first].astype(float) - other.values[rows.second])
@@ -179,10 +179,10 @@ def _differing_columns(stretch: Stretch) -> list[Mismatch]:
     return sorted(found, key=lambda mismatch: mismatch.time or 0.0)
 
 
-def _first_switch(stretch: Stretch) -> float:
+def _first_switch(pair: RunPair) -> float:
     """When the first phase change after the start comes, in either run."""
-    start = stretch.recorded.trace.times[0]
-    changes = (*stretch.recorded.phase_changes, *stretch.computed.phase_changes)
+    start = pair.recorded.trace.times[0]
+    changes = (*pair.recorded.phase_changes, *pair.computed.phase_changes)
     return min((change.time for change in changes if change.time > start), default=np.inf)
 
 
@@ -195,9 +195,9 @@ def _mismatch(recorded: Column, computed: Column, time: float, mine: int, other:
     )
 
 
-def _change_mismatches(stretch: Stretch, tolerance: float) -> Iterator[Mismatch]:
+def _change_mismatches(pair: RunPair, tolerance: float) -> Iterator[Mismatch]:
     """The first phase change that is not as it should be, if any."""
-    recorded, computed = stretch.recorded.phase_changes, stretch.computed_changes
+    recorded, computed = pair.recorded.phase_changes, pair.computed_changes
     for mine, other in zip(recorded, computed, strict=False):
         if _kind(mine) != _kind(other) or not _is_close(mine.time, other.time, tolerance):
             yield _change_mismatch(mine, other)
@@ -237,19 +237,19 @@ def _shown(value: Any) -> str | float | int:
     return value if isinstance(value, (str, float, int)) else repr(value)
 
 
-def _how_far(stretch: Stretch) -> str:
+def _how_far(pair: RunPair) -> str:
     """Whether the run computed again goes on, as one that was cut short must."""
-    ended = stretch.computed.outcome is not Outcome.STOPPED
-    has_no_more = len(stretch.computed.trace) <= len(stretch.recorded.trace)
-    return stretch.computed.outcome.value if ended and has_no_more else "cut short"
+    ended = pair.computed.outcome is not Outcome.STOPPED
+    has_no_more = len(pair.computed.trace) <= len(pair.recorded.trace)
+    return pair.computed.outcome.value if ended and has_no_more else "cut short"
 
 
-def _expected_metrics(stretch: Stretch) -> Metrics | None:
+def _expected_metrics(pair: RunPair) -> Metrics | None:
     """The metrics that the recorded run should have; None where its samples do not tell."""
-    recorded, computed = stretch.recorded, stretch.computed
+    recorded, computed = pair.recorded, pair.computed
     count = len(recorded.trace)
     if recorded.outcome is Outcome.RECOVERED:
         changes = computed.phase_changes[: len(recorded.phase_changes)]
         rate = recorded.scenario.simulation.output_rate
         return metrics_of_trace(computed.trace[:count], changes, recorded.outcome, rate)
-    return computed.metrics if stretch.both_ended or len(computed.trace) == count else None
+    return computed.metrics if pair.both_ended or len(computed.trace) == count else None

@@ -15,12 +15,12 @@ from slipgrasp.core.run.claims import contradictions_of
 from slipgrasp.core.run.provenance import Provenance, present_provenance
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulation import Simulation
-from slipgrasp.core.scenario.chosen_laws import own_kind_in
+from slipgrasp.core.scenario.chosen_laws import custom_kind_in
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.recordings.compare.reproduction import (
     TIME_TOLERANCE,
     Mismatch,
-    Stretch,
+    RunPair,
     find_bit_mismatches,
     find_mismatches,
 )
@@ -90,11 +90,11 @@ def verify(
     whole = not _is_cut_short(result)
     present = present_provenance(result.scenario.space)
     bit_for_bit = result.provenance.has_bits_of(present)
-    replayed = own_kind_in(result.scenario) is not None and not with_law
+    replayed = custom_kind_in(result.scenario) is not None and not with_law
     simulation = Simulation.replaying(result) if replayed else Simulation(result.scenario)
     computed = _compute_again(result, simulation, progress, bit_for_bit=bit_for_bit)
-    stretch = Stretch(recorded=result, computed=computed, whole=whole)
-    found = find_bit_mismatches(stretch) if bit_for_bit else find_mismatches(stretch)
+    pair = RunPair(recorded=result, computed=computed, whole=whole)
+    found = find_bit_mismatches(pair) if bit_for_bit else find_mismatches(pair)
     mismatches = (
         *_law_mismatch(result, computed),
         *(tuple(found) or tuple(_own_mismatches(result))),

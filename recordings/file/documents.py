@@ -29,10 +29,10 @@ from slipgrasp.core.scenario import (
     Scenario,
     Space,
 )
-from slipgrasp.core.scenario.chosen_laws import own_kind_in
+from slipgrasp.core.scenario.chosen_laws import custom_kind_in
+from slipgrasp.core.scenario.custom_laws import LAW_PARAMETERS, Diagnostic, LawIdentity
 from slipgrasp.core.scenario.field_errors import template_keys
 from slipgrasp.core.scenario.loading import scenario_from_mapping
-from slipgrasp.core.scenario.own_laws import LAW_PARAMETERS, Diagnostic, LawIdentity
 from slipgrasp.core.scenario.parameters import Parameter, iterate_parameters
 from slipgrasp.core.trace.trace import TraceShape
 from slipgrasp.core.trace.types import Outcome, Reason, RunWarning
@@ -133,7 +133,7 @@ def parameters_document(scenario: Scenario) -> bytes:
     The control laws to choose from are the built-in ones and the scenario's own, whatever else
     this process knows: equal runs have equal bytes.
     """
-    own = own_kind_in(scenario)
+    own = custom_kind_in(scenario)
     if own is None:
         return _parameters_document(scenario.space, tuple(CONTROL_LAWS), ())
     controls = iterate_parameters(scenario.controller, "controller.")

@@ -17,7 +17,7 @@ from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulation import Simulation
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario import Scenario
-from slipgrasp.core.scenario.chosen_laws import own_law_in
+from slipgrasp.core.scenario.chosen_laws import custom_law_in
 from slipgrasp.core.scenario.law_loading import LawReference, admit, refer_to
 from slipgrasp.core.trace.types import Outcome, Reason
 from slipgrasp.core.words.interruptions import describe_stop, describe_worker_death
@@ -126,7 +126,7 @@ class IsolatedRuns:
         return self._do(self._task(scenario, path), should_stop, progress)
 
     def _task(self, scenario: Scenario, path: Path | None = None) -> IsolatedRun:
-        law = own_law_in(scenario)
+        law = custom_law_in(scenario)
         assert law is not None, "runs of built-in laws need no isolation"
         return IsolatedRun(
             scenario=scenario, law=refer_to(law), wall_limit=self._wall_limit, path=path
@@ -151,7 +151,7 @@ class IsolatedRuns:
 
 def needs_isolation(scenario: Scenario) -> bool:
     """Whether a scenario has a law that may break its process, and that another one finds."""
-    law = own_law_in(scenario)
+    law = custom_law_in(scenario)
     return law is not None and bool(law.source or law.origin)
 
 

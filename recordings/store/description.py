@@ -19,7 +19,7 @@ from pydantic import (
 
 from slipgrasp.core.run.metrics import Metrics
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.core.scenario.own_laws import LawIdentity
+from slipgrasp.core.scenario.custom_laws import LawIdentity
 from slipgrasp.core.trace.types import ContactPhase, Outcome, Reason, RunWarning
 from slipgrasp.core.words.display_name import preset_titles
 from slipgrasp.recordings.exceptions import DamagedRecordingError

@@ -13,8 +13,8 @@ from pydantic import TypeAdapter, ValidationError
 
 from slipgrasp.core.exceptions import ScenarioError
 from slipgrasp.core.run.provenance import present_provenance
+from slipgrasp.core.scenario.custom_laws import LawIdentity
 from slipgrasp.core.scenario.loading import all_preset_names, scenario_from_mapping
-from slipgrasp.core.scenario.own_laws import LawIdentity
 from slipgrasp.core.study.definition import Study
 from slipgrasp.core.study.loading import study_from_mapping, study_to_mapping
 from slipgrasp.recordings.file.documents import parse_json
@@ -51,7 +51,7 @@ class StudyEnd:
 def start_document(study: Study) -> dict[str, str]:
     """Versions of format and program, the kernel, its laws, and what lists tell of a study."""
     provenance = present_provenance(study.base.space)
-    laws = [asdict(law.identity) for law in study.own_laws()]
+    laws = [asdict(law.identity) for law in study.custom_laws()]
     return {
         "format": str(STUDY_FORMAT),
         "program": provenance.program,

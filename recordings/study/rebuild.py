@@ -11,7 +11,7 @@ from slipgrasp.core.run.numerics import same_bits
 from slipgrasp.core.run.provenance import present_provenance
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulator import simulate
-from slipgrasp.core.scenario.own_laws import own_law
+from slipgrasp.core.scenario.custom_laws import custom_law
 from slipgrasp.core.scenario.space import Space
 from slipgrasp.core.study.definition import Study, apply_values
 from slipgrasp.core.trace.types import Outcome
@@ -88,7 +88,7 @@ def rebuild(
 def _check_laws(study: Study, row: StudyRow) -> None:
     """A law of that name that is another one would only show in the end, and without its name."""
     for then in study.computed_by:
-        now = own_law(then.name)
+        now = custom_law(then.name)
         if now is not None and now.identity != then:
             raise RebuildError(
                 f"run {row.index} was computed with the law '{then.name}', version {then.version}, "

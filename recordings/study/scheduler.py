@@ -94,7 +94,7 @@ class _Tasks(Iterator[StudyTask]):
         share = math.ceil((study.num_runs - first) / (TASKS_PER_WORKER * max(num_workers, 1)))
         self._size = min(max(share, 1), RUNS_PER_CHUNK)
         self._left: deque[StudyTask] = deque()
-        self._laws = tuple(refer_to(law) for law in study.own_laws())
+        self._laws = tuple(refer_to(law) for law in study.custom_laws())
 
     @property
     def has_more(self) -> bool:

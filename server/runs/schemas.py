@@ -10,9 +10,9 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, create_model
 
 from slipgrasp.core.run.metrics import METRICS, Metric, Metrics
 from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.custom_laws import LawIdentity
 from slipgrasp.core.scenario.law_choice import with_law
 from slipgrasp.core.scenario.loading import scenario_from_mapping, with_values
-from slipgrasp.core.scenario.own_laws import LawIdentity
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.core.words.interruptions import describe_damage
 from slipgrasp.recordings.export import DATA_FORMATS

@@ -19,7 +19,7 @@ from slipgrasp.core.exceptions import FieldError
 from slipgrasp.core.scenario.field_errors import nearest
 from slipgrasp.core.trace.columns import Column, columns_of
 from slipgrasp.core.trace.trace import Trace
-from slipgrasp.recordings.file.stretch import Stretch
+from slipgrasp.recordings.file.segment import Segment
 from slipgrasp.server.exceptions import InvalidRequestError, printable
 
 VALUES_AT_ONCE = 1500
@@ -70,11 +70,11 @@ class SignalsQuery(BaseModel):
         end = end_time if self.t_to is None else min(self.t_to, end_time)
         return max(0.0, end - self.t_from) / end_time
 
-    def stretch_of(self, columns: Iterable[Column]) -> Stretch:
-        """What of a recording holds these columns."""
+    def segment_of(self, columns: Iterable[Column]) -> Segment:
+        """The signals and times of a recording that hold these columns."""
         end = math.inf if self.t_to is None else self.t_to
         signals = frozenset(column.signal for column in columns)
-        return Stretch(signals=signals, start=self.t_from, end=end)
+        return Segment(signals=signals, start=self.t_from, end=end)
 
 
 def select_columns(trace: Trace, names: Iterable[str]) -> list[Column]:

@@ -75,9 +75,9 @@ def know_law(specification: str) -> str:
     Raises:
         LawError: If there is none.
     """
+    from slipgrasp.core.scenario.custom_laws import law_names
     from slipgrasp.core.scenario.law_loading import installed_law_names, load_law
     from slipgrasp.core.scenario.laws import law_kind
-    from slipgrasp.core.scenario.own_laws import law_names
 
     specification = law_kind(specification)
     if specification.endswith(".py"):
@@ -102,7 +102,7 @@ def with_installed_laws(read: Callable[[], Read]) -> Read:
 
 
 def _known_laws() -> tuple[str, ...]:
-    from slipgrasp.core.scenario.own_laws import law_names
+    from slipgrasp.core.scenario.custom_laws import law_names
 
     return law_names()
 

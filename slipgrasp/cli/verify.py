@@ -11,7 +11,7 @@ from slipgrasp.cli.progress import Progress, load_simulation
 from slipgrasp.cli.status import ExitStatus
 
 if TYPE_CHECKING:
-    from slipgrasp.core.scenario.own_laws import LawIdentity
+    from slipgrasp.core.scenario.custom_laws import LawIdentity
     from slipgrasp.recordings.compare.verification import Verification
 
 MOST_NAMES = 6
@@ -77,7 +77,7 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
 
 
 def _lines(found: Verification) -> list[str]:
-    return [_verdict(found), *_altered(found), _rule(found), *_law(found), _stretch(found)]
+    return [_verdict(found), *_altered(found), _rule(found), *_law(found), _extent(found)]
 
 
 def _verdict(found: Verification) -> str:
@@ -139,7 +139,7 @@ def _identity(law: LawIdentity) -> str:
     return f"'{law.name}'{version} ({law.digest[:12] or 'no code'})"
 
 
-def _stretch(found: Verification) -> str:
+def _extent(found: Verification) -> str:
     samples = f"{found.num_samples} samples up to {found.end_time:.6g} s"
     if found.whole:
         return f"Compared the whole run, {samples}."

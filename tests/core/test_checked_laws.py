@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from slipgrasp import LawParameter, load_scenario, register_law, simulate, with_law, with_values
-from slipgrasp.core.scenario.own_laws import forget
+from slipgrasp.core.scenario.custom_laws import forget
 
 pytestmark = pytest.mark.slow
 

@@ -9,7 +9,7 @@ from scipy.linalg import null_space
 from scipy.optimize import nnls
 
 from slipgrasp import load_law, load_scenario, simulate, verify, with_law, with_values
-from slipgrasp.core.scenario.own_laws import forget
+from slipgrasp.core.scenario.custom_laws import forget
 
 pytestmark = pytest.mark.usefixtures("known_laws")
 

@@ -12,6 +12,7 @@ import pytest
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.run.verdict import describe_run
 from slipgrasp.core.scenario import CONTROL_LAWS, Scenario
+from slipgrasp.core.scenario.custom_laws import forget
 from slipgrasp.core.scenario.knowledge import knowledge_of
 from slipgrasp.core.scenario.law_choice import with_law
 from slipgrasp.core.scenario.law_loading import register_law
@@ -21,7 +22,6 @@ from slipgrasp.core.scenario.loading import (
     scenario_from_mapping,
     with_values,
 )
-from slipgrasp.core.scenario.own_laws import forget
 from slipgrasp.core.study.definition import Study
 from slipgrasp.core.study.knowledge import (
     describe_knowledge_in,

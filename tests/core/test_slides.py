@@ -15,8 +15,8 @@ from slipgrasp import (
     write_recording,
 )
 from slipgrasp.core.exceptions import ScenarioError
+from slipgrasp.core.scenario.custom_laws import forget
 from slipgrasp.core.scenario.loading import scenario_from_mapping
-from slipgrasp.core.scenario.own_laws import forget
 from slipgrasp.core.scenario.space import PLANAR, SPACES, SPATIAL
 from slipgrasp.core.scenario.unknowns import name_unknown
 from slipgrasp.core.trace.columns import columns_of

@@ -17,8 +17,8 @@ from slipgrasp.core.kernel.spatial.state import (
 from slipgrasp.core.kernel.spatial.torsion import spatial_keep_stick
 from slipgrasp.core.kernel.spatial.workspace import DISCRETE, SLIP, STICK, WORKSPACE
 from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario.custom_laws import forget
 from slipgrasp.core.scenario.loading import load_scenario, with_values
-from slipgrasp.core.scenario.own_laws import forget
 from slipgrasp.core.scenario.pads import LEAST_ECCENTRICITY, PAD_FACTORS
 from slipgrasp.core.trace.types import Outcome
 from tests.core.test_chains import as_chains

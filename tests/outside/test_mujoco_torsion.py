@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from slipgrasp.core.run.simulator import simulate
-from slipgrasp.core.scenario.own_laws import forget
+from slipgrasp.core.scenario.custom_laws import forget
 from tests.soft_box import GRIP, JAW_MASS, OFFSET, SLIDE_STIFFNESS, SlideSprings, soft_box
 
 pytestmark = pytest.mark.slow

@@ -16,10 +16,10 @@ from slipgrasp.core.executors.executor import never
 from slipgrasp.core.executors.inline import InlineExecutor
 from slipgrasp.core.run.simulation import Simulation
 from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario.custom_laws import custom_law, forget
 from slipgrasp.core.scenario.law_choice import with_law
 from slipgrasp.core.scenario.law_loading import register_law
 from slipgrasp.core.scenario.loading import load_scenario, scenario_from_mapping, with_values
-from slipgrasp.core.scenario.own_laws import forget, own_law
 from slipgrasp.core.study.definition import Study
 from slipgrasp.core.study.loading import study_from_mapping
 from slipgrasp.core.trace.types import Outcome
@@ -345,7 +345,7 @@ def test_a_study_names_the_law_that_computed_it_and_is_rebuilt_with_no_other(
         study = reader.study
     (identity,) = study.computed_by
     assert (identity.name, identity.version) == ("steady", "1")
-    assert identity == own_law("steady").identity
+    assert identity == custom_law("steady").identity
     assert state_hash(rebuild(study, rows[1])) == rows[1].state_hash
     register_law(Changed)
     with pytest.raises(RebuildError, match="computed with the law 'steady', version 1"):

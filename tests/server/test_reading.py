@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.recordings.file.stretch import Stretch
+from slipgrasp.recordings.file.segment import Segment
 from slipgrasp.recordings.file.writer import write_recording
 from slipgrasp.server import reading
 from slipgrasp.server.budget import SMALL_BYTES, MemoryBudget, Need
@@ -19,7 +19,7 @@ from slipgrasp.server.reading import RecordingReads
 LARGE = 10 * SMALL_BYTES
 ALL = Need(LARGE, "all")
 NEED = Need(1000, "signals")
-SLIP = Stretch(signals=frozenset({"slip"}))
+SLIP = Segment(signals=frozenset({"slip"}))
 
 
 @pytest.fixture

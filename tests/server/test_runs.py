@@ -252,7 +252,7 @@ def test_signals_are_chosen_by_column_or_by_signal_in_the_order_asked(client, sa
     assert final == sample_run["estimates"]
 
 
-def test_signals_of_a_stretch_are_those_of_the_whole_run_between_two_times(
+def test_signals_of_a_segment_are_those_of_the_whole_run_between_two_times(
     client, sample_run
 ) -> None:
     path, names = f"/runs/{sample_run['id']}/signals", "slip_0,phase"

@@ -8,7 +8,7 @@ from typing import Any
 import httpx2
 import pytest
 
-from slipgrasp.core.scenario.own_laws import LawIdentity, OwnLaw, forget, remember
+from slipgrasp.core.scenario.custom_laws import CustomLaw, LawIdentity, forget, remember
 from tests.server.serving import patient_settings, serve
 
 LOST = {"controller.position_gain": 1e6}
@@ -70,7 +70,7 @@ def test_runs_are_found_by_every_field(library, runs, query, expected) -> None:
 def test_a_law_that_became_known_later_can_be_searched_for(library, runs) -> None:
     assert library.get("/runs?controller=late").status_code == 422
     identity = LawIdentity(name="late", version="1", digest="0" * 64)
-    remember(OwnLaw(identity=identity, summary="It came after the first request."))
+    remember(CustomLaw(identity=identity, summary="It came after the first request."))
     answer = library.get("/runs?controller=late")
     forget("late")
     assert (answer.status_code, answer.json()["data"]) == (200, [])

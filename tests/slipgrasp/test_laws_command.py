@@ -9,9 +9,9 @@ import pytest
 
 from slipgrasp import open_study
 from slipgrasp.cli.main import main
+from slipgrasp.core.scenario.custom_laws import custom_law, custom_laws, forget
 from slipgrasp.core.scenario.law_loading import LawError, admit, load_law, refer_to
 from slipgrasp.core.scenario.loading import load_scenario, scenario_to_toml, with_values
-from slipgrasp.core.scenario.own_laws import forget, own_law, own_laws
 
 pytestmark = pytest.mark.slow
 
@@ -42,7 +42,7 @@ def _folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("law.py").write_text(LAW, encoding="utf-8")
     yield
-    for law in own_laws():
+    for law in custom_laws():
         forget(law.name)
 
 
@@ -211,12 +211,12 @@ def test_a_worker_whose_copy_is_another_refuses():
     reference = refer_to(law)
     forget("carry")
     admit(reference)
-    assert own_law("carry").identity == law.identity
+    assert custom_law("carry").identity == law.identity
     forget("carry")
     other = type(reference)(law.identity, reference.origin, LAW.replace("40.0", "41.0"))
     with pytest.raises(LawError, match=r"a worker refuses.*digest"):
         admit(other)
-    assert own_law("carry") is None
+    assert custom_law("carry") is None
 
 
 def test_a_new_law_works_as_it_is_written_and_its_test_passes(capsys):
@@ -244,7 +244,7 @@ def test_the_laws_are_listed_with_those_of_installed_packages(capsys, tmp_path, 
     common = ("--set", "simulation.duration=0.1", "--output", "run.mcap")
     status, found = run(capsys, "run", "composite-case-2", "--law", "carry", *common)
     assert (status, found["law"]["name"]) == (0, "carry")
-    reference = refer_to(own_law("carry"))
+    reference = refer_to(custom_law("carry"))
     forget("carry")
     admit(reference)
-    assert own_law("carry").identity == reference.identity
+    assert custom_law("carry").identity == reference.identity

@@ -8,7 +8,13 @@ import pytest
 import slipgrasp
 from slipgrasp.core.run.law_code import answer_views, seer
 from slipgrasp.core.run.simulation import Simulation
-from slipgrasp.core.scenario.own_laws import INTERFACE_VERSION, OUTSIDE, forget, own_law, own_laws
+from slipgrasp.core.scenario.custom_laws import (
+    INTERFACE_VERSION,
+    OUTSIDE,
+    custom_law,
+    custom_laws,
+    forget,
+)
 
 pytestmark = pytest.mark.slow
 
@@ -26,7 +32,7 @@ def _page_folder(tmp_path, monkeypatch):
         if name:
             Path(name).write_text(text, encoding="utf-8")
     yield
-    for law in own_laws():
+    for law in custom_laws():
         forget(law.name)
 
 
@@ -63,7 +69,7 @@ def test_the_first_law_takes_ten_lines():
 )
 def test_the_page_tells_everything_that_a_law_sees_and_its_shape(preset, mark, n):
     own = Simulation(slipgrasp.load_scenario(preset))._run.own
-    seen = seer(own_law(OUTSIDE), own, (n, 4))()
+    seen = seer(custom_law(OUTSIDE), own, (n, 4))()
     table = TEXT.partition(f"<!-- {mark} -->")[2].partition(f"<!-- end {mark} -->")[0]
     told = set(re.findall(r"`(\w+)`", table))
     assert {*seen._fields, *seen.model._fields} <= told

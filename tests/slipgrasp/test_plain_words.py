@@ -24,7 +24,9 @@ PAGES = ("README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "SECURITY.md")
 # What each one is called now. Contracts, such as options, keys and reason codes, are no terms.
 RETIRED = {
     r"laws? of one's own|one's own laws?": "custom law",
+    r"(?<!laws[./])(\b|_)own[ _]laws?\b|OwnLaw": "custom law",
     r"laws? of the field": "published control law",
+    r"(?<![`\"._])\bstretch(es)?\b(?!_| =|\.\w|, model|\)$)": "segment, time range",
     r"hands? in (space|the plane)\b(?! of)": "spatial hand, planar hand",
     r"(?-i:\b(in_space|is_spatial)\b)": "space (core/scenario/space.py)",
     r"wrong hand": "model mismatch",

@@ -14,9 +14,9 @@ from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.run.trying import try_hint
 from slipgrasp.core.run.verdict import describe_run
 from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.custom_laws import law_names
 from slipgrasp.core.scenario.law_choice import LAW, choose_law
 from slipgrasp.core.scenario.loading import load_scenario, with_values
-from slipgrasp.core.scenario.own_laws import law_names
 from slipgrasp.core.words.options import Option
 from slipgrasp.recordings.store.store import RecordingStore
 from slipgrasp.server.runs.service import RunService

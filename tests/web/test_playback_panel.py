@@ -59,7 +59,7 @@ def test_the_controls_show_what_is_chosen(viewer_server: ViewerServer, view: Vie
     panel = PlaybackPanel(viewer_server.gui, lambda _: None)
     panel.update(view)
     assert 'aria-label="Play"' in panel.transport.content
-    assert 'aria-pressed="true" title="Shows the stretch' in panel.transport.content
+    assert 'aria-pressed="true" title="Shows the time range' in panel.transport.content
     playing = replace(playback_of(view), playing=True, speed=2.0)
     panel.update(replace(view, playback=playing, choice=WindowChoice.WHOLE))
     assert 'aria-label="Pause"' in panel.transport.content

@@ -24,7 +24,7 @@ _GHOST_BUCKETS = 80
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Drawing:
-    """A chart with the stretch of its run that is drawn.
+    """A chart with the time range of its run that is drawn.
 
     Attributes:
         trace: The run.

@@ -134,7 +134,7 @@ def drawn_charts(
     Args:
         run: The run.
         ghost: Another run, of which the charts that both have are drawn.
-        window: The stretch of time.
+        window: The time range.
         charts_view: Which lines are hidden.
     """
 

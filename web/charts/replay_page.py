@@ -36,7 +36,7 @@ def write_html(
     fps: float = 30.0,
     clip: Clip = WHOLE,
 ) -> None:
-    """Writes a stretch of a run as a page that plays its scene over and over.
+    """Writes a time range of a run as a page that plays its scene in a loop.
 
     The file holds everything it needs; it can be opened offline.
 
@@ -45,7 +45,7 @@ def write_html(
         stream: Where the file goes.
         progress: Told the share that is done, from 0 to 1.
         fps: Frames per second, at most; see `MAX_FRAMES`.
-        clip: Which stretch, and how slowly.
+        clip: Time range and speed.
 
     Raises:
         ClipError: If nothing of the run lies in the clip.

@@ -57,7 +57,7 @@ class Scale:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Curves:
-    """Curves in a stretch of time.
+    """Curves in a time range.
 
     Attributes:
         lines: The lines that go upwards.
@@ -244,7 +244,7 @@ def drawn_xy(
     Args:
         trace: The run.
         charts: Its charts.
-        window: The stretch of time.
+        window: The time range.
         charts_view: Which curves are hidden.
         ghost: Another run and its charts, of which those that both have are drawn.
     """

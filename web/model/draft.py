@@ -10,6 +10,7 @@ from typing import Any
 
 from slipgrasp.core.exceptions import FieldError, ScenarioError
 from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.custom_laws import LAW, LAW_PARAMETERS, law_names, law_parameters
 from slipgrasp.core.scenario.loading import (
     load_scenario,
     parameter_definitions,
@@ -17,7 +18,6 @@ from slipgrasp.core.scenario.loading import (
     spatial_preset_names,
     with_values,
 )
-from slipgrasp.core.scenario.own_laws import LAW, LAW_PARAMETERS, law_names, law_parameters
 from slipgrasp.core.scenario.parameters import Parameter, ParameterValue
 from slipgrasp.web.model.disturbances import (
     Disturbance,

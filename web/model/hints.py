@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from slipgrasp.core.run.trying import TriedHint
-from slipgrasp.core.scenario.own_laws import LAW
+from slipgrasp.core.scenario.custom_laws import LAW
 from slipgrasp.core.words.options import Option
 from slipgrasp.web.model.draft import Draft
 from slipgrasp.web.model.laws import with_law

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 from slipgrasp.core.exceptions import ScenarioError
 from slipgrasp.core.scenario import SAMPLED_CONTROL, Scenario
+from slipgrasp.core.scenario.custom_laws import law_names, law_of, law_parameters
 from slipgrasp.core.scenario.law_choice import (
     LAW,
     SettingChange,
@@ -16,7 +17,6 @@ from slipgrasp.core.scenario.law_choice import (
     law_settings,
 )
 from slipgrasp.core.scenario.loading import with_values
-from slipgrasp.core.scenario.own_laws import law_names, law_of, law_parameters
 from slipgrasp.web.model.draft import Draft, TimedEdit, Value, is_of_law
 
 

@@ -25,7 +25,7 @@ def pair_of(view: ViewState) -> Pair | None:
 def with_ghost(view: ViewState, recording: Replay, ticket: int) -> ViewState:
     """Draws a recording pale below the run on the screen.
 
-    While the slip of the run is shown, the stretch grows to hold that of both.
+    While the slip of the run is shown, the time range grows to hold that of both.
 
     Args:
         view: What is on the screen.

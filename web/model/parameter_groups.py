@@ -6,8 +6,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from slipgrasp.core.scenario import PLANAR, Scenario, Space
+from slipgrasp.core.scenario.custom_laws import LAW_PARAMETERS, custom_laws
 from slipgrasp.core.scenario.field_errors import find_template
-from slipgrasp.core.scenario.own_laws import LAW_PARAMETERS, own_laws
 from slipgrasp.core.scenario.parameters import Parameter, iterate_parameters
 from slipgrasp.core.scenario.space import SPACES
 from slipgrasp.core.words.parameter_words import key_words, unit_after, unit_words
@@ -166,7 +166,7 @@ def law_groups(base: Scenario) -> tuple[Group, ...]:
         parameters = iterate_parameters(controller, "controller.")
         return Group(kind, True, tuple(entry(each) for each in parameters if is_of_law(each.key)))
 
-    return tuple(group(law.name) for law in own_laws() if law.parameters)
+    return tuple(group(law.name) for law in custom_laws() if law.parameters)
 
 
 def disturbance_title(disturbance: Disturbance) -> str:

@@ -38,7 +38,7 @@ _SHORTEST_ZOOM = 1e-3
 
 
 class WindowChoice(StrEnum):
-    """Which stretch of a run is played and charted."""
+    """The time range of a run that is played and charted."""
 
     SLIP = "slip"
     WHOLE = "whole run"
@@ -47,7 +47,7 @@ class WindowChoice(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class TimeWindow:
-    """A stretch of simulation time [s]."""
+    """A range of simulation time [s]."""
 
     start: float
     end: float
@@ -129,7 +129,7 @@ def start_playback(result: RunResult) -> Playback:
 
 
 def window_of(result: RunResult, choice: WindowChoice, present: TimeWindow) -> TimeWindow:
-    """The stretch of a run that a choice stands for.
+    """The time range of a run that a choice stands for.
 
     Args:
         result: The run.
@@ -149,7 +149,7 @@ def whole_window(result: RunResult) -> TimeWindow:
 
 
 def slip_window(result: RunResult) -> TimeWindow:
-    """The stretch of a run in which contacts slip, with some rest after it.
+    """The time range of a run in which contacts slip, with some rest after it.
 
     Args:
         result: A run; without any slip the whole run is the answer.
@@ -172,7 +172,7 @@ def speed_for(window: TimeWindow, speeds: Sequence[float] = tuple(SPEEDS.values(
 
 
 def marked_window(result: RunResult, start: float, end: float) -> TimeWindow:
-    """The stretch of a run between two times in any order, a millisecond long at least.
+    """The time range between two times in any order, at least a millisecond long.
 
     Args:
         result: The run.

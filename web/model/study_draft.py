@@ -11,9 +11,9 @@ from typing import Any
 from slipgrasp.core.exceptions import FieldError, ScenarioError
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.chosen_laws import kinds_in
+from slipgrasp.core.scenario.custom_laws import LAW
 from slipgrasp.core.scenario.field_errors import template_key, template_keys
 from slipgrasp.core.scenario.loading import load_scenario, with_values
-from slipgrasp.core.scenario.own_laws import LAW
 from slipgrasp.core.scenario.parameters import Parameter
 from slipgrasp.core.study.definition import Study, expand_key
 from slipgrasp.core.study.loading import study_from_mapping

@@ -184,7 +184,7 @@ class ViewState:
     Attributes:
         draft: What the user is asking for.
         status: What became of it.
-        choice: Which stretch of a run is shown.
+        choice: The time range of a run that is shown.
         ticket: The latest request for a run; answers to an older one come too late.
         opening: The latest request for a recording; answers to an older one come too late.
         shown: The run on the screen.

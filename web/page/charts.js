@@ -4,7 +4,7 @@
 //   data-sg-readings   hidden: these values, by chart, when parameters change and where the second
 //                      cursor stands [s], and where the spots of XY charts are
 //   data-sg-xy         an XY chart, with a spot for each curve at either cursor
-// A drag over a chart shows that stretch of time in all charts, a click puts the play head
+// A drag over a chart shows that time range in all charts, a click puts the play head
 // there, one with Shift the second cursor, a double click shows the whole run.
 import { hold, onFrame, shareOf, state } from "./session_state.js";
 import { post } from "./post.js";
@@ -171,7 +171,7 @@ function timeAt(x) {
   return state.start + share * (state.end - state.start);
 }
 
-/** Shades the stretch of time that is dragged over, in every chart. */
+/** Shades the time range that is dragged over, in every chart. */
 function showDragged() {
   const shares = isDragged() ? [drag.from, drag.to].map((x) => shareOf(timeAt(x))) : null;
   for (const element of document.querySelectorAll(".sg-dragged")) {

@@ -10,9 +10,9 @@ import viser
 
 from slipgrasp.core.exceptions import FieldError
 from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.custom_laws import custom_law
 from slipgrasp.core.scenario.law_choice import LAW
 from slipgrasp.core.scenario.loading import parameter_definitions
-from slipgrasp.core.scenario.own_laws import own_law
 from slipgrasp.core.scenario.parameters import Parameter
 from slipgrasp.web.model.colours import tone
 from slipgrasp.web.model.disturbances import is_of_disturbance
@@ -178,7 +178,9 @@ class ControlsPanel:
             folder.visible = kind == draft.value_at(moment, LAW)
         for control, entry in self._conditional:
             kind = str(draft.value_at(moment, entry.kind_key))
-            control.use(kind in entry.parameter.used_by or _is_seen_by_own_law(kind, control.key))
+            control.use(
+                kind in entry.parameter.used_by or _is_seen_by_custom_law(kind, control.key)
+            )
 
     def _tell(self, errors: tuple[FieldError, ...], draft: Draft, editing: Editing) -> None:
         """Puts what is wrong below the fields that are wrong."""
@@ -225,9 +227,9 @@ def _steady(definitions: dict[str, Parameter]) -> dict[str, Parameter]:
     }
 
 
-def _is_seen_by_own_law(kind: str, key: str) -> bool:
+def _is_seen_by_custom_law(kind: str, key: str) -> bool:
     """Whether a custom law is shown a parameter that only some built-in laws use."""
-    law = own_law(kind)
+    law = custom_law(kind)
     return law is not None and key == law.facts.holds_with
 
 

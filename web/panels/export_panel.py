@@ -32,11 +32,11 @@ _BUTTONS: tuple[tuple[str, viser.IconName, str, type[Intent]], ...] = (
     (
         "Charts (SVG)",
         viser.Icon.CHART_LINE,
-        "Saves all charts as they stand: this stretch of time, these lines, the pale run too.",
+        "Saves all charts as shown: this time range, these lines, the ghost too.",
         ExportCharts,
     ),
 )
-_CLIP = "Saves the stretch of time on the screen, at the speed on the screen, as "
+_CLIP = "Saves the time range on the screen, at the speed on the screen, as "
 _CLIPS = {each.title: each for each in MOVING_FORMATS}
 _HEIGHTS = ("480", "720", "1080")
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import viser
 
 from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.custom_laws import LAW, law_names
 from slipgrasp.core.scenario.knowledge import knowledge_of
-from slipgrasp.core.scenario.own_laws import LAW, law_names
 from slipgrasp.core.words.knowledge_words import describe_comparison
 from slipgrasp.web.charts.html import note_html
 from slipgrasp.web.charts.law_charts import LAWS_TAB, law_charts_html, laws_html

@@ -160,7 +160,7 @@ def transport_html(playback: Playback, choice: WindowChoice) -> str:
 
     Args:
         playback: The play head.
-        choice: Which stretch of the run is shown.
+        choice: The time range of the run that is shown.
     """
     play = "pause" if playback.playing else "play"
     moves = "".join(
@@ -236,7 +236,7 @@ def _windows_html(choice: WindowChoice) -> str:
 
 def _window_button(label: str, is_chosen: bool, intent: Intent) -> str:
     hints = {
-        "slip": "Shows the stretch in which contacts slip",
+        "slip": "Shows the time range in which contacts slip",
         "whole run": "Shows the run from its start to its end",
         "closer": "Looks four times closer at the play head",
     }

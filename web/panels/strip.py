@@ -88,7 +88,7 @@ def strip_html(result: RunResult, playback: Playback, ghost: Ghost | None) -> st
 def phase_spans(
     result: RunResult, contact: int, window: TimeWindow, cells: int = _CELLS
 ) -> Iterator[tuple[int, int, ContactPhase]]:
-    """Stretches of one phase, in cells of a window: first cell, number of cells, phase.
+    """Time ranges of one phase, in cells of a window: first cell, number of cells, phase.
 
     A cell in which a contact slips at all counts as slip, however short it was.
 

@@ -147,7 +147,7 @@ def _charts_file(view: ViewState, shown: Shown) -> bytes:
 
 
 def clip_of(view: ViewState, height: int | None = None) -> Clip:
-    """The stretch of the run on the screen, at the speed on the screen."""
+    """The time range on the screen, at the speed on the screen."""
     if view.playback is None:
         return Clip(height=height)
     window = view.playback.window

@@ -124,7 +124,7 @@ def moved(playback: Playback, intent: Intent, result: RunResult) -> Playback:
 def choice_after(
     choice: WindowChoice, intent: Intent, before: Playback, after: Playback
 ) -> WindowChoice:
-    """Which stretch of the run is shown after an intent.
+    """The time range of the run that is shown after an intent.
 
     Args:
         choice: Which was.
@@ -157,7 +157,7 @@ def _put(playback: Playback, intent: Intent, result: RunResult) -> Playback:
 def _with_window(
     playback: Playback, intent: ChooseWindow | ShowWindow | Zoom, result: RunResult
 ) -> Playback:
-    """The play head in another stretch of the run, at a speed that suits it."""
+    """The play head in another time range of the run, at a speed that suits it."""
     match intent:
         case ChooseWindow(choice):
             window = window_of(result, choice, playback.window)

@@ -9,10 +9,10 @@ from typing import ClassVar
 import numpy as np
 
 from slipgrasp.core.exceptions import ScenarioError
+from slipgrasp.core.scenario.custom_laws import law_names
 from slipgrasp.core.scenario.field_errors import shortened
 from slipgrasp.core.scenario.law_choice import LAW
 from slipgrasp.core.scenario.loading import scenario_from_toml
-from slipgrasp.core.scenario.own_laws import law_names
 from slipgrasp.web.model.disturbances import (
     Disturbance,
     DisturbanceKind,

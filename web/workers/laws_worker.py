@@ -6,7 +6,7 @@ from collections.abc import Callable
 from functools import partial
 
 from slipgrasp.core.exceptions import ScenarioError, SlipgraspError
-from slipgrasp.core.scenario.own_laws import law_names
+from slipgrasp.core.scenario.custom_laws import law_names
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.web.model.draft import Draft
 from slipgrasp.web.model.intents.laws import LawRunFinished

@@ -9,8 +9,8 @@ import numpy as np
 
 from slipgrasp.core.kernel.compilation.records import Layout
 from slipgrasp.core.scenario import CONTROL_LAWS, MAX_UNKNOWNS
+from slipgrasp.core.scenario.custom_laws import OUTSIDE, law_of
 from slipgrasp.core.scenario.laws import facts_read_for
-from slipgrasp.core.scenario.own_laws import OUTSIDE, law_of
 from slipgrasp.core.scenario.space import Space
 
 OBJECT_MASS, OBJECT_INERTIA, FRICTION, LINK_MASS = range(4)

@@ -13,7 +13,7 @@ from slipgrasp.core.kernel.compilation.compiler import compiled
 from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Floats, Layout, Record
 from slipgrasp.core.kernel.numerics.elementary import square
 from slipgrasp.core.scenario import MAX_DIAGNOSTICS, MAX_UNKNOWNS
-from slipgrasp.core.scenario.own_laws import Diagnostic
+from slipgrasp.core.scenario.custom_laws import Diagnostic
 from slipgrasp.core.scenario.space import Space
 from slipgrasp.core.trace.trace import SIGNALS, Signal, TraceShape
 

@@ -33,8 +33,8 @@ from slipgrasp.core.scenario import (
     PlanarScenario,
     SensingParameters,
 )
+from slipgrasp.core.scenario.custom_laws import OUTSIDE, law_of
 from slipgrasp.core.scenario.geometry import TANGENTS
-from slipgrasp.core.scenario.own_laws import OUTSIDE, law_of
 from slipgrasp.core.scenario.parameters import kinds_using
 from slipgrasp.core.scenario.space import PLANAR
 from slipgrasp.core.scenario.table import NUMBER, TABLE, choices_of, place_of, write_table

@@ -37,7 +37,7 @@ from slipgrasp.core.kernel.spatial.state import (
     number_of_coordinates,
 )
 from slipgrasp.core.scenario.chain import chain_length
-from slipgrasp.core.scenario.own_laws import law_number
+from slipgrasp.core.scenario.custom_laws import law_number
 from slipgrasp.core.scenario.space import SPATIAL
 from slipgrasp.core.scenario.spatial import SpatialController, SpatialFinger, SpatialScenario
 from slipgrasp.core.scenario.spatial_geometry import edges_of, rotation_matrix, spatial_contact

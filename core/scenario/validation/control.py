@@ -11,9 +11,9 @@ import numpy as np
 from slipgrasp.core.exceptions import FieldError
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.chosen_laws import kinds_in
+from slipgrasp.core.scenario.custom_laws import LAW, custom_law, law_names, law_of
 from slipgrasp.core.scenario.field_errors import nearest, shortened
 from slipgrasp.core.scenario.laws import CONTROL_LAWS
-from slipgrasp.core.scenario.own_laws import LAW, law_names, law_of, own_law
 from slipgrasp.core.scenario.unknowns import parse_unknown
 
 MIN_CONTROL_PERIOD = 1e-4
@@ -142,7 +142,7 @@ def check_law_parameters(scenario: Scenario) -> Iterator[FieldError]:
                 "for the memory of one law that is not built in; choose one of them"
             ),
         )
-    law = own_law(own[0]) if own else None
+    law = custom_law(own[0]) if own else None
     for name, value in scenario.controller.parameters.items() if law is not None else ():
         declared = law.parameters.get(name) if law is not None else None
         key = f"controller.parameters.{name}"

@@ -10,9 +10,9 @@ from collections.abc import Iterator
 
 from slipgrasp.core.exceptions import FieldError
 from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.custom_laws import LAW, law_names, law_of
 from slipgrasp.core.scenario.field_errors import echo
 from slipgrasp.core.scenario.laws import is_computed_for
-from slipgrasp.core.scenario.own_laws import LAW, law_names, law_of
 from slipgrasp.core.scenario.parameters import values_not_for
 
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from slipgrasp.core.exceptions import FieldError
 from slipgrasp.core.scenario.chosen_laws import kinds_in
-from slipgrasp.core.scenario.own_laws import LAW, law_of
+from slipgrasp.core.scenario.custom_laws import LAW, law_of
 from slipgrasp.core.scenario.spatial import SpatialScenario
 
 

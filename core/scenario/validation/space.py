@@ -10,7 +10,7 @@ import numpy as np
 from slipgrasp.core.exceptions import FieldError
 from slipgrasp.core.scenario.chain import NUM_JOINTS
 from slipgrasp.core.scenario.chosen_laws import kinds_in
-from slipgrasp.core.scenario.own_laws import law_of
+from slipgrasp.core.scenario.custom_laws import law_of
 from slipgrasp.core.scenario.spatial import SpatialScenario
 from slipgrasp.core.scenario.spatial_geometry import (
     distance_inside,

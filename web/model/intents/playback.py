@@ -62,14 +62,14 @@ class ChangeSpeed(Intent):
 
 @dataclass(frozen=True, slots=True)
 class ChooseWindow(LatestIntent):
-    """The user chose which stretch of the run to play and chart."""
+    """The user chose the time range of the run to play and chart."""
 
     choice: Literal[WindowChoice.SLIP, WindowChoice.WHOLE]
 
 
 @dataclass(frozen=True, slots=True)
 class ShowWindow(LatestIntent):
-    """The user marked the stretch of the run to play and chart, from start to end [s]."""
+    """The user marked the time range of the run to play and chart, from start to end [s]."""
 
     start: float
     end: float

@@ -69,7 +69,7 @@ class LawIdentity:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class OwnLaw:
+class CustomLaw:
     """A custom law, as it declares itself.
 
     Attributes:
@@ -110,16 +110,16 @@ def _facts(kind: str, summary: str) -> ControlLaw:
     return ControlLaw(kind=kind, summary=summary, sampled=True, uses_friction=False, is_own=True)
 
 
-_OUTSIDE = OwnLaw(
+_OUTSIDE = CustomLaw(
     identity=LawIdentity(OUTSIDE, "", ""),
     summary="Torques that are set tick by tick by the program that steps the simulation.",
     estimates=True,
 )
 
-_known: dict[str, OwnLaw] = {}
+_known: dict[str, CustomLaw] = {}
 
 
-def remember(law: OwnLaw) -> None:
+def remember(law: CustomLaw) -> None:
     """Makes a law known to this process, in the place of one of the same name."""
     _known[law.name] = law
 
@@ -129,12 +129,12 @@ def forget(name: str) -> None:
     _known.pop(name, None)
 
 
-def own_law(kind: str) -> OwnLaw | None:
+def custom_law(kind: str) -> CustomLaw | None:
     """The law of that name, if it is custom and known here."""
     return _OUTSIDE if kind == OUTSIDE else _known.get(kind)
 
 
-def own_laws() -> tuple[OwnLaw, ...]:
+def custom_laws() -> tuple[CustomLaw, ...]:
     """The custom laws that are known here."""
     return tuple(_known.values())
 
@@ -148,7 +148,7 @@ def law_of(kind: str) -> ControlLaw:
     """The facts of a law, whether it is built in, custom or not known here."""
     if kind in CONTROL_LAWS:
         return CONTROL_LAWS[kind]
-    own = own_law(kind)
+    own = custom_law(kind)
     return _facts(kind, "A law that is not known here.") if own is None else own.facts
 
 
@@ -159,5 +159,5 @@ def law_number(kind: str) -> int:
 
 def law_parameters(kind: str) -> dict[str, LawParameter]:
     """The parameters of a custom law by name; none of others."""
-    law = own_law(kind)
+    law = custom_law(kind)
     return {} if law is None else law.parameters

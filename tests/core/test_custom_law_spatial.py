@@ -19,7 +19,7 @@ from slipgrasp import (
     with_values,
     write_recording,
 )
-from slipgrasp.core.scenario.own_laws import forget
+from slipgrasp.core.scenario.custom_laws import forget
 from slipgrasp.core.trace.columns import columns_of
 from slipgrasp.core.trace.types import Outcome
 

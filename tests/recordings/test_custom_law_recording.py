@@ -21,7 +21,7 @@ from slipgrasp import (
     write_recording,
 )
 from slipgrasp.core.scenario import CONTROL_LAWS, Change
-from slipgrasp.core.scenario.own_laws import LAW, forget
+from slipgrasp.core.scenario.custom_laws import LAW, forget
 from slipgrasp.core.trace.columns import columns_of
 from slipgrasp.core.trace.ticks import Ticks
 

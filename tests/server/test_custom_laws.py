@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 
 from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario.custom_laws import custom_law, forget
 from slipgrasp.core.scenario.law_choice import with_law
 from slipgrasp.core.scenario.law_loading import load_law, register_law
 from slipgrasp.core.scenario.loading import load_scenario, with_values
-from slipgrasp.core.scenario.own_laws import forget, own_law
 from tests.server.rough_law import NO_ANSWER, NOTHING, SEGMENTATION_FAULT
 from tests.server.running import AT_ONCE, run_to_end, stop_to_end
 
@@ -107,7 +107,7 @@ def test_a_law_that_breaks_its_process_costs_one_run_with_its_reason(client, _ro
     assert broken["outcome"] == "failed" and broken["reason"]["code"] == "worker_died"
     assert "SIGSEGV" in broken["reason"]["message"] and "'rough'" in broken["reason"]["message"]
     whole = run_to_end(client, _asking(NOTHING))
-    law = own_law("rough").identity
+    law = custom_law("rough").identity
     assert whole["law"] == {"name": law.name, "version": law.version, "digest": law.digest}
     assert client.get(f"/runs/{whole['id']}").json()["law"] == whole["law"]
     here = simulate(with_values(load_scenario("composite-case-2"), _rough_values(NOTHING)))

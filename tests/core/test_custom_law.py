@@ -236,7 +236,7 @@ def test_parameters_are_keys_with_bounds_and_change_in_mid_run():
 
 def test_what_is_no_class_cannot_be_registered():
     law = register_law(Counting)
-    with pytest.raises(LawError, match="no OwnLaw; what load_law gives is registered already"):
+    with pytest.raises(LawError, match="no CustomLaw; what load_law gives is registered already"):
         register_law(law)
 
 
@@ -277,7 +277,7 @@ def test_an_exception_ends_the_run_as_failed_with_its_line_and_keeps_the_rest():
     lines = Path(__file__).read_text(encoding="utf-8").splitlines()
     line = 1 + next(i for i, text in enumerate(lines) if "the line that is told" in text)
     assert "ValueError: no torque left" in result.reason.message
-    assert f"test_own_law.py, line {line}" in result.reason.message
+    assert f"test_custom_law.py, line {line}" in result.reason.message
     assert len(result.ticks) == 5
     assert result.end_time == result.reason.time > 0.0
 
@@ -304,7 +304,7 @@ def test_the_exception_of_a_compiled_law_tells_its_line_as_well():
     result = simulate(of_law("broken", SHORT))
     assert result.reason.code == "law_failed"
     assert "ValueError: compiled and broken" in result.reason.message
-    assert "test_own_law.py, line" in result.reason.message
+    assert "test_custom_law.py, line" in result.reason.message
 
 
 def test_what_interrupts_a_law_is_raised_where_it_was_called_from():

@@ -1,4 +1,4 @@
-"""Some signals of a stretch of a recording, without unpacking the rest of it.
+"""Some signals of a segment of a recording, without unpacking the rest of it.
 
 Every byte is read and compared with the checksum of the file, and what is unpacked with that of
 its chunk. What only a whole run can show, its hash and whether ending and metrics follow from its
@@ -28,8 +28,8 @@ _TIME_FIELD = "t"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Stretch:
-    """What is to be read of a recording.
+class Segment:
+    """Signals and times to read from a recording.
 
     Attributes:
         signals: Signals of the trace by name; the times come with them in any case.
@@ -60,16 +60,16 @@ def read_outline(path: str | PathLike[str]) -> Trace:
     return replace(Trace.from_rows(shape, np.empty((0, shape.num_columns))), absent=absent)
 
 
-def read_stretch(
+def read_segment(
     path: str | PathLike[str],
-    stretch: Stretch,
+    segment: Segment,
     should_stop: Callable[[], bool] = lambda: False,
 ) -> Trace:
-    """Reads some signals of a stretch of a recording.
+    """Reads some signals of a segment of a recording.
 
     Args:
         path: The MCAP file.
-        stretch: What of it.
+        segment: Signals and times.
         should_stop: Asked again and again whether nobody needs it any more.
 
     Returns:
@@ -79,19 +79,19 @@ def read_stretch(
         RecordingError: If it cannot be read, or its checksums do not fit.
     """
     with open_recording(path) as stream:
-        return _StretchReading(stream, str(path), stretch).contents(should_stop).trace()
+        return _SegmentReading(stream, str(path), segment).contents(should_stop).trace()
 
 
-class _StretchReading(Reading):
+class _SegmentReading(Reading):
     """One pass through a file that keeps a part of it."""
 
-    def __init__(self, stream: BinaryIO, name: str, stretch: Stretch) -> None:
-        super().__init__(stream, name, is_needed=stretch.may_be_in)
-        self._stretch = stretch
+    def __init__(self, stream: BinaryIO, name: str, segment: Segment) -> None:
+        super().__init__(stream, name, is_needed=segment.may_be_in)
+        self._segment = segment
         self._next: Counter[int] = Counter()
 
     def _columns_for(self, topic: Topic, layout: MessageLayout) -> TopicColumns:
-        wanted = self._stretch.signals - {TIME_SIGNAL.name}
+        wanted = self._segment.signals - {TIME_SIGNAL.name}
         kept = [field.name for field in topic.fields if field.name in wanted]
         # Every topic of samples has their times; where no other signal is read, the first will do.
         has_times = kept or (not wanted and topic.name == SAMPLE_TOPICS[0].name)
@@ -105,5 +105,5 @@ class _StretchReading(Reading):
         columns = self._channels[messages.channel]
         block = self._unpacked(messages, columns.layout)
         times = block[_TIME_FIELD]
-        inside = (times >= self._stretch.start) & (times <= self._stretch.end)
+        inside = (times >= self._segment.start) & (times <= self._segment.end)
         columns.append({name: values[inside] for name, values in block.items()})

@@ -12,8 +12,8 @@ from playwright.sync_api import Browser, Page, expect
 
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.run.verdict import describe_run
+from slipgrasp.core.scenario.custom_laws import CustomLaw, forget
 from slipgrasp.core.scenario.law_loading import load_law
-from slipgrasp.core.scenario.own_laws import OwnLaw, forget
 from slipgrasp.core.words.display_name import name_run
 from slipgrasp.server.viewer.server import ViewerServer
 from slipgrasp.web.charts.charts import diagnostic_charts
@@ -46,14 +46,14 @@ def law_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def squeeze(law_file: Path) -> Iterator[OwnLaw]:
+def squeeze(law_file: Path) -> Iterator[CustomLaw]:
     law = load_law(f"{law_file}:Squeeze")
     yield law
     forget(law.name)
 
 
 @pytest.fixture
-def first(squeeze: OwnLaw) -> Draft:
+def first(squeeze: CustomLaw) -> Draft:
     return replace_duration(Draft.from_preset("paper-case-2"))
 
 
