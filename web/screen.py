@@ -10,6 +10,7 @@ from slipgrasp.web.model.intents.intent import Send
 from slipgrasp.web.model.intents.picture import CameraMoved
 from slipgrasp.web.model.page_layout import MARGIN, Arrangement, guess_layout, panel_sizes
 from slipgrasp.web.model.view import Shown, ViewState
+from slipgrasp.web.page.keys import RUN_TAB
 from slipgrasp.web.panels.appearance_panel import AppearancePanel
 from slipgrasp.web.panels.charts_panel import ChartsPanel
 from slipgrasp.web.panels.compare_panel import ComparePanel
@@ -62,7 +63,7 @@ class Screen:
         # Before the session state, with which a page opens its link: it then has all controls.
         self._controls.update(view)
         self._results = gui.add_panel()
-        with self._results.add_tab("Run", viser.Icon.CHART_LINE) as run_tab:
+        with self._results.add_tab(RUN_TAB, viser.Icon.CHART_LINE) as run_tab:
             self._tour = TourPanel(gui, run_tab, send)
             self._outcome = OutcomePanel(gui)
             self._charts = ChartsPanel(client, sizes.chart)

@@ -84,6 +84,7 @@ def test_a_lecture_has_one_chart_in_large_type_and_work_at_a_desk_comes_back(
     strip = page.locator(".sg-strip")
     size = "strip => parseFloat(getComputedStyle(strip).fontSize)"
     before = strip.evaluate(size)
+    page.get_by_role("tab", name="Study", exact=True).click()
     page.keyboard.press("l")
     expect(charts).to_have_count(1)
     expect(controls.first).not_to_be_in_viewport()
