@@ -43,7 +43,7 @@ kernel: $(VENV)/.develop
 lint: $(VENV)/.develop
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
-	$(BIN)/python .ci/link_rooms.py
+	$(BIN)/python .ci/link_packages.py
 	$(BIN)/pyright --pythonpath $(BIN)/python
 	cd build/links && $(abspath $(BIN))/lint-imports --config ../../pyproject.toml
 

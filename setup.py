@@ -1,16 +1,18 @@
-"""Says which folders are which packages: the rooms beside `slipgrasp/` are installed inside it."""
+"""Maps folders to packages: those beside `slipgrasp/` are installed inside it."""
 
 from setuptools import find_packages, setup
 
-ROOMS = ("core", "scene", "recordings", "figures", "server", "web")
+PACKAGES = ("core", "scene", "recordings", "figures", "server", "web")
 
 setup(
-    package_dir={f"slipgrasp.{room}": room for room in ROOMS},
+    package_dir={f"slipgrasp.{folder}": folder for folder in PACKAGES},
     packages=[
         *find_packages(include=["slipgrasp", "slipgrasp.*"]),
         *(
             f"slipgrasp.{package}"
-            for package in find_packages(include=[*ROOMS, *(f"{room}.*" for room in ROOMS)])
+            for package in find_packages(
+                include=[*PACKAGES, *(f"{folder}.*" for folder in PACKAGES)]
+            )
         ),
     ],
 )

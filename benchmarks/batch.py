@@ -70,8 +70,8 @@ def compare_batches(count: int = COUNT, rounds: int = ROUNDS, duration: float = 
         (name, f"{count / own:.0f}", f"{seconds[theirs] / own:.1f}")
         for name, own in seconds.items()
     )
-    verdict = f"{judge(seconds[theirs] / seconds[ours], TARGET, AIM)}."
-    notes = (verdict, _outcomes(scenarios))
+    outcome = f"{judge(seconds[theirs] / seconds[ours], TARGET, AIM)}."
+    notes = (outcome, _outcomes(scenarios))
     heads = (f"{count} varied runs of {duration:g} s", "runs/s", "ratio")
     return Table("batch", heads, rows, notes)
 

@@ -1,7 +1,7 @@
 """`python -m benchmarks.dashboard_server FOLDER PRESET`: a dashboard that says how old frames are.
 
 It opens with the preset, prints its port, and ends with its standard input. The stamp is the last
-message of a frame: whoever receives it has the whole frame, and reads off how old it is.
+message of a frame: its receiver has the whole frame, and knows its age.
 """
 
 from __future__ import annotations

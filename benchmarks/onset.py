@@ -119,8 +119,8 @@ def compare_onsets(coasting: Sequence[float] = COASTING, steps: Sequence[float] 
         rows.append((f"MuJoCo, {1e3 * step:g} ms, step that shows it", *_errors(told)))
         rows.append((f"MuJoCo, {1e3 * step:g} ms, extrapolated", *_errors(extrapolated)))
     worst = float(np.abs(ours).max())
-    verdict = f"Ours is wrong by at most {worst:.1e} s; target {_TARGET:g} s: "
-    notes = (verdict + ("met." if worst <= _TARGET else "missed."),)
+    outcome = f"Ours is wrong by at most {worst:.1e} s; target {_TARGET:g} s: "
+    notes = (outcome + ("met." if worst <= _TARGET else "missed."),)
     heads = (f"{len(truth)} onsets", "mean error [s]", "rms [s]", "worst [s]")
     return Table("onset", heads, tuple(rows), notes)
 

@@ -120,7 +120,7 @@ def tabulate(
     )
     names = (campaign.population for campaign in campaigns)
     return [
-        Table(part, tuple(heads), rows, (_verdict(campaigns, checks),), "verification.md"),
+        Table(part, tuple(heads), rows, (_outcome(campaigns, checks),), "verification.md"),
         Table(f"{part}-endings", ("outcome", *names), endings, page="verification.md"),
     ]
 
@@ -136,11 +136,11 @@ def _cells(campaign: Campaign, name: str, check: Check) -> tuple[str, str]:
     return str(len(failures)), worst
 
 
-def _verdict(campaigns: Sequence[Campaign], checks: Mapping[str, Check]) -> str:
+def _outcome(campaigns: Sequence[Campaign], checks: Mapping[str, Check]) -> str:
     counts = {check: sum(len(c.failures(check)) for c in campaigns) for check in checks}
     missed = sum(count > 0 for count in counts.values())
-    verdict = f"missed in {missed} of {len(checks)} rows" if missed else "met"
-    return f"Target: none: {verdict} (seed {campaigns[0].seed}; every other run twice)."
+    outcome = f"missed in {missed} of {len(checks)} rows" if missed else "met"
+    return f"Target: none: {outcome} (seed {campaigns[0].seed}; every other run twice)."
 
 
 def main() -> None:

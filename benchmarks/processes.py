@@ -76,7 +76,7 @@ class MemoryWatch(Watch[Sample]):
     """Samples the memory of a process and its descendants.
 
     Attributes:
-        progress: How far the work is; whoever does the work says so.
+        progress: How far the work is, as the worker reports it.
     """
 
     def __init__(self, process: int) -> None:

@@ -59,10 +59,10 @@ def measure_recording(rounds: int = ROUNDS, duration: float = 7.0) -> Table:
     bare_seconds = seconds["write it without display topics"]
     per_sample = bare_seconds / samples
     per_frame = (seconds["write the recording"] - bare_seconds) / frames
-    verdict = "met" if per_sample <= TARGET else "missed"
+    outcome = "met" if per_sample <= TARGET else "missed"
     notes = (
         f"Our own topics cost {MICROSECONDS * per_sample:.1f} us per stored sample, opening and "
-        f"closing the file included (target {MICROSECONDS * TARGET:g} us: {verdict}), the display "
+        f"closing the file included (target {MICROSECONDS * TARGET:g} us: {outcome}), the display "
         f"topics {MICROSECONDS * per_frame:.1f} us per frame at {DISPLAY_RATE:g} Hz.",
         f"The recording takes {size / 1e3:.0f} kB, {size / duration / 1e3:.0f} kB per simulated "
         f"second, without display topics {bare_size / 1e3:.0f} and "

@@ -2,7 +2,7 @@
 
 Every law in every world with its best tracking controller (`benchmarks.robustness_gains`); the
 paper's law as printed, and what it lacks; a map over the two friction coefficients; how much a
-single verdict of the printed law is worth; and noise and latency up to where the composite law
+single outcome of the printed law is worth; and noise and latency up to where the composite law
 fails (`benchmarks.robustness_sweeps`). All laws hold the same random objects.
 """
 
@@ -70,7 +70,7 @@ def run(docs: Path | None = None, cells: Path | None = None) -> list[Table]:
     return [
         *tabulate(found),
         measure_start(),
-        measure_verdicts(COUNT),
+        measure_outcomes(COUNT),
         *(tabulate_sweep(sweep) for sweep in sweeps),
     ]
 
@@ -86,8 +86,8 @@ def noise_seed(number: int, seed: int) -> int:
     return number + 10**6 * (seed - SEED)
 
 
-def measure_verdicts(count: int) -> Table:
-    """How many single verdicts of the printed law change with what should not matter.
+def measure_outcomes(count: int) -> Table:
+    """How many single outcomes of the printed law change with what should not matter.
 
     Args:
         count: Number of objects.
@@ -97,17 +97,17 @@ def measure_verdicts(count: int) -> Table:
     held, rows = np.zeros(count, bool), []
     for words, values in DISTURBANCES.items():
         runs = simulate_many(with_values(scenario, values) for scenario in varied)
-        verdicts = np.array([run.metrics.held for run in runs])
+        outcomes = np.array([run.metrics.held for run in runs])
         if not values:
-            held = verdicts
-        changed = format_share(int(np.sum(verdicts != held)), count) if values else "–"
-        rows.append((words, format_share(int(verdicts.sum()), count), changed))
+            held = outcomes
+        changed = format_share(int(np.sum(outcomes != held)), count) if values else "–"
+        rows.append((words, format_share(int(outcomes.sum()), count), changed))
     heads = (
         f"{PRINTED}, {count} objects, ideal world",
         HELD,
-        "another verdict than as it is",
+        "another outcome than as it is",
     )
-    return Table("robustness-verdicts", heads, tuple(rows), page="robustness.md")
+    return Table("robustness-outcomes", heads, tuple(rows), page="robustness.md")
 
 
 def vary_objects(

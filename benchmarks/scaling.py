@@ -111,8 +111,8 @@ def _duration_table(scaling: Scaling) -> Table:
 def _fingers_table(scaling: Scaling) -> Table:
     exponents = {control: scaling.exponent(control) for control in CONTROL}
     told = " and ".join(f"{k:.2f} ({control})" for control, k in exponents.items())
-    verdict = "met" if max(exponents.values()) <= MAX_EXPONENT else "missed"
-    note = f"Cost ~ fingers^k, k = {told}; target at most {MAX_EXPONENT:g}: {verdict}."
+    outcome = "met" if max(exponents.values()) <= MAX_EXPONENT else "missed"
+    note = f"Cost ~ fingers^k, k = {told}; target at most {MAX_EXPONENT:g}: {outcome}."
     return Table("scaling-fingers", ("fingers", *_heads()), _rows(scaling), (note,))
 
 

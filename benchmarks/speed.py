@@ -40,7 +40,7 @@ def compare_speed(rounds: int = ROUNDS, duration: float = 7.0) -> Table:
     """
     runs = dict(_scenarios(duration))
     heads, rows, ratios = race_mujoco(load_scenario(CASES[0]), runs, rounds, duration)
-    return Table("speed", heads, rows, _verdicts(*ratios[f"{CASES[0]}, continuous control"]))
+    return Table("speed", heads, rows, _results(*ratios[f"{CASES[0]}, continuous control"]))
 
 
 def race_mujoco(
@@ -118,7 +118,7 @@ def _row(name: str, own: float, peers: tuple[float, float]) -> tuple[str, ...]:
     return (name, f"{MILLISECONDS * own:.2f}", *(f"{peer / own:.1f}" for peer in peers))
 
 
-def _verdicts(alone: float, with_numpy: float) -> tuple[str, ...]:
+def _results(alone: float, with_numpy: float) -> tuple[str, ...]:
     return (
         f"Case I, continuous control, against MuJoCo alone: {judge(alone, *_ALONE)}.",
         f"Against MuJoCo with the law in NumPy: {judge(with_numpy, _NUMPY)}.",

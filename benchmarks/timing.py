@@ -38,7 +38,7 @@ def median_seconds(
 
     Every round has another order, the same every time, and Python's garbage is collected
     between the rounds: in a fixed order the same work always paid for memory that another
-    one had given back.
+    one had released.
 
     Args:
         works: What to time, by name; each is called once more beforehand, uncounted.

@@ -11,8 +11,8 @@ LONGEST_GAP = 5.0
 class AwakeClock:
     """Counts from the moment it is made, read often.
 
-    Whoever pauses a program (Ctrl-Z, a container or a computer that sleeps) finds it at the limits
-    where it was: a gap between two readings counts as `LONGEST_GAP` at most.
+    A pause of the program (Ctrl-Z, a container or a computer that sleeps) does not use up its
+    limits: a gap between two readings counts as `LONGEST_GAP` at most.
     """
 
     def __init__(self) -> None:

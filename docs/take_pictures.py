@@ -226,7 +226,7 @@ def _take_one(
 
 
 def _reduce(picture: Image.Image) -> Image.Image:
-    """The picture with a palette, which takes a third of the room.
+    """The picture with a palette, which takes a third of the space.
 
     The colour of a phase may be that of a few pixels alone: the palette is to cover all
     colours, not to be fine where there are many.

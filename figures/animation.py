@@ -86,7 +86,7 @@ def _step(span: float, fps: float, clip: Clip) -> float:
 def _frames(
     hand: MovingHand, count: int, progress: Callable[[float], None] | None
 ) -> Iterator[Image.Image]:
-    """All frames in one palette, so that what stands still needs no room in the file."""
+    """All frames in one palette, so that what does not move needs no space in the file."""
     samples = np.concatenate([hand.draw(frame) for frame in (0, count // 2, count - 1)])
     palette = Image.fromarray(samples).quantize(_COLOURS, dither=Image.Dither.NONE)
     for frame in range(count):

@@ -185,13 +185,13 @@ def _draw_trend(
 
 def _views(pair: Pair, left: float, width: float, share: float) -> tuple[_View, ...]:
     """A closer look at the slips of both runs on the left, where there are, and all of both."""
-    room, start = width - _LABELS - _RIGHT, left + _LABELS
+    available, start = width - _LABELS - _RIGHT, left + _LABELS
     whole = _around([whole_run(pair.a), whole_run(pair.b)])
     looks = [look for look in (closer_look(pair.a), closer_look(pair.b)) if look is not None]
     if not looks:
-        return (_View("whole", whole, start, room),)
-    narrow = share * room
-    rest = _View("whole", whole, start + narrow + _GAP, room - narrow - _GAP)
+        return (_View("whole", whole, start, available),)
+    narrow = share * available
+    rest = _View("whole", whole, start + narrow + _GAP, available - narrow - _GAP)
     return (_View("slip", _around(looks), start, narrow), rest)
 
 

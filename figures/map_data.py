@@ -138,14 +138,14 @@ def _edges(levels: Values, is_log: bool) -> Values:
 
 
 def _bounds(axis: Axis | None, values: Values) -> tuple[float, float]:
-    """The range that is sampled, or that of listed values with some room around them."""
+    """The range that is sampled, or that of listed values with some margin around them."""
     if axis is not None and axis.minimum is not None and axis.maximum is not None:
         low, high = axis.minimum, axis.maximum
         return (low, high) if low < high else (low - 0.5, high + 0.5)
     known = values[~np.isnan(values)]
     low, high = (float(known.min()), float(known.max())) if len(known) else (0.0, 1.0)
-    room = 0.05 * (high - low) or 0.5
-    return low - room, high + room
+    margin = 0.05 * (high - low) or 0.5
+    return low - margin, high + margin
 
 
 def _base_value(study: Study, key: str, low: float, high: float) -> float | None:

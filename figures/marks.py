@@ -129,16 +129,16 @@ def new_drawing(
         figure: The page.
         frame: Left, top, width and height on the page [mm].
         points: What is drawn, shape ``(points, 2)`` [m].
-        borders: Room for labels left, below, right and above [mm].
+        borders: Space for labels left, below, right and above [mm].
         halo: Whether labels have a white border.
     """
     axes = add_axes(figure, *frame)
     axes.set_axis_off()
     left, below, right, above = borders
     low, high = points.min(axis=0), points.max(axis=0)
-    room = np.array([frame[2] - left - right, frame[3] - below - above])
-    mm = float(np.max((high - low) / room))
-    spare = 0.5 * (room - (high - low) / mm)
+    available = np.array([frame[2] - left - right, frame[3] - below - above])
+    mm = float(np.max((high - low) / available))
+    spare = 0.5 * (available - (high - low) / mm)
     start = low - mm * (spare + np.array([left, below]))
     axes.set_xlim(start[0], start[0] + mm * frame[2])
     axes.set_ylim(start[1], start[1] + mm * frame[3])

@@ -30,7 +30,7 @@ from slipgrasp.scene.states import States, drawable
 Values = NDArray[np.float64]
 
 # In the radius of the lens.
-_REACH, _LIMIT, _ROOM = 0.62, 0.34, 1.15
+_REACH, _LIMIT, _EXTENT = 0.62, 0.34, 1.15
 
 # Where the lenses stand, in the width and height of the picture.
 _LOW, _HIGH, _WIDTH = 0.37, 0.9, 0.2
@@ -73,8 +73,8 @@ class MovingLens:
         self._axes = figure.add_axes((1.0 - _WIDTH, bottom, _WIDTH, height))
         self._axes.set_axis_off()
         self._axes.set_aspect("equal")
-        self._axes.set_xlim(-_ROOM, _ROOM)
-        self._axes.set_ylim(-_ROOM, _ROOM)
+        self._axes.set_xlim(-_EXTENT, _EXTENT)
+        self._axes.set_ylim(-_EXTENT, _EXTENT)
         self._name = result.scenario.finger_names[contact]
         self._outline = _LIMIT * friction_outline(result.scenario)
         self._parts = self._add_parts()

@@ -114,7 +114,7 @@ def tracking_panels(result: RunResult) -> tuple[Panel, ...]:
 
 def _slip_panel(result: RunResult, contacts: tuple[int, ...]) -> Panel:
     trace, names = result.trace, result.scenario.finger_names
-    # A legend of more than three has no room for names; the lanes tell them in the same order.
+    # A legend of more than three has no space for names; the lanes show them in the same order.
     shown = [f" {name}" if len(names) <= 3 else "" for name in names]
     slips = [
         Curve(label=f"$s_{i + 1}${shown[i]}", colour=finger_colour(i), values=1e3 * column)

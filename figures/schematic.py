@@ -280,7 +280,7 @@ def _draw_contact(
     slip = anchor - 4.0 * mm * normal
     drawing.arrow(slip + 2.0 * mm * tangent, slip + 10.0 * mm * tangent, MARK)
     drawing.write(slip + mm * (6.0 * tangent - 5.0 * normal), f"$s_{number}>0$")
-    # Words are wide: beside an upright normal they need more room than above a level one.
+    # Words are wide: beside an upright normal they need more space than above a level one.
     across, along = (4.6, 7.8) if abs(normal[0]) > 0.5 else (8.5, 4.5)
     friction = anchor + mm * (across * tangent + along * normal)
     drawing.write(friction, rf"$\mu_{number}$ = {finger.friction:.4g}")

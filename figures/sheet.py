@@ -149,13 +149,13 @@ def _draw_panel(figure: Figure, result: RunResult, panel: Panel, letter: str, ce
 
 def _views(result: RunResult, cell: _Cell) -> tuple[_View, ...]:
     """The closer look on the left, where there is one, and the whole run."""
-    left, room = cell.left + _LABELS, cell.width - _LABELS - _RIGHT
+    left, available = cell.left + _LABELS, cell.width - _LABELS - _RIGHT
     look = closer_look(result)
     if look is None:
-        return (_View("whole", whole_run(result), left, room),)
+        return (_View("whole", whole_run(result), left, available),)
     share = _LOOK / (_COLUMN - _LABELS - _RIGHT)
-    width = share * room
-    rest = _View("whole", whole_run(result), left + width + _GAP, room - width - _GAP)
+    width = share * available
+    rest = _View("whole", whole_run(result), left + width + _GAP, available - width - _GAP)
     return (_View("slip", look, left, width), rest)
 
 

@@ -35,7 +35,7 @@ def write_still(
         stream: Where the file goes.
         still: Which instant, and how large.
         clip: Time range of the chart in it.
-        ending: ``png`` or ``svg``, whose size can be changed by whoever shows it.
+        ending: ``png`` or ``svg``, which can be scaled.
 
     Raises:
         StillError: If the run does not have that instant.

@@ -108,8 +108,8 @@ def _layout(
     """Height of the page, and where its panels stand."""
     columns = min(num_panels, _COLUMNS)
     alone = num_panels == 1
-    room = PAGE_WIDTH / columns - _LABELS - _RIGHT
-    size = min(room, _WIDEST)
+    available = PAGE_WIDTH / columns - _LABELS - _RIGHT
+    size = min(available, _WIDEST)
     top = _MARGIN + (_HEADING if has_heading else 0.0)
     title = 0.0 if alone else _TITLE
     key = 0.0 if alone else KEY_LINE * num_lines + _GAP

@@ -130,7 +130,7 @@ class UploadError(RecordingError):
 
 
 class StorageFullError(RecordingError):
-    """There is no room for another recording, by the quota of the folder or on its disk."""
+    """Another recording exceeds the quota of the folder, or the space on its disk."""
 
     @classmethod
     def over_quota(cls, folder: Path, used: int, quota: int, incoming: int = 0) -> Self:
@@ -138,7 +138,7 @@ class StorageFullError(RecordingError):
         wanted = f"{_size(incoming)} more" if incoming else "another"
         return cls(
             f"the recordings in '{_shown(folder)}' take {_size(used)} of the {_size(quota)} they "
-            f"may take and there is no room for {wanted}; delete some, or raise the quota"
+            f"may take and there is no space for {wanted}; delete some, or raise the quota"
         )
 
     @classmethod

@@ -184,7 +184,7 @@ def server_config(app: FastAPI, settings: Settings) -> uvicorn.Config:
         backlog=BACKLOG,
         timeout_keep_alive=KEEP_ALIVE_SECONDS,
         log_config=log_config(settings.log_format),
-        # Whoever a proxy says that it speaks for, it is the proxy that is connected.
+        # The peer is the proxy, not the client that its headers name.
         proxy_headers=False,
         log_level="warning",
         # Links have tokens in them.

@@ -185,7 +185,7 @@ def default_limit() -> int:
 
 
 class Lease:
-    """Memory that a job has; see `MemoryBudget.room`."""
+    """Memory that a job has; see `MemoryBudget.reserve`."""
 
     def __init__(self, budget: MemoryBudget, num_bytes: int) -> None:
         self._budget = budget
@@ -242,8 +242,8 @@ class MemoryBudget:
             raise MemoryLimitError(need.job, need.num_bytes, self.limit, need.cure)
 
     @contextmanager
-    def room(self, need: Need, give_up: Callable[[], bool] | None = None) -> Iterator[Lease]:
-        """Within it a job may use the memory it needs; for threads.
+    def reserve(self, need: Need, give_up: Callable[[], bool] | None = None) -> Iterator[Lease]:
+        """Reserves the memory of a job while the context lasts; for threads.
 
         Args:
             need: What it needs.
@@ -272,8 +272,8 @@ class MemoryBudget:
             self._give(lease.num_bytes)
 
     @asynccontextmanager
-    async def room_async(self, need: Need) -> AsyncIterator[Lease]:
-        """What `room` is, for coroutines."""
+    async def reserve_async(self, need: Need) -> AsyncIterator[Lease]:
+        """The same as `reserve`, for coroutines."""
         turn = self._ask(need)
         try:
             async with asyncio.timeout(self._patience):
@@ -291,16 +291,16 @@ class MemoryBudget:
             self._give(lease.num_bytes)
 
     @contextmanager
-    def room_to_hold(self, need: Need, soon_free: int = 0) -> Iterator[Lease]:
-        """What `room` is, for a job whose result stays: pages have a share of the account.
+    def reserve_to_hold(self, need: Need, soon_free: int = 0) -> Iterator[Lease]:
+        """Reserves memory for a job whose result is retained: pages have a share of the budget.
 
         Args:
-            need: What it needs, and at most keeps.
-            soon_free: How much of what pages hold is let go when the result is there.
+            need: The memory it needs, which is the most that it retains.
+            soon_free: Memory of pages that is freed once the result is there.
 
         Raises:
             MemoryLimitError: If it needs more than there is.
-            MemoryBusyError: As `room`.
+            MemoryBusyError: As `reserve`.
             MemoryHeldError: If pages hold too much; nobody waits for them.
         """
         self.check(need)
@@ -312,7 +312,7 @@ class MemoryBudget:
         held = self._held - soon_free
         if held > 0 and need.num_bytes > most - held:
             raise MemoryHeldError(need.num_bytes, held, most)
-        with self.room(need) as lease:
+        with self.reserve(need) as lease:
             yield lease
 
     def hold(self, num_bytes: int) -> None:
@@ -321,7 +321,7 @@ class MemoryBudget:
             self._held += num_bytes
 
     def let_go(self, num_bytes: int) -> None:
-        """Gives back what pages held."""
+        """Releases memory that pages held."""
         with self._lock:
             self._held -= num_bytes
             self._give(num_bytes)

@@ -1,7 +1,7 @@
 """What routes ask for, as annotated aliases.
 
-What only looks something up is a coroutine: FastAPI calls everything else in one of forty threads,
-and while these wait for memory, a question for the health would wait for one of them.
+A dependency that only looks something up is a coroutine: FastAPI calls all others in one of
+forty threads, and while these wait for memory, a request for the health would wait too.
 """
 
 from __future__ import annotations

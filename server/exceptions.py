@@ -56,7 +56,7 @@ class BodyTooSlowError(SlipgraspError):
 
 
 class ServiceBusyError(SlipgraspError):
-    """No room for another run, or another upload, at the moment.
+    """No capacity for another run, or another upload, at the moment.
 
     Attributes:
         retry_after: When to come back [s].
@@ -137,7 +137,7 @@ class RunUnrecordableError(SlipgraspError):
 
     def __init__(self, cause: Exception) -> None:
         super().__init__(
-            f"the run is not begun, because its recording cannot be: {cause}; make room on the "
+            f"the run is not begun, because its recording cannot be: {cause}; free space on the "
             "disk, or let the server write to its data folder, and send the request again"
         )
 

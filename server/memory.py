@@ -75,7 +75,7 @@ def give_back_freed_memory(look_seconds: float = LOOK_SECONDS) -> None:
 
 
 class Trimmer:
-    """Gives back what lies free in all heaps; some 10 ms each time.
+    """Returns the free memory of all heaps to the system; takes about 10 ms.
 
     It is not done by what the process or the machine does meanwhile, but by the heaps: what lay
     free at two looks, and is more than after the last time, is not about to be used again.
@@ -92,7 +92,7 @@ class Trimmer:
         self._before = 0
 
     def work(self) -> None:
-        """Looks once, and gives back what is to go."""
+        """Checks once, and returns free memory if there is enough of it."""
         heap = self._look()
         self._left = min(self._left, heap.unused)
         # Trimmed memory stays free in the heaps; that of others, as of Python, is none of them.

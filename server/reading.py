@@ -96,7 +96,7 @@ class RecordingReads:
         """Reads from a file and keeps the memory taken until it is cancelled."""
         read = partial(read_segment, path, segment, should_stop=entry.is_left.is_set)
         try:
-            async with self._memory.room_async(need):
+            async with self._memory.reserve_async(need):
                 result = await anyio.to_thread.run_sync(read, limiter=self._threads)
                 if not entry.result.done():
                     entry.result.set_result(result)

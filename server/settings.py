@@ -20,7 +20,7 @@ _ROOT_PATH = re.compile(r"(?!/(api|dashboard)(/|$))(/[A-Za-z0-9_~-][A-Za-z0-9._~
 """Not where our own routes begin: a path would else mean two things."""
 
 LEAST_MEMORY = 100_000_000
-"""A run that is recorded has room in it."""
+"""Enough for a run that is recorded [bytes]."""
 
 LOOPBACK_HOSTS = ("127.0.0.1", "::1", "localhost")
 
@@ -52,7 +52,7 @@ class Settings:
         min_free_bytes: How much must stay free on its disk; likewise.
         memory_bytes: How much memory runs, recordings, figures and pages may take together; that of
             the service itself comes on top. None takes 600 MB, or half of the machine if less.
-        token: Lets in whoever shows it; None lets in only who needs none.
+        token: The full token; with None only users who need none are admitted.
         require_token: Whether everyone needs the token, also the user who runs this server.
         root_path: Path at which a proxy shows it, such as ``/slipgrasp``; mostly empty.
         public_urls: Where its pages are reached besides, such as ``https://grasp.example``.

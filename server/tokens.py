@@ -26,17 +26,17 @@ class Right(IntEnum):
     """What somebody may do; more includes less."""
 
     NOTHING = 0
-    LOOK = 1
+    READ = 1
     EVERYTHING = 2
 
 
 @dataclass(frozen=True, slots=True)
 class Tokens:
-    """The token of the owner, and that of an audience, which may only look.
+    """The token of the owner, and the read-only token of an audience.
 
     Attributes:
-        full: Lets do everything; at least 16 letters, digits and ``._~-``.
-        read_only: Lets look; follows from the other one, and does not betray it.
+        full: Allows everything; at least 16 letters, digits and ``._~-``.
+        read_only: Allows `GET`; derived from the full token, which it does not reveal.
 
     Raises:
         SettingsError: If the token is too short, or has other characters.
@@ -63,11 +63,11 @@ class Tokens:
 
     def right_of(self, token: str) -> Right:
         """What a token lets do, compared in a time that does not depend on it."""
-        return self._right(token, {Right.EVERYTHING: self.full, Right.LOOK: self.read_only})
+        return self._right(token, {Right.EVERYTHING: self.full, Right.READ: self.read_only})
 
     def right_of_cookie(self, cookie: str) -> Right:
         """What a cookie lets do."""
-        known = {right: self.cookie(right) for right in (Right.EVERYTHING, Right.LOOK)}
+        known = {right: self.cookie(right) for right in (Right.EVERYTHING, Right.READ)}
         return self._right(cookie, known)
 
     def cookie(self, right: Right) -> str:

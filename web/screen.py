@@ -121,7 +121,7 @@ class Screen:
             panel.update(view)
 
     def _draw(self, shown: Shown, view: ViewState) -> None:
-        """Draws the run at the play head, and the pale one."""
+        """Draws the run at the play head, and the ghost."""
         ghost = view.ghost.shown if view.ghost is not None else None
         drawn = (shown.ticket, ghost, view.appearance)
         if drawn != self._drawn:
@@ -147,7 +147,7 @@ class Screen:
         self._widths = widths
 
     def _arrange(self, arrangement: Arrangement) -> None:
-        """Puts the panels where there is room for them; on a phone viser has a sheet for all."""
+        """Puts the panels where they fit; on a phone viser has a sheet for all."""
         if arrangement is self._arrangement:
             return
         # A panel that is put elsewhere, or comes back from the sheet, forgets its width.
@@ -174,7 +174,7 @@ class Screen:
         self._charts.resize(sizes.chart)
 
     def _widen_results(self, is_wide: bool) -> None:
-        """Gives the results more room, for what is wide."""
+        """Widens the results, for wide content."""
         self._is_wide = is_wide
         self._fit()
 

@@ -22,7 +22,7 @@ BEFORE, DURING = 4096, 200_000
 
 @dataclass(frozen=True, slots=True)
 class FullDisk:
-    """What runs were answered for which there was no room.
+    """The answers to runs that did not fit on the disk.
 
     Attributes:
         refused: How many with 507.

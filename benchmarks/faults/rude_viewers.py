@@ -26,7 +26,7 @@ RESET = 1006
 """What a viewer makes of a connection that is closed while it sends."""
 
 TRY_AGAIN_LATER = 1013
-"""There is no room: that of who was sent away is free only after a moment."""
+"""The server is full: the place of a refused viewer is free only after a moment."""
 
 AGAIN_AFTER = 1.0
 """A page whose line was lost tries again after so long [s]."""

@@ -1,7 +1,7 @@
 """A service under mixed load for as long as one likes: what it answers, holds and logs.
 
 The load comes in spells. After each the service is left alone for as long as it may keep a
-connection, so that what it then still holds is what it does not give back.
+connection, so that the rest is what it does not release.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ class Actor(Protocol):
         """Does one thing."""
 
     def tidy_up(self) -> None:
-        """Gives back what it holds."""
+        """Releases its resources."""
 
 
 @dataclass(frozen=True, slots=True)

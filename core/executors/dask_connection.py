@@ -165,7 +165,7 @@ def _start_cluster(workers: int) -> LocalCluster:
                 scheduler_kwargs={"dashboard": False},
                 silence_logs=logging.CRITICAL,
                 env={ROOT_VARIABLE: str(cache_root())},
-                # Ctrl-C belongs to whoever started them.
+                # Ctrl-C is handled by the process that started them.
                 preload="import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)",
             )
     except RuntimeError as error:

@@ -28,7 +28,7 @@ TaskFunction = Callable[[Task, ShouldStop], Result]
 
 
 class Caller(Protocol):
-    """Whoever waits for a task, to the function that does it: called, whether it is to stop."""
+    """The caller of a task, as its function sees it: called, it returns whether to stop."""
 
     def __call__(self) -> bool:
         """Whether the task is to come to an end."""
@@ -40,7 +40,7 @@ class Caller(Protocol):
 
 
 def never() -> bool:
-    """For whoever is not to be stopped."""
+    """A caller that never stops its task."""
     return False
 
 
@@ -144,7 +144,7 @@ def only_caller(at_work: Lock, workers: str) -> Iterator[None]:
     """Within it nobody else can have the workers.
 
     Args:
-        at_work: Held by whoever has them.
+        at_work: Held by the user of the workers.
         workers: What to call them.
 
     Raises:

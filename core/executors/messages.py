@@ -47,7 +47,7 @@ class Message(NamedTuple):
         return cls(kind, round, number, pickle.dumps(content, pickle.HIGHEST_PROTOCOL))
 
     def unpack(self) -> object:
-        """The content; it comes from a worker of our own or from whoever started it."""
+        """The content; it comes from one of our workers or from its parent."""
         return pickle.loads(self.body)
 
 

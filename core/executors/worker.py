@@ -28,7 +28,7 @@ def serve(memory: int) -> None:
         memory: How much the process may use [bytes].
     """
     bound_memory(memory)
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for whoever started the worker
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent handles Ctrl-C
     if hasattr(os, "nice"):
         os.nice(NICENESS)
     requests, replies = _take_streams()
@@ -89,7 +89,7 @@ class _Worker:
 
 
 class _Caller(NamedTuple):
-    """Whoever waits for a task, see `slipgrasp.core.executors.executor.Caller`."""
+    """The caller of a task, see `slipgrasp.core.executors.executor.Caller`."""
 
     worker: _Worker
     asked: Message

@@ -1,4 +1,4 @@
-"""What a run gives back: trace, phase changes, outcome, reason, warnings and metrics."""
+"""The result of a run: trace, phase changes, outcome, reason, warnings and metrics."""
 
 from __future__ import annotations
 

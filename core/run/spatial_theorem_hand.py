@@ -74,7 +74,7 @@ class SpatialTheoremHand(TheoremHand):
         call(spatial_plant, self._model, self._discrete, self._state, self._work)
         return self._inertia(self._work.dynamics, self._model.truth, self._work.system)
 
-    def _room(self) -> Record:
+    def _workspace(self) -> Record:
         return self._work.room
 
     def _accelerated(self, forces: Floats) -> Floats:

@@ -61,7 +61,7 @@ class TheoremHand(ABC):
         """M~ at a pose, without slip: M~_d of Eq. 20 at the desired one."""
 
     @abstractmethod
-    def _room(self) -> Record:
+    def _workspace(self) -> Record:
         """Where the law has left e and e'."""
 
     @abstractmethod
@@ -74,8 +74,8 @@ class TheoremHand(ABC):
 
     def errors(self) -> Floats:
         """Xi of the evaluated state (Eq. 41), ``(x,)``."""
-        room, size = self._room(), self._size
-        return np.append(room.error[:size], room.error_rate[:size])[self._kept]
+        work, size = self._workspace(), self._size
+        return np.append(work.error[:size], work.error_rate[:size])[self._kept]
 
     def disturbances(self, result: RunResult, k: int) -> Floats:
         """-2 P E M~^-1 tau_d of the evaluated row (Eq. 51), ``(x,)``."""
@@ -122,7 +122,7 @@ class PlanarTheoremHand(TheoremHand):
         self._evaluate(0.0, np.zeros(self._n))
         return self._work.inertia[: self._size, : self._size].copy()
 
-    def _room(self) -> Record:
+    def _workspace(self) -> Record:
         return self._work.room
 
     def _accelerated(self, forces: Floats) -> Floats:

@@ -1,6 +1,6 @@
-"""How a run went, in words: held or not, why, who slipped, how hard it squeezed, what to try.
+"""The outcome of a run in words: held or not, why, which contacts slipped, grip force, hints.
 
-The command line, the figures and the page all tell it with these words.
+The command line, the figures and the dashboard use the same words.
 """
 
 from __future__ import annotations
@@ -61,12 +61,12 @@ _LITTLE_SLIP = 1e-4  # [m]
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """How a run went.
+    """The outcome of a run in words.
 
     Attributes:
-        tone: ``good``: held, with little slip and near where it was wanted; ``bad``: ended early;
+        tone: ``good``: held, with little slip and near its target; ``bad``: ended early;
             ``warning``: anything between.
-        headline: It in a few words.
+        headline: The outcome in a few words.
         sentences: What happened.
         hint: What to try next.
     """
@@ -83,7 +83,7 @@ class Verdict:
 
 
 def describe_run(result: RunResult) -> Verdict:
-    """Says in words how a run ended, what slipped, and what to try."""
+    """Describes in words how a run ended, which contacts slipped, and what to try."""
     reason, found = result.reason, _find_overestimates(result)
     cause = [sentence(_describe_reason(result, reason))] if reason and reason.message else []
     belief = map(_describe_belief, found[:1]) if found else _describe_other_belief(result)

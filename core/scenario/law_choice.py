@@ -1,7 +1,7 @@
 """Choosing a control law for a scenario, with the settings that the law needs and is meant for.
 
-Whoever sets ``controller.kind`` alone gets the law in the settings of another one. Here it comes
-with its own (`slipgrasp.core.scenario.laws`); what suits it already stays as it is.
+Setting ``controller.kind`` alone leaves the settings of another law. Here a law comes with its own
+settings (`slipgrasp.core.scenario.laws`); values that suit it already are not changed.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ def with_law(scenario: Scenario, kind: str) -> Scenario:
     """The scenario with a control law for the whole run, and the settings it is meant for.
 
     Args:
-        scenario: The base; one that has the law already is given back as it is.
+        scenario: The base; one that has the law already is returned unchanged.
         kind: Name of the law, such as ``composite``.
 
     Raises:
@@ -80,7 +80,7 @@ def choose_law(scenario: Scenario, kind: str) -> LawChoice:
     """The scenario with a control law for the whole run, and what was set for that.
 
     Args:
-        scenario: The base; one that has the law already is given back as it is.
+        scenario: The base; one that has the law already is returned unchanged.
         kind: Name of the law, such as ``composite``.
 
     Raises:

@@ -8,7 +8,7 @@ order; every number is a float64:
     choice              its place among the choices, from 0; a custom law comes last
     text                the place in this table of the parameter that it names; NaN if none
     number or list      the list; a single number stands in every place
-    list of any length  how many entries it has, then room for as many as it may have
+    list of any length  how many entries it has, then places for as many as it may have
 
 What happens during a run (pulses, patches, timed changes) is not in it: it says how things stand
 at an instant.
@@ -59,7 +59,7 @@ def _layout(hint: Any) -> np.dtype:
         if Ellipsis not in inner:
             return np.dtype((_layout(inner[0]), (len(inner),)))
         return np.dtype([("count", NUMBER), ("entries", (_layout(inner[0]), (_most(extras),)))])
-    room = _room_for_list(base)
+    room = _length_of_list(base)
     return np.dtype((NUMBER, (room,))) if room else NUMBER
 
 
@@ -78,8 +78,8 @@ def _most(extras: list[Any]) -> int:
     return bounds[0] or MAX_UNKNOWNS if bounds else MAX_UNKNOWNS
 
 
-def _room_for_list(base: Any) -> int:
-    """Room for a number that may be a list; 0 where it may not."""
+def _length_of_list(base: Any) -> int:
+    """The number of places of a value that may be a list; 0 where it may not."""
     for alternative in alternatives_of(base):
         _, extras, kind = split_hint(alternative)
         if is_tuple(kind):
@@ -250,7 +250,7 @@ def _writer(hint: Any) -> Writer | None:
             most = _most(extras)
             return lambda value: [len(value), *value, *[0.0] * (most - len(value))]
         return lambda value: value
-    if room := _room_for_list(base):
+    if room := _length_of_list(base):
         return lambda value: _fill(value, room)
     if choices := _choices(base):
         numbered = {choice: (float(k),) for k, choice in enumerate(choices)}

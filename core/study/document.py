@@ -118,7 +118,7 @@ def flatten(document: Any) -> Any:
     """Joins tables in tables to dotted keys, as TOML makes them of keys without quotes.
 
     Args:
-        document: A study as plain values; anything else is given back as it is.
+        document: A study as plain values; anything else is returned unchanged.
 
     Raises:
         ScenarioError: If a key stands there both with and without quotes.

@@ -220,14 +220,14 @@ class _Probe:
                 short to tell.
         """
         scenarios = [self.span.scenario_at(value) for value in values]
-        verdicts: list[bool] = []
+        flags: list[bool] = []
         # Closed at once when interrupted: runs that nobody waits for end then.
         with closing(simulate_many(scenarios)) as runs:
             for run in runs:
                 held = _known(run.metrics.held, run.scenario)
-                verdicts.append(held and max(run.metrics.slip_path) <= self._most_slip)
+                flags.append(held and max(run.metrics.slip_path) <= self._most_slip)
                 self._count_run()
-        return verdicts
+        return flags
 
     def simulate(self, value: float) -> RunResult:
         """The whole run at a value."""
@@ -260,13 +260,13 @@ def _scan(probe: _Probe, values: list[float]) -> list[Border]:
     Raises:
         MarginError: If both ends hold, or neither.
     """
-    verdicts = probe.hold(values)
-    if verdicts[0] == verdicts[-1]:
-        differing = (v for v, held in zip(values, verdicts, strict=True) if held != verdicts[0])
+    flags = probe.hold(values)
+    if flags[0] == flags[-1]:
+        differing = (v for v, held in zip(values, flags, strict=True) if held != flags[0])
         ends, between = (values[0], values[-1]), next(differing, None)
-        raise MarginError(ends, held=verdicts[0], between=between, runs=probe.runs)
-    found = list(zip(values, verdicts, strict=True))
-    return list(_borders(found if verdicts[0] else found[::-1]))
+        raise MarginError(ends, held=flags[0], between=between, runs=probe.runs)
+    found = list(zip(values, flags, strict=True))
+    return list(_borders(found if flags[0] else found[::-1]))
 
 
 def _borders(found: list[tuple[float, bool]]) -> Iterator[Border]:

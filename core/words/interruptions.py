@@ -51,7 +51,7 @@ def describe_cut_off(t: float) -> Reason:
 def describe_disk_failure(error: Exception, t: float) -> Reason:
     """The reason of a run whose recording could not be written on at ``t`` [s]."""
     message = f"the recording could not be written on at {t:.5g} s: {error}"
-    hint = "make room on the disk; 'slipgrasp recover' keeps what was written until then"
+    hint = "free space on the disk; 'slipgrasp recover' keeps what was written until then"
     return _interruption("disk", message, t, hint)
 
 

@@ -93,7 +93,7 @@ def record_or_say_why(
 
 
 class IsolatedRuns:
-    """Simulates such runs for whoever waits for them, in processes that stay warm."""
+    """Simulates such runs in processes that stay warm."""
 
     def __init__(self, wall_limit: float, max_running: int) -> None:
         """Starts nothing yet.

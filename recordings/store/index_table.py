@@ -112,7 +112,7 @@ class IndexTable:
 
     def _prepare(self) -> None:
         expected = _version()
-        # Whoever reads, or checks every page, holds up nobody who writes.
+        # Reading, or checking every page, does not block writers.
         self._connection.execute("PRAGMA journal_mode = WAL")
         # With syncing every run that is saved would wait for the disk once more.
         self._connection.execute("PRAGMA synchronous = OFF")

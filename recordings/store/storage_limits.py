@@ -39,7 +39,7 @@ class StorageLimits:
             incoming: Bytes to come, as far as known.
 
         Raises:
-            StorageFullError: If there is no room for them.
+            StorageFullError: If there is no space for them.
             RecordingWriteError: If the folder cannot be looked at.
         """
         try:

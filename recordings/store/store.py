@@ -123,13 +123,13 @@ class RecordingStore:
 
         Raises:
             RecordingWriteError: If nothing can be saved.
-            StorageFullError: If there is no room.
+            StorageFullError: If there is no space.
         """
-        self.check_room(incoming)
+        self.check_space(incoming)
         run_id = run_id or self.new_id()
         return Reservation(run_id, self._files.recording(run_id))
 
-    def check_room(self, incoming: int = 0) -> None:
+    def check_space(self, incoming: int = 0) -> None:
         """Finds out whether another run can be kept; raises as `reserve`."""
         self.prepare()
         self._limits.check(self._files.path, incoming)
@@ -139,7 +139,7 @@ class RecordingStore:
 
         Permissions do not tell whether a disk has failed, or was mounted again to be read only.
         """
-        self.check_room()
+        self.check_space()
         try:
             with TemporaryFile(dir=self._files.path) as probe:
                 probe.write(bytes(PROBE_BYTES))
@@ -194,7 +194,7 @@ class RecordingStore:
         Raises:
             ContradictoryRecordingError: If it says of itself what its samples do not give.
             RecordingWriteError: If it cannot be written; then nothing of it is left.
-            StorageFullError: If there is no room.
+            StorageFullError: If there is no space.
         """
         reservation = self.reserve()
         if found := contradictions_of(result):
@@ -215,7 +215,7 @@ class RecordingStore:
 
         Raises:
             RecordingWriteError: If it cannot be written.
-            StorageFullError: If there is no room.
+            StorageFullError: If there is no space.
         """
         reservation = self.reserve(len(data), run_id=run_id)
         with atomic_file(reservation.path, overwrite=True) as stream:
@@ -380,7 +380,7 @@ class Upload:
         """Takes the next bytes.
 
         Raises:
-            StorageFullError: If there is no room for them.
+            StorageFullError: If there is no space for them.
             RecordingWriteError: If the disk fails.
         """
         self._unchecked += len(piece)
@@ -411,7 +411,7 @@ class Upload:
         Raises:
             UploadError: If it is no whole recording that this program can read, or takes longer
                 to read than any.
-            StorageFullError: If there is no room for it.
+            StorageFullError: If there is no space for it.
             RecordingWriteError: If the disk fails.
         """
         part = self._flushed()

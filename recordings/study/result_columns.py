@@ -102,7 +102,7 @@ class AppendOnlyColumn(Protocol):
     """A column to which rows are appended while others read it, in little memory.
 
     A row is appended to all columns before it is counted, and what is written never
-    changes, so that whoever reads no more rows than are counted needs no lock.
+    changes, so that a reader of the counted rows needs no lock.
     """
 
     def append(self, value: Any) -> None:
@@ -146,7 +146,7 @@ class NumberColumn:
     """Numbers, whole numbers or truth values; None is allowed everywhere.
 
     Args:
-        kind: What the values are given back as.
+        kind: The type of the returned values.
     """
 
     def __init__(self, kind: Literal["number", "integer", "boolean"] = "number") -> None:

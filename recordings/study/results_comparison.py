@@ -96,18 +96,16 @@ def compare_combinations(
     if not chosen:
         return None
     held = results.numbers("held") == 1.0
-    verdicts = np.where(results.too_short(len(held)), _UNKNOWN, held)
-    grouped = rows_by_combination(results, chosen, len(verdicts))
+    codes = np.where(results.too_short(len(held)), _UNKNOWN, held)
+    grouped = rows_by_combination(results, chosen, len(codes))
     places = np.zeros(len(held), dtype=np.intp)
     for place, (_, rows) in enumerate(grouped):
         places[rows] = place
-    samples = _sample_of_rows(results, chosen, len(verdicts))
-    table = _held_by_sample(samples, places, verdicts, len(grouped))
+    samples = _sample_of_rows(results, chosen, len(codes))
+    table = _held_by_sample(samples, places, codes, len(grouped))
     return CombinationComparison(
         keys=chosen,
-        combinations=tuple(
-            _combination(results, values, rows, verdicts) for values, rows in grouped
-        ),
+        combinations=tuple(_combination(results, values, rows, codes) for values, rows in grouped),
         pairs=tuple(_pair(table, *pair) for pair in combinations(range(len(grouped)), 2)),
     )
 
@@ -147,11 +145,11 @@ def _sample_of_rows(results: StudyResults, keys: tuple[str, ...], count: int) ->
 
 
 def _held_by_sample(
-    samples: NDArray[np.intp], places: NDArray[np.intp], verdicts: NDArray[np.int_], num: int
+    samples: NDArray[np.intp], places: NDArray[np.intp], codes: NDArray[np.int_], num: int
 ) -> NDArray[np.int8]:
     """Whether each combination held on each sample, shape ``(samples, combinations)``."""
     table = np.full((int(samples.max(initial=-1)) + 1, num), _UNKNOWN, dtype=np.int8)
-    table[samples, places] = verdicts
+    table[samples, places] = codes
     return table
 
 
@@ -159,17 +157,17 @@ def _combination(
     results: StudyResults,
     values: dict[str, Any],
     rows: NDArray[np.intp],
-    verdicts: NDArray[np.int_],
+    codes: NDArray[np.int_],
 ) -> Combination:
-    words = results.values("outcome", 0, len(verdicts))
+    words = results.values("outcome", 0, len(codes))
     medians: dict[str, float] = {}
     for column in results.columns:
         if column.role == "metric" and column.kind != "boolean":
-            spread = spread_of(results.numbers(column.name, len(verdicts))[rows])
+            spread = spread_of(results.numbers(column.name, len(codes))[rows])
             if spread is not None:
                 medians[column.name] = spread.median
-    num_held = int(np.count_nonzero(verdicts[rows] == 1))
-    too_short = int(np.count_nonzero(verdicts[rows] == _UNKNOWN))
+    num_held = int(np.count_nonzero(codes[rows] == 1))
+    too_short = int(np.count_nonzero(codes[rows] == _UNKNOWN))
     return Combination(
         values=values,
         runs=len(rows),

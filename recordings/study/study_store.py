@@ -85,10 +85,10 @@ class StudyStore:
 
         Raises:
             RecordingWriteError: If it cannot be written.
-            StorageFullError: If there is no room.
+            StorageFullError: If there is no space.
         """
         self.prepare()
-        self._runs.check_room()
+        self._runs.check_space()
         now = datetime.now(UTC)
         stored = StoredStudy(
             id=self._ids.new(now),
@@ -199,7 +199,7 @@ class StudyStore:
 
         Raises:
             RecordingWriteError: If it cannot be written.
-            StorageFullError: If there is no room.
+            StorageFullError: If there is no space.
         """
         assert run.recording is not None
         run_id, mark = self.mark_of(stored, run.row.index)

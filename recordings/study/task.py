@@ -28,7 +28,7 @@ WALL_LIMIT = 60.0
 """Computing time after which a run ends as ``limit`` [s]; others wait for its row."""
 
 TASK_SECONDS = 0.5
-"""Computing time after which the rest of a task is given back [s]."""
+"""Computing time after which the rest of a task returns to the queue [s]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -39,7 +39,7 @@ class StudyTask:
         first: Index of the first one.
         base: The scenario that varies.
         values: What each run sets in it, by dotted key.
-        recordings: Of which runs the recording is given back.
+        recordings: The runs whose recordings are returned.
         laws: The custom laws that they need.
     """
 

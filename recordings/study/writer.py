@@ -144,7 +144,7 @@ class StudyWriter:
             self._end(end)
             if os.name != "posix":
                 self._stream.close()  # elsewhere only a closed file can be renamed
-            # Where there is no room to lay it out anew, the file is as good to read as it is.
+            # Where there is no space to lay it out anew, the file can be read as it is.
             if self._is_regular or not self._lay_out_anew(end):
                 self._part.replace(self._path)
             sync_folder(self._path.parent)
@@ -188,7 +188,7 @@ class StudyWriter:
         if so_far is not None and so_far.start.get(LAWS) != start_document(self._study).get(LAWS):
             cause = (
                 f"'{self._part.name}' was begun with another version of its control law; delete it "
-                "to begin anew, or give back the law as it was"
+                "to start again, or restore the former law"
             )
             raise RecordingBusyError(self._path, cause)
         self._write_head(so_far)

@@ -85,7 +85,7 @@ UNKNOWN = Rejection(
     "it was started to require it of everyone.",
 )
 READ_ONLY = Rejection(
-    403, "This token lets look only; ask who has started the server for one that lets do more."
+    403, "This token is read-only; ask the person who started the server for the full token."
 )
 
 
@@ -165,14 +165,14 @@ class AccessGuard:
             await self._app(scope, receive, send)
             return
         headers = Headers(scope=scope)
-        verdict = self._check_page(scope, headers) or self._check_sender(scope, headers)
-        if isinstance(verdict, Rejection):
-            told, kind = verdict.detail.partition(";")[0], {"kind": verdict.status}
+        decision = self._check_page(scope, headers) or self._check_sender(scope, headers)
+        if isinstance(decision, Rejection):
+            told, kind = decision.detail.partition(";")[0], {"kind": decision.status}
             _logger.warning(
-                "refused %s with %d: %s", scope["type"], verdict.status, told, extra=kind
+                "refused %s with %d: %s", scope["type"], decision.status, told, extra=kind
             )
-            verdict = verdict.answer
-        app = self._app if verdict is None else verdict
+            decision = decision.answer
+        app = self._app if decision is None else decision
         await app(scope, receive, _with_safe_headers(send))
 
     def _check_page(self, scope: Scope, headers: Headers) -> Rejection | None:

@@ -1,7 +1,7 @@
 """Connections: how long each may keep the server waiting, and how many there may be.
 
 Who has nothing to ask, or asks too slowly, is let go, so that what is open is bounded by what
-is worked on. At the bound the one that has waited longest makes room for the next.
+is worked on. At the bound the one that has waited longest is closed for the next.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ class BoundedConnection(H11Protocol):
     def connection_made(self, transport: asyncio.Transport) -> None:
         """Takes a new connection on, or refuses it where none can be let go for it."""
         super().connection_made(transport)
-        if self._has_room():
+        if self._has_capacity():
             self._watch()
         else:
             self._refuse()
@@ -128,8 +128,8 @@ class BoundedConnection(H11Protocol):
                 deadline.cancel()
         self._request_deadline = self._stall_deadline = None
 
-    def _has_room(self) -> bool:
-        """Whether there is room, or could be made, for one more, and for one more of its peer."""
+    def _has_capacity(self) -> bool:
+        """Whether one more connection, and one more of its peer, is accepted."""
         peer = _peer_of(self)
         share = 1.0 if peer in _LOOPBACK else MAX_SHARE_OF_PEER
         same = [c for c in self.connections if _peer_of(c) == peer]

@@ -50,7 +50,7 @@ class FileCache:
                 do not take all processors, and one that many ask for at once is made once.
 
         Raises:
-            RecordingWriteError: If there is no room for it.
+            RecordingWriteError: If there is no space for it.
             ServiceBusyError: If another file that takes long is not made in time.
         """
         if (known := self._locked_known(tag)) is not None:
@@ -90,7 +90,7 @@ class FileCache:
                 self._folder = None
 
     def _open_known(self, tag: str) -> BinaryIO | None:
-        """A file that is there; whoever cleans temporary files may have taken it away."""
+        """A file that is there; temporary files may have been cleaned up."""
         if tag not in self._files:
             return None
         self._files.move_to_end(tag)
@@ -109,7 +109,7 @@ class FileCache:
             try:
                 self._folder = TemporaryDirectory(prefix="slipgrasp-")
             except OSError as error:
-                cause = error.strerror or "no room"
+                cause = error.strerror or "no space"
                 raise RecordingWriteError(Path(gettempdir()), cause) from error
         return Path(self._folder.name)
 
@@ -134,6 +134,6 @@ def _make(folder: Path, write: Callable[[BinaryIO], object]) -> Path:
             with os.fdopen(descriptor, "wb+") as stream:
                 write(stream)
         except OSError as error:
-            raise RecordingWriteError(folder, error.strerror or "no room") from error
+            raise RecordingWriteError(folder, error.strerror or "no space") from error
         on_failure.pop_all()
     return Path(name)

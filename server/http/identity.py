@@ -27,7 +27,7 @@ class Gate:
     """Finds out what those who send requests may do.
 
     Attributes:
-        tokens: What lets in whoever shows it.
+        tokens: The accepted tokens.
         trusts_connections: Whether the user who runs this server needs no token, where the system
             tells that a connection is his.
         is_encrypted: Whether pages are reached by HTTPS alone.
@@ -57,7 +57,7 @@ class Gate:
         return self.tokens.right_of_cookie(cookies.get(_cookie_name(port), ""))
 
     def _is_own(self, headers: Headers, connection: Connection) -> bool:
-        # Whoever runs a proxy does not stand for all those for whom it speaks.
+        # The user who runs a proxy is not the client of its requests.
         is_forwarded = any(name in headers for name in _FORWARDING)
         return self.trusts_connections and not is_forwarded and connection.is_own
 

@@ -3,7 +3,7 @@
 Beyond what ``json`` checks: every name once, short and in plain ASCII, no text that
 cannot be stored as UTF-8, and nothing deeper or larger than a scenario can be, so that
 nobody behind this has to fear recursion or a million names. Numbers that no float can
-hold are read as infinite; whoever validates the field then refuses them by its name.
+hold are read as infinite; validation then rejects them by the name of their field.
 """
 
 from __future__ import annotations

@@ -55,7 +55,7 @@ class BoundedLog(logging.Handler):
             record.left_out, began, count = max(count - self._max_lines, 0), now, 0
         self._kinds[kind] = began, count + 1
         if count < self._max_lines:
-            # Looked up each time: whoever runs the server may have put another stream there.
+            # Looked up each time: the process may have replaced the stream.
             print(self.format(record), file=_beneath(sys.stderr), flush=True)
 
 

@@ -80,7 +80,7 @@ class Metrics:
 
     def note(self, method: str, status: int, seconds: float) -> None:
         """Counts an answer."""
-        # Whoever makes up methods makes no more of these.
+        # Unknown methods share one label, so that their number is bounded.
         self._answers.labels(method if method in _METHODS else "other", str(status)).inc()
         self._seconds.observe(seconds)
 

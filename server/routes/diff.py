@@ -28,7 +28,7 @@ def diff_runs(
 ) -> DiffPublic:
     """What tells two runs apart: parameters, phase changes, columns and metrics."""
     paths = [service.get(run_id).path for run_id in (query.a, query.b)]
-    with memory.room(Need.to_compare(*map(read_size, paths))):
+    with memory.reserve(Need.to_compare(*map(read_size, paths))):
         a, b = map(read_as_stated, paths)
         return DiffPublic.from_comparison(compare(a, b, query.tolerance))
 
@@ -64,7 +64,7 @@ def draw_diff(
     sizes = read_size(paths[0]), read_size(paths[1])
     is_long = max(size.samples for size in sizes) > MOST_DRAWN_WHOLE
     picture, names = io.BytesIO(), (query.a, query.b)
-    with memory.room(Need.to_draw(*sizes)):
+    with memory.reserve(Need.to_draw(*sizes)):
         if is_long:
             a, b = read_thinned(paths, sizes, DRAWN_SIGNALS)
         else:

@@ -75,7 +75,7 @@ async def _receive(
             async for piece in pieces:
                 await run_in_threadpool(upload.write, piece)
         size = await run_in_threadpool(upload.read_size)
-        async with memory.room_async(Need.to_open(size)):
+        async with memory.reserve_async(Need.to_open(size)):
             result = await run_in_threadpool(upload.finish)
     annotations = Annotations(name=name)
     return await run_in_threadpool(store.register, reservation, result, annotations)

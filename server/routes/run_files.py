@@ -96,11 +96,11 @@ def _table(
         return cache.open(tag, partial(make_long, Need.to_export_long(size)), takes_long=True)
 
     def make(need: Need, stream: BinaryIO) -> None:
-        with memory.room(need):
+        with memory.reserve(need):
             export.write(read_recording(stored.path), stream)
 
     def make_long(need: Need, stream: BinaryIO) -> None:
-        with memory.room(need):
+        with memory.reserve(need):
             export.write_long(stored.path, stream)
 
     download = Download(

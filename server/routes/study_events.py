@@ -142,7 +142,7 @@ class StudyEvents:
                 self._next_rows, self._results, status.finished, limiter=self._makers
             )
         if status.state.has_ended:
-            # One more than there are runs: whoever has seen it has seen everything.
+            # One more than the number of runs: after this id there is nothing to send.
             yield encode_event("end", _public(status), status.finished + 1)
         elif is_further or status.state is not self._state:
             # With its rows a run has been told of under its id already.

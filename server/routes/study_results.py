@@ -91,14 +91,14 @@ def _wrong_sort(sort: str, error: QueryError) -> InvalidRequestError:
 @router.get("/summary", responses=ProblemPublic.responses((404, 422, 503)))
 def read_study_summary(results: StudyResultsDep, memory: MemoryDep) -> StudySummaryPublic:
     """How many runs ended in which way, and how the metrics are spread."""
-    with memory.room(Need.for_rows(results.num_rows)):
+    with memory.reserve(Need.for_rows(results.num_rows)):
         return StudySummaryPublic.from_summary(results.summary())
 
 
 @router.get("/comparison", responses=ProblemPublic.responses((404, 422, 503)))
 def read_study_comparison(results: StudyResultsDep, memory: MemoryDep) -> StudyComparisonPublic:
     """What crossed values, such as those of a controller, did on the same samples."""
-    with memory.room(Need.for_rows(results.num_rows)):
+    with memory.reserve(Need.for_rows(results.num_rows)):
         return StudyComparisonPublic.from_comparison(results.compare_combinations())
 
 
@@ -252,7 +252,7 @@ def _table(
     tag = tag_of(study_id, count, ending)
 
     def make(stream: BinaryIO) -> None:
-        with memory.room(Need.for_rows(min(count, MOST_ROWS_AT_ONCE))):
+        with memory.reserve(Need.for_rows(min(count, MOST_ROWS_AT_ONCE))):
             write(stream, count)
 
     return Download(
@@ -281,7 +281,7 @@ def _map(
         from slipgrasp.figures.files import save_figure
         from slipgrasp.figures.success_map import draw_success_map
 
-        with memory.room(Need.for_rows(shown.num_rows)):
+        with memory.reserve(Need.for_rows(shown.num_rows)):
             in_drawing_thread(lambda: save_figure(draw_success_map(shown, x, y), stream, ending))
 
     return Download(

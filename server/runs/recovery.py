@@ -24,7 +24,7 @@ from slipgrasp.recordings.store.recovering import Recovery, recover_run
 from slipgrasp.recordings.store.store import RecordingStore
 
 PAUSE = 5.0
-"""Between two looks whether the disk has room again for what it has left [s]."""
+"""Time between two checks of the space on the disk [s]."""
 
 TASK_SECONDS = 3600.0
 """How long one run may take: workers give way to all others [s]."""
@@ -81,7 +81,7 @@ class RunRecovery:
             return run_id in self._orphans
 
     def note_cut_off(self, part: Path) -> None:
-        """Takes down what the disk has left of a run; it is recovered once there is room."""
+        """Notes the part of a run that the disk has left; it is recovered once there is space."""
         with self._lock:
             self._cut_off[_run_of(part)] = part
 
@@ -96,15 +96,15 @@ class RunRecovery:
     def _recover_cut_off(self) -> None:
         with self._lock:
             waiting = list(self._cut_off.values())
-        self._recover([part for part in waiting if self._has_room_for(part)])
+        self._recover([part for part in waiting if self._has_space_for(part)])
         with self._lock:
             for part in waiting:
                 if not part.exists():
                     del self._cut_off[_run_of(part)]
 
-    def _has_room_for(self, part: Path) -> bool:
+    def _has_space_for(self, part: Path) -> bool:
         try:
-            self._store.check_room(part.stat().st_size)
+            self._store.check_space(part.stat().st_size)
         except (OSError, RecordingWriteError, StorageFullError):
             return False
         return True

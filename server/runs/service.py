@@ -182,7 +182,7 @@ class RunService:
         def stopped() -> bool:
             return self._must_stop() or (should_stop is not None and should_stop())
 
-        with self.memory.room_to_hold(Need.to_keep_run(scenario)) as lease:
+        with self.memory.reserve_to_hold(Need.to_keep_run(scenario)) as lease:
             if needs_isolation(scenario):
                 result = self._isolated_runs.simulate(scenario, stopped)
             else:
@@ -198,7 +198,7 @@ class RunService:
             RecordingError: If it cannot be written.
             ServiceBusyError: If there is no memory to write it for some time.
         """
-        with self.memory.room(Need.to_work_on(result)):
+        with self.memory.reserve(Need.to_work_on(result)):
             return self.store.save(result)
 
     def run(self, scenario: Scenario) -> Ended:
@@ -219,7 +219,7 @@ class RunService:
             ServiceBusyError: If too many runs are waiting.
             ServiceEndingError: If the service is about to end.
             MemoryLimitError: If a run needs more memory than there is.
-            StorageFullError: If there is no room for another.
+            StorageFullError: If there is no space for another.
             RunUnrecordableError: If nothing can be written.
         """
         if self._is_ending():
@@ -227,7 +227,7 @@ class RunService:
         self.memory.check(Need.to_record_run())
         limits = self._settings
         try:
-            self.store.check_room()
+            self.store.check_space()
         except RecordingWriteError as error:
             raise RunUnrecordableError(error) from error
         pending = PendingRun(self.store.new_id(), make_scenario)
@@ -244,14 +244,14 @@ class RunService:
     ) -> PendingRun | StoredRun | Description:
         """Queues a run, or finds the one that the same request has made before.
 
-        A run that was deleted, or never begun because the service ended or had no room for its
+        A run that was deleted, or never begun because the service ended or had no space for its
         recording, is made again.
 
         Raises:
             IdempotencyKeyReusedError: If another request had this key.
             ServiceBusyError: If too many runs are waiting.
             ServiceEndingError: If the service is about to end.
-            StorageFullError: If there is no room for another.
+            StorageFullError: If there is no space for another.
             RunUnrecordableError: If nothing can be written.
         """
         with self._keys_lock:
@@ -269,7 +269,7 @@ class RunService:
 
         Raises:
             RecordingNotFoundError: If there is none.
-            StorageFullError: If there was no room for it.
+            StorageFullError: If there was no space for it.
             RunUnrecordableError: If nothing could be written of it.
         """
         found = self._find(run_id)
@@ -360,7 +360,7 @@ class RunService:
 
         try:
             reservation = self.store.reserve(run_id=pending.id)
-            with self.memory.room(Need.to_record_run(), self._is_not_needed(pending)):
+            with self.memory.reserve(Need.to_record_run(), self._is_not_needed(pending)):
                 result, failure = self._simulate(scenario, reservation.path, pending)
         except RecordingWriteError as error:
             raise RunUnrecordableError(error) from error

@@ -70,7 +70,7 @@ class StudyQueue:
         with self._lock:
             return dict(self._studies)
 
-    def check_room(self) -> None:
+    def check_capacity(self) -> None:
         """Finds out whether another study may wait.
 
         Raises:

@@ -100,7 +100,7 @@ class StudyService:
         try:
             settings.storage_limits.check(settings.data_directory, cost.bytes)
         except StorageFullError as error:
-            warnings.append(f"not everything of the study may find room: {error}")
+            warnings.append(f"the disk may not hold the whole study: {error}")
         return cost, tuple(warnings)
 
     def create(
@@ -126,7 +126,7 @@ class StudyService:
         with self._creating:
             if (known := self._find_made(request)) is not None:
                 return known
-            self._queue.check_room()
+            self._queue.check_capacity()
             stored = self.store.create(
                 study, idempotency_key=request.key, request_digest=request.digest
             )
@@ -156,7 +156,7 @@ class StudyService:
             limit: How many to give at most.
         """
         self._restored.wait()
-        # In this order: one that ends meanwhile is told of by whoever has run it.
+        # In this order: a study that ends meanwhile is reported by its runner.
         live = self._queue.all()
         stored, count = self.store.list(offset, limit)
         statuses = [
@@ -219,7 +219,7 @@ class StudyService:
                 return status
             if status.state is not StudyState.FAILED:
                 raise StudyEndedError(study_id, status.state)
-            self._queue.check_room()
+            self._queue.check_capacity()
             # The file may hold rows that the disk took without saying so.
             live = LiveStudy(status.stored, read_results(self.store.file_of(study_id)))
             self._broken.pop(study_id, None)

@@ -1,4 +1,4 @@
-"""How soon somebody may look again whose viewer had to be sent away."""
+"""The waiting time of a peer whose viewer was disconnected."""
 
 from __future__ import annotations
 
@@ -42,6 +42,6 @@ class Probation:
         return max(self._until.get(peer, 0.0) - self._clock(), 0.0)
 
     async def wait(self, peer: str) -> None:
-        """Waits until a viewer of this peer may look."""
+        """Waits until a viewer of this peer is admitted."""
         while (seconds := self.time_left(peer)) > 0.0:
             await asyncio.sleep(seconds)

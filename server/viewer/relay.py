@@ -93,7 +93,7 @@ def add_viewer_routes(
             all pass if left out.
 
     Returns:
-        The relay, which knows whether there is room for another viewer.
+        The relay, which knows whether it can serve another viewer.
 
     Raises:
         RuntimeError: If viser's page has no head that something can be put into.

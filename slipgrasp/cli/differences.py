@@ -18,7 +18,7 @@ LONGEST_TEXT = 32
 
 
 def describe_differences(comparison: Comparison, fingers: Sequence[str]) -> str:
-    """The verdict, then what differs: parameters, phase changes, columns and metrics.
+    """The result, then the differences: parameters, phase changes, columns and metrics.
 
     Args:
         comparison: The comparison of two runs, a and b.
@@ -27,7 +27,7 @@ def describe_differences(comparison: Comparison, fingers: Sequence[str]) -> str:
     if comparison.identical and not comparison.contradictions:
         return "Identical: the same scenario, and not one number differs."
     blocks = [
-        [_verdict(comparison), *_integration_error(comparison), _extent(comparison)],
+        [_outcome(comparison), *_integration_error(comparison), _extent(comparison)],
         [f"Run {run} contradicts itself: {found}." for run, found in comparison.contradictions],
         _table("parameter", ("a", "b", ""), map(_parameter, comparison.scenario)),
         _phase_changes(comparison, fingers),
@@ -39,7 +39,7 @@ def describe_differences(comparison: Comparison, fingers: Sequence[str]) -> str:
     return "\n\n".join("\n".join(lines) for lines in blocks if lines)
 
 
-def _verdict(comparison: Comparison) -> str:
+def _outcome(comparison: Comparison) -> str:
     chosen = comparison.tolerance
     tolerance = "the integration error" if chosen is None else f"{chosen:g}"
     if comparison.equal:

@@ -53,7 +53,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         complain("interrupted; nothing is saved")
         status = ExitStatus.ENDED_EARLY
     except BrokenPipeError:
-        # Whoever read our output has seen enough.
+        # The reader of our output has closed it.
         _drop_output()
         status = ExitStatus.COMPLETED
     except OSError as error:

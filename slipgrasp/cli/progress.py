@@ -1,4 +1,4 @@
-"""Words on standard error for whoever waits longer than a second."""
+"""Progress on standard error for commands that take longer than a second."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ COMPILING = "compiling the simulation for this processor, once; that takes half 
 PATIENCE = 1.0
 REFRESH_PERIOD = 0.1
 LINE_PERIOD = 10.0
-"""Where there is no terminal, whoever reads the lines later wants few of them."""
+"""Time between lines of progress without a terminal [s]."""
 
 BAR_WIDTH = 24
 
@@ -102,7 +102,7 @@ def _bar(fraction: float) -> str:
 
 
 def load_simulation(space: Space) -> None:
-    """Returns when runs can start; tells whoever waits while the simulation is compiled.
+    """Returns when runs can start; shows progress while the simulation is compiled.
 
     Args:
         space: The kind of hand of the runs; each is compiled apart.

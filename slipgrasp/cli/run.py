@@ -82,7 +82,7 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
 
 
 def _try_hint(result: RunResult) -> TriedHint:
-    """What of the hint helps, as far as it is found out before whoever waits loses patience."""
+    """Tries the suggestions of the hint, for a limited time."""
     from slipgrasp.core.awake_clock import AwakeClock
     from slipgrasp.core.run.trying import try_hint
     from slipgrasp.core.run.verdict import describe_run

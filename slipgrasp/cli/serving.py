@@ -74,8 +74,8 @@ def add_network(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--require-token",
         action="store_true",
-        help="everybody needs the token, also you on this machine; use it where the port is "
-        "forwarded, because whoever reaches the other end would have your rights",
+        help="require the token from everybody, also from you on this machine; use it where the "
+        "port is forwarded: everybody who reaches the other end would have your rights",
     )
 
 
@@ -267,5 +267,5 @@ def _make_server(settings: Settings, first: Source | None) -> AnnouncingServer:
         return AnnouncingServer(config, url)
     tokens = Tokens(settings.token)
     link, looking = (f"{url}?{TOKEN_PARAMETER}={t}" for t in (tokens.full, tokens.read_only))
-    remark = "" if is_silent else f"for those who are to look only: {looking}"
+    remark = "" if is_silent else f"read-only link: {looking}"
     return AnnouncingServer(config, link, remark)

@@ -180,7 +180,7 @@ def _run(study: Study, executor: Executor, folder: StudyFolder, *, as_json: bool
     seconds = time.monotonic() - started
     completed = end is not None and end.state == "completed"
     with Progress("writing the table and the map"):
-        # The map of a study that goes on later can wait; whoever stopped it should not.
+        # The map of a study that continues later can wait; the user who stopped it should not.
         saved = folder.save_results(results, with_maps=completed)
     if failure is not None:
         complain(f"the study stopped: {failure}")

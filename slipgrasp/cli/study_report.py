@@ -33,7 +33,7 @@ def report(results: StudyResults, seconds: float, saved: dict[str, Any], message
     study, compared = results.study, results.compare_combinations()
     blocks = [
         [study.title] if study.title else [],
-        [*_verdict(results, seconds), describe_knowledge_in(study)],
+        [*_outcome(results, seconds), describe_knowledge_in(study)],
         _outcomes(results),
         _comparison(compared) if compared is not None else [],
         [message] if message else [],
@@ -42,7 +42,7 @@ def report(results: StudyResults, seconds: float, saved: dict[str, Any], message
     return "\n\n".join("\n".join(lines) for lines in blocks if lines)
 
 
-def _verdict(results: StudyResults, seconds: float) -> list[str]:
+def _outcome(results: StudyResults, seconds: float) -> list[str]:
     summary = results.summary()
     done = f"{summary.finished} of {summary.runs}" if summary.finished < summary.runs else "All"
     runs = "runs" if done != "All" else f"{summary.runs} runs"

@@ -44,13 +44,13 @@ def _titled(title: str) -> list[str]:
 
 def _told(result: RunResult, tried: TriedHint | None) -> Iterator[str]:
     """How it went, in the words of the page."""
-    verdict, end = describe_run(result), f"at {result.end_time:.4g} s"
+    words, end = describe_run(result), f"at {result.end_time:.4g} s"
     completed = result.outcome is Outcome.COMPLETED
     word = result.outcome.value.replace("_", " ")
     yield f"Completed {end}." if completed else f"Ended early {end}: {word}."
-    yield f"{verdict.headline}. {' '.join(verdict.sentences)}"
+    yield f"{words.headline}. {' '.join(words.sentences)}"
     if tried is None or not tried.count:
-        yield from [f"What to try: {verdict.suggestion}"] * bool(verdict.suggestion)
+        yield from [f"What to try: {words.suggestion}"] * bool(words.suggestion)
     elif tried.helpful:
         yield f"What to try: {sentence(str(tried))}"
     else:

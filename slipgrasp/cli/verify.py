@@ -77,10 +77,10 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
 
 
 def _lines(found: Verification) -> list[str]:
-    return [_verdict(found), *_altered(found), _rule(found), *_law(found), _extent(found)]
+    return [_outcome(found), *_altered(found), _rule(found), *_law(found), _extent(found)]
 
 
-def _verdict(found: Verification) -> str:
+def _outcome(found: Verification) -> str:
     if found.same:
         return "The same: the recording holds what its scenario gives when simulated again."
     if not found.mismatches:

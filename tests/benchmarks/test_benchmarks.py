@@ -291,7 +291,7 @@ def test_pages_have_a_place_for_the_tables_of_every_part():
     names |= {"claim-1", "claim-2", "claim-hands", "robustness-how", "robustness-start"}
     names |= {f"robustness-{hands}" for hands in ("two", "three", "more")}
     names |= {f"robustness-{hands}-late" for hands in ("two", "three", "more")}
-    names |= {"robustness-verdicts"}
+    names |= {"robustness-outcomes"}
     names |= {"robustness-noise", "robustness-latency", "outcomes-endings", "outcomes-truth"}
     for name in names:
         assert text.index(f"<!-- {name} -->") < text.index(f"<!-- end {name} -->")

@@ -12,7 +12,7 @@ from benchmarks.outcome_truth import Comparison, compare, tabulate_truth
 from benchmarks.outcomes import Campaign, judge_many, tabulate
 from benchmarks.random_runs import ANYWHERE, AT_ENDS, ON_BOUNDS, PAIRS, POPULATIONS, draw
 from benchmarks.report import share_interval
-from benchmarks.robustness import measure_verdicts
+from benchmarks.robustness import measure_outcomes
 from benchmarks.robustness_sweeps import SWEEPS, measure_sweep, tabulate_sweep
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, parameter_definitions, with_values
@@ -302,7 +302,7 @@ def test_interval_of_a_share_is_wilson_s(part, whole):
 
 
 def test_single_verdicts_of_the_printed_law_change_with_what_should_not_matter():
-    rows = measure_verdicts(60).rows
+    rows = measure_outcomes(60).rows
     assert rows[0][2] == "–"
     changed = {words: float(share.split()[0]) for words, _, share in rows[1:]}
     assert changed["steps of 0.5 ms at most"] > 2.0

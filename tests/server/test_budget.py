@@ -38,7 +38,7 @@ def test_who_needs_more_than_is_left_waits_for_its_turn() -> None:
         order: list[str] = []
 
         async def use(name: str, num_bytes: int) -> None:
-            async with memory.room_async(Need(num_bytes, name)):
+            async with memory.reserve_async(Need(num_bytes, name)):
                 order.append(name)
                 await asyncio.sleep(0.01)
 
@@ -51,11 +51,11 @@ def test_who_needs_more_than_is_left_waits_for_its_turn() -> None:
 def test_who_waits_too_long_is_told_to_come_back() -> None:
     async def wait() -> None:
         memory = MemoryBudget(LARGE, patience=0.05)
-        async with memory.room_async(ALL):
+        async with memory.reserve_async(ALL):
             with pytest.raises(ServiceBusyError, match="try again in 5 s"):
-                async with memory.room_async(ALL):
+                async with memory.reserve_async(ALL):
                     pass
-        async with memory.room_async(ALL):
+        async with memory.reserve_async(ALL):
             pass
 
     asyncio.run(wait())
@@ -63,12 +63,12 @@ def test_who_waits_too_long_is_told_to_come_back() -> None:
 
 def test_memory_is_passed_on_over_those_who_have_just_left() -> None:
     async def use(memory: MemoryBudget) -> str:
-        async with memory.room_async(ALL):
+        async with memory.reserve_async(ALL):
             return "read"
 
     async def leave_while_another_ends() -> None:
         memory = MemoryBudget(LARGE)
-        async with memory.room_async(ALL):
+        async with memory.reserve_async(ALL):
             leaving = [asyncio.create_task(use(memory)) for _ in range(2)]
             staying = asyncio.create_task(use(memory))
             await asyncio.sleep(0)
@@ -87,7 +87,7 @@ def test_a_job_that_can_never_fit_is_refused_with_the_numbers_and_the_way_out() 
     memory = MemoryBudget(LARGE)
     with (
         pytest.raises(MemoryLimitError) as refused,
-        memory.room(Need(2 * LARGE, "this job", "wait")),
+        memory.reserve(Need(2 * LARGE, "this job", "wait")),
     ):
         pass
     assert str(refused.value) == (
@@ -99,10 +99,10 @@ def test_a_job_that_can_never_fit_is_refused_with_the_numbers_and_the_way_out() 
 
 def test_a_thread_that_waits_too_long_is_told_to_come_back() -> None:
     memory = MemoryBudget(LARGE, patience=0.05)
-    with memory.room(ALL):
-        with pytest.raises(MemoryBusyError, match="try again in 5 s"), memory.room(ALL):
+    with memory.reserve(ALL):
+        with pytest.raises(MemoryBusyError, match="try again in 5 s"), memory.reserve(ALL):
             pass
-        with memory.room(Need(SMALL_BYTES - 1, "little")):
+        with memory.reserve(Need(SMALL_BYTES - 1, "little")):
             assert memory.left < 0
     assert memory.left == LARGE
 
@@ -110,10 +110,10 @@ def test_a_thread_that_waits_too_long_is_told_to_come_back() -> None:
 def test_a_job_that_nobody_needs_any_more_goes_on_without_memory_to_end() -> None:
     memory = MemoryBudget(LARGE, patience=0.0)
     is_void = threading.Event()
-    with ThreadPoolExecutor(1) as threads, memory.room(ALL):
+    with ThreadPoolExecutor(1) as threads, memory.reserve(ALL):
 
         def work() -> int:
-            with memory.room(ALL, is_void.is_set) as lease:
+            with memory.reserve(ALL, is_void.is_set) as lease:
                 return lease.num_bytes
 
         done = threads.submit(work)
@@ -124,7 +124,7 @@ def test_a_job_that_nobody_needs_any_more_goes_on_without_memory_to_end() -> Non
 
 def test_what_a_job_leaves_counts_until_it_is_gone() -> None:
     memory, owner = MemoryBudget(LARGE), Owner()
-    with memory.room_to_hold(ALL) as lease:
+    with memory.reserve_to_hold(ALL) as lease:
         lease.keep(owner, 1000)
     assert (memory.left, memory.held) == (LARGE - 1000, 1000)
     del owner
@@ -142,7 +142,7 @@ def test_jobs_together_never_have_more_than_there_is(seed: int) -> None:
 
     def work(num_bytes: int) -> None:
         nonlocal used, most
-        with memory.room(Need(num_bytes, "job")):
+        with memory.reserve(Need(num_bytes, "job")):
             with lock:
                 used += num_bytes
                 most = max(most, used)
@@ -180,7 +180,7 @@ def test_a_run_waits_for_memory_as_long_as_it_takes(tmp_path: Path) -> None:
     service = RunService(RecordingStore(tmp_path), settings)
     service.start()
     try:
-        with service.memory.room(Need(LEAST_MEMORY, "others")):
+        with service.memory.reserve(Need(LEAST_MEMORY, "others")):
             pending = service.submit(lambda: load_scenario("paper-case-1"))
             stopped = service.submit(lambda: long)
             wait_until(lambda: service.load.running == 2)

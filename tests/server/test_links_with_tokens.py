@@ -32,7 +32,7 @@ def ask(server: RunningServer, path: str, **headers: str) -> Answer:
     return get(server.port, path, [("Host", f"127.0.0.1:{server.port}"), *pairs])
 
 
-@pytest.mark.parametrize("right", [Right.EVERYTHING, Right.LOOK])
+@pytest.mark.parametrize("right", [Right.EVERYTHING, Right.READ])
 def test_a_link_gives_a_cookie_and_leads_on_without_the_token(server, right) -> None:
     token = TOKENS.full if right is Right.EVERYTHING else TOKENS.read_only
     answer = ask(server, f"{DOCS}?token={token}&run=a%26b")

@@ -66,7 +66,7 @@ def test_a_folder_that_takes_no_files_is_not_ready(tmp_path, monkeypatch) -> Non
     assert "cannot write the data folder: Read-only file system" in answer.json()["detail"]
 
 
-def test_a_queue_that_is_full_is_not_ready_until_it_has_room(tmp_path) -> None:
+def test_a_queue_that_is_full_is_not_ready_until_it_has_capacity(tmp_path) -> None:
     settings = patient_settings(tmp_path, max_running=1, max_waiting=1)
     with serve(settings) as running, running.client() as client:
         for _ in range(2):

@@ -61,7 +61,7 @@ def test_nothing_is_read_for_a_client_that_has_gone(path, monkeypatch) -> None:
         with pytest.raises(ServiceBusyError):
             async with reads.shared(path, "run", SLIP, NEED, leaves):
                 pass
-        async with memory.room_async(ALL), reads.shared(path, "run", SLIP, NEED, stays):
+        async with memory.reserve_async(ALL), reads.shared(path, "run", SLIP, NEED, stays):
             pass
 
     asyncio.run(leave())

@@ -52,7 +52,7 @@ def test_a_disk_that_fails_leaves_service_and_earlier_runs_alone(service, kind, 
     with growing_files(lambda descriptor: FailingFile(descriptor, number, kind)):
         pending = service.submit(lambda: SHORT)
         if number <= WRITES_BEFORE_THE_FIRST_SAMPLE:
-            with pytest.raises(RunUnrecordableError, match="make room on the disk"):
+            with pytest.raises(RunUnrecordableError, match="free space on the disk"):
                 pending.result()
             with pytest.raises(RunUnrecordableError):
                 service.look_up(pending.id)
@@ -74,14 +74,14 @@ def test_what_a_full_disk_has_left_of_a_run_is_recovered_once_there_is_room(
     monkeypatch.setattr(run_recovery, "PAUSE", 0.01)
     full = threading.Event()
     full.set()
-    check_room = service.store.check_room
+    check_space = service.store.check_space
 
     def check(incoming: int = 0) -> None:
         if incoming and full.is_set():
             raise StorageFullError("full")
-        check_room(incoming)
+        check_space(incoming)
 
-    monkeypatch.setattr(service.store, "check_room", check)
+    monkeypatch.setattr(service.store, "check_space", check)
     service.start()
     with growing_files(lambda descriptor: FailingFile(descriptor, 30, "full")):
         pending = service.submit(lambda: MANY_SAMPLES)

@@ -134,7 +134,7 @@ def test_a_run_that_cannot_be_written_is_not_begun(tmp_path) -> None:
     assert "location" not in answer.headers
     assert answer.headers["content-type"] == "application/problem+json"
     told = answer.json()["detail"]
-    assert "make room on the disk" in told and "send the request again" in told
+    assert "free space on the disk" in told and "send the request again" in told
     assert str(tmp_path) not in told
     assert health.status_code == 200 and health.json()["running"] == health.json()["waiting"] == 0
 

@@ -32,7 +32,7 @@ def test_beyond_the_memory_for_reading_a_table_map_or_summary_is_refused_for_a_w
     studying.app.state.file_cache.close()
     monkeypatch.setattr("slipgrasp.server.budget.ROW_COST", SMALL_BYTES)
     monkeypatch.setattr(memory, "_patience", 0.05)
-    with memory.room(Need(memory.limit, "others")):
+    with memory.reserve(Need(memory.limit, "others")):
         answer = studies.get(path_of(finished_study, file))
     assert answer.status_code == 503 and int(answer.headers["Retry-After"]) > 0
     assert "memory" in answer.json()["detail"]

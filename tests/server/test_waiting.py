@@ -207,7 +207,7 @@ def test_a_run_that_cannot_be_written_is_told_of_to_who_asks_later(tmp_path) -> 
         again = run_to_end(client, SHORT, **once)
     assert (first.status_code, waiting.status_code) == (202, 202)
     assert [answer.status_code for answer in told] == [507, 507]
-    assert "make room on the disk" in told[1].json()["detail"] and told[0].text == told[1].text
+    assert "free space on the disk" in told[1].json()["detail"] and told[0].text == told[1].text
     assert again["outcome"] == "completed"
 
 

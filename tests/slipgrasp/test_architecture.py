@@ -1,4 +1,4 @@
-"""ARCHITECTURE.md: its rooms are the rooms there are; no page for developers names a lost file.
+"""ARCHITECTURE.md: it lists the packages there are; no page for developers names a lost file.
 
 Rules for the code that no linter has are checked here too.
 """
@@ -41,11 +41,11 @@ def test_every_path_on_a_page_for_developers_leads_to_a_file_or_a_folder(page):
         assert (ROOT / path).is_dir() if path.endswith("/") else (ROOT / path).is_file(), path
 
 
-def test_the_rooms_of_the_page_are_those_of_the_repository():
+def test_the_packages_of_the_page_are_those_of_the_repository():
     faces = [*ROOT.glob("*/__init__.py")]
     faces += [face for top in faces for face in top.parent.glob("*/**/__init__.py")]
-    rooms = {f"`{face.parent.relative_to(ROOT).as_posix()}/`" for face in faces}
-    assert {room for room, _ in rows_of("Rooms")} == rooms
+    packages = {f"`{face.parent.relative_to(ROOT).as_posix()}/`" for face in faces}
+    assert {package for package, _ in rows_of("Packages")} == packages
 
 
 def test_the_way_of_imports_is_the_one_that_is_checked():
@@ -66,8 +66,8 @@ QUIET = {("core/scenario/loading.py", "_with_plain_values")}
 
 def test_no_handler_of_a_validation_error_is_silent():
     silent = set()
-    for room in ("core", "recordings", "scene", "figures", "server", "web", "slipgrasp"):
-        for path in (ROOT / room).rglob("*.py"):
+    for package in ("core", "recordings", "scene", "figures", "server", "web", "slipgrasp"):
+        for path in (ROOT / package).rglob("*.py"):
             tree = ast.parse(path.read_text(encoding="utf-8"))
             for function in (n for n in ast.walk(tree) if isinstance(n, ast.FunctionDef)):
                 if any(map(is_silent, handlers_of_validation_errors(function))):

@@ -22,7 +22,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.slipgrasp.test_installed import ROOMS
+from tests.slipgrasp.test_installed import PACKAGES
 from tests.slipgrasp.test_serving_a_network import free_port
 from tests.waiting import PATIENCE, wait_until
 
@@ -112,7 +112,7 @@ def test_the_image_has_all_that_an_installation_needs() -> None:
     copied = [line.split()[:-1] for line in instructions("COPY")]
     sources = {name for names in copied for name in names}
     assert all((ROOT / name).exists() for name in sources)
-    assert {"slipgrasp", *ROOMS, "pyproject.toml", "setup.py", "requirements.txt"} <= sources
+    assert {"slipgrasp", *PACKAGES, "pyproject.toml", "setup.py", "requirements.txt"} <= sources
     for folders in instructions("COPY")[1:]:
         source, target = folders.split()
         assert target == f"/tmp/source/{source}"
@@ -141,7 +141,7 @@ def test_everything_that_is_imported_is_named_as_a_dependency() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     named = [*project["dependencies"], *chain(*project["optional-dependencies"].values())]
     known = {re.split(r"[<>=\[]", name)[0] for name in named}
-    needed = {name for folder in (*ROOMS, "slipgrasp") for name in imported_in(ROOT / folder)}
+    needed = {name for folder in (*PACKAGES, "slipgrasp") for name in imported_in(ROOT / folder)}
     assert {"starlette", "h11", "numpy"} <= needed
     installed = packages_distributions()
     unnamed = {

@@ -20,26 +20,28 @@ from tests.waiting import PATIENCE
 pytestmark = pytest.mark.slow
 
 ROOT = Path(__file__).parents[2]
-ROOMS = ("core", "figures", "recordings", "scene", "server", "web")
+PACKAGES = ("core", "figures", "recordings", "scene", "server", "web")
 BESIDE = ("pyproject.toml", "setup.py", "README.md", "LICENSE")
 PIP = (sys.executable, "-m", "pip", "--disable-pip-version-check", "--quiet")
 
 
 def files_of_the_packages():
     """What the packages consist of, as it lies in the repository and as it is installed."""
-    for room in ("slipgrasp", *ROOMS):
-        for path in (ROOT / room).rglob("*"):
+    for package in ("slipgrasp", *PACKAGES):
+        for path in (ROOT / package).rglob("*"):
             if path.is_file() and "__pycache__" not in path.parts:
                 inside = path.relative_to(ROOT)
-                yield inside if room == "slipgrasp" else "slipgrasp" / inside
+                yield inside if package == "slipgrasp" else "slipgrasp" / inside
 
 
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory):
     """Built from a copy: in the repository what an earlier build left would get into it."""
     source = tmp_path_factory.mktemp("source")
-    for room in ("slipgrasp", *ROOMS):
-        shutil.copytree(ROOT / room, source / room, ignore=shutil.ignore_patterns("__pycache__"))
+    for package in ("slipgrasp", *PACKAGES):
+        shutil.copytree(
+            ROOT / package, source / package, ignore=shutil.ignore_patterns("__pycache__")
+        )
     for name in BESIDE:
         shutil.copy(ROOT / name, source)
     options = ("--no-deps", "--no-index", "--no-build-isolation")
@@ -62,9 +64,11 @@ def installed(wheel, tmp_path_factory):
     needed = [path for path in sys.path if Path(path).name in ("site-packages", "dist-packages")]
     (packages,) = environment.rglob("site-packages")
     (packages / "needed.pth").write_text("\n".join(needed))
-    for room in ROOMS:
-        (folder / room).mkdir(parents=True)
-        (folder / room / "__init__.py").write_text(f"raise RuntimeError('the foreign {room}')")
+    for package in PACKAGES:
+        (folder / package).mkdir(parents=True)
+        (folder / package / "__init__.py").write_text(
+            f"raise RuntimeError('the foreign {package}')"
+        )
     # The installed kernel is the same code, and finds what is compiled here.
     prepare_kernel()
     return SimpleNamespace(

@@ -25,8 +25,14 @@ PAGES = ("README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "SECURITY.md")
 RETIRED = {
     r"laws? of one's own|one's own laws?": "custom law",
     r"(?<!laws[./])(\b|_)own[ _]laws?\b|OwnLaw": "custom law",
+    r"\bpale (second )?run|(?-i:\bPale:)": "ghost",
+    r"\blook(s|ing)? only\b|\blets? look\b": "read-only",
+    r"(?<!friction )\b(gives?|gave|given|giving) back\b": "returns, releases",
+    r"\bwhoever\b": "a noun: the user, the caller, the peer",
+    r"(?-i:(?<![./-])(\b|_)verdicts?(\b|_))": "outcome, outcome in words",
     r"laws? of the field": "published control law",
     r"(?<![`\"._])\bstretch(es)?\b(?!_| =|\.\w|, model|\)$)": "segment, time range",
+    r"(?-i:(\b|[a-z]_)(?<!\.)rooms?\b|\broom_)(?! for one run)": "package, space, capacity",
     r"hands? in (space|the plane)\b(?! of)": "spatial hand, planar hand",
     r"(?-i:\b(in_space|is_spatial)\b)": "space (core/scenario/space.py)",
     r"wrong hand": "model mismatch",
@@ -38,8 +44,8 @@ RETIRED = {
     r"holds? on to|to be had": "retain, available",
     r"goes over to (the|where)|go(ing)? over to the next": "switches to, continues with",
 }
-# The units of the kernel follow with their own names.
-LEFT_OUT = ("core/kernel/",)
+# The name of the numerics covers the names of local variables there.
+LEFT_OUT = ("core/kernel/", "core/scenario/table.py")
 
 
 def sources():

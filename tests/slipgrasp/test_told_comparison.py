@@ -191,5 +191,5 @@ def test_what_the_printed_law_lacks_is_told_with_its_numbers():
     assert missing("README.md", told) == []
     assert start["composite"] == noisy["composite"] == 100.0
     assert start["theorem-4"] < start[printed]
-    verdicts = next(iter(robust("verdicts").values()))
-    assert held(verdicts["held (95 % interval)"]) == start[printed]
+    outcomes = next(iter(robust("outcomes").values()))
+    assert held(outcomes["held (95 % interval)"]) == start[printed]

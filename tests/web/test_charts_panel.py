@@ -188,10 +188,10 @@ def test_a_ghost_is_pale_in_every_chart_and_named(page: Page, case_2: RunResult)
     assert len(strokes) == 4
     assert strokes[2] == strokes[0].replace(",1)", ",0.4)")
     assert np.nanmax(np.abs(slip.data[4] - slip.data[2])) > 1.0
-    assert "Pale: run before &lt;it&gt;." in page.notes()
+    assert "Ghost: run before &lt;it&gt;." in page.notes()
     page.panel.update(view)
     assert [page.labels(index)[2:] for index in (0, 1)] == 2 * [["left", "right"]]
-    assert "Pale" not in page.notes()
+    assert "Ghost" not in page.notes()
 
 
 def test_no_part_of_an_update_leaves_a_line_without_its_column(

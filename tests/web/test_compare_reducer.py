@@ -61,7 +61,7 @@ class Comparison:
 
     @property
     def names(self) -> tuple[str, str]:
-        """Of the run on the screen and of the pale one."""
+        """Of the run on the screen and of the ghost."""
         assert self.view.shown is not None and self.view.ghost is not None
         replay = self.view.shown.replay
         return replay.name if replay else "live", self.view.ghost.label

@@ -115,7 +115,7 @@ def test_the_drawing_shows_the_same_lines_as_the_page(case_2: RunResult) -> None
         columns = chart.columns()
         assert drawn.lines[0].get_ydata() == pytest.approx(columns[2], nan_ok=True)
     words = [text.get_text() for text in figure.texts]
-    assert "Pale: the run before." in words
+    assert "Ghost: the run before." in words
     assert any("left μ$F_n$ hidden" in text for text in words)
 
 

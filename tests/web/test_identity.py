@@ -167,7 +167,7 @@ def test_another_user_with_the_token_may_do_everything(guarded, stranger) -> Non
 @needs_another_account()
 def test_another_user_with_the_read_only_token_may_look(guarded, stranger) -> None:
     assert_only_looking_is_open(answers(guarded, stranger, bearer(TOKENS.read_only)))
-    own = cookie(guarded, TOKENS, Right.LOOK)
+    own = cookie(guarded, TOKENS, Right.READ)
     assert_only_looking_is_open(answers(guarded, stranger, own))
 
 

@@ -209,7 +209,7 @@ def test_the_hint_of_a_run_is_tried_once_it_rests(
     reducer, view = HintsReducer(service, sent.append), view_of(case_2)
     assert view.shown is not None
     view = replace(view, ticket=view.shown.ticket, status=RunStatus(RunStage.PREVIEW))
-    # Nothing is tried for who may look only.
+    # Nothing is tried for a read-only viewer.
     assert reducer.pass_time(0.0, view) is view and reducer.wait(0.0, view) is None
     assert reducer.reduce(TryHints(), view) is view
     assert reducer.wait(0.0, view) == pytest.approx(HINTS_REST)

@@ -171,7 +171,7 @@ def test_without_memory_nothing_is_compared_and_the_page_says_so(store, ids, mon
     a, b = (recordings.open(run_id).result for run_id in ids)
     worker = ComparisonWorker(recordings, answers.put)
     monkeypatch.setattr("slipgrasp.server.budget.SMALL_BYTES", 0)
-    with recordings.memory.room(Need(recordings.memory.left, "others")):
+    with recordings.memory.reserve(Need(recordings.memory.left, "others")):
         worker.compare((1, 2), a, b)
         answer = answers.get(timeout=PATIENCE)
     assert isinstance(answer, RunsCompared)
@@ -188,11 +188,11 @@ def test_without_memory_no_file_is_made_and_the_page_says_so(store, ids, monkeyp
     worker = ExportWorker(answers.put)
 
     def make(_: object) -> ExportFile:
-        with recordings.room_for(run):
+        with recordings.reserve_for(run):
             raise AssertionError
 
     monkeypatch.setattr("slipgrasp.server.budget.SMALL_BYTES", 0)
-    with recordings.memory.room(Need(recordings.memory.left, "others")):
+    with recordings.memory.reserve(Need(recordings.memory.left, "others")):
         worker.start(1, make)
         answer = answers.get(timeout=PATIENCE)
     assert isinstance(answer, ExportFailed)

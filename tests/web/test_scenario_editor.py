@@ -84,7 +84,7 @@ def test_a_control_acts_from_the_play_head_on_leaves_a_ghost_and_is_undone(
     note(page, "from t = 0.08 s on").wait_for()
     set_number(page, MASS, "1.2345")
     note(page, "0.08 s object mass 1.2345 kg").wait_for()
-    note(page, "Pale: the run before").wait_for()
+    note(page, "Ghost: the run before").wait_for()
     wait_until(lambda: slip_at_end(page) != slip_before, "the chart did not change")
     page.get_by_text("Saved as").wait_for()
     saved = store.open(store.list(limit=1)[0].id).scenario
@@ -95,7 +95,7 @@ def test_a_control_acts_from_the_play_head_on_leaves_a_ghost_and_is_undone(
     shows(page, MASS, "1.2345")
     leave_field(page)
     page.keyboard.press("x")
-    note(page, "Pale").wait_for(state="detached")
+    note(page, "Ghost:").wait_for(state="detached")
     page.keyboard.press("Control+z")
     shows(page, MASS, "1")
     note(page, "Changes during the run").wait_for(state="detached")
@@ -110,7 +110,7 @@ def test_the_object_is_dragged_to_push_it(page: Page) -> None:
     pause_at(page, 0.08)
     picture(page)  # Of 0.08 s: the mouse holds the object where it is drawn.
     drag_object(page, 60.0)
-    pushed = note(page, "push (").filter(has_not_text="Pale")
+    pushed = note(page, "push (").filter(has_not_text="Ghost:")
     pushed.wait_for()
     words = pushed.inner_text()
     found = re.search(r"push \((\S+), (\S+)\) N", words)
@@ -158,8 +158,8 @@ def test_a_push_a_low_friction_patch_and_a_pour_happen_at_the_play_head_and_are_
         "push (0, -5) N",
     ):
         page.keyboard.press("Control+z")
-        # The name of the pale run, the one before, still has it.
-        note(page, gone).filter(has_not_text="Pale").wait_for(state="detached")
+        # The name of the ghost, the one before, still has it.
+        note(page, gone).filter(has_not_text="Ghost:").wait_for(state="detached")
     wait_until(lambda: abs(slip_at_end(page) - slip_before) < 1e-9, "the first run is not back")
     expect(page.locator("label", has_text="force y [N]")).to_have_count(0)
 

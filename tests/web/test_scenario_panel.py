@@ -84,7 +84,7 @@ def test_nothing_that_a_user_typed_becomes_markup() -> None:
 
 def test_a_ghost_can_be_dismissed(case_1: RunResult) -> None:
     html = ghost_html(Ghost(Shown(1, case_1, 0.0), "before <the> change"))
-    assert "Pale: before &lt;the&gt; change" in html
+    assert "Ghost: before &lt;the&gt; change" in html
     assert "&quot;kind&quot;: &quot;end-comparison&quot;" in html
     assert ghost_html(None) == ""
 

@@ -103,7 +103,7 @@ def rows_to_draw(
 ) -> Rows:
     """The rows of a window that a chart needs: all of them while they are few.
 
-    Where there are more than a chart has room for, each bucket of rows keeps the lowest and
+    Where there are more than a chart can show, each bucket of rows keeps the lowest and
     the highest value of every line, and every row at an event stays: but for a run that
     chatters, whose thousands of events no chart could tell apart.
 

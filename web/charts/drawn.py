@@ -112,8 +112,8 @@ class DrawnChart:
         if self.chart.least > 0.0 or len(known) == 0:
             return None
         low, high = float(known.min()), float(known.max())
-        room = _LEAST_SPREAD * max(abs(low), abs(high))
-        return (low - room, high + room) if 0.0 < high - low < room else None
+        margin = _LEAST_SPREAD * max(abs(low), abs(high))
+        return (low - margin, high + margin) if 0.0 < high - low < margin else None
 
     @cached_property
     def upon(self) -> tuple[tuple[int, ...], ...]:

@@ -47,7 +47,7 @@ class ChartsHeading:
 
     Attributes:
         title: What the run is.
-        ghost: What the pale run is; empty if there is none.
+        ghost: A label of the ghost; empty without one.
         time: Where the play head stands [s].
         changes: When parameters change [s].
     """
@@ -77,7 +77,7 @@ def draw_charts_figure(charts: Sequence[DrawnChart], heading: ChartsHeading) -> 
     """
     remarks = [f"Play head at {heading.time:.6g} s.", *remarks_on(charts)]
     if heading.ghost:
-        remarks.insert(0, f"Pale: {heading.ghost}.")
+        remarks.insert(0, f"Ghost: {heading.ghost}.")
     rows = [charts[i : i + _COLUMNS] for i in range(0, len(charts), _COLUMNS)]
     tops = np.cumsum([_MARGIN + _HEADING, *(_row_height(row) for row in rows)])
     height = float(tops[-1]) + len(remarks) * _REMARK + _MARGIN
@@ -118,13 +118,18 @@ def _printed(text: str) -> str:
 
 
 def _draw_chart(
-    figure: Figure, drawn: DrawnChart, heading: ChartsHeading, left: float, top: float, room: float
+    figure: Figure,
+    drawn: DrawnChart,
+    heading: ChartsHeading,
+    left: float,
+    top: float,
+    legend: float,
 ) -> None:
     head = add_axes(figure, left, top, _COLUMN, _TITLE)
     head.set_axis_off()
     head.text(2.0 / _COLUMN, 0.5, _printed(drawn.chart.title), va="center", fontsize=9.5)
     width = _COLUMN - _LABELS - _RIGHT
-    axes = add_axes(figure, left + _LABELS, top + _TITLE + room, width, _PLOT)
+    axes = add_axes(figure, left + _LABELS, top + _TITLE + legend, width, _PLOT)
     axes.set_label(drawn.chart.key)
     _draw_lines(axes, drawn)
     for change in heading.changes:
@@ -142,7 +147,7 @@ def _draw_chart(
     axes.set_ylabel("" if drawn.chart.unit == "1" else f"[{_printed(drawn.chart.unit)}]")
     axes.tick_params(top=True, right=True)
     if drawn.own.chart.lines:
-        _draw_legend(figure, drawn.own.chart.lines, left, top + _TITLE, room)
+        _draw_legend(figure, drawn.own.chart.lines, left, top + _TITLE, legend)
 
 
 def _draw_lines(axes: Axes, drawn: DrawnChart) -> None:
@@ -176,9 +181,9 @@ def _style(line: Line, covers: int = 0) -> dict[str, Any]:
 
 
 def _draw_legend(
-    figure: Figure, lines: Sequence[Line], left: float, top: float, room: float
+    figure: Figure, lines: Sequence[Line], left: float, top: float, legend: float
 ) -> None:
-    box = add_axes(figure, left + _LABELS, top, _COLUMN - _LABELS - _RIGHT, room)
+    box = add_axes(figure, left + _LABELS, top, _COLUMN - _LABELS - _RIGHT, legend)
     box.set_axis_off()
     handles = [Line2D([], [], label=_printed(line.label), **_style(line)) for line in lines]
     box.legend(handles=handles, loc="center left", ncols=_PER_LEGEND_LINE, columnspacing=0.9)

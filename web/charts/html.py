@@ -32,7 +32,7 @@ class Cursors(NamedTuple):
 
 
 def head_html(chart: Chart, hidden: frozenset[str], *, dark: bool) -> str:
-    """Title with unit, and a legend that hides lines and has room for their values.
+    """Title with unit, and a legend that hides lines and has space for their values.
 
     Args:
         chart: The chart.

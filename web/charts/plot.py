@@ -15,14 +15,14 @@ from slipgrasp.web.charts.drawn import DrawnChart
 from slipgrasp.web.charts.html import head_html
 from slipgrasp.web.model.colours import css, legible
 
-# Room around the lines [px].
+# Margin around the lines [px].
 _TOP, _RIGHT, _BELOW, _LEFT = 6, 12, 28, 56
 _LABEL = 14
 _PALE, _BAND = 0.4, 0.12
 _PAD = 0.1
 _BROADER = 3.0
 _NO_POINTS = uplot.Series_Points(show=False)
-# What stands where a plot has room for a line and there is none.
+# What stands where a plot has space for a line and there is none.
 _NO_VALUES = np.empty(0)
 _NO_LINE = uplot.Series(show=False)
 
@@ -30,7 +30,7 @@ _NO_LINE = uplot.Series(show=False)
 class Plot:
     """A chart of a run, and pale that of its ghost.
 
-    It has room for a ghost from the start and never gets narrower: a large update comes to the
+    It has space for a ghost from the start and never gets narrower: a large update comes to the
     page in parts, and lines that have no column yet, or bands that have lost their lines, would
     be errors there.
 
@@ -120,9 +120,9 @@ def _scales(drawn: DrawnChart) -> dict[str, uplot.Scale]:
     chart, window = drawn.chart, drawn.own.window
     y = uplot.Scale(auto=True) if drawn.flat_range is None else uplot.Scale(range=drawn.flat_range)
     if chart.least > 0.0:
-        # At least from -least to +least, and some room beyond what lies outside.
-        room = {"pad": _PAD, "mode": 1}
-        limits = {"min": {"soft": -chart.least, **room}, "max": {"soft": chart.least, **room}}
+        # At least from -least to +least, and some margin beyond what lies outside.
+        padding = {"pad": _PAD, "mode": 1}
+        limits = {"min": {"soft": -chart.least, **padding}, "max": {"soft": chart.least, **padding}}
         y = uplot.Scale(range=limits)
     return {
         "x": uplot.Scale(time=False, range=(window.start, window.end)),

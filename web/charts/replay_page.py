@@ -87,9 +87,9 @@ def _record(
 
 
 def _frame(server: ViewerServer, layout: SceneLayout) -> None:
-    room = np.array([0.0, _room_for_words(layout)])
+    margin = np.array([0.0, _margin_for_words(layout)])
     framing = frame_box(
-        layout.low - room, layout.high + 1.6 * room, _SMALLEST_PICTURE, layout.plane
+        layout.low - margin, layout.high + 1.6 * margin, _SMALLEST_PICTURE, layout.plane
     )
     server.initial_camera.fov = FIELD_OF_VIEW
     server.initial_camera.up = (0.0, 0.0, 1.0)
@@ -97,17 +97,17 @@ def _frame(server: ViewerServer, layout: SceneLayout) -> None:
     server.initial_camera.look_at = framing.look_at
 
 
-def _room_for_words(layout: SceneLayout) -> float:
+def _margin_for_words(layout: SceneLayout) -> float:
     return _SHARE_FOR_WORDS * float(layout.high[1] - layout.low[1])
 
 
 def _add_words(server: ViewerServer, result: RunResult, layout: SceneLayout) -> viser.LabelHandle:
     """How the run went above the scene, and a clock below, which is returned."""
-    middle, room = 0.5 * (layout.low[0] + layout.high[0]), _room_for_words(layout)
+    middle, margin = 0.5 * (layout.low[0] + layout.high[0]), _margin_for_words(layout)
     words = (
-        ("outcome", headline_of(result), layout.high[1] + 1.1 * room, 1.5),
-        ("title", result.name, layout.high[1] + 0.3 * room, 0.9),
-        ("clock", "", layout.low[1] - 0.4 * room, 1.2),
+        ("outcome", headline_of(result), layout.high[1] + 1.1 * margin, 1.5),
+        ("title", result.name, layout.high[1] + 0.3 * margin, 0.9),
+        ("clock", "", layout.low[1] - 0.4 * margin, 1.2),
     )
     *_, clock = (
         server.scene.add_label(

@@ -26,7 +26,7 @@ Values = NDArray[np.float64]
 # Sizes in the picture; it grows with the width of its panel.
 _WIDTH, _FLAT, _SQUARE = 340.0, 190.0, 300.0
 _LEFT, _RIGHT, _TOP, _BELOW = 52.0, 10.0, 6.0, 34.0
-_ROOM = 0.05
+_MARGIN = 0.05
 _NO_LENGTH = 1e-12
 _PALE = 0.4
 
@@ -121,8 +121,8 @@ class DrawnXy:
         least = np.array([self.xy.least_across, self.xy.chart.least])
         stacked = np.concatenate([*points, [-least, least]] if least.any() else points or [[least]])
         low, high = np.nanmin(stacked, axis=0), np.nanmax(stacked, axis=0)
-        room = np.maximum(_ROOM * (high - low), _NO_LENGTH + 1e-3 * np.abs(high))
-        low, high = low - room, high + room
+        margin = np.maximum(_MARGIN * (high - low), _NO_LENGTH + 1e-3 * np.abs(high))
+        low, high = low - margin, high + margin
         if self.xy.span is not None:
             low[0], high[0] = self.xy.span
         return _scale(low, high, is_square=self.xy.is_true_to_scale)

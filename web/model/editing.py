@@ -98,7 +98,7 @@ class Editing:
         reach: What a control acts on.
         history: What was asked for before.
         gesture: The control moved last, if nothing else happened since.
-        ghost_due: Whether the run on the screen is to stay as a pale one when the next comes.
+        ghost_due: Whether the run on the screen becomes the ghost of the next one.
         file_errors: What is wrong with the scenario file that was loaded last.
         law_note: What the last step set with a law, None if it chose none.
     """

@@ -1,4 +1,4 @@
-"""How much room a page has, and what each column of it gets."""
+"""The size of a page, and the width of each of its columns."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Picture:
     height: int
     covered: int = 0
 
-    def has_room_of(self, other: Picture) -> bool:
+    def is_covered_alike(self, other: Picture) -> bool:
         """Whether it is the other one, or its strip is a few lines of text higher."""
         same_size = (self.width, self.height) == (other.width, other.height)
         return same_size and 0 <= self.covered - other.covered <= _FEW_LINES

@@ -1,4 +1,4 @@
-"""The run on the screen and the pale one below it as a pair; plain values, no viewer."""
+"""The run on the screen and its ghost as a pair; plain values, no viewer."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from slipgrasp.web.model.view import Comparing, Ghost, Pair, Shown, ViewState, s
 
 
 def pair_of(view: ViewState) -> Pair | None:
-    """Which two runs are on the screen; None if there is no pale one."""
+    """The two runs on the screen; None without a ghost."""
     if view.shown is None or view.ghost is None:
         return None
     return view.shown.ticket, view.ghost.shown.ticket
 
 
 def with_ghost(view: ViewState, recording: Replay, ticket: int) -> ViewState:
-    """Draws a recording pale below the run on the screen.
+    """Draws a recording as the ghost of the run on the screen.
 
     While the slip of the run is shown, the time range grows to hold that of both.
 
@@ -56,11 +56,11 @@ def can_swap(view: ViewState) -> bool:
 
 
 def swapped(view: ViewState, ticket: int) -> ViewState:
-    """Puts the pale run on the screen and the other one below it; the play head stays.
+    """Swaps the run on the screen and the ghost; the play head stays.
 
     Args:
         view: What is on the screen.
-        ticket: Tells the run that becomes pale from every other run of the session.
+        ticket: Identifies the run that becomes the ghost among the runs of the session.
     """
     recording = _recording_on_screen(view)
     pale = view.ghost.shown.replay if view.ghost else None

@@ -97,7 +97,7 @@ def moment_words(stamp: str) -> str:
     """A moment such as ``2026-11-21 10:05 UTC``.
 
     Args:
-        stamp: The moment as ISO 8601; another text is given back, cut short.
+        stamp: The moment as ISO 8601; other text is returned, shortened.
     """
     try:
         moment = datetime.fromisoformat(stamp).astimezone(UTC)

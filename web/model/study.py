@@ -81,7 +81,7 @@ class StudyView:
         listed: The newest studies of the store.
         is_draft_shown: Whether the panel shows the draft, rather than the map.
         is_draft_seen: Whether its tab is in front, so that the user sees the draft.
-        is_wide: Whether the map has more room than other panels.
+        is_wide: Whether the map is wider than other panels.
         message: Why a study could not be opened, if so.
     """
 

@@ -38,7 +38,7 @@ MOST_ROWS_WITH_PREMISES = 20_000
 """Rows of a trace that are evaluated again one by one, which takes some ten seconds."""
 
 Pair = tuple[int, int]
-"""Tickets of two runs: the one on the screen, and the pale one."""
+"""Tickets of two runs: the one on the screen, and the ghost."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -191,7 +191,7 @@ class ViewState:
         ghost: The run that is drawn pale below it.
         playback: Where the play head stands.
         run_list: The list of stored runs.
-        comparing: What tells the run on the screen and the pale one apart.
+        comparing: The comparison of the run on the screen and the ghost.
         replay: The recording that was opened last; there is a way back to it.
         notice: What the page has to say across all panels, empty if nothing.
         charts: What the user has made of the charts.
@@ -201,7 +201,7 @@ class ViewState:
         exporting: The file that is being made for the user.
         editing: How the user edits, and what was asked for before.
         appearance: How the picture looks.
-        page_layout: How much room the page has; None until it has told.
+        page_layout: The size of the page; None until the page has reported it.
         study: The study that is planned, and the one that is followed.
         premises: Those of the theorems for a run, once somebody has asked.
         tour: Place of the stop of the tour that was visited last, None outside it.
@@ -261,7 +261,7 @@ class ViewState:
 
     @cached_property
     def ghost_sample(self) -> Sample | None:
-        """The instant of the pale run, at the play head."""
+        """The instant of the ghost, at the play head."""
         return self._sample_of(self.ghost.shown if self.ghost else None)
 
     def _sample_of(self, shown: Shown | None) -> Sample | None:

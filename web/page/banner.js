@@ -87,7 +87,7 @@ function judge(found) {
   if (found.full) {
     alarm(
       "Too many viewers.",
-      "The server has no room for another page at the moment; this one waits.",
+      "The server has no capacity for another page at the moment; this one waits.",
       "Try again",
       ask,
     );

@@ -6,7 +6,7 @@
 //   keyboard.js       the keys, and their list
 //   charts.js         values and marks in the charts, and zoom by dragging over them
 //   picture.js        the picture of the scene as a file
-//   page_layout.js    how much room the page has
+//   page_layout.js    the size of the page
 //   numbers.js        numbers as people write them, where viser would read others
 //   lecture.js        large type for a lecture hall
 //   names.js          names of controls that viser leaves without

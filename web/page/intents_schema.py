@@ -109,13 +109,13 @@ _WORKING: tuple[type[Intent], ...] = (
     SeeStudyDraft,
 )
 RIGHTS: dict[type[Intent], Right] = {
-    **dict.fromkeys(_LOOKING, Right.LOOK),
+    **dict.fromkeys(_LOOKING, Right.READ),
     **dict.fromkeys(_WORKING, Right.EVERYTHING),
 }
-"""The intents that a page may post, and no others, each with the right that it takes.
+"""The only intents that a page may post, each with the right that it requires.
 
-What changes a scenario or a study, or has something simulated, takes every right; what only shows
-what there is takes that to look.
+Intents that change a scenario or a study, or start a simulation, require the full token; those
+that only show something require the read-only token.
 """
 
 

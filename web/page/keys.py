@@ -90,7 +90,7 @@ KEYS: tuple[KeyCommand, ...] = (
     ),
     _command("Ctrl+Z", "Undo", Icon.ARROW_BACK_UP, Undo()),
     _command("Ctrl+Shift+Z Ctrl+Y", "Redo", Icon.ARROW_FORWARD_UP, Redo()),
-    _command("X", "Dismiss the ghost: take the pale run away", Icon.GHOST_OFF, EndComparison()),
+    _command("X", "Dismiss the ghost", Icon.GHOST_OFF, EndComparison()),
 )
 
 _SIGNS = {

@@ -1,4 +1,4 @@
-// How much room the page has: told to the session whenever it has changed and come to rest, so
+// The size of the page: reported to the session whenever it has changed and come to rest, so
 // that the columns, the playback panel and the camera fit. Only the page knows its own pixels:
 // those of the canvas depend on the screen, and on how fast it draws.
 import { onFrame, state } from "./session_state.js";

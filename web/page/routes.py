@@ -34,7 +34,7 @@ def add_page_routes(app: FastAPI, relay: ViewerRelay) -> None:
 
     Args:
         app: The application; ``app.state.dashboard`` has the sessions once it lives.
-        relay: Knows whether there is room for another viewer.
+        relay: Knows whether it can serve another viewer.
     """
     app.state.viewer_relay = relay
     app.include_router(_router)

@@ -29,7 +29,7 @@ class AppearancePanel:
         self._folder = gui.add_folder("Picture", expand_by_default=False)
         with self._folder:
             self.dark = gui.add_checkbox(
-                "dark", appearance.dark, hint="Dark page and dark scene, for a dim room."
+                "dark", appearance.dark, hint="Dark page and dark scene, for dim light."
             )
             self.force_scale = gui.add_slider(
                 "force scale",

@@ -48,7 +48,7 @@ def is_reading_due(shown: float, wanted: float, window: TimeWindow, since: float
 
 
 class ChartsPanel:
-    """Shows the charts of the run, and pale those of its ghost.
+    """Shows the charts of the run, and those of its ghost.
 
     Args:
         client: The viewer.
@@ -157,7 +157,7 @@ class _Tab:
             plot.draw(chart, dark=dark)
         remarks = [*remarks_on(charts)]
         if any(chart.ghost for chart in charts):
-            remarks.insert(0, f"Pale: {ghost_label}.")
+            remarks.insert(0, f"Ghost: {ghost_label}.")
         self._note.visible = bool(remarks)
         self._note.content = note_html(remarks)
 

@@ -54,7 +54,7 @@ _INVITATION = (
 
 _HINTS: dict[type[Intent], str] = {
     Seek: "Puts the play head where the first signal of the two runs differs.",
-    SwapRuns: "Puts the pale run on the screen and the other below it; both must be saved.",
+    SwapRuns: "Swaps the run on the screen and the ghost; both must be saved.",
     EndComparison: "Shows the run on the screen alone.",
 }
 MOST_PHASE_CHANGES = 12
@@ -72,7 +72,7 @@ class ComparePanel:
 
     Attributes:
         a: Chooses the run on the screen.
-        b: Chooses the pale run.
+        b: Chooses the ghost.
         findings: What tells them apart.
     """
 
@@ -84,7 +84,7 @@ class ComparePanel:
             "A, on screen", (ON_SCREEN,), hint="The run that is drawn in full colours."
         )
         self.b = gui.add_dropdown(
-            "B, pale", (NONE,), hint="The stored run that is drawn pale below it."
+            "B, ghost", (NONE,), hint="The stored run that is drawn pale below it."
         )
         self.findings = gui.add_html("")
         for picker in (self.a, self.b):
@@ -114,7 +114,7 @@ class ComparePanel:
                     replay.run_id, f"{_shortened(replay.name, _LONGEST_NAME)} · {replay.run_id}"
                 )
         self._ids = {label: run_id for run_id, label in labels.items()}
-        # A pale run that nobody chose here, such as the one before a change, stands there too.
+        # A ghost that was not chosen here, such as the run before a change, is listed too.
         unsaved = view.ghost.label if view.ghost and pale is None else NONE
         for picker, firsts, replay in (
             (self.a, (ON_SCREEN,), on_screen),
@@ -146,7 +146,7 @@ def compare_html(view: ViewState) -> str:
 
 
 def _run_html(letter: str, name: str, shown: Shown) -> str:
-    """Which run a letter stands for, and how it went; the pale one is pale."""
+    """The run of a letter, and its outcome."""
     headline = headline_of(shown.result)
     return (
         f"<div class='sg-run {'' if letter == 'A' else 'sg-pale'}'><span>{letter}</span>"
@@ -218,7 +218,7 @@ def findings_html(
     """What tells two runs apart, the most important first.
 
     Args:
-        findings: The comparison of the run on the screen, A, and the pale one, B.
+        findings: The comparison of the run on the screen, A, and the ghost, B.
         names: What the fingers are called.
         unknowns: Dotted keys of what both runs estimate; empty if that is not the same.
         space: The kind of hand of the runs.
@@ -230,7 +230,7 @@ def findings_html(
         for difference in findings.scenario
     )
     blocks = (
-        _verdict_html(findings, names),
+        _outcome_html(findings, names),
         _table_html("What was set", ("A", "B"), parameters),
         _table_html("How it went", ("A", "B", _DIFFERENCE), _metric_rows(findings, names)),
         _phases_html(findings, names),
@@ -240,7 +240,7 @@ def findings_html(
     return "".join(blocks)
 
 
-def _verdict_html(findings: Comparison, names: Sequence[str]) -> str:
+def _outcome_html(findings: Comparison, names: Sequence[str]) -> str:
     if findings.equal:
         return f"<p><b>The same happened</b>, within {_limit(findings)}.</p>"
     first = first_divergence(findings)

@@ -101,27 +101,27 @@ def outcome_html(
         premises: What is told of the theorems, as HTML.
         tried: What came of trying the hint; None while it is tried.
     """
-    verdict = ""
+    card = ""
     if shown is not None:
-        verdict = _card_html(shown.result, how_heavy, premises, tried)
+        card = _card_html(shown.result, how_heavy, premises, tried)
         if status.stage is RunStage.REFUSED:
-            verdict = f"<div style='opacity:0.55'>{verdict}</div>"
+            card = f"<div style='opacity:0.55'>{card}</div>"
     note = status_html(status, shown)
     is_first = status.stage in (RunStage.REFUSED, RunStage.REPLAY)
-    parts = [note, verdict] if is_first else [verdict, note]
+    parts = [note, card] if is_first else [card, note]
     return f"<div class='sg-outcome'>{''.join(parts)}</div>"
 
 
 def _card_html(result: RunResult, how_heavy: str, premises: str, tried: TriedHint | None) -> str:
     """What matters most in plain sight; the rest unfolds, and then stays so."""
-    verdict = describe_run(result)
+    outcome = describe_run(result)
     known = describe_knowledge(result.scenario)
-    sentences = [text for text in verdict.sentences if text != known]
+    sentences = [text for text in outcome.sentences if text != known]
     told = [in_page_words(text, result.scenario) for text in sentences]
     return (
-        f"<div class='sg-verdict' style='color:{tone(verdict.tone)}'>{escape(verdict.headline)}"
+        f"<div class='sg-verdict' style='color:{tone(outcome.tone)}'>{escape(outcome.headline)}"
         f"</div>{_paragraph(escape(' '.join(told[:_TOLD])))}{_first_slip_html(result)}"
-        f"{_knowledge_html(known, result)}{_hint_html(verdict, tried, result.scenario)}"
+        f"{_knowledge_html(known, result)}{_hint_html(outcome, tried, result.scenario)}"
         f"{_how_heavy_html(result, how_heavy)}{_warnings_html(result)}"
         "<details data-sg-fold='outcome'><summary>Squeeze, forces, margins, tracking</summary>"
         f"{_paragraph(escape(' '.join(told[_TOLD:])))}{_metrics_html(result)}{premises}</details>"
@@ -149,16 +149,16 @@ def _first_slip_html(result: RunResult) -> str:
     return f"<p>First to slip: {escape(joined(names))}, at {go}</p>"
 
 
-def _hint_html(verdict: Verdict, tried: TriedHint | None, scenario: Scenario) -> str:
+def _hint_html(outcome: Verdict, tried: TriedHint | None, scenario: Scenario) -> str:
     """What to try: a button with its effect for each option that helped when it was tried.
 
     Until then, and where nothing could be tried, it is told in words.
     """
-    if verdict.hint.goal is Goal.MARGIN:
+    if outcome.hint.goal is Goal.MARGIN:
         varied = "friction of all fingers" if any(f.friction for f in scenario.fingers) else "mass"
         return _paragraph(f"<b>How far from a loss?</b> Vary the {varied} in <i>Study</i>.")
     if tried is None or not tried.helpful:
-        words = sentence(str(tried)) if tried is not None else verdict.suggestion
+        words = sentence(str(tried)) if tried is not None else outcome.suggestion
         told = escape(in_page_words(words, scenario))
         title = "Tried" if tried is not None and tried.count else "Try"
         return _paragraph(f"<b>{title}:</b> {told}") if told else ""

@@ -122,7 +122,7 @@ def caption_html(shown: Shown, ghost: Ghost | None, time: float) -> str:
     pale = (
         ""
         if ghost is None
-        else f"<span><i style='opacity:0.4'>▬</i> pale: {escape(ghost.label)}</span>"
+        else f"<span><i style='opacity:0.4'>▬</i> ghost: {escape(ghost.label)}</span>"
     )
     return (
         f'<div class="sg-caption">{_origin_html(shown)}'

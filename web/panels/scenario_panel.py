@@ -180,14 +180,14 @@ def reach_html(reach: Reach, playback: Playback | None) -> str:
 
 
 def listed_html(draft: Draft, ghost: Ghost | None) -> str:
-    """What changes, happens and is pale, in a place of one size: the controls below never move."""
+    """Changes, events and the ghost, in a box of fixed size: the controls below never move."""
     listed = changes_html(draft) + ghost_html(ghost)
     empty = (
         "<div class='sg-editor-note sg-empty'>Drag the object in the picture to push it. What "
         "changes during the run is listed here.</div>"
     )
     return (
-        "<div class='sg-listed' role='region' tabindex='0' aria-label='Changes and pale run'>"
+        "<div class='sg-listed' role='region' tabindex='0' aria-label='Changes and ghost'>"
         f"{listed or empty}</div>"
     )
 
@@ -231,14 +231,14 @@ def _disturbance_html(draft: Draft, index: int) -> str:
 
 
 def ghost_html(ghost: Ghost | None) -> str:
-    """What the pale run is, and a button that takes it away; nothing if there is none."""
+    """The label of the ghost, and a button that dismisses it; empty without a ghost."""
     if ghost is None:
         return ""
-    hint = f"Take the pale run away (key {keys_of(EndComparison())})"
+    hint = f"Dismiss the ghost (key {keys_of(EndComparison())})"
     button = _button("dismiss ghost", hint, EndComparison())
     return (
         "<div class='sg-editor-note'><div class='sg-editor-row'>"
-        f"<span>Pale: {escape(ghost.label)}</span>{button}</div></div>"
+        f"<span>Ghost: {escape(ghost.label)}</span>{button}</div></div>"
     )
 
 

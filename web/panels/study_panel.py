@@ -57,7 +57,7 @@ class StudyPanel:
     Args:
         gui: Where it goes.
         send: Takes the intents.
-        widen: Gives the panel more room than others have, or takes it back.
+        widen: Makes the panel wider than the others, or as wide again.
 
     Attributes:
         draft: What the next study varies.
@@ -161,7 +161,7 @@ class _MapPart:
         self.tools = gui.add_button_group(
             "map",
             (_NEW, _WIDER, _NARROWER),
-            hint="Plans another study, or gives the map more or less room.",
+            hint="Plans another study, or makes the map wider or narrower.",
         )
         self.summary = gui.add_html("")
         self.bar = gui.add_progress_bar(0.0)
@@ -231,7 +231,7 @@ class _MapPart:
 
 
 class _KnownStudies:
-    """The studies of the store, whoever made them.
+    """The studies of the store, of all users.
 
     Args:
         gui: Where it goes.

@@ -63,7 +63,7 @@ class XyTab:
             for xy in self._drawn
         )
         is_pale = any(xy.ghost for xy in self._drawn)
-        self._note.content = note_html([f"Pale: {ghost_label}."])
+        self._note.content = note_html([f"Ghost: {ghost_label}."])
         self._note.visible = is_pale
 
     def read(self, trace: Trace, cursors: Cursors) -> None:

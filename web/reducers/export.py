@@ -93,7 +93,7 @@ class ExportReducer(Reducer):
 
     def _charts(self, view: ViewState, shown: Shown) -> bytes:
         runs = (shown.result, *((view.ghost.shown.result,) if view.ghost else ()))
-        with self._recordings.room_for(*runs):
+        with self._recordings.reserve_for(*runs):
             return _charts_file(view, shown)
 
     def _draw(
@@ -109,7 +109,7 @@ class ExportReducer(Reducer):
             clip, still = clip_of(view, asked.height), AT_THE_END
         else:
             clip, still = clip_of(view), still_of(view, asked)
-        with self._recordings.room_for(shown.result):
+        with self._recordings.reserve_for(shown.result):
             _PICTURES[asked.name].write(shown.result, stream, tell, clip=clip, still=still)
         return stream.getvalue()
 

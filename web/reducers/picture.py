@@ -61,7 +61,7 @@ class PictureReducer(Reducer):
         return view
 
     def _fit(self, measured: MeasurePage, view: ViewState) -> ViewState:
-        """Takes note of the page's room; what it prefers counts until its user chooses."""
+        """Takes note of the page's size; its preference counts until the user chooses."""
         self._camera.measure(measured.layout.picture)
         is_first = view.page_layout is None
         appearance = (

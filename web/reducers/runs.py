@@ -45,7 +45,7 @@ def is_save_due(stage: RunStage, rested: float) -> bool:
 
 
 class RunReducer(Reducer):
-    """Turns the draft into a run, whoever made the draft.
+    """Turns the draft into a run.
 
     Args:
         service: Simulates.

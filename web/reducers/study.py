@@ -44,7 +44,7 @@ POLL_INTERVAL = 0.5
 REST_BEFORE_PRICE = 1.0
 """How long both drafts rest before the study is priced, which simulates the base once [s].
 
-Whoever does not look at it need not know its price.
+The price is computed only while the tab is in front.
 """
 
 DraftIntent = ChooseAxis | SetRange | ChooseComparison
@@ -253,7 +253,7 @@ class StudyReducer(Reducer):
 
 
 def _on_map(study: StudyView, followed: Followed) -> StudyView:
-    """The map of another study, with room to read it."""
+    """The map of another study, wide enough to read it."""
     return replace(study, followed=followed, study_run=None, is_draft_shown=False, is_wide=True)
 
 

@@ -111,7 +111,7 @@ class FrontCamera:
         A strip that becomes a little lower, as where a line of the panel no longer wraps, leaves
         the camera where it is: else it would move at every other edit.
         """
-        if not self._picture.has_room_of(picture):
+        if not self._picture.is_covered_alike(picture):
             self._picture = picture
             if self._free:
                 self.frame()

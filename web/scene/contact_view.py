@@ -189,8 +189,8 @@ class ContactView:
         length = math.hypot(*arrow.tolist())
         if length == 0.0 or math.isinf(self._reach):
             return arrow
-        room = distance_to_circle(tip, arrow / length, self._reach)
-        return min(1.0, room / length) * arrow
+        limit = distance_to_circle(tip, arrow / length, self._reach)
+        return min(1.0, limit / length) * arrow
 
     def _draw_tip(self, tip: Points) -> None:
         self._tip.position = tip

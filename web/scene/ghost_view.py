@@ -126,7 +126,7 @@ class _PaleSlip:
         detail: Detail,
     ) -> None:
         sizes = sizes_in_lens(layout.lens_radius)
-        self._room = 0.9 * layout.lens_radius
+        self._limit = 0.9 * layout.lens_radius
         # Planar lenses have the axes of the object, others those of the face: right is t_y, up t_x.
         flat = contact.dimensions == 2
         self._axes = -contact.axes[:2, :1].T if flat else np.eye(2)[::-1]
@@ -148,8 +148,8 @@ class _PaleSlip:
 
     def _draw(self, slip: Points) -> None:
         length = float(np.linalg.norm(slip))
-        self._ring.visible = length <= self._room
+        self._ring.visible = length <= self._limit
         across = slip @ self._axes
         self._ring.position = position(self._middle + across, self._depth)
-        end = min(1.0, self._room / max(length, 1e-9)) * across
+        end = min(1.0, self._limit / max(length, 1e-9)) * across
         self._trail.points = lift(self._inside + np.array([[0.0 * end, end]]), self._depth)

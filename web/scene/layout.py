@@ -84,11 +84,11 @@ class SceneLayout:
 
 
 def lay_out(result: RunResult, *, whole_hand: bool = False) -> SceneLayout:
-    """Room for the object and its fingertips below, and one lens per contact above them.
+    """The area of the object and its fingertips below, and one lens per contact above them.
 
     Args:
         result: The run, whose motion and largest slip decide places and magnification.
-        whole_hand: Whether there is room for the fingers too, as far as their mounts.
+        whole_hand: Whether the area includes the fingers, as far as their mounts.
     """
     scenario, trace, full = result.scenario, result.trace, full_scale(result)
     count = len(scenario.fingers)

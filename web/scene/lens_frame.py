@@ -22,7 +22,7 @@ Points = NDArray[np.float64]
 
 _RIM_SEGMENTS = 72
 _LEAST_SHOWN = 0.001  # [mm]
-_DIGITS, _ROOM = 24, 200  # [px]
+_DIGITS, _WIDEST = 24, 200  # [px]
 _FINE_LINE = 0.018
 _BEHIND = 0.1
 
@@ -125,14 +125,14 @@ class LensFrame:
     def _add_words(self, name: str, text: str, place: float, height: float) -> viser.ImageHandle:
         """Words on the page, small enough for the width of the lens."""
         words = lettering(text, self._surfaces.ink, self._surfaces.page)
-        room = 2.0 * self._radius * words.shape[0] / words.shape[1]
-        image = SceneImage(words, min(height * self._radius, room))
+        widest = 2.0 * self._radius * words.shape[0] / words.shape[1]
+        image = SceneImage(words, min(height * self._radius, widest))
         return add_image_in_plane(self._scene, f"{self._name}/{name}", image, self._at(place), 0.0)
 
     def _line(self, text: str) -> Pixels:
         """Numbers on the page, always as wide: only what is on the picture changes."""
         surfaces = self._surfaces
-        return lettering(text, surfaces.ink, surfaces.page, size=_DIGITS, width=_ROOM)
+        return lettering(text, surfaces.ink, surfaces.page, size=_DIGITS, width=_WIDEST)
 
     def _add_line(self, line: int) -> viser.ImageHandle:
         height = places.NUMBERS_HEIGHT * self._radius

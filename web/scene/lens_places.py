@@ -71,7 +71,7 @@ def place_lenses(low: Points, high: Points, count: int) -> LensPlaces:
 
 
 def box_around(corners: Points, path: Points, lag: Points, radius: float) -> tuple[Points, Points]:
-    """A box around an object wherever it should be, with room for what it lags behind.
+    """A box around an object wherever it should be, with a margin for its lag.
 
     Runs of one desired motion that lag behind it by little have the same.
 

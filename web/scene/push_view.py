@@ -19,7 +19,7 @@ Points = NDArray[np.float64]
 
 _ARC = 1.5 * math.pi
 _SHORTEST = 1e-3
-_ROOM = 0.6
+_MARGIN = 0.6
 """How far beyond an arrow its words stand, in the radius of the object."""
 
 
@@ -100,7 +100,7 @@ class PushView:
         self._words.text = push_words(*np.linalg.norm([force, moment], axis=1).tolist())
         # The head may be longer than the arrow.
         length = float(np.linalg.norm(tail))
-        far = max(length, self._head) + _ROOM * self._radius
+        far = max(length, self._head) + _MARGIN * self._radius
         self._words.position = far / length * tail
 
 

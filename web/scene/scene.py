@@ -197,7 +197,7 @@ class Scene:
         self._wet = wet
 
     def _show_ghost(self, ghost: RunResult | None, views: _Views, layout: SceneLayout) -> None:
-        """The nodes of the pale run; they stay, hidden, until one of another shape comes."""
+        """The nodes of the ghost; they stay, hidden, until one of another shape comes."""
         if ghost is None:
             if self._ghost is not None:
                 self._ghost.show(visible=False, lenses=False)

@@ -54,7 +54,7 @@ class ComparisonWorker(QueueWorker):
 
     def _compare(self, pair: Pair, a: RunResult, b: RunResult) -> None:
         try:
-            with self._recordings.room_for(a, b):
+            with self._recordings.reserve_for(a, b):
                 found = compare(a, b)
             self._send(RunsCompared(pair, found))
         except SlipgraspError as error:

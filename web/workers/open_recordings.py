@@ -71,13 +71,13 @@ class OpenRecordings:
                 self._open[replay] = file
         return replay
 
-    def room_for(self, *runs: RunResult) -> AbstractContextManager[Lease]:
-        """Within it runs may be compared or drawn.
+    def reserve_for(self, *runs: RunResult) -> AbstractContextManager[Lease]:
+        """Reserves the memory to compare or draw runs.
 
         Raises:
             ServiceBusyError: If there is no memory for that for some time.
         """
-        return self.memory.room(Need.to_work_on(*runs))
+        return self.memory.reserve(Need.to_work_on(*runs))
 
     def _read(
         self,
@@ -87,7 +87,7 @@ class OpenRecordings:
     ) -> RunResult:
         """Reads a run, which counts until no page has it any more."""
         need = Need.to_open(read_size(path, unfinished=path.suffix == PART_SUFFIX))
-        with self.memory.room_to_hold(need, self._held_only_by(instead_of)) as lease:
+        with self.memory.reserve_to_hold(need, self._held_only_by(instead_of)) as lease:
             result = read_run(path, should_stop)
             lease.keep(result, size_of_run(result))
         return result

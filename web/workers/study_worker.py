@@ -157,7 +157,7 @@ class StudyWorker(QueueWorker):
         if not is_new and not status.state.has_ended and started < self._draw_again_at:
             return None, True
         try:
-            with self._memory.room(Need.for_rows(status.finished)):
+            with self._memory.reserve(Need.for_rows(status.finished)):
                 picture = draw_map(self._service.results(status.stored.id))
         except ServiceBusyError:
             # It is asked for again with the next look at the study.

@@ -136,10 +136,10 @@ def check_law_parameters(scenario: Scenario) -> Iterator[FieldError]:
         yield FieldError(
             field="controller.kind",
             value=own[1],
-            limit="one law that is not built in",
+            limit="one custom law",
             message=(
-                f"controller.kind: '{own[1]}' would follow '{own[0]}' in one run, which has room "
-                "for the memory of one law that is not built in; choose one of them"
+                f"controller.kind: '{own[1]}' would follow '{own[0]}' in one run, which has "
+                "memory for one custom law; choose one of them"
             ),
         )
     law = custom_law(own[0]) if own else None

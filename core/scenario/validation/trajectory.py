@@ -50,7 +50,7 @@ def _check_moves(points: Sequence[AnySetPoint]) -> Iterator[FieldError]:
 
 def _check_cycles(trajectory: AnyTrajectory) -> Iterator[FieldError]:
     """Cycles have the time to speed up and to brake."""
-    ramp, room = trajectory.acceleration_time, trajectory.cycles * trajectory.period
+    ramp, longest = trajectory.acceleration_time, trajectory.cycles * trajectory.period
     if ramp < MIN_RAMP:
         yield FieldError(
             field="trajectory.acceleration_time",
@@ -61,7 +61,7 @@ def _check_cycles(trajectory: AnyTrajectory) -> Iterator[FieldError]:
                 f"{trajectory.kind} speeds up from rest in at least {MIN_RAMP:g} s"
             ),
         )
-    if ramp > room + SAME_TIME:
+    if ramp > longest + SAME_TIME:
         least = ramp / trajectory.period
         yield FieldError(
             field="trajectory.cycles",
@@ -70,7 +70,7 @@ def _check_cycles(trajectory: AnyTrajectory) -> Iterator[FieldError]:
             message=(
                 f"trajectory.cycles is {trajectory.cycles:g}, too few to speed up and brake in "
                 f"{ramp:g} s each; at least {least:g} cycles of {trajectory.period:g} s, or an "
-                f"acceleration_time of at most {room:g} s"
+                f"acceleration_time of at most {longest:g} s"
             ),
         )
 

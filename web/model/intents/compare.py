@@ -16,7 +16,7 @@ class CompareRuns(LatestIntent):
 
     Attributes:
         a: The one on the screen; empty if it is to stay as it is.
-        b: The pale one; empty if there is to be none.
+        b: The ghost; empty for none.
     """
 
     a: str
@@ -25,12 +25,12 @@ class CompareRuns(LatestIntent):
 
 @dataclass(frozen=True, slots=True)
 class SwapRuns(Intent):
-    """The user wants the pale run on the screen, and the other one pale."""
+    """The user swaps the run on the screen and the ghost."""
 
 
 @dataclass(frozen=True, slots=True)
 class EndComparison(Intent):
-    """The user wants the pale run to be gone."""
+    """The user dismisses the ghost."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +40,7 @@ class RunsOpened(Intent):
     Attributes:
         number: Which request this answers.
         a: The one to put on the screen; None if that is to stay as it is.
-        b: The pale one.
+        b: The ghost.
     """
 
     number: int

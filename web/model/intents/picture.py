@@ -29,7 +29,7 @@ class CameraMoved(LatestIntent):
 
 @dataclass(frozen=True, slots=True)
 class MeasurePage(LatestIntent):
-    """The page tells how much room it has, and whether its user likes pages to be dark."""
+    """The page reports its size, and whether its user prefers dark pages."""
 
     layout: PageLayout
     prefers_dark: bool

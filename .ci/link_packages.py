@@ -1,6 +1,6 @@
 """Lays out the packages as they lie when installed, as links in build/links.
 
-Linters find modules by folders: this shows them each folder beside slipgrasp/ as a room inside it.
+Linters find modules by folders: they see each folder beside slipgrasp/ as a package inside it.
 """
 
 import os
@@ -12,5 +12,5 @@ LINKS = ROOT / "build" / "links" / "slipgrasp"
 
 shutil.rmtree(LINKS, ignore_errors=True)
 shutil.copytree(ROOT / "slipgrasp", LINKS, copy_function=os.symlink)
-for room in ("core", "scene", "recordings", "figures", "server", "web"):
-    shutil.copytree(ROOT / room, LINKS / room, copy_function=os.symlink)
+for name in ("core", "scene", "recordings", "figures", "server", "web"):
+    shutil.copytree(ROOT / name, LINKS / name, copy_function=os.symlink)

@@ -34,7 +34,7 @@ from tests.server.test_viewer_relay import PROTOCOL, Echo
 pytestmark = pytest.mark.slow
 
 TOKENS = Tokens("the-token-of-these-tests")
-LOOKS = [kind for kind, right in RIGHTS.items() if right is Right.LOOK]
+LOOKS = [kind for kind, right in RIGHTS.items() if right is Right.READ]
 WORKS = [kind for kind, right in RIGHTS.items() if right is Right.EVERYTHING]
 WORKING = (ExportReducer, HeavierReducer, HintsReducer, LawsReducer, RunReducer, StudyReducer)
 """What has something simulated, stored or drawn for good."""
@@ -89,7 +89,7 @@ def test_who_may_look_changes_and_computes_nothing(server, taken, kind) -> None:
         shown = {"Authorization": f"Bearer {TOKENS.read_only}"}
         gestures = [gesture(LOOKS[0]), gesture(kind)]
         answer = client.post(address, json=gestures, headers=shown)
-        assert answer.status_code == 403 and "look only" in answer.json()["detail"]
+        assert answer.status_code == 403 and "read-only" in answer.json()["detail"]
         assert reached == []
         assert client.post(address, json=gestures[1:]).status_code == 202
     assert [type(intent) for intent in reached] == [kind, TryHints]
