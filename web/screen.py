@@ -82,6 +82,7 @@ class Screen:
         self._player.expand()
         self._is_wide = self._is_lecture = False
         self._arrangement: Arrangement | None = None
+        self._restored = 0
         self._widths = (0, 0, 0)
         self._page_layout = layout
         self._fit()
@@ -109,6 +110,11 @@ class Screen:
         if view.page_layout is not None and view.page_layout != self._page_layout:
             self._page_layout = view.page_layout
             self._fit()
+        if view.restored != self._restored:
+            self._restored, self._arrangement = view.restored, None
+            self._fit()
+            for panel in (self._results, self._gui.main_panel, self._player):
+                panel.expand()
         if view.appearance.lecture != self._is_lecture:
             self._is_lecture = view.appearance.lecture
             self._lay_out_lecture()

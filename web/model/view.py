@@ -202,6 +202,7 @@ class ViewState:
         editing: How the user edits, and what was asked for before.
         appearance: How the picture looks.
         page_layout: The size of the page; None until the page has reported it.
+        restored: How often the panels were put back where they were at first.
         study: The study that is planned, and the one that is followed.
         premises: Those of the theorems for a run, once somebody has asked.
         tour: Place of the stop of the tour that was visited last, None outside it.
@@ -228,6 +229,7 @@ class ViewState:
     editing: Editing = field(default_factory=Editing)
     appearance: Appearance = field(default_factory=Appearance)
     page_layout: PageLayout | None = None
+    restored: int = 0
     study: StudyView = field(default_factory=StudyView)
     premises: ToldPremises | None = None
     tour: int | None = None

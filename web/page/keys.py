@@ -10,7 +10,7 @@ from viser import Icon, IconName
 from slipgrasp.web.model.disturbances import DisturbanceKind
 from slipgrasp.web.model.intents.compare import EndComparison
 from slipgrasp.web.model.intents.intent import Intent
-from slipgrasp.web.model.intents.picture import FrameHand, ToggleLecture, ToggleMark
+from slipgrasp.web.model.intents.picture import FrameHand, RestoreLayout, ToggleLecture, ToggleMark
 from slipgrasp.web.model.intents.playback import (
     ChangeSpeed,
     ChooseWindow,
@@ -74,6 +74,7 @@ KEYS: tuple[KeyCommand, ...] = (
         ToggleLecture(),
         RUN_TAB,
     ),
+    _command("R", "Restore the layout of the panels", Icon.LAYOUT, RestoreLayout()),
     _command("T", "Tour of the presets: begin or leave", Icon.ROUTE, ToggleTour(), RUN_TAB),
     _command("1", "Push the object", Icon.ARROW_BIG_DOWN, AddDisturbance(DisturbanceKind.PUSH)),
     _command(
