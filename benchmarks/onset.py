@@ -2,7 +2,7 @@
 
 Two fingers turn the object of weight m g at a constant speed, from an angle at which the
 weight presses it against finger 1. Both carry m g cos(theta) / 2 by friction; the least
-squeeze keeps finger 0, which the weight leaves, on the friction cone of mu^ the controller
+internal force keeps finger 0, which the weight leaves, on the friction cone of mu^ the controller
 believes in, and presses finger 1 by -m g sin(theta) more. So finger 1, whose friction mu_1 is
 less than believed, leaves its cone where tan(theta) = (1 / mu^ - 1 / mu_1) / 2.
 """

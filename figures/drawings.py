@@ -44,7 +44,7 @@ def figure_names(scenario: Scenario) -> dict[str, str]:
 
     Returns:
         Full name by kind, in order: ``schematic``, ``tracking``, ``estimates`` (if
-        anything is estimated), ``forces`` and ``premises`` (of the paper's theorems, where they
+        anything is estimated), ``forces`` and ``premises`` (assumptions of the theorems, where they
         speak of it); in a scenario equal to one of the paper's presets ``fig-4-schematic`` and
         so on, where the paper has such a figure. Of a spatial hand ``slips`` in place of the
         schematic.
@@ -59,7 +59,7 @@ def figure_names(scenario: Scenario) -> dict[str, str]:
 
 
 def draw_figures(result: RunResult) -> dict[str, Figure]:
-    """Draws the schematic, tracking and slip, estimates, forces and premises of a run.
+    """Draws the schematic, tracking and slip, estimates, forces and assumptions of a run.
 
     Args:
         result: The run, live or read back from its recording: both give equal figures.

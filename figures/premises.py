@@ -1,4 +1,4 @@
-"""The figure of the theorems' premises: Eq. 20, and the bound of Eq. 55 beside the run."""
+"""The figure of the theorems' assumptions: Eq. 20, and the bound of Eq. 55 beside the run."""
 
 from __future__ import annotations
 

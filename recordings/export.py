@@ -100,10 +100,10 @@ class ExportFormat:
             fps: Frames per second of a moving picture.
             clip: What a picture shows.
             still: Which instant of it, if it stands still.
-            premises: Whether data have the premises of the theorems too.
+            premises: Whether to add the assumptions of the theorems to data.
 
         Raises:
-            PremisesError: If they are asked for and the theorems do not speak of the run.
+            PremisesError: If they are requested and the theorems do not apply to the run.
         """
         write = _find(self.writer)
         if self.is_still:
@@ -251,10 +251,10 @@ def write_csv(result: RunResult, stream: TextStream, *, premises: bool = False) 
     Args:
         result: The run.
         stream: Where the text goes.
-        premises: Whether the premises of the theorems follow (`slipgrasp.core.run.premises`).
+        premises: Whether to add the assumptions of the theorems (`slipgrasp.core.run.premises`).
 
     Raises:
-        PremisesError: If they are asked for and the theorems do not speak of the run.
+        PremisesError: If they are requested and the theorems do not apply to the run.
     """
     from slipgrasp.core.trace.columns import short_columns
 
@@ -308,10 +308,10 @@ def write_npz(result: RunResult, stream: BinaryIO, *, premises: bool = False) ->
     Args:
         result: The run.
         stream: Where the file goes; it must be seekable.
-        premises: Whether the premises of the theorems follow (`slipgrasp.core.run.premises`).
+        premises: Whether to add the assumptions of the theorems (`slipgrasp.core.run.premises`).
 
     Raises:
-        PremisesError: If they are asked for and the theorems do not speak of the run.
+        PremisesError: If they are requested and the theorems do not apply to the run.
     """
     import zipfile
 
@@ -346,10 +346,10 @@ def write_parquet(result: RunResult, stream: BinaryIO, *, premises: bool = False
     Args:
         result: The run.
         stream: Where the file goes.
-        premises: Whether the premises of the theorems follow (`slipgrasp.core.run.premises`).
+        premises: Whether to add the assumptions of the theorems (`slipgrasp.core.run.premises`).
 
     Raises:
-        PremisesError: If they are asked for and the theorems do not speak of the run.
+        PremisesError: If they are requested and the theorems do not apply to the run.
     """
     from slipgrasp.core.trace.columns import columns_of
 

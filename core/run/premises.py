@@ -1,8 +1,8 @@
-"""What the paper's theorems suppose and promise, as quantities along a run (Eq. 20 and 50 to 57).
+"""Assumptions and bounds of the paper's theorems along a run (Eq. 20 and 50 to 57).
 
-The state of every row is evaluated again by the kernel; nothing here decides anything of a run.
-The theorems are about the torque of Eq. 23 and 27: where ``distribution`` shares the forces out
-otherwise, what that disturbs is not in tau_d.
+The kernel evaluates the state of every row again; no run depends on these quantities. The theorems
+apply to the torque of Eq. 23 and 27: another ``distribution`` of the forces adds a disturbance that
+tau_d does not include.
 """
 
 from __future__ import annotations
@@ -32,11 +32,11 @@ def _signal(unit: str, text: str) -> Signal:
 
 
 class PremisesError(SlipgraspError, ValueError):
-    """The theorems do not speak of a run."""
+    """The theorems do not apply to a run."""
 
     def __init__(self, scenario: Scenario) -> None:
         super().__init__(
-            f"the theorems speak of {' and '.join(KINDS)} without timed changes and patches; this "
+            f"the theorems apply to {' and '.join(KINDS)} without timed changes and patches; this "
             f"run has controller.kind '{scenario.controller.kind}', {len(scenario.changes)} changes"
             f" and {len(scenario.patches)} patches"
         )
@@ -44,7 +44,7 @@ class PremisesError(SlipgraspError, ValueError):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Premises:
-    """Premises and bounds of Theorems 2 to 4, one value per row of the trace.
+    """Assumptions and bounds of Theorems 2 to 4, one value per row of the trace.
 
     ``r_1`` of Eq. 50 is taken without positions whose gain is 0, as that of the slips usually is:
     neither V nor Q depends on them, and the least eigenvalue of K* would be 0 always. SI units
@@ -98,11 +98,11 @@ class Premises:
         holds = "holds" if least > 0.0 else "does not hold"
         return (
             f"Over every {WINDOW:g} s of the desired motion the eigenvalues of Eq. 20 lie between "
-            f"{least:.2g} and {greatest:.2g}, so its premise {holds}; of slip it says nothing."
+            f"{least:.2g} and {greatest:.2g}, so its assumption {holds}; slip is not part of it."
         )
 
     def describe(self) -> str:
-        """What the bound of Eq. 55 says of this run, and what the error did, in one sentence."""
+        """Describes the bound of Eq. 55 and the error of this run in one sentence."""
         finite = np.isfinite(self.radius)
         did = f"the error |r_1| went from {self.error[0]:.3g} to {self.error[-1]:.3g}, "
         did += f"at most {self.error.max():.3g}"
@@ -122,8 +122,8 @@ def premise_signals() -> dict[str, Signal]:
     return {name: get_args(hint)[1] for name, hint in hints.items() if name != "times"}
 
 
-def tell_premises(result: RunResult) -> tuple[str, ...]:
-    """What Theorems 1 to 4 suppose of a run and promise, and what it did, a sentence for each.
+def describe_premises(result: RunResult) -> tuple[str, ...]:
+    """Compares the assumptions and bounds of Theorems 1 to 4 with a run, a sentence for each.
 
     Args:
         result: A run for which `has_premises` holds.
@@ -138,12 +138,12 @@ def tell_premises(result: RunResult) -> tuple[str, ...]:
 
 
 def has_premises(scenario: Scenario) -> bool:
-    """Whether the theorems speak of a scenario: of their laws and of constants that stay."""
+    """Whether the theorems apply to a scenario: to its law, and to constant parameters."""
     return scenario.controller.kind in KINDS and not (scenario.changes or scenario.patches)
 
 
 def find_premises(result: RunResult) -> Premises:
-    """Evaluates the premises and bounds of the theorems along a run.
+    """Evaluates the assumptions and bounds of the theorems along a run.
 
     Args:
         result: A run for which `has_premises` holds.

@@ -93,7 +93,7 @@ def describe_run(result: RunResult) -> Verdict:
         *_describe_switching(result),
         *_describe_pyramid(result),
         *belief,
-        *_describe_squeeze(result),
+        *_describe_grip_force(result),
         describe_knowledge(result.scenario),
     )
     return Verdict(_tone(result), headline_of(result), (*cause, *facts), _suggest(result, found))
@@ -331,7 +331,7 @@ def _describe_other_belief(result: RunResult) -> Iterator[str]:
         yield from [sentence(f"at the start {misbelief}")] * bool(misbelief)
 
 
-def _describe_squeeze(result: RunResult) -> Iterator[str]:
+def _describe_grip_force(result: RunResult) -> Iterator[str]:
     """How hard the contact nearest to slip presses at the end, against the least that holds."""
     trace = result.trace
     friction, normal = trace.friction_coefficient[-1], trace.normal_force[-1]

@@ -109,7 +109,7 @@ class ControlLaw:
 
     @property
     def holds_with(self) -> str:
-        """Key of the parameter that makes it squeeze harder where it is larger."""
+        """Key of the parameter whose larger values increase its grip force."""
         return "controller.grip_safety" if self.uses_friction else "controller.grip_force"
 
 

@@ -76,9 +76,11 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         "; fewer where a run is too long for that many",
     )
     parser.add_argument(
+        "--assumptions",
         "--premises",
         action="store_true",
-        help="what the paper's theorems suppose and promise as further columns of data",
+        dest="premises",
+        help="add the assumptions and bounds of the paper's theorems as columns of data",
     )
     _add_clip(parser)
     _add_still(parser)
@@ -155,7 +157,7 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
         raise CommandError(f"{chosen.name} is not for a terminal; name a file with --output")
     if arguments.premises and chosen not in DATA_FORMATS:
         names = _listed([each.name for each in DATA_FORMATS], " or")
-        raise CommandError(f"--premises adds columns, {chosen.name} has none; choose {names}")
+        raise CommandError(f"--assumptions adds columns, {chosen.name} has none; choose {names}")
     if output is not None and output.exists() and not arguments.force:
         from slipgrasp.recordings.exceptions import RecordingExistsError
 

@@ -9,7 +9,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from slipgrasp.core.run.premises import tell_premises
+from slipgrasp.core.run.premises import describe_premises
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
@@ -172,7 +172,7 @@ def test_joints_turn_no_faster_than_their_fingertips_ask(case):
             asked = speed + spin * np.hypot(*arms[i]) + abs(trace.slip_velocity[k, i])
             limit = asked / np.linalg.svd(jacobian, compute_uv=False)[-1]
             assert np.linalg.norm(trace.joint_velocity[k, joints]) <= limit + 1e-12
-    told = tell_premises(result)[0]
+    told = describe_premises(result)[0]
     assert f"{np.abs(trace.joint_velocity).max():.3g} rad/s" in told
     assert f"{trace.normal_force.max():.3g} N" in told
 

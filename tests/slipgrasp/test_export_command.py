@@ -46,13 +46,13 @@ def test_export_prints_the_whole_table(slipgrasp, recording, run):
     assert len(rows) == 1 + len(run.trace)
 
 
-def test_export_adds_the_premises_of_the_theorems_to_data_alone(slipgrasp, recording, tmp_path):
-    done = slipgrasp("export", recording, "--format", "csv", "--premises")
+def test_export_adds_the_assumptions_of_the_theorems_to_data_alone(slipgrasp, recording, tmp_path):
+    done = slipgrasp("export", recording, "--format", "csv", "--assumptions")
     assert done.returncode == 0
     assert done.stdout.partition("\n")[0].endswith(",premise_radius,premise_decrease")
     film = slipgrasp("export", recording, "--output", tmp_path / "run.gif", "--premises")
     assert film.returncode == 2
-    assert "--premises adds columns, gif has none; choose csv, parquet or npz" in film.stderr
+    assert "--assumptions adds columns, gif has none; choose csv, parquet or npz" in film.stderr
 
 
 def test_export_writes_a_file_and_replaces_one_only_with_force(slipgrasp, recording, run, tmp_path):

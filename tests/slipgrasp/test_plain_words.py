@@ -30,6 +30,8 @@ RETIRED = {
     r"(?<!friction )\b(gives?|gave|given|giving) back\b": "returns, releases",
     r"\bwhoever\b": "a noun: the user, the caller, the peer",
     r"(?-i:(?<![./-])(\b|_)verdicts?(\b|_))": "outcome, outcome in words",
+    r"\b(the|its|theorems.) premises?\b|\bpremises of\b": "assumptions of the theorems",
+    r"\b(least|the|no) squeeze\b(?! met)": "grip force, internal force",
     r"laws? of the field": "published control law",
     r"(?<![`\"._])\bstretch(es)?\b(?!_| =|\.\w|, model|\)$)": "segment, time range",
     r"(?-i:(\b|[a-z]_)(?<!\.)rooms?\b|\broom_)(?! for one run)": "package, space, capacity",

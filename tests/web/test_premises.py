@@ -1,4 +1,4 @@
-"""The premises of the paper's theorems on the card: found when asked, for the run on the screen."""
+"""Assumptions of the theorems on the card: computed on request, for the run on the screen."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from html import escape
 
 import pytest
 
-from slipgrasp.core.run.premises import tell_premises
+from slipgrasp.core.run.premises import describe_premises
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.web.model import view as views
@@ -43,7 +43,7 @@ def test_what_is_asked_for_is_found_and_told(answers):
     assert not asked.offers_premises and "Looking" in premises_html(asked)
     answer = answers.get(timeout=PATIENCE)
     told = reducer.reduce(answer, asked)
-    sentences = tell_premises(view.shown.result)
+    sentences = describe_premises(view.shown.result)
     assert [words.partition(":")[0] for words in sentences] == [
         "Theorem 1",
         "Theorem 2",

@@ -150,12 +150,12 @@ class Drag(NamedTuple):
     editing: Editing
 
 
-class ToldPremises(NamedTuple):
-    """What the paper's theorems suppose of a run.
+class ShownPremises(NamedTuple):
+    """The assumptions of the paper's theorems, compared with a run.
 
     Attributes:
         ticket: The run.
-        sentences: What was found; empty while it is looked for.
+        sentences: The comparison; empty while it is computed.
     """
 
     ticket: int
@@ -204,7 +204,7 @@ class ViewState:
         page_layout: The size of the page; None until the page has reported it.
         restored: How often the panels were put back where they were at first.
         study: The study that is planned, and the one that is followed.
-        premises: Those of the theorems for a run, once somebody has asked.
+        premises: The assumptions of the theorems for a run, once requested.
         tour: Place of the stop of the tour that was visited last, None outside it.
         drag: How the user drags the object, None while they do not.
     """
@@ -231,7 +231,7 @@ class ViewState:
     page_layout: PageLayout | None = None
     restored: int = 0
     study: StudyView = field(default_factory=StudyView)
-    premises: ToldPremises | None = None
+    premises: ShownPremises | None = None
     tour: int | None = None
     drag: Drag | None = None
 

@@ -25,7 +25,7 @@ from slipgrasp.web.model.intents.premises import FindPremises
 from slipgrasp.web.model.intents.scenario import TryOut
 from slipgrasp.web.model.parameter_names import in_page_words
 from slipgrasp.web.model.replay import Replay
-from slipgrasp.web.model.view import RunStage, RunStatus, Shown, ToldPremises, ViewState
+from slipgrasp.web.model.view import RunStage, RunStatus, Shown, ShownPremises, ViewState
 from slipgrasp.web.page.markup import click_attribute, clickable
 
 _BUSY = (RunStage.COMPILING, RunStage.SIMULATING, RunStage.OPENING)
@@ -44,7 +44,9 @@ class OutcomePanel:
         self._welcome = gui.add_html(welcome_html())
         self._card = gui.add_html("")
         self._busy = gui.add_progress_bar(100.0, animated=True, visible=False)
-        self._shown: tuple[RunStatus, int, str, ToldPremises | None, TriedHint | None] | None = None
+        self._shown: tuple[RunStatus, int, str, ShownPremises | None, TriedHint | None] | None = (
+            None
+        )
 
     def update(self, view: ViewState) -> None:
         """Shows how the latest run went, and what became of the latest request."""
@@ -98,7 +100,7 @@ def outcome_html(
         status: What became of the latest request.
         shown: The run on the screen.
         how_heavy: How much heavier its object may get, in words; empty if nobody has asked.
-        premises: What is told of the theorems, as HTML.
+        premises: The assumptions of the theorems, as HTML.
         tried: What came of trying the hint; None while it is tried.
     """
     card = ""
@@ -123,7 +125,7 @@ def _card_html(result: RunResult, how_heavy: str, premises: str, tried: TriedHin
         f"</div>{_paragraph(escape(' '.join(told[:_TOLD])))}{_first_slip_html(result)}"
         f"{_knowledge_html(known, result)}{_hint_html(outcome, tried, result.scenario)}"
         f"{_how_heavy_html(result, how_heavy)}{_warnings_html(result)}"
-        "<details data-sg-fold='outcome'><summary>Squeeze, forces, margins, tracking</summary>"
+        "<details data-sg-fold='outcome'><summary>Forces, margins, tracking</summary>"
         f"{_paragraph(escape(' '.join(told[_TOLD:])))}{_metrics_html(result)}{premises}</details>"
     )
 
@@ -196,11 +198,11 @@ def _how_heavy_html(result: RunResult, how_heavy: str) -> str:
 
 
 def premises_html(view: ViewState) -> str:
-    """What the theorems suppose of the run on the screen, or how to ask for it."""
+    """The assumptions of the theorems for the run on the screen, or a link that requests them."""
     if view.offers_premises:
-        hint = "What the paper's theorems suppose of this run and promise, and what it did."
+        hint = "Compares the assumptions and bounds of the paper's theorems with this run."
         asks = clickable(hint, FindPremises())
-        return f"<p class='{_SMALL}'><u {asks}>Premises of the theorems</u></p>"
+        return f"<p class='{_SMALL}'><u {asks}>Assumptions of the theorems</u></p>"
     told, ticket = view.premises, view.shown.ticket if view.shown else 0
     if told is None or told.ticket != ticket:
         return ""

@@ -1,4 +1,4 @@
-"""The reducer of the premises of the paper's theorems, which are found when somebody asks."""
+"""The reducer of the assumptions of the paper's theorems, which are computed on request."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from typing import ClassVar
 
 from slipgrasp.web.model.intents.intent import Intent, Send
 from slipgrasp.web.model.intents.premises import FindPremises, PremisesFound
-from slipgrasp.web.model.view import ToldPremises, ViewState
+from slipgrasp.web.model.view import ShownPremises, ViewState
 from slipgrasp.web.reducers.reducer import Reducer
 from slipgrasp.web.workers.premises_worker import PremisesWorker
 
 
 class PremisesReducer(Reducer):
-    """Has the premises of the run on the screen found, and shows them beside it.
+    """Computes the assumptions for the run on the screen, and shows them beside it.
 
     Args:
         send: Takes the worker's answers.
@@ -30,8 +30,8 @@ class PremisesReducer(Reducer):
         match intent:
             case FindPremises() if view.shown is not None and view.offers_premises:
                 self._worker.find(view.shown.ticket, view.shown.result)
-                return replace(view, premises=ToldPremises(view.shown.ticket))
+                return replace(view, premises=ShownPremises(view.shown.ticket))
             case PremisesFound(ticket, sentences) if view.shown and ticket == view.shown.ticket:
-                return replace(view, premises=ToldPremises(ticket, sentences))
+                return replace(view, premises=ShownPremises(ticket, sentences))
             case _:
                 return view

@@ -1,10 +1,10 @@
-"""The thread that finds what the paper's theorems suppose of a run."""
+"""The thread that compares the assumptions of the paper's theorems with a run."""
 
 from __future__ import annotations
 
 from functools import partial
 
-from slipgrasp.core.run.premises import tell_premises
+from slipgrasp.core.run.premises import describe_premises
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.web.model.intents.intent import Send
 from slipgrasp.web.model.intents.premises import PremisesFound
@@ -23,8 +23,8 @@ class PremisesWorker(QueueWorker):
         self._send = send
 
     def find(self, ticket: int, result: RunResult) -> None:
-        """Asks for the premises of a run, which answers to ``ticket``."""
+        """Requests the assumptions for a run, which is identified by ``ticket``."""
         self.ask(partial(self._find, ticket, result), "find")
 
     def _find(self, ticket: int, result: RunResult) -> None:
-        self._send(PremisesFound(ticket, tell_premises(result)))
+        self._send(PremisesFound(ticket, describe_premises(result)))

@@ -1,4 +1,4 @@
-"""Intents about the premises of the paper's theorems, and what their worker answers."""
+"""Intents about the assumptions of the paper's theorems, and the answer of their worker."""
 
 from __future__ import annotations
 
