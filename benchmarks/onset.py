@@ -2,9 +2,9 @@
 
 Two fingers turn the object of weight m g at a constant speed, from an angle at which the
 weight presses it against finger 1. Both carry m g cos(theta) / 2 by friction; the least
-internal force keeps finger 0, which the weight leaves, on the friction cone of mu^ the controller
-believes in, and presses finger 1 by -m g sin(theta) more. So finger 1, whose friction mu_1 is
-less than believed, leaves its cone where tan(theta) = (1 / mu^ - 1 / mu_1) / 2.
+internal force keeps finger 0, which the weight leaves, on the friction cone of the estimate
+mu^, and presses finger 1 by -m g sin(theta) more. So finger 1, whose friction mu_1 is
+less than mu^, leaves its cone where tan(theta) = (1 / mu^ - 1 / mu_1) / 2.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 
-BELIEVED, FRICTION = 0.5, 0.45
+ESTIMATE, FRICTION = 0.5, 0.45
 INERTIA = 0.001  # [kg m^2]
 SPIN, SPEEDING_UP = 100.0, 0.05  # [rad/s^2], [s]
 AFTER = 0.02  # how long a run goes on after the onset [s]
@@ -61,17 +61,17 @@ def turning_hand(coasting: float) -> tuple[Scenario, float]:
     Args:
         coasting: How long the object turns at constant speed until then [s].
     """
-    angle = math.atan(0.5 * (1.0 / BELIEVED - 1.0 / FRICTION))
+    angle = math.atan(0.5 * (1.0 / ESTIMATE - 1.0 / FRICTION))
     start = angle - SPIN * SPEEDING_UP * (0.5 * SPEEDING_UP + coasting)
     values = {
         "object.inertia": INERTIA,
         "fingers.0.friction": 0.9,
         "fingers.1.friction": FRICTION,
-        "estimates.0.initial": BELIEVED,
-        "estimates.1.initial": BELIEVED,
+        "estimates.0.initial": ESTIMATE,
+        "estimates.1.initial": ESTIMATE,
         "estimates.2.initial": 1.0,
         "estimates.3.initial": INERTIA,
-        # What the controller believes stays as it is.
+        # The estimates do not change.
         "controller.lyapunov_weight": 0.0,
         "controller.estimate_norm_bound": 1e3,
         "trajectory.start": [1.466, 0.366, start],

@@ -324,7 +324,7 @@ def _has_answer(run: RunResult, held: np.ndarray) -> float:
 def _need_not_open(run: RunResult, held: np.ndarray) -> float:
     """1 if, beyond doubt, a jump ends a run as separated though that contact need not, or cannot.
 
-    Where a belief is held, continuous control may know of answers that it has to forgo.
+    While a phase is held, continuous control may know of answers that it has to forgo.
     """
     if run.outcome is not Outcome.SEPARATED or run.reason is None or run.reason.value is not None:
         return 0.0

@@ -42,7 +42,7 @@ DISTURBANCES: dict[str, dict[str, Any]] = {
     },
     "steps of 0.5 ms at most": {"simulation.max_step": 5e-4},
     "steps of 0.1 ms at most": {"simulation.max_step": 1e-4},
-    "believed mass 1e-9 kg larger": {"estimates.2.initial": 0.5 + 1e-9},
+    "estimated mass 1e-9 kg larger": {"estimates.2.initial": 0.5 + 1e-9},
 }
 
 

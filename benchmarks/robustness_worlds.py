@@ -30,10 +30,10 @@ from slipgrasp.core.trace.types import Outcome
 DURATION = 3.0  # a grip that is too strong at first is probed for a second
 EVENT = 1.5  # when something happens to the object [s]
 FIRST_FORCE = 30.0  # normal force of both fingertips at the start [N]
-BELIEVED_MASS = 0.5  # at the start [kg]
+ESTIMATED_MASS = 0.5  # at the start [kg]
 GRAVITY = 9.81
 SAFETY = 1.05
-FIRST_FRICTION = SAFETY * BELIEVED_MASS * GRAVITY / (2.0 * FIRST_FORCE)  # asks for that force
+FIRST_FRICTION = SAFETY * ESTIMATED_MASS * GRAVITY / (2.0 * FIRST_FORCE)  # asks for that force
 
 PUBLISHED_FILE = Path(__file__).parents[1] / "examples" / "laws" / "field.py"
 # Published laws: their classes, and the parameters that they know from the start of the run.

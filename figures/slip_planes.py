@@ -1,6 +1,6 @@
 """Every contact of a spatial hand in the plane of its face, seen from outside the object.
 
-t_y points to the right and t_x up, as in the lenses of the dashboard: the way of the fingertip is
+t_y points to the right and t_x up, as in the dashboard: the way of the fingertip is
 a curve, and friction on the object a curve in the disc or square that it cannot leave.
 """
 

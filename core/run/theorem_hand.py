@@ -66,11 +66,11 @@ class TheoremHand(ABC):
 
     @abstractmethod
     def _accelerated(self, forces: Floats) -> Floats:
-        """M~^-1, as it is believed, times generalised forces ``(size,)``."""
+        """The estimated M~^-1 times generalised forces ``(size,)``."""
 
     @abstractmethod
     def _unmodelled(self, result: RunResult, k: int) -> Floats:
-        """tau_d of Eq. 33: what the true friction makes of the torques, beyond what is believed."""
+        """tau_d of Eq. 33: the effect of the friction that the estimate misses."""
 
     def errors(self) -> Floats:
         """Xi of the evaluated state (Eq. 41), ``(x,)``."""

@@ -86,13 +86,13 @@ def describe_run(result: RunResult) -> Verdict:
     """Describes in words how a run ended, which contacts slipped, and what to try."""
     reason, found = result.reason, _find_overestimates(result)
     cause = [sentence(_describe_reason(result, reason))] if reason and reason.message else []
-    belief = map(_describe_belief, found[:1]) if found else _describe_other_belief(result)
+    estimates = map(_describe_estimate, found[:1]) if found else _describe_other_estimate(result)
     facts = (
         _describe_slips(result),
         *_describe_lasting_error(result),
         *_describe_switching(result),
         *_describe_pyramid(result),
-        *belief,
+        *estimates,
         *_describe_grip_force(result),
         describe_knowledge(result.scenario),
     )
@@ -242,14 +242,14 @@ def _describe_least_margin(result: RunResult) -> str:
 
 
 class _Overestimate(NamedTuple):
-    """A belief in more friction than there was, with which a fingertip began to slip.
+    """An estimate of friction that was too large when a fingertip began to slip.
 
     Attributes:
         finger: What the finger is called.
         share: Part of all its slip that it slid before it stuck again, 0 to 1.
         estimate: Index of the estimate.
         time: When the slip began [s].
-        believed: The friction that the controller believed in.
+        estimated: The friction that the controller estimated.
         true: The friction there was.
     """
 
@@ -257,7 +257,7 @@ class _Overestimate(NamedTuple):
     share: float
     estimate: int
     time: float
-    believed: float
+    estimated: float
     true: float
 
 
@@ -281,15 +281,15 @@ def _overestimate_at_onset(result: RunResult, index: int) -> _Overestimate | Non
     controller = present.controller
     if not law_of(controller.kind).uses_friction or controller.grasp_force != "minimum":
         return None
-    believed = float(trace.estimates[row - 1, index])
+    estimated = float(trace.estimates[row - 1, index])
     true = float(trace.friction_coefficient[row, contact])
     sticking = true * _static_over_kinetic(present.fingers[contact])
     most = controller.maximum_normal_force
     is_bounded = most is not None and trace.normal_force[row, contact] >= most * (1.0 - _ROUNDING)
-    if is_bounded or believed <= controller.grip_safety * sticking * (1.0 + _ROUNDING):
+    if is_bounded or estimated <= controller.grip_safety * sticking * (1.0 + _ROUNDING):
         return None
     share = _share_of_first_slip(trace, contact, row)
-    return _Overestimate(scenario.finger_names[contact], share, index, time, believed, true)
+    return _Overestimate(scenario.finger_names[contact], share, index, time, estimated, true)
 
 
 def _share_of_first_slip(trace: Trace, contact: int, row: int) -> float:
@@ -306,22 +306,22 @@ def _static_over_kinetic(finger: FingerParameters | SpatialFinger) -> float:
     return static / finger.friction if static is not None and finger.friction > 0.0 else 1.0
 
 
-def _describe_belief(found: _Overestimate) -> str:
-    """What the controller believed of the friction when too little force let a fingertip slip."""
+def _describe_estimate(found: _Overestimate) -> str:
+    """The estimate of friction when too small a grip force let a fingertip slip."""
     if found.time == 0.0:
         return (
-            f"The controller began by believing in friction {found.believed:.3g} where there is "
-            f"{found.true:.3g}, so it squeezed too little."
+            f"The controller first estimated the friction as {found.estimated:.3g}; it is "
+            f"{found.true:.3g}, so the grip force was too small."
         )
     return (
         f"When the {found.finger} fingertip began to slip, at t = {milliseconds(found.time)}, the "
-        f"controller believed in friction {found.believed:.3g} where there was {found.true:.3g}, "
-        "so it squeezed too little."
+        f"controller estimated the friction as {found.estimated:.3g}; it was {found.true:.3g}, "
+        "so the grip force was too small."
     )
 
 
-def _describe_other_belief(result: RunResult) -> Iterator[str]:
-    """What else the controller was most wrong about when a fingertip slipped from the start on.
+def _describe_other_estimate(result: RunResult) -> Iterator[str]:
+    """The worst other estimate, if a fingertip slipped from the start on.
 
     An end before time comes with its cause.
     """
@@ -396,9 +396,9 @@ def _ask_for_the_margin(scenario: Scenario) -> Hint:
 
 
 def _suggest_to_come_nearer(situation: Situation, found: Sequence[_Overestimate]) -> Hint:
-    """A held object hangs where feedback and a wrong belief balance, or is still on its way."""
+    """A held object rests where feedback and a wrong estimate balance, or still moves."""
     return any_of(
-        _believe_in_less_friction(situation.start, found),
+        _estimate_less_friction(situation.start, found),
         purpose="to bring it nearer to where it was wanted",
         goal=Goal.NEARER,
         risky=come_nearer(situation),
@@ -408,15 +408,15 @@ def _suggest_to_come_nearer(situation: Situation, found: Sequence[_Overestimate]
 def _suggest_less_slip(situation: Situation, found: Sequence[_Overestimate]) -> Hint:
     """Less slip on the way to a grasp that holds."""
     return any_of(
-        _believe_in_less_friction(situation.start, found),
+        _estimate_less_friction(situation.start, found),
         purpose="for less slip",
         goal=Goal.LESS_SLIP,
         risky=slip_less(situation),
     )
 
 
-def _believe_in_less_friction(start: Scenario, found: Sequence[_Overestimate]) -> Iterator[Option]:
-    """Lower beliefs, where the first ones led to most of the slip and their bounds allow it."""
+def _estimate_less_friction(start: Scenario, found: Sequence[_Overestimate]) -> Iterator[Option]:
+    """Lower estimates, where the first ones led to most of the slip and their bounds allow it."""
     at_once = [one for one in found if one.time == 0.0 and one.share >= _MOST]
     lowest = [start.estimates[one.estimate].minimum for one in at_once]
     if not any(

@@ -62,7 +62,7 @@ RecognitionTime = Annotated[
     Ge(1e-5),
     Le(0.1),
     Quantity(
-        "How long continuous control keeps its belief where no phase is consistent.",
+        "How long continuous control keeps its estimated phase where no phase is consistent.",
         "s",
         typical=(0.0001, 0.01),
         changeable=True,
@@ -94,8 +94,8 @@ LinkMassRatio = Annotated[
     Ge(0.1),
     Le(10.0),
     Quantity(
-        "Masses of the links that the law believes in, over the true ones; 1: it knows its "
-        "hand. A link mass that is estimated is believed as estimated.",
+        "Masses of the links that the law assumes, over the true ones; 1: it knows its "
+        "hand. Estimated link masses are not scaled.",
         "1",
         typical=(0.8, 1.2),
         changeable=True,
@@ -106,8 +106,8 @@ LinkLengthRatio = Annotated[
     Ge(0.5),
     Le(2.0),
     Quantity(
-        "Lengths of the links that the law believes in, over the true ones; 1: it knows its "
-        "hand. Joint angles are measured, Jacobians follow from the lengths believed.",
+        "Lengths of the links that the law assumes, over the true ones; 1: it knows its "
+        "hand. Joint angles are measured, Jacobians follow from the assumed lengths.",
         "1",
         typical=(0.8, 1.2),
         changeable=True,
@@ -212,7 +212,7 @@ PlanarDistribution = Annotated[
     Quantity(
         "How the contact forces share the wanted wrench: exact (forces of slipping contacts on "
         "their cones, so that their slip follows too) or hold (every contact inside its cone, "
-        "so that nothing switches on a belief of slip).",
+        "so that nothing switches with the estimated phase).",
         changeable=True,
         used_by=tuple(law.kind for law in _LAWS if law.uses_friction),
     ),
@@ -362,7 +362,7 @@ Probing = Annotated[
     Ge(0.0),
     Le(10.0),
     Quantity(
-        "share by which the friction believed of a contact that has not slipped yet "
+        "share by which the estimated friction of a contact that has not slipped yet "
         "grows in a second, which releases a grip that is too strong; 0: never.",
         "1/s",
         typical=(0.0, 4.0),
@@ -526,7 +526,7 @@ class Estimate:
         Ge(-1e3),
         Le(1e3),
         Quantity(
-            "What the controller believes at the start, in the unit of the parameter.",
+            "Initial estimate, in the unit of the parameter.",
             "",
             changeable=True,
         ),

@@ -190,8 +190,8 @@ def _carrying_grip(scenario: Scenario) -> float:
 def missing_bounds(scenario: Scenario) -> Iterator[tuple[str, float]]:
     """Physical bounds for the estimates that have none.
 
-    What is estimated, or believed at first, may be of unusual size: it lies well within then.
-    No bounds fit a first belief that nothing physical has.
+    True values and initial estimates of unusual size then lie well within the bounds.
+    No bounds fit an initial estimate that no physical body has.
     """
     for i, estimate in enumerate(scenario.estimates):
         unknown = parse_unknown(scenario, estimate.parameter)

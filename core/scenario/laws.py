@@ -42,7 +42,7 @@ _INSIDE_CONES = LawSetting(key="controller.grip_safety", above=1.0, value=1.05, 
 _FINITE_TIME = LawSetting(key="controller.slip_stop", above=0.0, value=1.0)
 # Their torque is Eq. 23 / 27, which puts the force of a slipping contact on its cone.
 _EXACT = LawSetting(key="controller.distribution", value="exact")
-# A belief of slip that is late or false then costs slip path, not the object.
+# A late or false detection of slip then costs slip path, not the object.
 _HOLDING = LawSetting(key="controller.distribution", value="hold")
 
 
@@ -71,7 +71,7 @@ class ControlLaw:
         learns: Whether it changes its estimates while it runs.
         has_memory: Whether it learns by least squares, with a memory from tick to tick.
         pulls_back: Whether it pulls large estimates back (Eq. 28-29).
-        uses_friction: Whether its grip follows from the friction that it believes in; otherwise
+        uses_friction: Whether its grip follows from the friction that it assumes; otherwise
             from ``controller.grip_force``.
         reacts_to_slip: Whether its grip grows because a contact slips.
         holds_tips: Whether it holds the places of its fingertips, and closes with a force.
@@ -142,13 +142,13 @@ CONTROL_LAWS = {
         ),
         ControlLaw(
             kind="pd-gravity",
-            summary="Feedback, the believed weight, and a fixed grip.",
+            summary="Feedback, the estimated weight, and a fixed grip.",
             uses_friction=False,
             firm=True,
         ),
         ControlLaw(
             kind="grip-reflex",
-            summary="Feedback, the believed weight, and a grip that grows while a contact slips.",
+            summary="Feedback, the estimated weight, and a grip that grows while a contact slips.",
             sampled=True,
             uses_friction=False,
             reacts_to_slip=True,

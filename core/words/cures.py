@@ -150,7 +150,7 @@ def stop_slip_earlier(situation: Situation) -> Iterator[Option]:
 
 
 def start_nearer_to_the_truth(situation: Situation) -> Iterator[Option]:
-    """The beliefs at the start that were farthest from what was true then."""
+    """The initial estimates that were farthest from the true values."""
     start = situation.start
     definitions = parameter_definitions(start)
     believed = [estimate.initial for estimate in start.estimates]

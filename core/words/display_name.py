@@ -20,7 +20,7 @@ from slipgrasp.core.scenario.law_choice import with_law
 from slipgrasp.core.scenario.loading import all_preset_names, load_scenario, preset_names
 from slipgrasp.core.scenario.scenario import AnyPatch, AnyPulse
 from slipgrasp.core.scenario.space import SPACES
-from slipgrasp.core.words.parameter_words import belief_words, key_words, value_words
+from slipgrasp.core.words.parameter_words import estimate_words, key_words, value_words
 
 SEPARATOR = " · "
 MOST_FACTS = 4
@@ -227,7 +227,7 @@ def _grouped(
 
 
 def _estimate_facts(preset: Scenario, scenario: Scenario) -> Iterator[str]:
-    """What the controller believes otherwise, and what it knows or does not."""
+    """Changed estimates, and parameters that became known or unknown."""
     before = {estimate.parameter: estimate for estimate in preset.estimates}
     after = {estimate.parameter: estimate for estimate in scenario.estimates}
     for target in (key for key in before if key not in after):
@@ -241,14 +241,14 @@ def _estimate_facts(preset: Scenario, scenario: Scenario) -> Iterator[str]:
             if place is not None:
                 of_fingers.append((f"{field}:{place[2]}", value, int(place[1])))
             else:
-                words = belief_words(field, _target_words(scenario, target))
+                words = estimate_words(field, _target_words(scenario, target))
                 yield _said(words, value, _unit_of(target))
-    yield from _grouped(of_fingers, scenario, _belief_words)
+    yield from _grouped(of_fingers, scenario, _estimate_words)
 
 
-def _belief_words(key: str, name: str) -> str:
+def _estimate_words(key: str, name: str) -> str:
     field, _, own = key.partition(":")
-    return belief_words(field, f"{name} {key_words(own, ())}".strip())
+    return estimate_words(field, f"{name} {key_words(own, ())}".strip())
 
 
 def _target_words(scenario: Scenario, key: str) -> str:
@@ -320,6 +320,6 @@ def _changed_words(scenario: Scenario, change: Change) -> str:
     index, _, field = rest.partition(".")
     if head == "estimates" and index.isdigit() and int(index) < len(scenario.estimates):
         estimate: Estimate = scenario.estimates[int(index)]
-        words = belief_words(field, _target_words(scenario, estimate.parameter))
+        words = estimate_words(field, _target_words(scenario, estimate.parameter))
         return _said(words, change.value, _unit_of(estimate.parameter))
     return _value_fact(scenario, change.parameter, change.value)

@@ -84,7 +84,7 @@ def _kind(scenario: Scenario, key: str) -> str:
 
 
 def _distance(believed: float, true: float) -> float:
-    """Logarithm of their ratio; infinite for a belief that no body can have."""
+    """Logarithm of their ratio; infinite for an estimate that no body can have."""
     if believed <= 0.0 or true <= 0.0:
         return 0.0 if believed == true else math.inf
     return abs(math.log(believed / true))

@@ -19,7 +19,7 @@ from slipgrasp.core.words.phrases import joined
 
 _FACTOR = 2.0
 _LESS = 0.8
-"""Part of the true friction to believe in, where believing in more was the mistake."""
+"""Part of the true friction that is suggested where an estimate was too large."""
 _DIGITS = 6
 _BELIEF_DIGITS = 3
 _SAMPLED = 0.001

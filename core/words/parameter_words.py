@@ -8,10 +8,10 @@ from typing import Any
 from slipgrasp.core.scenario.space import PLANAR, SPATIAL, Space
 
 _WITH_COORDINATES = ("base", "start", "acceleration", "amplitude", "force", "moment", "pose")
-_BELIEFS = {
-    "initial": "believed at first",
-    "minimum": "believed at least",
-    "maximum": "believed at most",
+_ESTIMATES = {
+    "initial": "initial",
+    "minimum": "least",
+    "maximum": "largest",
 }
 # Names and symbols that a key cannot spell.
 _SPELLED = {
@@ -56,14 +56,14 @@ def _coordinate(name: str, index: int, space: Space) -> str:
     return (of.pose if name == "start" else of.coordinates)[index].replace("_", " ")
 
 
-def belief_words(field: str, unknown: str) -> str:
-    """What the controller believes of an unknown, such as ``mass believed at first``.
+def estimate_words(field: str, unknown: str) -> str:
+    """A field of an estimate in words, such as ``initial estimate of mass``.
 
     Args:
         field: Field of its estimate.
         unknown: What the unknown is called.
     """
-    return f"{unknown} {_BELIEFS.get(field, field)}"
+    return f"{_ESTIMATES.get(field, field)} estimate of {unknown}"
 
 
 def unit_words(unit: str) -> str:

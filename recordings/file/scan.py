@@ -1,4 +1,4 @@
-"""Reading an MCAP file record by record, believing nothing it says about itself.
+"""Reading an MCAP file record by record, without trusting its content.
 
 Sizes are checked before anything is read or unpacked, every checksum is compared, and
 what the file states about itself at its end must be what was found on the way. Nothing

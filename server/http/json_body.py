@@ -1,4 +1,4 @@
-"""Reading a JSON request body without believing anything about it.
+"""Reading a JSON request body without trusting its content.
 
 Beyond what ``json`` checks: every name once, short and in plain ASCII, no text that
 cannot be stored as UTF-8, and nothing deeper or larger than a scenario can be, so that

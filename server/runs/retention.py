@@ -94,7 +94,7 @@ class RetentionService:
             pause = self._period
 
     def _tell_doubts(self) -> None:
-        """Says that the wall clock is not believed, before anything is deleted by it."""
+        """Logs that the wall clock is not trusted, before anything is deleted by it."""
         lag = self._clock.lag()
         if self.retention.max_age is not None and lag > timedelta():
             _logger.warning(

@@ -512,14 +512,14 @@ SENTENCES: tuple[tuple[str, Callable[[RunResult, re.Match[str]], None]], ...] = 
         check_least_margin,
     ),
     (
-        r"The controller began by believing in friction (?P<believed>[\d.e-]+) where there is "
-        r"(?P<true>[\d.e-]+), so it squeezed too little\.",
+        r"The controller first estimated the friction as (?P<believed>[\d.e-]+); it is "
+        r"(?P<true>[\d.e-]+), so the grip force was too small\.",
         check_first_belief,
     ),
     (
         r"When the (?P<finger>.+) fingertip began to slip, at t = (?P<when>[\d.]+ m?s), the "
-        r"controller believed in friction (?P<believed>[\d.e-]+) where there was "
-        r"(?P<true>[\d.e-]+), so it squeezed too little\.",
+        r"controller estimated the friction as (?P<believed>[\d.e-]+); it was "
+        r"(?P<true>[\d.e-]+), so the grip force was too small\.",
         check_later_belief,
     ),
     (

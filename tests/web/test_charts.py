@@ -55,7 +55,7 @@ def test_the_band_of_a_finger_is_its_friction_margin(case_2: RunResult) -> None:
 
 
 def test_estimates_are_charted_by_unit_beside_the_truth(case_2: RunResult) -> None:
-    charts = charts_of(case_2)["Beliefs"]
+    charts = charts_of(case_2)["Estimates"]
     assert [chart.title for chart in charts] == [
         "Friction estimates against the truth",
         "Mass estimates against the truth",
@@ -92,7 +92,7 @@ def test_a_run_without_unknowns_has_no_charts_of_estimates() -> None:
     scenario = with_values(
         load_scenario("paper-case-2"), {"estimates": [], "simulation.duration": 0.01}
     )
-    assert charts_of(simulate(scenario))["Beliefs"] == ()
+    assert charts_of(simulate(scenario))["Estimates"] == ()
 
 
 def test_the_energy_ledger_balances(case_2: RunResult) -> None:

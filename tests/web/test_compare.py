@@ -197,7 +197,7 @@ def test_beliefs_are_called_by_what_they_are_about(case_1: RunResult) -> None:
     findings = compare(case_1, other)
     unknowns = [estimate.parameter for estimate in case_1.scenario.estimates]
 
-    assert "object mass believed at first [kg]" in findings_html(findings, FINGERS, unknowns)
+    assert "initial estimate of object mass [kg]" in findings_html(findings, FINGERS, unknowns)
     # Where the runs estimate other things, the number alone is common to both.
     assert "estimate 5 initial" in findings_html(findings, FINGERS)
 
@@ -210,7 +210,7 @@ def test_beliefs_and_places_in_space_have_their_names_and_units() -> None:
     findings = compare(simulate(held), simulate(other))
     unknowns = [estimate.parameter for estimate in held.estimates]
     html = findings_html(findings, held.finger_names, unknowns, SPATIAL)
-    assert "object inertia 3 believed at first [kg m²]" in html
+    assert "initial estimate of object inertia 3 [kg m²]" in html
     assert "base z [m]" in html
 
 

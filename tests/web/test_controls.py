@@ -89,7 +89,7 @@ def test_every_parameter_has_a_place_and_the_main_ones_are_open(preset: str) -> 
         "Object",
         "Left finger",
         "Right finger",
-        "What the controller believes at first",
+        "Initial estimates",
         "Controller",
     ]
     labels = [(group.title, entry.label) for group in groups for entry in group.entries]

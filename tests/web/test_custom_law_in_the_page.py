@@ -179,7 +179,7 @@ def test_a_law_that_the_server_was_started_with_has_controls_signals_and_branche
     page.get_by_label("control law", exact=True).first.click()
     page.get_by_role("option", name="squeeze", exact=True).click()
     expect(control(page, "grip [N]")).to_have_attribute("aria-valuenow", "30")
-    page.get_by_role("tab", name="Beliefs", exact=True).click()
+    page.get_by_role("tab", name="Estimates", exact=True).click()
     head = page.locator("[data-sg-chart=law-grip]")
     value = head.locator("[data-sg-value]")
     expect(head).to_contain_text("Grip, as the law tells [N]")

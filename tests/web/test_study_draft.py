@@ -128,6 +128,6 @@ def test_beliefs_are_called_after_what_they_are_about() -> None:
     scenario = load_scenario("paper-case-2")
     assert {"fingers.0.friction"} < set(parameter_definitions(scenario))
     names = names_of(scenario)
-    assert names.label("estimates.2.initial") == "object mass believed at first [kg]"
+    assert names.label("estimates.2.initial") == "initial estimate of object mass [kg]"
     assert names.label("fingers.*.link_masses.1") == "link mass 2 of all fingers [kg]"
     assert names.label("fingers.9.friction") == "fingers.9.friction"

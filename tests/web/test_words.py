@@ -154,7 +154,7 @@ def test_keys_in_words(key: str, words: str) -> None:
         ("lower fingers.*.friction.", "lower friction of all fingers."),
         (
             "set estimates.4.initial nearer to 1 kg",
-            "set object mass believed at first nearer to 1 kg",
+            "set initial estimate of object mass nearer to 1 kg",
         ),
         ("move (fingers.0.base)", "move (left base)"),
         ("choose another motion (trajectory)", "choose another motion (trajectory)"),
@@ -205,10 +205,10 @@ def test_the_card_tells_what_matters_most_and_unfolds_the_rest(case_2: RunResult
     card = outcome_html(RunStatus(RunStage.PREVIEW), Shown(1, case_2, 0.02))
     plain, unfolded = card.split("<details data-sg-fold='outcome'>")
     assert "Both fingertips slipped" in plain
-    assert "friction 1.2 where there is 0.25" in plain
+    assert "friction as 1.2; it is 0.25" in plain
     assert "First to slip: left and right, at " in plain
     assert "t = 0 ms" in plain
-    assert "Set left friction believed at first below 0.25" in plain
+    assert "Set initial estimate of left friction below 0.25" in plain
     # The two are alike but for rounding; told is the one with the least to spare.
     normal, across = case_2.trace.normal_force[-1], np.abs(case_2.trace.tangential_force[-1])
     side = ("left", "right")[int(np.argmin(normal - across / 0.25))]

@@ -286,7 +286,7 @@ def estimate_charts(result: RunResult) -> tuple[Chart, ...]:
             f"estimates-{_QUANTITIES.get(unit, unit).lower()}",
             f"{_QUANTITIES.get(unit, 'Parameter')} estimates against the truth",
             f"{prefix}{unit_words(unit).strip(' []')}".rstrip() or "1",
-            "What the controller believes, solid, and the true value, dashed.",
+            "Estimates, solid, and true values, dashed.",
             (
                 *_per_finger("estimate", labels, scale * estimates),
                 *_per_finger("truth", ["true"] * len(members), scale * truth, dashed=True),
@@ -296,8 +296,8 @@ def estimate_charts(result: RunResult) -> tuple[Chart, ...]:
     return tuple(chart(unit) for unit in dict.fromkeys(units))
 
 
-def belief_charts(result: RunResult) -> tuple[Chart, ...]:
-    """The estimates, and what a custom law tells of itself."""
+def charts_of_estimates(result: RunResult) -> tuple[Chart, ...]:
+    """The estimates, and the diagnostics of a custom law."""
     return (*estimate_charts(result), *diagnostic_charts(result))
 
 
@@ -359,7 +359,7 @@ def energy_charts(result: RunResult) -> tuple[Chart, ...]:
 CHART_TABS: dict[str, Callable[[RunResult], tuple[Chart, ...]]] = {
     "Contact": contact_charts,
     "Motion": tracking_charts,
-    "Beliefs": belief_charts,
+    "Estimates": charts_of_estimates,
     "Energy": energy_charts,
 }
 """The charts of a run by the tab that they stand under."""

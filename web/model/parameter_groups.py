@@ -18,7 +18,7 @@ from slipgrasp.web.model.row_text import is_of_rows, row_parameters
 CONTROLLER = "Controller"
 """Title of the group with the main settings of the control law."""
 
-_BELIEFS = "What the controller believes at first"
+_ESTIMATES = "Initial estimates"
 _MAIN = ("object", "fingers", "estimates", "controller")
 # Changeable, but of use only to those who know why.
 _DETAILS = (
@@ -146,7 +146,7 @@ def _title(key: str, is_open: bool, names: Sequence[str]) -> str:
         return finger if is_open else f"Build of the {finger.lower()}"
     if not is_open:
         return _FOLDED_TITLES[head]
-    return _BELIEFS if head == "estimates" else head.capitalize()
+    return _ESTIMATES if head == "estimates" else head.capitalize()
 
 
 def law_groups(base: Scenario) -> tuple[Group, ...]:

@@ -9,7 +9,7 @@ from functools import lru_cache
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import parameter_definitions
 from slipgrasp.core.scenario.parameters import Parameter
-from slipgrasp.core.words.parameter_words import belief_words, key_words, unit_words
+from slipgrasp.core.words.parameter_words import estimate_words, key_words, unit_words
 
 _QUIET_HEADS = ("controller.", "sensing.", "actuation.", "simulation.", "trajectory.")
 _PARTS = "object|fingers|trajectory|controller|estimates|sensing|actuation|simulation"
@@ -42,7 +42,7 @@ class ParameterNames:
         if key.startswith("fingers.*."):
             return f"{key_words(key.removeprefix('fingers.*.'), names)} of all fingers"
         if (target := self._estimated(key)) is not None:
-            return belief_words(key.rpartition(".")[2], key_words(target.key, names))
+            return estimate_words(key.rpartition(".")[2], key_words(target.key, names))
         if key not in self.definitions and f"{key}.0" not in self.definitions:
             return key
         head = _quiet_head(key)
@@ -61,7 +61,7 @@ class ParameterNames:
         return f"{self.words(key)}{unit_words(self.unit(key))}"
 
     def _estimated(self, key: str) -> Parameter | None:
-        """The parameter that a belief is about; None if the key is no belief."""
+        """The parameter that is estimated; None if the key is not of an estimate."""
         head, _, rest = key.partition(".")
         place, estimates = rest.partition(".")[0], self._scenario.estimates
         if head != "estimates" or not place.isdigit() or int(place) >= len(estimates):

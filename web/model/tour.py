@@ -24,7 +24,7 @@ TOUR = (
     Stop("paper-case-1", "Does a lighter object slip less?", "object.mass"),
     Stop(
         "paper-case-2",
-        "What if the hand believed in less friction on the left from the start?",
+        "What if the initial estimate of friction on the left were lower?",
         "estimates.0.initial",
     ),
     Stop(

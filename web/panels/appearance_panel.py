@@ -43,10 +43,10 @@ class AppearancePanel:
                 "friction cones",
                 appearance.cones,
                 hint="Draw the cone that a force may not leave while its fingertip sticks, and "
-                "dashed the one that the controller believes in.",
+                "dashed its estimate.",
             )
             self.lenses = gui.add_checkbox(
-                "lenses", appearance.lenses, hint="Show every contact magnified above the hand."
+                "close-ups", appearance.lenses, hint="Show every contact magnified above the hand."
             )
             self.whole_hand = gui.add_checkbox(
                 "whole hand",

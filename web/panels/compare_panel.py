@@ -13,7 +13,7 @@ from slipgrasp.core.run.verdict import headline_of
 from slipgrasp.core.scenario.field_errors import find_template
 from slipgrasp.core.scenario.parameters import ParameterDifference
 from slipgrasp.core.scenario.space import PLANAR, Space
-from slipgrasp.core.words.parameter_words import belief_words, key_words, unit_words
+from slipgrasp.core.words.parameter_words import estimate_words, key_words, unit_words
 from slipgrasp.recordings.compare.comparison import Comparison
 from slipgrasp.recordings.compare.differences import PhaseDifference, SignalDifference
 from slipgrasp.recordings.palette import PHASES
@@ -306,14 +306,14 @@ def _parameter_row(difference: ParameterDifference, words: str) -> str:
 def _parameter_words(
     difference: ParameterDifference, names: Sequence[str], unknowns: Sequence[str], space: Space
 ) -> str:
-    """What a parameter is called, with its unit; a belief as what it is about."""
+    """The name of a parameter with its unit; estimates by the estimated parameter."""
     head, *rest = difference.key.split(".")
     if head != "estimates" or not unknowns:
         words = key_words(difference.key, names, space)
         return words + unit_words(difference.unit)
     unknown = unknowns[int(rest[0])]
     template = find_template(unknown)
-    words = belief_words(rest[1], key_words(unknown, names))
+    words = estimate_words(rest[1], key_words(unknown, names))
     return words + unit_words(template.unit if template else "")
 
 

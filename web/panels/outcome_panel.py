@@ -79,7 +79,7 @@ def welcome_html() -> str:
         )
     )
     return (
-        "<div class='sg-welcome'>A hand holds an object by friction alone. The lenses show "
+        "<div class='sg-welcome'>A hand holds an object by friction alone. The close-ups show "
         f"its contacts: {sticks} sticks, {forward} and {backward} slip. "
         "<b>Pull the object</b> or move a slider, and the run is computed anew at once. "
         "<button type='button' data-sg-welcomed title='Does not show this again'>Got it</button>"

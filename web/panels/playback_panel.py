@@ -109,7 +109,7 @@ def caption_html(shown: Shown, ghost: Ghost | None, time: float) -> str:
                 _legible(CONE),
                 f"friction {'pyramid' if scenario.friction_cone == 'pyramid' else 'cone'}",
             ),
-            ("┅", _legible(BELIEVED_CONE), "as believed"),
+            ("┅", _legible(BELIEVED_CONE), "estimated"),
             ("┅", _legible(GHOST), "desired pose"),
             *_disturbance_signs(scenario),
         )

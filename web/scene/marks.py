@@ -143,7 +143,7 @@ class RunFacts:
     magnification: float
 
     def believed(self, sample: Sample, contact: int) -> float | None:
-        """What the controller believes a friction coefficient to be, None if it knows it."""
+        """The controller's estimate of a friction coefficient, None if it knows it."""
         place = self.beliefs[contact]
         return None if place is None else max(float(sample.estimates[place]), 0.0)
 
