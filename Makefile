@@ -1,4 +1,4 @@
-# make serve [PORT=8080] | check | test | lint | kernel | benchmark | wasm | site | audit | constraints |
+# make serve [PORT=8080] | check | test | lint | kernel | benchmark | wasm | site | audit | release-check | constraints |
 #      requirements | clean
 #
 # Needs Python >= 3.11 and make. The environment lives in .venv; uv builds it where it is
@@ -14,7 +14,7 @@ export UV_SYSTEM_CERTS ?= 1
 # What is imported is compiled then and kept; most of what pip brings never is.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: serve check quick test kernel lint benchmark wasm site audit constraints requirements clean
+.PHONY: serve check quick test kernel lint benchmark wasm site audit release-check constraints requirements clean
 .DELETE_ON_ERROR:
 
 serve: $(VENV)/.serve
@@ -70,6 +70,12 @@ audit: $(VENV)/.audit
 	  --output-file build/lowest.txt
 	$(BIN)/pip-audit --strict $(AUDIT) --no-deps --disable-pip --requirement build/lowest.txt
 
+# Builds a release twice, checks it, and installs it into an empty environment of each Python that
+# is named (PYTHONS) or installed. It publishes nothing.
+PYTHONS ?=
+release-check: $(VENV)/.release
+	$(BIN)/python .ci/release_check.py $(PYTHONS)
+
 # Writes constraints.txt again, with the newest versions that pyproject.toml allows.
 constraints:
 	uv pip compile pyproject.toml --all-extras --universal --python-version 3.11 --upgrade \
@@ -94,9 +100,10 @@ $(VENV)/.benchmark: REQUIREMENT := .[test,bench]
 $(VENV)/.wasm: REQUIREMENT := .[wasm]
 $(VENV)/.site: REQUIREMENT := .[site]
 $(VENV)/.audit: REQUIREMENT := .[audit]
+$(VENV)/.release: REQUIREMENT := .[release]
 
 # Everything goes to standard error, so that the first line of `make serve` is the URL.
-$(VENV)/.serve $(VENV)/.develop $(VENV)/.benchmark $(VENV)/.wasm $(VENV)/.site $(VENV)/.audit: pyproject.toml setup.py constraints.txt $(BIN)/python
+$(VENV)/.serve $(VENV)/.develop $(VENV)/.benchmark $(VENV)/.wasm $(VENV)/.site $(VENV)/.audit $(VENV)/.release: pyproject.toml setup.py constraints.txt $(BIN)/python
 	@echo "slipgrasp: installing $(REQUIREMENT) into $(VENV), a minute or two the first time" >&2
 	@if command -v uv >/dev/null 2>&1; then \
 	  uv pip install --python $(BIN)/python -c constraints.txt -e '$(REQUIREMENT)' >&2; \

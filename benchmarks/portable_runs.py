@@ -7,11 +7,8 @@ import json
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
-import numpy as np
-
 from benchmarks.hands import holding_hand
-from slipgrasp.core.run.simulation import Simulation
-from slipgrasp.core.run.simulator import prepare_kernel
+from slipgrasp.core.run.simulator import prepare_kernel, simulate
 from slipgrasp.core.scenario import CONTROL_LAWS, Scenario
 from slipgrasp.core.scenario.loading import (
     load_scenario,
@@ -31,17 +28,7 @@ _DECIMALS = 9
 
 def run_hash(scenario: Scenario) -> str:
     """Hash of all that a run gives: its rows, its phase changes and how it ended."""
-    simulation = Simulation(scenario)
-    while not simulation.finished:
-        simulation.advance()
-    digest = hashlib.sha256(np.ascontiguousarray(simulation.all_rows(), "<f8").tobytes())
-    changes = [
-        (change.time, change.contact, change.from_phase.value, change.to_phase.value)
-        for change in simulation.phase_changes_from(0)
-    ]
-    digest.update(np.array(changes, "<f8").tobytes())
-    digest.update(f"{simulation.outcome}".encode())
-    return digest.hexdigest()
+    return simulate(scenario).sha256
 
 
 def preset_hashes() -> dict[str, str]:

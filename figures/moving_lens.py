@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario.spatial_geometry import friction_outline
 from slipgrasp.core.trace.types import ContactPhase
+from slipgrasp.core.words.phrases import length_words
 from slipgrasp.figures.hand_motion import HandMotion
 from slipgrasp.figures.panels import lighter
 from slipgrasp.figures.slip_planes import in_plane
@@ -34,7 +35,6 @@ _REACH, _LIMIT, _EXTENT = 0.62, 0.34, 1.15
 
 # Where the lenses stand, in the width and height of the picture.
 _LOW, _HIGH, _WIDTH = 0.37, 0.9, 0.2
-_MICROMETRES_BELOW = 1e-4  # [m]
 _LEAST_SLIP = 1e-6  # that is drawn as large as the lens [m]
 
 
@@ -117,12 +117,7 @@ class MovingLens:
         parts.limit.set_xy(spot + self._outline)
         parts.way.set_data(*np.concatenate([self._way[: self._rows[frame]], spot[None]]).T)
         parts.friction.set_data(*np.stack([spot, spot + _LIMIT * self._share[frame]]).T)
-        parts.words.set_text(f"{self._name}\n{_length(float(self._slid[frame]))}")
-
-
-def _length(metres: float) -> str:
-    small = 0.0 < metres < _MICROMETRES_BELOW
-    return f"{1e6 * metres:.3g} µm" if small else f"{1e3 * metres:.3g} mm"
+        parts.words.set_text(f"{self._name}\n{length_words(float(self._slid[frame]))}")
 
 
 def _share_of_limit(states: States, contact: int) -> Values:

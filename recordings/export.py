@@ -12,6 +12,7 @@ import json
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from importlib import import_module
+from importlib.util import find_spec
 from itertools import chain
 from typing import TYPE_CHECKING, Any, BinaryIO, Protocol
 
@@ -58,6 +59,7 @@ class ExportFormat:
         description: What the REST interface says of it, which offers the formats of data.
         is_text: Whether it can be shown in a terminal, and written without seeking.
         is_listed: Whether the page's list of runs offers it.
+        package: What has to be installed for it besides this program; empty if nothing.
     """
 
     name: str
@@ -71,6 +73,12 @@ class ExportFormat:
     description: str = ""
     is_text: bool = False
     is_listed: bool = False
+    package: str = ""
+
+    @property
+    def is_installed(self) -> bool:
+        """Whether there is all that it needs."""
+        return not self.package or find_spec(self.package) is not None
 
     def write(
         self,
@@ -177,6 +185,7 @@ EXPORT_FORMATS = (
         contents="a film (H.264)",
         media_type="video/mp4",
         writer="slipgrasp.figures.film:write_mp4",
+        package="av",
         fps=30.0,
     ),
     ExportFormat(
@@ -185,6 +194,7 @@ EXPORT_FORMATS = (
         contents="a film (VP9)",
         media_type="video/webm",
         writer="slipgrasp.figures.film:write_webm",
+        package="av",
         fps=30.0,
     ),
     ExportFormat(

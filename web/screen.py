@@ -10,6 +10,7 @@ from slipgrasp.web.model.intents.intent import Send
 from slipgrasp.web.model.intents.picture import CameraMoved
 from slipgrasp.web.model.page_layout import MARGIN, Arrangement, guess_layout, panel_sizes
 from slipgrasp.web.model.view import Shown, ViewState
+from slipgrasp.web.page.keys import RUN_TAB
 from slipgrasp.web.panels.appearance_panel import AppearancePanel
 from slipgrasp.web.panels.charts_panel import ChartsPanel
 from slipgrasp.web.panels.compare_panel import ComparePanel
@@ -62,7 +63,7 @@ class Screen:
         # Before the session state, with which a page opens its link: it then has all controls.
         self._controls.update(view)
         self._results = gui.add_panel()
-        with self._results.add_tab("Run", viser.Icon.CHART_LINE) as run_tab:
+        with self._results.add_tab(RUN_TAB, viser.Icon.CHART_LINE) as run_tab:
             self._tour = TourPanel(gui, run_tab, send)
             self._outcome = OutcomePanel(gui)
             self._charts = ChartsPanel(client, sizes.chart)
@@ -81,6 +82,7 @@ class Screen:
         self._player.expand()
         self._is_wide = self._is_lecture = False
         self._arrangement: Arrangement | None = None
+        self._restored = 0
         self._widths = (0, 0, 0)
         self._page_layout = layout
         self._fit()
@@ -108,6 +110,11 @@ class Screen:
         if view.page_layout is not None and view.page_layout != self._page_layout:
             self._page_layout = view.page_layout
             self._fit()
+        if view.restored != self._restored:
+            self._restored, self._arrangement = view.restored, None
+            self._fit()
+            for panel in (self._results, self._gui.main_panel, self._player):
+                panel.expand()
         if view.appearance.lecture != self._is_lecture:
             self._is_lecture = view.appearance.lecture
             self._lay_out_lecture()

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import asdict, dataclass
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from slipgrasp.core.run.metrics import Metrics
 from slipgrasp.core.run.provenance import Provenance
@@ -93,6 +96,22 @@ class RunResult:
     def name(self) -> str:
         """Its name among other runs: the preset, and the differences from it."""
         return name_run(self.scenario)
+
+    @property
+    def sha256(self) -> str:
+        """SHA-256 of all samples, phase changes and the outcome: equal for runs of equal bits.
+
+        On every machine the same for the same numerics; docs/portability.md has those of the
+        presets.
+        """
+        digest = hashlib.sha256(np.ascontiguousarray(self.trace.to_rows(), "<f8").tobytes())
+        changes = [
+            (change.time, change.contact, change.from_phase.value, change.to_phase.value)
+            for change in self.phase_changes
+        ]
+        digest.update(np.array(changes, "<f8").tobytes())
+        digest.update(self.outcome.value.encode())
+        return digest.hexdigest()
 
     def plot(
         self,

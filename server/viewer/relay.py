@@ -18,14 +18,15 @@ from pathlib import Path
 
 import msgspec
 import websockets.asyncio.client
-from fastapi import FastAPI
-from starlette.responses import HTMLResponse, RedirectResponse, Response
+from fastapi import FastAPI, Request
+from starlette.responses import RedirectResponse, Response
 from starlette.websockets import WebSocket, WebSocketDisconnect
 from websockets.asyncio.client import ClientConnection
 from websockets.exceptions import ConnectionClosed, InvalidHandshake
 from websockets.typing import Subprotocol
 
 from slipgrasp.server.http.access import RELAY_TOKEN
+from slipgrasp.server.http.page_file import PageFile
 from slipgrasp.server.tokens import Right
 from slipgrasp.server.viewer.pace import Pace
 from slipgrasp.server.viewer.probation import Probation
@@ -134,7 +135,11 @@ class ViewerRelay:
     ) -> None:
         self._upstream_port = upstream_port
         self._find_faults = find_faults
-        self._page = _with_head(_read_page(), head)
+        self._page = PageFile(
+            _with_head(_read_page(), head),
+            "text/html",
+            {"Content-Security-Policy": CONTENT_POLICY},
+        )
         self._probation = Probation()
         self._num_viewers = 0
         self._turned_away_at = -math.inf
@@ -144,10 +149,9 @@ class ViewerRelay:
         """Whether a viewer has just been turned away, as there are too many."""
         return time.monotonic() - self._turned_away_at < FULL_SECONDS
 
-    async def show_page(self) -> Response:
+    async def show_page(self, request: Request) -> Response:
         """The page."""
-        headers = {"Content-Security-Policy": CONTENT_POLICY, "Cache-Control": "no-cache"}
-        return HTMLResponse(self._page, headers=headers)
+        return self._page.answer(request)
 
     async def connect(self, viewer: WebSocket) -> None:
         """Relays one viewer until either side is gone."""

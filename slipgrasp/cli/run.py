@@ -73,7 +73,8 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
     result, recording = _simulate(scenario, place, arguments.display_rate)
     if arguments.json:
         path = None if recording is None else str(recording)
-        print(json.dumps({**result.summary(), "recording": path}, allow_nan=False))
+        document = {**result.summary(), "sha256": result.sha256, "recording": path}
+        print(json.dumps(document, allow_nan=False))
     else:
         from slipgrasp.cli.summary import summarize
 

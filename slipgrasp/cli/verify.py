@@ -44,6 +44,11 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         help="run the code of a custom law as well, from this file or, without a name, as "
         "installed; else its recorded commands are taken",
     )
+    parser.add_argument(
+        "--hash",
+        action="store_true",
+        help="also print the SHA-256 of the recorded run, which `run --json` prints as well",
+    )
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     add_data_directory(parser)
     parser.set_defaults(execute=_execute)
@@ -69,10 +74,12 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
             progress=progress.update,
         )
     if arguments.json:
-        document = {"name": read.result.name, **found.to_mapping()}
+        document = {"name": read.result.name, "sha256": read.result.sha256, **found.to_mapping()}
         print(json.dumps(document, allow_nan=False))
     else:
         print("\n".join(_lines(found)))
+        if arguments.hash:
+            print(f"SHA-256 of the recorded run: {read.result.sha256}")
     return ExitStatus.COMPLETED if found.same else ExitStatus.DIFFERENT
 
 

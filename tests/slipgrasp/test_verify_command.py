@@ -1,13 +1,17 @@
 """``slipgrasp verify`` in a process of its own, on what other processes have recorded."""
 
 import json
+from pathlib import Path
 
 import pytest
 
+from benchmarks.preset_hashes import read_presets
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.recordings.file.writer import write_recording
 from tests.recordings.tampering import patch_in_place, repack
+
+PAGE = Path(__file__).parents[2] / "docs" / "portability.md"
 
 pytestmark = pytest.mark.slow
 
@@ -35,6 +39,9 @@ def test_what_another_process_recorded_is_the_same_bit_for_bit(slipgrasp):
     assert found["same"] and found["bit_for_bit"] and found["whole"]
     assert found["mismatches"] == []
     assert found["end_time"] == run["end_time"]
+    assert found["sha256"] == run["sha256"] == read_presets(PAGE.read_text())["paper-case-2"]
+    told = slipgrasp("verify", "run.mcap", "--hash").stdout
+    assert told.splitlines()[-1] == f"SHA-256 of the recorded run: {run['sha256']}"
 
 
 def test_a_stored_run_is_verified_by_its_id_in_words(slipgrasp):

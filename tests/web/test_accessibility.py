@@ -30,6 +30,13 @@ pytestmark = [
 ]
 
 
+START_SCREEN = """() => {
+    const named = getComputedStyle(document.documentElement, "::after").content;
+    return named === '"slipgrasp"' ? "start screen" : document.documentElement.dataset
+        .mantineColorScheme;
+}"""
+
+
 def violations(page: Page) -> list[str]:
     return list(page.evaluate(VIOLATIONS))
 
@@ -44,7 +51,12 @@ def test_axe_finds_nothing_wrong_with_any_panel(
     dashboard.app.state.run_service.store.save(failed)  # Its outcome is told in another colour.
     page = browser.new_page(viewport=LARGE, color_scheme=scheme)
     page.set_default_timeout(PATIENCE)
+    page.add_init_script(
+        f"document.addEventListener('DOMContentLoaded', () => window.first = ({START_SCREEN})())"
+    )
     page.goto(f"{dashboard.url}/?fixedDpr=0.3")
+    assert page.evaluate("window.first") == "start screen"
+    wait_until(lambda: page.evaluate(START_SCREEN) == scheme, "the start screen stays")
     page.locator(".sg-transport").wait_for()
     pause(page)
     hide_warning(page)

@@ -84,6 +84,7 @@ def test_a_lecture_has_one_chart_in_large_type_and_work_at_a_desk_comes_back(
     strip = page.locator(".sg-strip")
     size = "strip => parseFloat(getComputedStyle(strip).fontSize)"
     before = strip.evaluate(size)
+    page.get_by_role("tab", name="Study", exact=True).click()
     page.keyboard.press("l")
     expect(charts).to_have_count(1)
     expect(controls.first).not_to_be_in_viewport()
@@ -99,6 +100,21 @@ def test_a_lecture_has_one_chart_in_large_type_and_work_at_a_desk_comes_back(
         return lanes["x"] + lanes["width"] <= scene["x"] + scene["width"]
 
     wait_until(fits, "the strip does not fit below the picture any more")
+
+
+def test_a_panel_that_was_torn_off_comes_back(page: Page) -> None:
+    study, run = (page.get_by_role("tab", name=name, exact=True) for name in ("Study", "Run"))
+    torn, other = study.bounding_box(), run.bounding_box()
+    assert torn is not None and other is not None
+    page.mouse.move(torn["x"] + 20.0, torn["y"] + 10.0)
+    page.mouse.down()
+    for k in range(1, 11):
+        page.mouse.move(torn["x"] + 40.0 * k, torn["y"] + 20.0 * k)
+    page.mouse.up()
+    wait_until(lambda: study.bounding_box() != torn, "the panel stayed")
+    page.keyboard.press("r")
+    wait_until(lambda: study.bounding_box() == torn, "the panel does not come back")
+    assert run.bounding_box() == other
 
 
 def test_arrows_on_a_control_leave_the_camera_where_it_is(page: Page) -> None:

@@ -30,12 +30,25 @@ def view(case_2: RunResult) -> ViewState:
     return view_of(case_2)
 
 
-def test_while_the_object_is_dragged_the_picture_rests_and_shows_the_force(view) -> None:
+def test_while_the_object_is_dragged_its_push_is_simulated_and_the_picture_rests_at_its_end(
+    view,
+) -> None:
     playing = replace(view, playback=replace(view.playback, playing=True))
     dragged = after(playing, DragObject((1.0, 2.0)), DragObject((3.0, -4.0)))
     assert not dragged.playback.playing
     np.testing.assert_array_equal(dragged.sample.external_wrench, [3.0, -4.0, 0.0])
-    assert dragged.draft == view.draft
+    (push,) = dragged.draft.scenario().pulses
+    assert push == Pulse(time=0.5, force=(3.0, -4.0))
+    assert dragged.playback.time == push.time + push.duration
+    assert after(dragged, DragObject((0.0, 0.0))).draft is view.draft
+
+
+def test_the_pale_run_of_a_drag_is_the_one_without_the_push(view) -> None:
+    first = after(view, DragObject((1.0, 2.0)))
+    assert first.editing.ghost_due
+    shown = replace(first, editing=replace(first.editing, ghost_due=False))
+    assert not after(shown, DragObject((3.0, -4.0))).editing.ghost_due
+    assert not after(shown, LetGo((3.0, -4.0))).editing.ghost_due
 
 
 def test_letting_go_is_a_push_at_the_play_head_which_plays_on_and_can_be_undone(view) -> None:

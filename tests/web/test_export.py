@@ -15,6 +15,7 @@ from PIL import Image
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.recordings import export
 from slipgrasp.recordings.clip import Clip
 from slipgrasp.recordings.store.store import RecordingStore
 from slipgrasp.server.viewer.server import ViewerServer
@@ -196,7 +197,7 @@ def test_an_answer_to_an_older_export_is_void(office: Office) -> None:
 
 
 def test_the_page_is_asked_for_each_picture(office: Office) -> None:
-    assert office.take(ExportPicture()).picture_name == f"{STEM}-50ms.png"
+    assert office.take(ExportPicture()).picture_name == f"{STEM}-view-50ms.png"
     assert office.take(ExportPicture()).pictures == 2
 
 
@@ -254,6 +255,18 @@ def test_files_of_the_server_are_offered_once_the_run_is_kept(
     failed = Exporting(message="<b>broken</b>", is_failure=True)
     panel.update(replace(view, exporting=failed))
     assert any("&lt;b&gt;broken" in text for text in client.texts)
+
+
+@pytest.mark.parametrize("has_av", [True, False])
+def test_films_are_offered_where_what_writes_them_is_installed(
+    viewer_server: ViewerServer, monkeypatch: pytest.MonkeyPatch, has_av: bool
+) -> None:
+    monkeypatch.setattr(export, "find_spec", lambda _name: object() if has_av else None)
+    panel = ExportPanel(ListeningClient(viewer_server).gui, [].append)
+    clips = {b.label for b in panel._buttons if b.label.startswith("Clip")}
+    assert clips == {"Clip (HTML)", "Clip (GIF)"} | (
+        {"Clip (MP4)", "Clip (WebM)"} if has_av else set()
+    )
 
 
 def test_a_clip_is_what_is_played_as_it_is_played(short: RunResult) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 import json
 import queue
 from collections.abc import Iterator
@@ -73,6 +74,20 @@ def test_the_files_of_the_page_are_served_from_here(
     answer = get(dashboard.port, f"/dashboard/static/{name}", [host(dashboard.port)])
     assert answer.status == 200
     assert answer.headers["content-type"].startswith(media_type)
+
+
+@pytest.mark.parametrize("path", ["/", "/dashboard/static/dashboard.js"])
+def test_a_page_that_is_loaded_again_sends_none_of_its_files_again(
+    dashboard: RunningServer, path: str
+) -> None:
+    first = get(dashboard.port, path, [host(dashboard.port)])
+    seen = ("If-None-Match", first.headers["etag"])
+    again = get(dashboard.port, path, [host(dashboard.port), seen])
+    assert (again.status, again.body, again.headers["etag"]) == (304, b"", first.headers["etag"])
+    takes = ("Accept-Encoding", "gzip, br")
+    small = get(dashboard.port, path, [host(dashboard.port), takes])
+    assert small.headers["content-encoding"] == "gzip" and len(small.body) < len(first.body)
+    assert gzip.decompress(small.body) == first.body
 
 
 @pytest.mark.parametrize("name", ["keys.py", "..%2Fapp.py", "nothing.js", "%2e%2e/app.py"])

@@ -128,6 +128,7 @@ def test_the_session_state_tells_all_the_script_needs_and_is_quiet_while_nothing
     first = told_by(panel)
     assert first == {
         "session": "secret",
+        "ready": True,
         "charts": "",
         "run": "abcdefghijkl",
         "notice": "",

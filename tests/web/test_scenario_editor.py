@@ -98,7 +98,7 @@ def test_a_control_acts_from_the_play_head_on_leaves_a_ghost_and_is_undone(
     note(page, "Ghost:").wait_for(state="detached")
     page.keyboard.press("Control+z")
     shows(page, MASS, "1")
-    note(page, "Changes during the run").wait_for(state="detached")
+    note(page, "during the run").wait_for(state="detached")
     page.keyboard.press("Control+Shift+z")
     shows(page, MASS, "1.2345")
     page.get_by_role("button", name="Take this change back").click()

@@ -139,11 +139,15 @@ class Drag(NamedTuple):
 
     Attributes:
         force: With which force, a number per direction [N].
-        was_playing: Whether the run played before.
+        playback: Where the play head stood when that began; the force acts from then on.
+        draft: What was asked for then.
+        editing: How the user edited then.
     """
 
     force: tuple[float, ...]
-    was_playing: bool
+    playback: Playback
+    draft: Draft
+    editing: Editing
 
 
 class ShownPremises(NamedTuple):
@@ -198,6 +202,7 @@ class ViewState:
         editing: How the user edits, and what was asked for before.
         appearance: How the picture looks.
         page_layout: The size of the page; None until the page has reported it.
+        restored: How often the panels were put back where they were at first.
         study: The study that is planned, and the one that is followed.
         premises: The assumptions of the theorems for a run, once requested.
         tour: Place of the stop of the tour that was visited last, None outside it.
@@ -224,6 +229,7 @@ class ViewState:
     editing: Editing = field(default_factory=Editing)
     appearance: Appearance = field(default_factory=Appearance)
     page_layout: PageLayout | None = None
+    restored: int = 0
     study: StudyView = field(default_factory=StudyView)
     premises: ShownPremises | None = None
     tour: int | None = None

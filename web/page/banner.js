@@ -7,6 +7,7 @@ import { noteConnected, startReconnect, tryInTurn, tryNow } from "./reconnect.js
 const ASK_MS = 1500;
 const AWAY_ASK_MS = 1000;
 const PATIENCE_MS = 2500;
+const NOTICE_MS = 20_000;
 const NEW_SESSION_MS = 7000; // longer than an attempt of viser to connect
 
 let answeredAt = null;
@@ -31,9 +32,13 @@ export function startBanner() {
   ask();
 }
 
-/** Shows a sentence until the user dismisses it. */
+/** Shows a sentence until it had time to be read, or the user dismisses it. */
 export function say(sentence) {
   show("notice", "", sentence, "Dismiss", () => clear("notice"));
+  const box = document.getElementById("sg-notice");
+  const leave = () => (box.matches(":hover, :focus-within") ? wait() : box.remove());
+  const wait = () => setTimeout(leave, NOTICE_MS);
+  wait();
 }
 
 async function ask() {

@@ -11,6 +11,7 @@
 //   lecture.js        large type for a lecture hall
 //   names.js          names of controls that viser leaves without
 //   folds.js          what is unfolded
+//   start.js          the page until the first picture is there
 //   welcome.js        a few words for who is here for the first time
 //   uploads.js        recordings that the user sends
 //   link.js           the address of the page: a run and a time
@@ -29,9 +30,11 @@ import { startNames } from "./names.js";
 import { startNumbers } from "./numbers.js";
 import { startPicture } from "./picture.js";
 import { startPageLayout } from "./page_layout.js";
+import { startStart } from "./start.js";
 import { startUploads } from "./uploads.js";
 import { startWelcome } from "./welcome.js";
 
+startStart();
 startLink();
 startClock();
 startGestures();

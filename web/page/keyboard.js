@@ -21,7 +21,7 @@ let rows = [];
 export function startKeyboard() {
   rows = JSON.parse(document.getElementById("sg-keys").textContent);
   for (const row of rows) {
-    for (const key of row.keys) commands.set(key, row.intent);
+    for (const key of row.keys) commands.set(key, row);
   }
   window.addEventListener("keydown", onKey, { capture: true });
   window.addEventListener("pointerdown", () => (isByKeyboard = false), { capture: true });
@@ -37,10 +37,19 @@ function onKey(event) {
   const key = nameOf(event);
   if (event.altKey || isForOthers(event, key)) return;
   if (key === HELP_KEY) showHelp();
-  else if (commands.has(key)) post(commands.get(key));
+  else if (commands.has(key)) run(commands.get(key));
   else return;
   event.preventDefault();
   event.stopImmediatePropagation();
+}
+
+function run(command) {
+  post(command.intent);
+  for (const tab of document.querySelectorAll("[role=tab]")) {
+    if (tab.title !== command.tab) continue;
+    // viser's tabs can be dragged: they listen to this key, and not to a click alone.
+    tab.dispatchEvent(new KeyboardEvent("keydown", { key: "Enter", bubbles: true }));
+  }
 }
 
 function nameOf(event) {

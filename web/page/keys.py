@@ -10,7 +10,7 @@ from viser import Icon, IconName
 from slipgrasp.web.model.disturbances import DisturbanceKind
 from slipgrasp.web.model.intents.compare import EndComparison
 from slipgrasp.web.model.intents.intent import Intent
-from slipgrasp.web.model.intents.picture import FrameHand, ToggleLecture, ToggleMark
+from slipgrasp.web.model.intents.picture import FrameHand, RestoreLayout, ToggleLecture, ToggleMark
 from slipgrasp.web.model.intents.playback import (
     ChangeSpeed,
     ChooseWindow,
@@ -36,18 +36,21 @@ class KeyCommand:
         text: What it does, in words.
         intent: What it asks for.
         icon: Its icon in the list of commands.
+        tab: The tab of the page that shows what it does; empty if any does.
     """
 
     keys: tuple[str, ...]
     text: str
     intent: Intent
     icon: IconName
+    tab: str = ""
 
 
-def _command(keys: str, text: str, icon: IconName, intent: Intent) -> KeyCommand:
-    return KeyCommand(tuple(keys.split()), text, intent, icon)
+def _command(keys: str, text: str, icon: IconName, intent: Intent, tab: str = "") -> KeyCommand:
+    return KeyCommand(tuple(keys.split()), text, intent, icon, tab)
 
 
+RUN_TAB = "Run"
 KEYS: tuple[KeyCommand, ...] = (
     _command("Space P", "Play or pause", Icon.PLAYER_PLAY, TogglePlay()),
     _command("ArrowLeft", "Step back", Icon.PLAYER_TRACK_PREV, Step(-1)),
@@ -69,8 +72,10 @@ KEYS: tuple[KeyCommand, ...] = (
         "Lecture: picture, strip and one chart, large; or back",
         Icon.PRESENTATION,
         ToggleLecture(),
+        RUN_TAB,
     ),
-    _command("T", "Tour of the presets: begin or leave", Icon.ROUTE, ToggleTour()),
+    _command("R", "Restore the layout of the panels", Icon.LAYOUT, RestoreLayout()),
+    _command("T", "Tour of the presets: begin or leave", Icon.ROUTE, ToggleTour(), RUN_TAB),
     _command("1", "Push the object", Icon.ARROW_BIG_DOWN, AddDisturbance(DisturbanceKind.PUSH)),
     _command(
         "2",
@@ -114,7 +119,7 @@ def keys_html() -> str:
     """The table as an element of the page that the script reads."""
     rows = [
         {"keys": command.keys, "shown": _shown(command), "text": command.text}
-        | {"intent": posted(command.intent)}
+        | {"intent": posted(command.intent), "tab": command.tab}
         for command in KEYS
     ]
     # Nothing within a script element may look like its end.

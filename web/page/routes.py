@@ -13,6 +13,7 @@ from slipgrasp.server.exceptions import InvalidRequestError
 from slipgrasp.server.http.access import READ_ONLY
 from slipgrasp.server.http.errors import invalid_fields
 from slipgrasp.server.http.json_body import JSON_TYPE, read_values
+from slipgrasp.server.http.page_file import PageFile
 from slipgrasp.server.tokens import Right
 from slipgrasp.server.viewer.relay import ViewerRelay
 from slipgrasp.web.model.intents.hints import TryHints
@@ -21,7 +22,6 @@ from slipgrasp.web.page.keys import keys_html
 from slipgrasp.web.page.session_directory import SessionDirectory
 
 _MAX_VALUES = 500
-_FRESH = {"Cache-Control": "no-cache"}
 _NEVER_KEPT = {"Cache-Control": "no-store"}
 
 _router = APIRouter(include_in_schema=False)
@@ -41,13 +41,12 @@ def add_page_routes(app: FastAPI, relay: ViewerRelay) -> None:
 
 
 @_router.get(f"{STATIC_PATH}/{{name}}")
-def show_file(name: str) -> Response:
+def show_file(name: str, request: Request) -> Response:
     """A file of the page."""
     found = _static_files().get(name)
     if found is None:
         raise HTTPException(404, "the page has no such file")
-    content, media_type = found
-    return Response(content, media_type=media_type, headers=_FRESH)
+    return found.answer(request)
 
 
 @_router.get(f"{SESSIONS_PATH}/{{key}}")
@@ -89,10 +88,10 @@ def _directory(request: Request) -> SessionDirectory:
 
 
 @cache
-def _static_files() -> dict[str, tuple[bytes, str]]:
-    """Content and media type of every file of the page by its name."""
+def _static_files() -> dict[str, PageFile]:
+    """Every file of the page by its name."""
     return {
-        file.name: (file.read_bytes(), media_type)
+        file.name: PageFile(file.read_bytes(), media_type)
         for file in resources.files("slipgrasp.web.page").iterdir()
         for suffix, media_type in _MEDIA_TYPES.items()
         if file.name.endswith(suffix)

@@ -3,9 +3,10 @@
 // It is written when something changes, and now and then while time runs on; in between the
 // page moves the play head itself, so that no message is needed for it.
 
-/** The last state of the session: session, run, charts, notice, lecture, time, start, end [s], speed, playing. */
+/** The last state of the session: session, whether it is ready to be shown, run, charts, notice, lecture, time, start, end [s], speed, playing. */
 export let state = {
   session: "",
+  ready: false,
   run: "",
   charts: "",
   notice: "",

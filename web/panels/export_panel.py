@@ -37,7 +37,6 @@ _BUTTONS: tuple[tuple[str, viser.IconName, str, type[Intent]], ...] = (
     ),
 )
 _CLIP = "Saves the time range on the screen, at the speed on the screen, as "
-_CLIPS = {each.title: each for each in MOVING_FORMATS}
 _HEIGHTS = ("480", "720", "1080")
 
 
@@ -77,9 +76,9 @@ class ExportPanel:
                 )
                 for side, usual in (("width", AT_THE_END.width), ("height", AT_THE_END.height))
             ]
-            for title, form in _CLIPS.items():
+            for form in (each for each in MOVING_FORMATS if each.is_installed):
                 button = gui.add_button(
-                    f"Clip ({title})",
+                    f"Clip ({form.title})",
                     icon=viser.Icon.MOVIE,
                     hint=f"{_CLIP}{form.contents}.",
                     disabled=True,
@@ -92,7 +91,7 @@ class ExportPanel:
                 "clip height [px]",
                 _HEIGHTS,
                 initial_value="720",
-                hint="Of the picture in a GIF, an MP4 or a WebM.",
+                hint="Of the picture in a GIF, an MP4 or a WebM; films need the extra 'film'.",
             )
             self._bar = gui.add_progress_bar(0.0, visible=False)
             self._cancel = gui.add_button(

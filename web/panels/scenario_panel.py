@@ -203,12 +203,13 @@ def changes_html(draft: Draft) -> str:
     )
     if not rows:
         return ""
-    clear = ""
+    count, clear = "1 change", ""
     if len(rows) > 1:
+        count = f"{len(rows)} changes"
         clear = _button("remove all", "Take all of these back", RemoveChanges())
     return (
         "<div class='sg-editor-note'><div class='sg-editor-row'>"
-        f"<span>Changes during the run</span>{clear}</div>{''.join(rows)}</div>"
+        f"<span>{count} during the run</span>{clear}</div>{''.join(rows)}</div>"
     )
 
 

@@ -36,6 +36,7 @@ class SessionStatePanel:
         layout = view.charts.layout()
         lecture = view.appearance.lecture
         telling = (
+            _is_ready(view),
             linked_run(view),
             layout,
             view.notice,
@@ -64,6 +65,7 @@ def session_state_html(key: str, view: ViewState) -> str:
     playback = view.playback or _AT_START
     state = {
         "session": key,
+        "ready": _is_ready(view),
         "run": linked_run(view),
         "charts": view.charts.layout(),
         "notice": view.notice,
@@ -75,6 +77,12 @@ def session_state_html(key: str, view: ViewState) -> str:
         "playing": playback.playing,
     }
     return f'<i id="sg-session-state" hidden data-sg-state="{escape(json.dumps(state))}"></i>'
+
+
+def _is_ready(view: ViewState) -> bool:
+    """Whether there is a first run to be seen, or something to read instead."""
+    waiting = view.status.stage in (RunStage.OPENING, RunStage.SIMULATING)
+    return view.playback is not None or not waiting
 
 
 def linked_run(view: ViewState) -> str:

@@ -76,7 +76,7 @@ class ExportReducer(Reducer):
         begun = replace(view.exporting, number=number, share=0.0, message="", is_failure=False)
         if isinstance(intent, ExportPicture):
             # The page itself takes the picture of what it shows.
-            name = file_name(run, _instant(view), "png")
+            name = file_name(run, f"view-{_instant(view)}", "png")
             return replace(begun, pictures=begun.pictures + 1, picture_name=name)
         if isinstance(intent, ExportCharts):
             name = file_name(run, "charts", "svg")

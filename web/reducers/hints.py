@@ -68,4 +68,6 @@ class HintsReducer(Reducer):
         """Whether the run on the screen is that of the draft, and its hint not tried yet."""
         if not self._may_try or view.shown is None or view.shown.ticket != view.ticket:
             return False
-        return view.status.stage in _SETTLED and view.hint_trials.draft is not view.draft
+        if view.drag is not None or view.status.stage not in _SETTLED:
+            return False
+        return view.hint_trials.draft is not view.draft

@@ -10,6 +10,7 @@ from slipgrasp.web.model.intents.picture import (
     CameraMoved,
     FrameHand,
     MeasurePage,
+    RestoreLayout,
     SetAppearance,
     ToggleDark,
     ToggleLecture,
@@ -30,6 +31,7 @@ class PictureReducer(Reducer):
         CameraMoved,
         FrameHand,
         MeasurePage,
+        RestoreLayout,
         SetAppearance,
         ToggleDark,
         ToggleLecture,
@@ -48,6 +50,8 @@ class PictureReducer(Reducer):
             case FrameHand(whole):
                 self._camera.frame()
                 return replace(view, appearance=replace(view.appearance, whole_hand=whole))
+            case RestoreLayout():
+                return replace(view, restored=view.restored + 1)
             case SetAppearance(appearance):
                 return replace(view, appearance=appearance.within_bounds())
             case ToggleDark():

@@ -90,7 +90,8 @@ class RunReducer(Reducer):
         """Requests the run of a new draft, stores one that rests, and reports a long one."""
         if view.draft is not self._asked:
             return self._ask(now, view)
-        if view.shown and is_save_due(view.status.stage, now - self._asked_at):
+        rests = view.drag is None and is_save_due(view.status.stage, now - self._asked_at)
+        if view.shown and rests:
             self._worker.save(view.shown.ticket, view.shown.result)
             return with_status(view, RunStatus(RunStage.SAVING))
         if self._waiting_since is not None and now - self._waiting_since > _UNNOTICED_WAIT:

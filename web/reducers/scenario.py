@@ -13,7 +13,12 @@ from slipgrasp.core.scenario.custom_laws import law_names
 from slipgrasp.core.scenario.field_errors import shortened
 from slipgrasp.core.scenario.law_choice import LAW
 from slipgrasp.core.scenario.loading import scenario_from_toml
-from slipgrasp.web.model.disturbances import DisturbanceKind, low_friction_patch, push_at
+from slipgrasp.web.model.disturbances import (
+    Disturbance,
+    DisturbanceKind,
+    low_friction_patch,
+    push_at,
+)
 from slipgrasp.web.model.draft import Draft, Value, change_time
 from slipgrasp.web.model.editing import LawNote, Reach, Turn
 from slipgrasp.web.model.hints import followed
@@ -39,6 +44,7 @@ from slipgrasp.web.model.intents.scenario import (
 from slipgrasp.web.model.intents.tour import ToggleTour, VisitStop
 from slipgrasp.web.model.laws import set_words, with_law, without_law_change
 from slipgrasp.web.model.parameter_names import in_page_words
+from slipgrasp.web.model.playback import whole_window
 from slipgrasp.web.model.sampling import locate
 from slipgrasp.web.model.tour import TOUR
 from slipgrasp.web.model.view import Drag, RunStatus, Shown, ViewState, with_status
@@ -146,28 +152,49 @@ def _disturbed(view: ViewState, intent: AddDisturbance) -> Draft:
 
 
 def _dragged(view: ViewState, force: tuple[float, ...]) -> ViewState:
-    """The view while the object is dragged, at rest; as it is if there is nothing to push."""
+    """The view while the object is dragged; as it is if there is nothing to push.
+
+    The play head rests where the push ends, so that what it does is seen beside the run before.
+    """
     shown, playback = view.shown, view.playback
     if shown is None or playback is None:
         return view
     space = shown.result.scenario.space
     if view.draft.base.space is not space or len(force) != space.num_positions:
         return view
-    was_playing = playback.playing if view.drag is None else view.drag.was_playing
-    return replace(view, playback=replace(playback, playing=False), drag=Drag(force, was_playing))
+    began = view.drag or Drag(force, playback, view.draft, view.editing)
+    drag = began._replace(force=force)
+    push = _push_of(drag)
+    end = push.time + float(push.values["duration"])
+    playback = drag.playback.reach(end, whole_window(shown.result))
+    return replace(_pushed(view, drag, push), drag=drag, playback=playback)
 
 
 def _let_go(view: ViewState, force: tuple[float, ...]) -> ViewState:
     """The view with the push that the object was dragged for; what played goes on."""
+    drag = view.drag
+    if drag is not None and len(force) != len(drag.force):
+        force = (0.0,) * len(drag.force)
     dragged = _dragged(view, force)
-    drag, playback = dragged.drag, dragged.playback
-    if dragged is view or drag is None or playback is None:
-        return replace(view, drag=None)
-    view = replace(view, drag=None, playback=replace(playback, playing=drag.was_playing))
-    if not any(force):
-        return view
-    push = push_at(change_time(playback.time), view.draft.base.space, force)
-    return _with_draft(view, view.draft.with_disturbance(push))
+    if dragged.drag is None:
+        return dragged
+    return replace(dragged, drag=None, playback=dragged.drag.playback)
+
+
+def _push_of(drag: Drag) -> Disturbance:
+    return push_at(change_time(drag.playback.time), drag.draft.base.space, drag.force)
+
+
+def _pushed(view: ViewState, drag: Drag, push: Disturbance) -> ViewState:
+    """The view with the push of a drag instead of what it was before: all are one step of undo."""
+    if not any(drag.force):
+        return replace(view, draft=drag.draft, editing=drag.editing)
+    draft, editing = drag.draft.with_disturbance(push), drag.editing.begin(drag.draft)
+    if view.draft is not drag.draft:
+        # The ghost stays the run without the push.
+        editing = replace(editing, ghost_due=view.editing.ghost_due)
+    draft = view.draft if draft == view.draft else draft
+    return replace(view, draft=draft, editing=editing, opening=view.opening + 1)
 
 
 def _wetted(draft: Draft, shown: Shown, moment: float, contact: int | None) -> Draft:

@@ -9,6 +9,7 @@ import viser
 from numpy.typing import NDArray
 
 from slipgrasp.core.trace.types import ContactPhase
+from slipgrasp.core.words.phrases import length_words
 from slipgrasp.recordings.palette import PHASES
 from slipgrasp.scene.states import States
 from slipgrasp.web.scene import lens_places as places
@@ -21,7 +22,6 @@ from slipgrasp.web.scene.surfaces import Surfaces
 Points = NDArray[np.float64]
 
 _RIM_SEGMENTS = 72
-_LEAST_SHOWN = 0.001  # [mm]
 _DIGITS, _WIDEST = 24, 200  # [px]
 _FINE_LINE = 0.018
 _BEHIND = 0.1
@@ -95,9 +95,9 @@ class LensFrame:
 
     def _tell_numbers(self, slip: float, force: float, pale_slip: float | None) -> None:
         told = [
-            f"slip {_millimetres(slip)}",
+            f"slip {length_words(slip)}",
             f"force {force:.1f} N",
-            "" if pale_slip is None else f"pale {_millimetres(pale_slip)}",
+            "" if pale_slip is None else f"pale {length_words(abs(pale_slip))}",
         ]
         for k, line in enumerate(self._lines):
             if told[k] != self._told[k]:
@@ -139,12 +139,6 @@ class LensFrame:
         place = self._at(places.NUMBERS_PLACE) - np.array([0.0, (line + 0.5) * height])
         image = SceneImage(self._line(""), height)
         return add_image_in_plane(self._scene, f"{self._name}/numbers{line}", image, place, 0.0)
-
-
-def _millimetres(slip: float) -> str:
-    length = 1e3 * abs(slip)
-    digits = ".2g" if _LEAST_SHOWN <= length < 1.0 else ".1f"
-    return f"{length:{digits}} mm"
 
 
 class Leader:

@@ -21,6 +21,11 @@ class FrameHand(Intent):
 
 
 @dataclass(frozen=True, slots=True)
+class RestoreLayout(Intent):
+    """The user wants the panels back where they were at first."""
+
+
+@dataclass(frozen=True, slots=True)
 class CameraMoved(LatestIntent):
     """The viewer reports where its camera stands [m]."""
 

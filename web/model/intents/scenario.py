@@ -61,14 +61,14 @@ class AddDisturbance(Intent):
 
 @dataclass(frozen=True, slots=True)
 class DragObject(LatestIntent):
-    """The user drags the object with a force [N], which acts once they let go."""
+    """The user drags the object with a force [N]: a push at the play head, until they let go."""
 
     force: tuple[float, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class LetGo(Intent):
-    """The user lets go of the object: the force [N] becomes a push at the play head."""
+    """The user lets go of the object: the push with this force [N] stays."""
 
     force: tuple[float, ...]
 

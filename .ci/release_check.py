@@ -1,0 +1,91 @@
+"""Builds a release from what is committed, twice, and installs it into empty environments.
+
+`python .ci/release_check.py [PYTHON …]`: source archive and wheel are built in two folders and have
+to be equal bytes; their metadata and contents are checked; each interpreter installs the wheel and
+runs a preset, whose hash has to be the one in docs/portability.md. Nothing is published.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tarfile
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+PAGE = ROOT / "docs" / "portability.md"
+PRESET = "paper-case-1"
+VERSIONS = ("python3.11", "python3.12", "python3.13")
+
+
+def main(interpreters: Sequence[str]) -> None:
+    """Checks a release with some interpreters; with those that are installed if none is named."""
+    found = interpreters or [each for name in VERSIONS if (each := shutil.which(name))]
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        files = build(folder / "first")
+        again = build(folder / "second")
+        assert [digest(each) for each in files] == [digest(each) for each in again], "two builds"
+        print(f"Two builds are equal bytes: {', '.join(each.name for each in files)}")
+        tool("twine", "check", "--strict", *files)
+        (wheel,) = (each for each in files if each.suffix == ".whl")
+        tool("check_wheel_contents", "--toplevel", "slipgrasp", wheel)
+        for interpreter in found:
+            check_installed(interpreter, wheel, folder / Path(interpreter).name)
+
+
+def build(folder: Path) -> list[Path]:
+    """Builds source archive and wheel of the last commit in a folder."""
+    sources = folder / "sources"
+    sources.mkdir(parents=True)
+    archive = subprocess.check_output(["git", "archive", "HEAD"], cwd=ROOT)
+    (folder / "sources.tar").write_bytes(archive)
+    with tarfile.open(folder / "sources.tar") as tar:
+        tar.extractall(sources, filter="data")
+    time = subprocess.check_output(["git", "log", "-1", "--format=%ct"], cwd=ROOT, text=True)
+    environment = {**os.environ, "SOURCE_DATE_EPOCH": time.strip()}
+    subprocess.run(
+        [sys.executable, "-m", "build", "--outdir", str(folder / "dist"), str(sources)],
+        env=environment,
+        check=True,
+        stdout=subprocess.DEVNULL,
+    )
+    return sorted((folder / "dist").iterdir())
+
+
+def digest(path: Path) -> str:
+    """SHA-256 of a file."""
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def tool(module: str, *arguments: str | Path) -> None:
+    """Runs a checker of this environment."""
+    subprocess.run([sys.executable, "-m", module, *map(str, arguments)], check=True)
+
+
+def check_installed(interpreter: str, wheel: Path, folder: Path) -> None:
+    """Installs a wheel into an empty environment, and compares the hash of a run."""
+    subprocess.run([interpreter, "-m", "venv", str(folder)], check=True)
+    python = str(folder / "bin" / "python")
+    # Not in the sources, which lie beside: only what is installed is to be imported.
+    environment = {**os.environ, "SLIPGRASP_DATA": str(folder / "runs")}
+    install = [python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", str(wheel)]
+    subprocess.run(install, check=True, cwd=folder)
+    run = [python, "-m", "slipgrasp", "run", PRESET, "--json"]
+    printed = subprocess.check_output(run, cwd=folder, env=environment, text=True)
+    row = rf"^\| {PRESET} \| ([0-9a-f]{{64}}) \|$"
+    (expected,) = re.findall(row, PAGE.read_text("utf-8"), re.MULTILINE)
+    assert json.loads(printed)["sha256"] == expected, f"{interpreter}: another hash"
+    version = subprocess.check_output([python, "--version"], text=True).strip()
+    print(f"{version}: installed, and {PRESET} has the hash of docs/portability.md")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
