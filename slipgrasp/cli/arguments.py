@@ -28,9 +28,9 @@ def add_scenario(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--law",
         metavar="NAME|FILE.py:Name",
-        help="use this control law for the whole run, with the settings that it is meant for, such "
-        "as composite (controller.kind below lists them), an installed one, or one of your own as "
-        "FILE.py:Name ('slipgrasp laws new' writes one); --set comes after it",
+        help="control law of the whole run, with its recommended settings: a built-in law such as "
+        "composite (controller.kind below lists them), an installed law, or a custom law as "
+        "FILE.py:Name ('slipgrasp laws new' writes one); --set takes precedence",
     )
     parser.add_argument(
         "--set",

@@ -34,21 +34,19 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     """Adds the command to the parser."""
     parser = commands.add_parser(
         "run",
-        help="simulate a scenario and keep the recording",
+        help="simulate a scenario and store the recording",
         description=DESCRIPTION,
         epilog=STATUSES,
         add_help=False,
     )
     add_scenario(parser)
-    parser.add_argument(
-        "--output", metavar="FILE.mcap", type=Path, help="where to write the recording"
-    )
+    parser.add_argument("--output", metavar="FILE.mcap", type=Path, help="file to write")
     parser.add_argument("--force", action="store_true", help="replace an existing --output file")
     parser.add_argument(
         "--display-rate",
         metavar="HZ",
         type=_display_rate,
-        help="how often the recording shows hand and object to Foxglove and Rerun, "
+        help="rate of the hand and object in the recording for Foxglove and Rerun, "
         f"0 for never (default: 50, at most {MAX_DISPLAY_RATE:g})",
     )
     parser.add_argument("--json", action="store_true", help="print the result as one JSON object")
@@ -63,7 +61,7 @@ def _display_rate(text: str) -> float:
         rate = -1.0
     if not 0.0 <= rate <= MAX_DISPLAY_RATE:
         limit = f"0 … {MAX_DISPLAY_RATE:g} Hz"
-        raise argparse.ArgumentTypeError(f"'{text[:20]}' is no display rate; allowed: {limit}")
+        raise argparse.ArgumentTypeError(f"'{text[:20]}' is not a display rate; allowed: {limit}")
     return rate
 
 
