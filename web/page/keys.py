@@ -63,19 +63,21 @@ KEYS: tuple[KeyCommand, ...] = (
     _command("ArrowDown -", "Play slower", Icon.TRENDING_DOWN, ChangeSpeed(-1)),
     _command("S", "Show the slip", Icon.WAVE_SINE, ChooseWindow(WindowChoice.SLIP)),
     _command("W", "Show the whole run", Icon.ARROWS_HORIZONTAL, ChooseWindow(WindowChoice.WHOLE)),
-    _command("Z", "Look closer at the play head", Icon.ZOOM_IN, Zoom()),
-    _command("M", "Second cursor of the charts: here, or away", Icon.RULER_MEASURE, ToggleMark()),
-    _command("F", "Look at what is held from the front", Icon.FOCUS_CENTERED, FrameHand()),
-    _command("H", "Look at the whole hand from the front", Icon.HAND_STOP, FrameHand(whole=True)),
+    _command("Z", "Zoom in at the play head", Icon.ZOOM_IN, Zoom()),
+    _command(
+        "M", "Set or remove the second cursor of the charts", Icon.RULER_MEASURE, ToggleMark()
+    ),
+    _command("F", "Show the object from the front", Icon.FOCUS_CENTERED, FrameHand()),
+    _command("H", "Show the whole hand from the front", Icon.HAND_STOP, FrameHand(whole=True)),
     _command(
         "L",
-        "Lecture: picture, strip and one chart, large; or back",
+        "Lecture mode: large view, timeline and one chart",
         Icon.PRESENTATION,
         ToggleLecture(),
         RUN_TAB,
     ),
     _command("R", "Restore the layout of the panels", Icon.LAYOUT, RestoreLayout()),
-    _command("T", "Tour of the presets: begin or leave", Icon.ROUTE, ToggleTour(), RUN_TAB),
+    _command("T", "Start or leave the tour of the presets", Icon.ROUTE, ToggleTour(), RUN_TAB),
     _command("1", "Push the object", Icon.ARROW_BIG_DOWN, AddDisturbance(DisturbanceKind.PUSH)),
     _command(
         "2",
@@ -85,7 +87,7 @@ KEYS: tuple[KeyCommand, ...] = (
     ),
     _command(
         "3",
-        "Pour half as much again into the object",
+        "Increase mass and inertia by half",
         Icon.BUCKET_DROPLET,
         AddDisturbance(DisturbanceKind.POUR),
     ),
