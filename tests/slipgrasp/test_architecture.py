@@ -55,7 +55,7 @@ def test_the_way_of_imports_is_the_one_that_is_checked():
 
 
 def test_every_kind_of_change_names_the_files_that_it_touches():
-    changes = dict(rows_of("What to touch"))
+    changes = dict(rows_of("Files to change"))
     assert tuple(changes) == KINDS
     assert all(paths_in(files) for files in changes.values())
 
