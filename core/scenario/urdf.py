@@ -9,11 +9,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any, NamedTuple
 from xml.etree import ElementTree
 
 import numpy as np
+import pydantic
 from numpy.typing import NDArray
 
 from slipgrasp.core.exceptions import ScenarioError
@@ -36,6 +37,7 @@ Floats = NDArray[np.float64]
 
 MOVING = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic"}
 _UPPER = np.triu_indices(3)
+_LARGEST_END, _LARGEST_EFFORT = 100.0, 1e6  # of what a joint of a scenario may have [rad, N m]
 
 
 class Pose(NamedTuple):
@@ -284,7 +286,16 @@ def with_fingers(
     for i, (given, finger) in enumerate(zip(mapping["fingers"], fingers, strict=True)):
         target = np.add(tip_at_start(scenario, i), scenario.fingers[i].base) - base.place
         given |= finger_mapping(finger, base)
-        chain = given["attitude"], finger.joints, finger.tip
+        # Where a range has no end, the start is looked for within a turn.
+        joints = [
+            replace(
+                joint,
+                minimum=-math.pi if joint.minimum is None else joint.minimum,
+                maximum=math.pi if joint.maximum is None else joint.maximum,
+            )
+            for joint in finger.joints
+        ]
+        chain = given["attitude"], joints, finger.tip
         start = chain_start(*chain, target.tolist(), given["posture"])
         if start is not None:
             given["posture"] = tuple(start[1].tolist())
@@ -323,8 +334,8 @@ def _chain_joint(group: _Group, leader: tuple[int, float, float] | None) -> Chai
         steiner = offset @ offset * np.eye(3) - np.outer(offset, offset)
         inertia = inertia + body.inertia + body.mass * steiner
     follows, ratio, offset = leader or (None, 1.0, 0.0)
-    return ChainJoint(
-        kind=MOVING[joint.kind],  # pyright: ignore[reportArgumentType]
+    values = dict[str, Any](
+        kind=MOVING[joint.kind],
         place=_numbers(group.pose.place),
         attitude=quaternion_of(group.pose.turn),
         axis=_numbers(joint.axis),
@@ -338,6 +349,12 @@ def _chain_joint(group: _Group, leader: tuple[int, float, float] | None) -> Chai
         ratio=ratio,
         offset=offset,
     )
+    try:
+        return ChainJoint(**values)
+    except pydantic.ValidationError as error:
+        first = error.errors()[0]
+        words = f"joint '{joint.name}': {first['loc'][0]}: {first['msg']}"
+        raise _refusal(joint.name, "a joint", words) from None
 
 
 def _body_of(link: ElementTree.Element) -> _Body:
@@ -360,9 +377,10 @@ def _joint_of(joint: ElementTree.Element) -> _Joint:
     direction = np.array([1.0, 0.0, 0.0]) if axis is None else _vector(axis.get("xyz", "1 0 0"))
     low = high = most = None
     if limit is not None:
-        most = float(limit.get("effort", "0")) or None
+        most = _within(float(limit.get("effort", "0")), _LARGEST_EFFORT) or None
         if joint.get("type") != "continuous":
-            low, high = float(limit.get("lower", "0")), float(limit.get("upper", "0"))
+            ends = (float(limit.get(name, "0")) for name in ("lower", "upper"))
+            low, high = (_within(end, _LARGEST_END) for end in ends)
     return _Joint(
         joint.get("name", ""),
         joint.get("type", ""),
@@ -375,6 +393,11 @@ def _joint_of(joint: ElementTree.Element) -> _Joint:
         most,
         _follows_of(joint.find("mimic")),
     )
+
+
+def _within(value: float, largest: float) -> float | None:
+    """A limit; None where it is so large that it means that there is none."""
+    return value if abs(value) <= largest else None
 
 
 def _follows_of(mimic: ElementTree.Element | None) -> Follows | None:

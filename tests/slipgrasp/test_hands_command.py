@@ -124,6 +124,11 @@ def test_what_cannot_be_imported_is_refused_in_one_sentence(folder, capsys):
     ):
         assert imported(folder, *more, tips=tips) == 2
         assert words in capsys.readouterr().err
+    (folder / "hand.urdf").write_text(urdf().replace('mass value="0.26689"', 'mass value="2669"'))
+    assert imported(folder) == 2
+    assert "joint 'q_0_0': mass: Input should be less than or equal to 1000" in (
+        capsys.readouterr().err
+    )
     (folder / "hand.urdf").write_text("<!DOCTYPE robot><robot/>")
     assert imported(folder) == 2
     assert "no document type" in capsys.readouterr().err
@@ -184,6 +189,14 @@ def test_a_hand_file_that_does_not_fit_is_refused(folder):
             load_scenario(folder / "grasp.toml")
     with pytest.raises(ScenarioError, match="looked up only for a scenario file on the disk"):
         scenario_from_mapping({"hand": "hand.toml"} | trifinger().to_mapping())
+
+
+def test_limits_that_mean_that_there_are_none_are_left_out(folder):
+    text = urdf().replace('lower="-2.7" upper="0.0" effort="0.36"', 'lower="-1e9" upper="1e9"')
+    (folder / "hand.urdf").write_text(text)
+    assert imported(folder) == 0
+    last = load_scenario(folder / "out.toml").fingers[1].joints[2]
+    assert (last.minimum, last.maximum, last.torque_limit) == (None, None, None)
 
 
 def test_a_fourth_joint_is_locked_or_follows_another_one(folder, capsys):
