@@ -5,7 +5,7 @@
                             → finger_i/base → finger_i/link_0 → finger_i/link_1 → finger_i/tip
     spatial:  world → object, desired and fingers, with finger_i/yaw between base and link_0
     slides:   finger_i/base → finger_i/link_0 → finger_i/link_1 → finger_i/tip
-    chain:    finger_i/base → finger_i/link_0 → finger_i/link_1 → finger_i/link_2 → finger_i/tip
+    chain:    finger_i/base → finger_i/link_0 → finger_i/link_1 → finger_i/link_2 → … → finger_i/tip
 
 `world` has z up. `plane` is the model's plane (docs/model.md), upright in the world: its x and y
 are x and z of the world, its z points to the viewer. A link lies along x of its frame; planar
@@ -26,6 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipgrasp.core.scenario import PLANAR, SPATIAL, Scenario
+from slipgrasp.core.scenario.chain import all_positions
 from slipgrasp.core.scenario.geometry import contact_frame, planar_tip_at_start
 from slipgrasp.core.scenario.spatial import SpatialFinger, SpatialScenario
 from slipgrasp.core.scenario.spatial_geometry import spatial_contact
@@ -195,12 +196,13 @@ def _chain(finger: SpatialFinger, root: str, i: int) -> Iterator[Frame]:
     yield Frame(parent, root, finger.base, tuple(_unit(finger.attitude).tolist()))
     for k, joint in enumerate(finger.joints):
         turn, axis, name = _unit(joint.attitude), _unit(joint.axis), link_frame(i, k)
+        position = partial(_joint_position, i, finger, k)
         if joint.kind == "prismatic":
             along = rotations.matrices(turn) @ axis
-            place = partial(_shifted, i, k, np.array(joint.place), along)
+            place = partial(_shifted, position, np.array(joint.place), along)
             yield Frame(name, parent, place, tuple(turn.tolist()))
         else:
-            yield Frame(name, parent, joint.place, partial(_swung, i, k, turn, axis))
+            yield Frame(name, parent, joint.place, partial(_swung, position, turn, axis))
         parent = name
     yield Frame(tip_frame(i), parent, finger.tip)
 
@@ -209,12 +211,17 @@ def _unit(vector: tuple[float, ...]) -> Values:
     return np.array(vector) / np.linalg.norm(vector)
 
 
-def _shifted(finger: int, joint: int, place: Values, along: Values, states: States) -> Values:
-    return place + states.joint_positions[:, finger, joint, None] * along
+def _joint_position(finger: int, chain: SpatialFinger, joint: int, states: States) -> Values:
+    """Positions of a joint of a chain, whatever it follows, shape ``(n,)`` [rad, m]."""
+    return all_positions(chain.joints, states.joint_positions[:, finger])[:, joint]
 
 
-def _swung(finger: int, joint: int, turn: Values, axis: Values, states: States) -> Values:
-    return rotations.product(turn, _turned(finger, joint, axis, states))
+def _shifted(position: Moving, place: Values, along: Values, states: States) -> Values:
+    return place + position(states)[:, None] * along
+
+
+def _swung(position: Moving, turn: Values, axis: Values, states: States) -> Values:
+    return rotations.product(turn, rotations.about(axis, position(states)))
 
 
 def tip_at_start(scenario: Scenario, i: int) -> Values:

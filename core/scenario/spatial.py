@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal
 from annotated_types import Ge, Le, Len
 from pydantic.dataclasses import dataclass
 
-from slipgrasp.core.scenario.chain import NUM_JOINTS, Attitude, ChainJoint
+from slipgrasp.core.scenario.chain import MAX_LINKS, Attitude, ChainJoint, moving
 from slipgrasp.core.scenario.chain import Angle as JointPosition
 from slipgrasp.core.scenario.common import (
     Changes,
@@ -148,7 +148,7 @@ class SpatialObject:
 class SpatialFinger:
     """A finger whose base turns about a vertical axis, with two links that move in its plane.
 
-    Or a tip on three slides, or at the end of a chain of three joints.
+    Or a tip on three slides, or at the end of a chain of joints, of which three move by themselves.
     """
 
     kind: Annotated[
@@ -156,13 +156,13 @@ class SpatialFinger:
         Quantity(
             "What carries the tip: links (a yaw axis and two links), slides (one along each axis, "
             "with one moving mass; joint positions in m and torques in N are those of the slides) "
-            "or chain (three joints of any places and axes)."
+            "or chain (three joints of any places and axes, and others that follow these)."
         ),
     ] = "links"
     mass: SlidesMass = 0.1
     joints: Annotated[
         tuple[ChainJoint, ...],
-        Len(0, NUM_JOINTS),
+        Len(0, MAX_LINKS),
     ] = ()
     tip: Annotated[
         tuple[Coordinate, Coordinate, Coordinate],
@@ -420,8 +420,25 @@ class SpatialScenario:
             for i, finger in enumerate(self.fingers)
             for k in range(count)
             if finger.kind == "slides"
-            or (finger.kind == "chain" and finger.joints[k].kind == "prismatic")
+            or (
+                finger.kind == "chain"
+                and finger.joints[moving(finger.joints)[k]].kind == "prismatic"
+            )
         )
+
+    @property
+    def torque_limits(self) -> tuple[tuple[str, float | None], ...]:
+        """Key and value of what limits the torque of every joint, through all fingers."""
+        limit, found = self.actuation.torque_limit, list[tuple[str, float | None]]()
+        for i, finger in enumerate(self.fingers):
+            if limit is not None or finger.kind != "chain":
+                found += [("actuation.torque_limit", limit)] * SPATIAL.joints_per_finger
+                continue
+            found += [
+                (f"fingers.{i}.joints.{k}.torque_limit", finger.joints[k].torque_limit)
+                for k in moving(finger.joints)
+            ]
+        return tuple(found)
 
     @property
     def friction_cone(self) -> FrictionCone:

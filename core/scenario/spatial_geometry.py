@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipgrasp.core.scenario import Scenario
-from slipgrasp.core.scenario.chain import chain_points, chain_positions
+from slipgrasp.core.scenario.chain import chain_points, chain_positions, chain_start
 from slipgrasp.core.scenario.geometry import Point, base_corners, slide_points
 from slipgrasp.core.scenario.spatial import SpatialFinger, SpatialObject, SpatialScenario
 
@@ -182,13 +182,29 @@ def joint_angles(finger: SpatialFinger, tips: Floats) -> Floats:
 
 def _chain_angles(finger: SpatialFinger, targets: Floats) -> Floats:
     """The same of a chain, one tip after the other, each from the joints of the one before."""
-    found, seed = [], finger.posture
-    for target in targets.reshape(-1, 3):
-        chain = finger.attitude, finger.joints, finger.tip
-        positions = chain_positions(*chain, target.tolist(), seed)
+    chain = finger.attitude, finger.joints, finger.tip
+    found, seed = list[Floats](), None
+    for target in targets.reshape(-1, 3).tolist():
+        if seed is None:
+            start = chain_start(*chain, target, finger.posture)
+            positions = None if start is None else start[1]
+        else:
+            positions = chain_positions(*chain, target, seed)
         found.append(np.full(3, np.nan) if positions is None else positions)
-        seed = finger.posture if positions is None else tuple(positions.tolist())
+        seed = None if positions is None else tuple(positions.tolist())
     return np.reshape(found, targets.shape)
+
+
+def first_seeds(scenario: SpatialScenario) -> list[tuple[float, ...]]:
+    """Joint positions from which those of chains at the start are looked for; 0 of others."""
+    seeds = []
+    for i, finger in enumerate(scenario.fingers):
+        start = None
+        if finger.kind == "chain":
+            chain = finger.attitude, finger.joints, finger.tip
+            start = chain_start(*chain, tip_at_start(scenario, i), finger.posture)
+        seeds.append(finger.posture if start is None else start[0])
+    return seeds
 
 
 def spatial_joint_points(finger: SpatialFinger, joint_positions: Floats) -> Floats:

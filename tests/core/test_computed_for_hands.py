@@ -27,7 +27,7 @@ from slipgrasp.core.scenario.loading import (
 from slipgrasp.core.scenario.parameters import describe, hints_of, split_hint
 from slipgrasp.core.scenario.space import PLANAR, SPACES, SPATIAL
 from slipgrasp.core.scenario.validation import check_scenario
-from tests.core.test_chains import trifinger
+from tests.core.test_chains import trifinger, with_split_joints
 
 pytestmark = pytest.mark.slow
 
@@ -177,6 +177,7 @@ def bases(hand):
     names = preset_names(hand)
     if hand is SPATIAL:
         yield trifinger()
+        yield with_split_joints(load_scenario("spatial-prism"))
     for preset in map(load_scenario, names):
         yield preset
         for law in CONTROL_LAWS:

@@ -269,7 +269,9 @@ def _chain_of(finger: object) -> object:
     """What a chain looks like; nothing of a planar finger."""
     if not isinstance(finger, SpatialFinger):
         return None
-    joints = [(j.kind, j.place, j.attitude, j.axis) for j in finger.joints]
+    joints = [
+        (j.kind, j.place, j.attitude, j.axis, j.follows, j.ratio, j.offset) for j in finger.joints
+    ]
     return finger.attitude, finger.tip, *joints
 
 

@@ -9,6 +9,7 @@ a chain of joints does is in `slipgrasp.core.kernel.spatial.chain`.
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slipgrasp.core.kernel.compilation.compiler import compiled
 from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Floats, Record
@@ -47,7 +48,11 @@ KINEMATICS = np.dtype(
         ("bends", np.float64, (MAX_FINGERS, 2)),  # cosine and sine of q3
         ("reaches", np.float64, (MAX_FINGERS, 2)),  # of the tip from the base: radius, height [m]
         ("inverses", np.float64, (MAX_FINGERS, 2, 2)),  # of the planar Jacobian
-        ("positions", np.float64, (MAX_FINGERS, 3)),  # of slides and chains, q [m, rad]
+        (
+            "positions",
+            np.float64,
+            (MAX_FINGERS, 3),
+        ),  # of slides, and coordinates of chains [m, rad]
         ("chains", CHAIN_STATE, (MAX_FINGERS,)),
         ("rates", np.float64, (MAX_FINGERS, 3)),  # q' [rad/s, m/s]
         ("extension", np.float64, (MAX_FINGERS,)),  # sin^2 q3 less its least allowed value
@@ -73,7 +78,7 @@ def rotate(quaternion: Floats, at: int, rotation: Floats) -> None:
 
 
 @compiled
-def update_kinematics(hand: Record, seeds: Floats, state: Record, kin: Record) -> None:
+def update_kinematics(hand: Record, seeds: NDArray[np.void], state: Record, kin: Record) -> None:
     """Fills ``kin`` from pose, slips and their velocities.
 
     The fingers follow from inverse kinematics on fixed branches, so the position constraint holds
@@ -81,7 +86,7 @@ def update_kinematics(hand: Record, seeds: Floats, state: Record, kin: Record) -
 
     Args:
         hand: Geometry.
-        seeds: Joint positions near which those of chains are looked for, ``(n, 3)``.
+        seeds: Near which the joint positions of chains are looked for, ``(n,)``.
         state: The state.
         kin: What is filled.
     """
@@ -137,7 +142,7 @@ def _solve_slides(i: int, dx: float, dy: float, dz: float, kin: Record) -> None:
 
 @compiled
 def _solve_chain(
-    hand: Record, seed: Floats, i: int, dx: float, dy: float, dz: float, kin: Record
+    hand: Record, seed: Record, i: int, dx: float, dy: float, dz: float, kin: Record
 ) -> None:
     """Joints of chain ``i``, whose tip is at (dx, dy, dz) from its base and moves."""
     chain, now, rates = hand.chains[i], kin.chains[i], kin.rates[i]
@@ -148,7 +153,7 @@ def _solve_chain(
         rates[k] = 0.0
         for c in range(3):
             rates[k] += now.inverse[k, c] * kin.tip_velocities[i, c]
-    move_chain(chain, hand.gravity, rates, now, kin.curvature[i])
+    move_chain(chain, rates, now, kin.curvature[i])
 
 
 @compiled
@@ -214,7 +219,7 @@ def tip_turning(
     if hand.kinds[i] == ON_SLIDES:
         return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     if hand.kinds[i] == BY_CHAIN:
-        return chain_turning(hand.chains[i], kin.chains[i], kin.rates[i])
+        return chain_turning(hand.chains[i], kin.chains[i])
     cosine, sine = kin.yaws[i, 0], kin.yaws[i, 1]
     yaw, pitch = kin.rates[i, 0], kin.rates[i, 1] + kin.rates[i, 2]
     return pitch * sine, -pitch * cosine, yaw, yaw * pitch * cosine, yaw * pitch * sine, 0.0
