@@ -12,6 +12,8 @@ from slipgrasp.core.scenario import ObjectParameters
 from slipgrasp.core.scenario.geometry import contact_frame, inner_radius, outline, smallest_extent
 from slipgrasp.core.scenario.loading import load_scenario, scenario_from_mapping, with_values
 from slipgrasp.core.trace.types import Outcome
+from tests.core.drawn_round_objects import with_round_object
+from tests.core.drawn_scenarios import KINDS, draw_scenario
 from tests.references.closed_loop import ClosedLoop
 from tests.references.hand import TURN, State
 from tests.references.hands import random_estimates, random_scenario, random_state
@@ -310,3 +312,19 @@ def test_composite_adaptation_learns_a_circle():
     assert result.metrics.last_slip_time < 0.02
     frictions = [finger.friction for finger in CIRCLE.fingers]
     np.testing.assert_allclose(result.trace.estimates[-1, :3], [*frictions, 1.0], rtol=1e-4)
+
+
+@pytest.mark.parametrize("kind", KINDS, ids=str)
+def test_random_hands_keep_energy_on_circles(kind):
+    checked = 0
+    for number in range(8):
+        drawn = draw_scenario(kind, f"circle {number}")
+        if drawn.object.corners:
+            continue
+        trace = simulate(with_round_object(drawn, "circle", drawn.object.half_width)).trace[:-1]
+        if len(trace) > 2:
+            checked += 1
+            size = 1.0 + trace.dissipated_energy.max() + trace.kinetic_energy.max()
+            assert np.abs(trace.energy_residual).max() < 1e-6 * size, number
+            assert np.diff(trace.dissipated_energy).min() > -1e-9 * size, number
+    assert checked > 0

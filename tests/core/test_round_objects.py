@@ -17,6 +17,8 @@ from slipgrasp.core.run.claims import contradictions_of
 from slipgrasp.core.scenario.loading import load_scenario, scenario_from_mapping, with_values
 from slipgrasp.core.scenario.spatial_geometry import distance_inside, spatial_contact
 from slipgrasp.core.trace.types import Outcome
+from tests.core.drawn_hands_in_space import draw_hand_in_space
+from tests.core.drawn_round_objects import with_round_object
 from tests.references.implicit_contacts import Body, Tip, solve_motion
 from tests.references.spatial_hands import (
     at_rest_where_stuck,
@@ -373,3 +375,20 @@ def test_a_start_beyond_a_quarter_of_a_sphere_is_refused():
     values = {"object.shape": "sphere", "fingers.0.contact_offset": (0.15, 0.06)}
     with pytest.raises(ScenarioError, match="beyond the edge of side-3"):
         with_values(BOX, values)
+
+
+ENDS = {Outcome.COMPLETED, Outcome.SEPARATED, Outcome.LEFT_FACE}
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("group", range(5))
+def test_random_hands_keep_energy_on_round_objects_and_end_for_a_physical_reason(shape, group):
+    for number in range(8):
+        drawn = draw_hand_in_space(f"{shape} {group} {number}")
+        result = simulate(with_round_object(drawn, shape, 0.1))
+        assert result.outcome in ENDS, number
+        trace = result.trace
+        size = 1.0 + trace.dissipated_energy.max()
+        assert np.abs(trace.energy_residual).max() < 1e-7 * size, number
+        assert np.diff(trace.dissipated_energy, prepend=0.0).min() > -1e-9 * size, number
+        assert contradictions_of(result) == (), number
