@@ -36,7 +36,7 @@ from slipgrasp.core.scenario.finger import (
     SlidesMass,
     StaticFriction,
 )
-from slipgrasp.core.scenario.held_object import MAX_CORNERS, Corner, ObjectMass
+from slipgrasp.core.scenario.held_object import MAX_CORNERS, Corner, ObjectMass, Radius
 from slipgrasp.core.scenario.motion import (
     MAX_SET_POINTS,
     MAX_TABLE_ROWS,
@@ -94,7 +94,7 @@ Moment = Annotated[float, Ge(-1e3), Le(1e3)]
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
 class SpatialObject:
-    """The held object: a box or a prism about its centre of mass."""
+    """The held object: a box, a prism, a cylinder or a sphere about its centre of mass."""
 
     mass: ObjectMass = 1.0
     inertias: Annotated[
@@ -127,20 +127,40 @@ class SpatialObject:
             "m",
         ),
     ] = ()
+    shape: Annotated[
+        Literal["prism", "cylinder", "sphere"],
+        Quantity(
+            "Shape of the object: prism (a box, or what its corners say), cylinder about its z "
+            "axis, or sphere."
+        ),
+    ] = "prism"
+    radius: Annotated[Radius, Quantity("Radius of a cylinder or a sphere.", "m")] = 0.1
+
+    @property
+    def is_round(self) -> bool:
+        """Whether its faces are curved."""
+        return self.shape != "prism"
 
     @property
     def half_sizes(self) -> tuple[float, float]:
-        """Half the sizes of a box along its x and y axis [m]."""
+        """Half the sizes of a box, or of that around a round object, along x and y [m]."""
+        if self.is_round:
+            return self.radius, self.radius
         return self.half_width, self.half_depth
 
     @property
     def half_height(self) -> float:
         """How far it reaches along its z axis [m]."""
-        return 0.5 * self.height
+        return self.radius if self.shape == "sphere" else 0.5 * self.height
 
     @property
     def face_names(self) -> tuple[str, ...]:
-        """What its faces are called."""
+        """What its faces are called.
+
+        Those of a round object are one: each name says where the contact offset counts from.
+        """
+        if self.shape == "cylinder":
+            return tuple(f"side-{k}" for k in range(4))
         return (*(f"side-{k}" for k in range(len(self.corners) or 4)), "top", "bottom")
 
 
@@ -201,14 +221,14 @@ class SpatialFinger:
         SpatialFace,
         Quantity(
             "Face of the object the tip touches: side-K, from corner K to the next, top or bottom; "
-            "of a box side-0 to side-3 face -y, +x, +y, -x."
+            "of a box, a cylinder or a sphere side-0 to side-3 face -y, +x, +y, -x."
         ),
     ]
     contact_offset: Annotated[
         tuple[Offset, Offset],
         Quantity(
             "Where along the two tangents of the face the tip starts, from the middle of a side, "
-            "or from the axis of top and bottom.",
+            "or from the axis of top and bottom; on curved faces along an arc.",
             "m",
         ),
     ] = (0.0, 0.0)

@@ -226,7 +226,11 @@ def _explain_left_face(end: _End) -> _Finding:
 
 def _explain_left_edge(end: _End, scenario: SpatialScenario) -> _Finding:
     number, distance, _ = _nearest_edge(end, scenario)
-    where = f"edge {number} of {scenario.fingers[end.contact].face}"
+    where = {
+        "prism": f"edge {number} of {scenario.fingers[end.contact].face}",
+        "cylinder": "the end of the cylinder",
+        "sphere": "the sphere, nearly to the point opposite of where it began",
+    }[scenario.object.shape]
     return _Finding(f"the {end.finger_name} fingertip slid over {where}", distance, 0.0)
 
 
@@ -363,6 +367,8 @@ def _length_of_face(end: _End) -> str:
     _, _, bounds_width = _nearest_edge(end, scenario)
     if face.startswith("side") and not bounds_width:
         return "object.height"
+    if scenario.object.shape == "sphere":
+        return "object.radius"
     if scenario.object.corners:
         return "object.corners"
     along_y = face in ("side-1", "side-3") or (not face.startswith("side") and bounds_width)

@@ -43,6 +43,7 @@ ADDED = (
     *({"trajectory.kind": kind} for kind in ("circle", "rotation", "shake", "coast")),
     {"pulses.0.time": 0.1},
     {"fingers.0.kind": "slides"},
+    *({"object.shape": shape} for shape in ("circle", "cylinder", "sphere")),
     DETECTED,
     {**DETECTED, "controller.prediction": True, "sensing.slip_detector": "cumulative-sum"},
     {"fingers.0.pad_radius": 0.01},

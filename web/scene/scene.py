@@ -261,8 +261,8 @@ def _shape(scenario: Scenario) -> object:
         for f in scenario.fingers
     )
     corners = parts.outline_of(scenario).tobytes()
-    depth = parts.sizes_of(scenario).half_depth
-    return (fingers, corners, depth, scenario.trajectory.start, scenario.friction_cone == "pyramid")
+    body = scenario.object.shape, corners, parts.sizes_of(scenario).half_depth
+    return (fingers, body, scenario.trajectory.start, scenario.friction_cone == "pyramid")
 
 
 def _chain_of(finger: object) -> object:

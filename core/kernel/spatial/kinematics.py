@@ -25,6 +25,7 @@ from slipgrasp.core.kernel.spatial.chain import (
     move_chain,
     solve_chain,
 )
+from slipgrasp.core.kernel.spatial.curved_faces import FLAT, bend_bias, follow_face
 from slipgrasp.core.kernel.spatial.state import (
     ATTITUDE,
     POSITION,
@@ -41,7 +42,8 @@ KINEMATICS = np.dtype(
         ("arms", np.float64, (MAX_FINGERS, 3)),  # r_i, contact relative to the centre of mass [m]
         ("frames", np.float64, (MAX_FINGERS, 3, 3)),  # t_x, t_y, n; C = [-t_x, -t_y, n]
         ("tip_velocities", np.float64, (MAX_FINGERS, 3)),  # [m/s]
-        ("bias", np.float64, (MAX_FINGERS, 3)),  # w x (w x r) + 2 w x R T s' [m/s^2]
+        # w x (w x r) + 2 w x R T s', and R T' s' on a curved face [m/s^2]
+        ("bias", np.float64, (MAX_FINGERS, 3)),
         ("curvature", np.float64, (MAX_FINGERS, 3)),  # J' q' [m/s^2]
         ("yaws", np.float64, (MAX_FINGERS, 2)),  # cosine and sine of q1
         ("links", np.float64, (MAX_FINGERS, 2, 2)),  # directions of the links in their plane
@@ -108,6 +110,9 @@ def update_kinematics(hand: Record, seeds: NDArray[np.void], state: Record, kin:
             for k in range(3):
                 total += turn[c, k] * hand.anchors[i, k]
             kin.arms[i, c] = total
+        face, radius = hand.curved_faces[i], hand.radii[i]
+        if face != FLAT:
+            follow_face(face, radius, first, second, kin.frames[i], kin.arms[i])
         rx, ry, rz = kin.arms[i, 0], kin.arms[i, 1], kin.arms[i, 2]
         ux = speed_x * kin.frames[i, 0, 0] + speed_y * kin.frames[i, 1, 0]
         uy = speed_x * kin.frames[i, 0, 1] + speed_y * kin.frames[i, 1, 1]
@@ -120,6 +125,9 @@ def update_kinematics(hand: Record, seeds: NDArray[np.void], state: Record, kin:
         kin.bias[i, 0] = wy * gz - wz * gy
         kin.bias[i, 1] = wz * gx - wx * gz
         kin.bias[i, 2] = wx * gy - wy * gx
+        if face != FLAT:
+            slips, speeds = (first, second), (speed_x, speed_y)
+            bend_bias(face, radius, slips, speeds, kin.frames[i], kin.bias[i])
         dx = x[POSITION] + rx - hand.bases[i, 0]
         dy = x[POSITION + 1] + ry - hand.bases[i, 1]
         dz = x[POSITION + 2] + rz - hand.bases[i, 2]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -31,6 +32,7 @@ from slipgrasp.core.kernel.numerics.methods import BS32, DOPRI5, METHOD, RK43
 from slipgrasp.core.kernel.numerics.rosenbrock import ROS34PW2
 from slipgrasp.core.kernel.spatial.chain import BY_CHAIN, CHAIN, ON_SLIDES
 from slipgrasp.core.kernel.spatial.chain_packing import pack_chain
+from slipgrasp.core.kernel.spatial.curved_faces import CYLINDER, SPHERE, start_on_face
 from slipgrasp.core.kernel.spatial.motion import MOTION, pack_motion
 from slipgrasp.core.kernel.spatial.state import (
     count_coordinates,
@@ -40,7 +42,12 @@ from slipgrasp.core.kernel.spatial.state import (
 from slipgrasp.core.scenario.chain import MAX_LINKS, has_limits
 from slipgrasp.core.scenario.custom_laws import law_number
 from slipgrasp.core.scenario.space import SPATIAL
-from slipgrasp.core.scenario.spatial import SpatialController, SpatialFinger, SpatialScenario
+from slipgrasp.core.scenario.spatial import (
+    SpatialController,
+    SpatialFinger,
+    SpatialObject,
+    SpatialScenario,
+)
 from slipgrasp.core.scenario.spatial_geometry import edges_of, spatial_contact
 from slipgrasp.core.scenario.unknowns import parse_unknown
 from slipgrasp.core.scenario.world import MAX_PATCHES
@@ -54,6 +61,7 @@ FORGETTING_TIME = 1e-3  # [s]
 INERTIA_DEVIATION, DEVIATION = 0.1, 3.0
 _FACTS = facts_table(SPATIAL)
 
+_CURVED_FACES = {"cylinder": CYLINDER, "sphere": SPHERE}
 _KINDS = {
     "object_mass": OBJECT_MASS,
     "object_inertia": OBJECT_INERTIA,
@@ -89,6 +97,8 @@ HAND = np.dtype(
         ("least_radii", np.float64, (MAX_FINGERS,)),  # of the tip from the yaw axis [m]
         ("anchors", np.float64, (MAX_FINGERS, 3)),  # object frame [m]
         ("frames", np.float64, (MAX_FINGERS, 3, 3)),  # t_x, t_y, n in the object frame
+        ("curved_faces", np.int64, (MAX_FINGERS,)),  # FLAT, CYLINDER or SPHERE
+        ("radii", np.float64, (MAX_FINGERS,)),  # of curved faces [m]
         ("num_edges", np.int64, (MAX_FINGERS,)),
         ("edges", np.float64, (MAX_FINGERS, MAX_EDGES, 3)),  # a s_x + b s_y + c >= 0 on the face
         ("num_rims", np.int64, (MAX_FINGERS,)),
@@ -243,15 +253,33 @@ def _pack_finger(scenario: SpatialScenario, i: int, model: Record) -> None:
     hand.joint_damping[i], hand.joint_friction[i] = finger.joint_damping, finger.joint_friction
     hand.joints_rub |= int(finger.joint_damping + finger.joint_friction > 0.0)
     hand.bases[i] = finger.base
-    contact = spatial_contact(scenario.object, finger)
-    hand.anchors[i] = contact.anchor
-    hand.frames[i] = contact.tangent_x, contact.tangent_y, contact.normal
-    edges = edges_of(contact.outline)
-    hand.num_edges[i] = len(edges)
-    hand.edges[i, : len(edges)] = edges
+    _pack_face(scenario.object, finger, i, model)
     truth.friction[i] = finger.friction
     static = finger.static_friction
     truth.static_friction[i] = finger.friction if static is None else static
+
+
+def _pack_face(body: SpatialObject, finger: SpatialFinger, i: int, model: Record) -> None:
+    hand, contact = model.hand, spatial_contact(body, finger)
+    edges = edges_of(contact.outline)
+    hand.num_edges[i] = len(edges)
+    hand.edges[i, : len(edges)] = edges
+    if body.is_round:
+        contact = spatial_contact(body, replace(finger, contact_offset=(0.0, 0.0)))
+        hand.curved_faces[i], hand.radii[i] = _CURVED_FACES[body.shape], body.radius
+    hand.anchors[i] = contact.anchor
+    hand.frames[i] = contact.tangent_x, contact.tangent_y, contact.normal
+    if body.is_round:
+        # By the kernel's own functions, which have the same bits on every machine.
+        call(spatial_start_on_face, model, i, *finger.contact_offset)
+
+
+@compiled_apart(types.void, MODEL, types.int64, types.float64, types.float64)
+def spatial_start_on_face(model: Record, i: int, first: float, second: float) -> None:
+    """Moves the anchor of contact ``i`` along an arc of its curved face."""
+    hand = model.hand
+    face, radius = hand.curved_faces[i], hand.radii[i]
+    start_on_face(face, radius, first, second, hand.frames[i], hand.anchors[i])
 
 
 def _pack_links(finger: SpatialFinger, i: int, hand: Record, truth: Record) -> None:

@@ -17,7 +17,7 @@ from slipgrasp.core.scenario.chain import (
 )
 from slipgrasp.core.scenario.chosen_laws import kinds_in
 from slipgrasp.core.scenario.custom_laws import law_of
-from slipgrasp.core.scenario.spatial import SpatialScenario
+from slipgrasp.core.scenario.spatial import SpatialFinger, SpatialObject, SpatialScenario
 from slipgrasp.core.scenario.spatial_geometry import (
     distance_inside,
     spatial_contact,
@@ -77,7 +77,7 @@ def check_spatial_contacts(scenario: SpatialScenario) -> Iterator[FieldError]:
                 ),
             )
             continue
-        beyond = -distance_inside(spatial_contact(scenario.object, finger).outline, (0.0, 0.0))
+        beyond = _beyond_face(scenario.object, finger)
         if beyond >= 0.0:
             x, y = finger.contact_offset
             yield FieldError(
@@ -93,6 +93,13 @@ def check_spatial_contacts(scenario: SpatialScenario) -> Iterator[FieldError]:
             yield from _check_reach(scenario, i)
         elif finger.kind == "chain":
             yield from _check_chain(scenario, i)
+
+
+def _beyond_face(body: SpatialObject, finger: SpatialFinger) -> float:
+    """How far a fingertip starts outside its face [m]; negative inside."""
+    if body.shape == "sphere":
+        return math.hypot(*finger.contact_offset) - 0.5 * math.pi * body.radius
+    return -distance_inside(spatial_contact(body, finger).outline, (0.0, 0.0))
 
 
 def _check_reach(scenario: SpatialScenario, i: int) -> Iterator[FieldError]:
