@@ -85,7 +85,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 def _options_of(name: str, options: argparse.Namespace) -> dict[str, Any]:
-    """What of the command line a part is told besides where to write."""
+    """The arguments of the command line that a part receives besides its output."""
     seed = {"seed": options.seed} if name in SEEDED and options.seed is not None else {}
     minutes = {"minutes": options.minutes} if name == "soak" and options.minutes else {}
     cells = {"cells": options.cells} if name == "robustness" else {}

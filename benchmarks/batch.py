@@ -77,7 +77,7 @@ def compare_batches(count: int = COUNT, rounds: int = ROUNDS, duration: float = 
 
 
 def _outcomes(scenarios: list[Scenario]) -> str:
-    """Runs that end early would be cheaper: told."""
+    """The outcomes of the runs; those that end early are cheaper."""
     outcomes = Counter(summary.outcome for summary in simulate_many(scenarios, threads=THREADS))
-    told = ", ".join(f"{number} {outcome.value}" for outcome, number in outcomes.items())
-    return f"How our runs ended: {told}."
+    counts = ", ".join(f"{number} {outcome.value}" for outcome, number in outcomes.items())
+    return f"How our runs ended: {counts}."

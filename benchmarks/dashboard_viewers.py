@@ -149,7 +149,7 @@ def connect_viewer(url: str) -> connect:
 
 
 async def say_hello(socket: ClientConnection) -> None:
-    """Tells from where the viewer looks, upon which a session begins."""
+    """Sends the camera of the viewer, with which a session begins."""
     message = {"type": "ViewerCameraMessage", **camera_fields()}
     await socket.send(msgspec.msgpack.encode(message))
 

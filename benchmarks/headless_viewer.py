@@ -61,7 +61,7 @@ class HeadlessViewer:
         self._send("GuiUpdateMessage", {"uuid": self._uuids[label], "updates": {"value": value}})
 
     def post(self, **intent: object) -> None:
-        """Asks for what the page's own script would ask for, once the session has told its key."""
+        """Asks for what the page's own script would ask for, once the session has sent its key."""
         while not self._key:
             list(self._receive())
         request = urllib.request.Request(
@@ -105,7 +105,7 @@ class HeadlessViewer:
 
 
 def session_state(content: str) -> dict[str, Any] | None:
-    """What a session tells the page's script of itself; None if these are other words."""
+    """The state that a session sends to the page's script; None for other messages."""
     found = _SESSION_STATE.search(content)
     return None if found is None else json.loads(unescape(found[1]))
 

@@ -25,7 +25,7 @@ COUNT = 1000
 DURATION = 1.0
 WORLDS = {"ideal": "spatial-composite", "noisy": "spatial-composite-noisy"}
 OFFSET = 0.02  # [m]
-ORACLE = "oracle: composite, told the truth"
+ORACLE = "oracle: composite, given the truth"
 LAWS: dict[str, dict[str, Any]] = {
     "theorem-4, `exact`": {"kind": "theorem-4", "distribution": "exact"},
     "theorem-4, `hold`": {"kind": "theorem-4", "distribution": "hold"},

@@ -44,7 +44,7 @@ def peak_memory() -> int:
     if not _STATUS.exists():
         return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     found = re.search(r"VmHWM:\s*(\d+) kB", _STATUS.read_text(encoding="ascii"))
-    assert found is not None, "Linux tells the peak of every process"
+    assert found is not None, "Linux reports the peak of every process"
     return 1024 * int(found[1])
 
 

@@ -58,7 +58,7 @@ def replay_in_mujoco(result: RunResult, step: float) -> Replay:
 
 
 def _slip_of(scenario: Scenario, pose: Floats, tips: Floats) -> Floats:
-    """Slip of each fingertip, of which MuJoCo tells where it is: as in a row of the trace."""
+    """Slip of each fingertip from its position in MuJoCo, as in a row of the trace."""
     if isinstance(scenario, SpatialScenario):
         return mujoco_space.slips_of(scenario, pose, tips)
     return slip_of(scenario, pose, tips[:, [0, 2]])

@@ -45,7 +45,7 @@ class Check(NamedTuple):
 
     Attributes:
         text: What must not be.
-        unit: Of the number that tells how far it is missed; empty where it only counts.
+        unit: Unit of the deviation; empty for a mere count.
     """
 
     text: str

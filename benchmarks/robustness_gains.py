@@ -134,7 +134,7 @@ def can_predict(law: str, world: str) -> bool:
 
 
 def plan(hands: Mapping[int, Sample] = HANDS) -> list[Cell]:
-    """Every cell; those that tell most first, for the measurement may be stopped."""
+    """Every cell; the most informative first, for the measurement may be stopped."""
     cells = [
         Cell(fingers, world, law, predicts)
         for fingers, sample in hands.items()

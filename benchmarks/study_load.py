@@ -114,7 +114,7 @@ def run_over_rest(client: Client, study: Mapping[str, Any], watch: MemoryWatch) 
     Args:
         client: Of the service.
         study: As in a request.
-        watch: Is told how far it is.
+        watch: Receives the progress.
 
     Raises:
         AssertionError: If it does not end well, or not within 15 minutes.

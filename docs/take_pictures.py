@@ -3,7 +3,7 @@
     python -m docs.take_pictures                # all of them, some minutes
     python -m docs.take_pictures slip study     # those of some stories
 
-Each story is told once per size of the window and once per theme, in a page of its own, by a
+Each story is played once per size of the window and per theme, in a page of its own, by a
 Chromium that a server on a scratch folder serves. What is simulated has fixed parameters, so
 that a later call shows the same runs.
 """
@@ -68,7 +68,7 @@ _NO_WARNING = ".mantine-Notification-root { display: none }"
 
 
 class Stage(NamedTuple):
-    """What the stories are told with.
+    """The settings of the stories.
 
     Attributes:
         url: Address of the dashboard.

@@ -52,7 +52,7 @@ def write_gif(
     Args:
         result: The run.
         stream: Where the file goes; it must be seekable.
-        progress: Told the share that is done, from 0 to 1.
+        progress: Called with the share that is done, from 0 to 1.
         fps: Frames per second, at most; see `MAX_FRAMES`.
         clip: Time range, speed and height.
 

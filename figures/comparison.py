@@ -1,4 +1,4 @@
-"""Two runs over each other, and below what tells them apart."""
+"""Two runs over each other, and their differences below."""
 
 from __future__ import annotations
 

@@ -43,7 +43,7 @@ def write_film(
     Args:
         result: The run.
         stream: Where the file goes; it must be seekable.
-        progress: Told the share that is done, from 0 to 1.
+        progress: Called with the share that is done, from 0 to 1.
         fps: Frames per second of the viewer's clock, at most; see `MAX_FRAMES`.
         clip: Time range, speed and height; the film is 16:9, and `HEIGHT` high by default.
         container: ``mp4`` (H.264) or ``webm`` (VP9).

@@ -64,7 +64,7 @@ def equality_words(x: str, y: str) -> str:
 
 
 def projection_note(study: Study, shown: tuple[str, ...]) -> str:
-    """What else varies, and is not told apart on the map; nothing if all is shown."""
+    """Varied parameters that the map does not distinguish; empty if it shows all."""
     hidden = [key for key in study.keys if key not in shown]
     if not hidden:
         return ""

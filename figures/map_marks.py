@@ -18,7 +18,7 @@ from slipgrasp.recordings.palette import MARK
 from slipgrasp.recordings.study.categories import CATEGORIES, HELD
 
 _MOST_POINTS = 4000
-"""More could not be told apart; those left out still colour the ground behind them."""
+"""More would overlap; those left out still colour the background."""
 _RASTER = 256
 _PALE = 0.62
 _BOUNDARY = 1.1
@@ -193,7 +193,7 @@ _NONE = -1
 def nearest_samples(x: NDArray[np.float64], y: NDArray[np.float64], size: int) -> NDArray[np.intp]:
     """Finds for each cell of a square raster the nearest sample, by jump flooding.
 
-    Each cell is told the samples of cells ever closer to it, 1/2, 1/4, 1/8 … of the raster
+    Each cell receives the samples of cells ever closer to it, 1/2, 1/4, 1/8 … of the raster
     away, and keeps the nearest. The work does not grow with the number of samples.
 
     Args:
@@ -228,7 +228,7 @@ def _offer(
     along: int,
     across: int,
 ) -> None:
-    """Tells each cell the sample of the cell that many rows and columns away."""
+    """Offers each cell the sample of the cell that many rows and columns away."""
     size = len(nearest)
     here = _overlap(along, size), _overlap(across, size)
     there = _overlap(-along, size), _overlap(-across, size)

@@ -84,7 +84,7 @@ class MovingHand:
         result: The run.
         motion: Where everything stands at the times to be drawn.
         window: Time range of the chart.
-        clock: Tells a time in words.
+        clock: Returns a time in words.
         size: Width and height of the picture [px]; letters grow with its height.
     """
 

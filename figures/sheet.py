@@ -217,7 +217,7 @@ def _draw_legend(figure: Figure, panel: Panel, cell: _Cell) -> None:
 
 
 def _named_curves(panel: Panel) -> list[Curve]:
-    """What the legend tells, quantities first."""
+    """The entries of the legend, quantities first."""
     named = [curve for plot in panel.plots for curve in plot.curves if curve.label]
     return sorted(named, key=lambda curve: curve.role != "quantity")
 

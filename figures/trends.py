@@ -30,7 +30,7 @@ _ESTIMATE_TITLES = {
 
 
 class Pair(NamedTuple):
-    """Both runs, their columns by name, and the rows that tell of the same instants."""
+    """Both runs, their columns by name, and their rows at the same instants."""
 
     a: RunResult
     b: RunResult

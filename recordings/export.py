@@ -96,7 +96,7 @@ class ExportFormat:
         Args:
             result: The run.
             stream: Where the file goes.
-            progress: Told the share that is done, from 0 to 1, where it takes long.
+            progress: Called with the share that is done, from 0 to 1, by exports that take long.
             fps: Frames per second of a moving picture.
             clip: What a picture shows.
             still: Which instant of it, if it stands still.

@@ -1,7 +1,7 @@
 """The one palette: every phase, finger and surface keeps its colour on screen and on paper.
 
 The phase colours are after Okabe and Ito; blue is darker and purple lighter than theirs,
-which people who see no red could hardly tell apart.
+which people who see no red can hardly distinguish.
 """
 
 from __future__ import annotations

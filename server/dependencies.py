@@ -62,7 +62,7 @@ LastEventId = Annotated[
 
 
 async def get_settings(request: Request) -> Settings:
-    """What the application that answers was told when it started."""
+    """The settings of the application that answers."""
     settings: Settings = request.app.state.settings
     return settings
 

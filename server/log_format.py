@@ -16,7 +16,7 @@ class LogFormat(StrEnum):
 
     @property
     def formatter(self) -> logging.Formatter:
-        """What makes them of records, whose ``left_out`` tells how many before were not written."""
+        """The formatter of records, whose ``left_out`` is the number of lines dropped before."""
         return _JsonLines() if self is LogFormat.JSON else _TextLines()
 
 

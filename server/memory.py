@@ -81,7 +81,7 @@ class Trimmer:
     free at two looks, and is more than after the last time, is not about to be used again.
 
     Args:
-        look: Tells how much lies free.
+        look: Returns the free memory.
         trim: Gives it back.
     """
 

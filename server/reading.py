@@ -104,7 +104,7 @@ class RecordingReads:
         except Exception as error:
             if not entry.result.done():
                 entry.result.set_exception(error)
-                # Nobody may be left to be told.
+                # Nobody may be left to receive it.
                 entry.result.exception()
 
     async def in_threads(self, pieces: Iterator[Value]) -> AsyncIterator[Value]:

@@ -1,4 +1,4 @@
-"""What a server process is told when it starts."""
+"""Settings of a server process."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Settings:
         port: Port to listen on; 0 takes any free one.
         wall_limit: Time after which a run ends as ``limit`` [s].
         max_running: Runs simulated at the same time.
-        max_waiting: Runs that may wait for their turn; more are told to come back.
+        max_waiting: Runs that may wait for their turn; further requests are refused.
         retry_after: When to come back [s].
         answer_within: How long a request for a run waits for its end, unless it says [s].
         max_wait: How long it may wait at most [s].

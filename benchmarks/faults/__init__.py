@@ -114,7 +114,7 @@ def _full_disk() -> Row:
     return (
         f"{2 * UNWRITABLE_RUNS} runs over REST while the disk is full",
         f"{full.refused} refused with 507 before, of which {full.left} files are left; "
-        f"{full.failed} cut off and failed with the reason disk; 0 told as completed",
+        f"{full.failed} cut off and failed with the reason disk; 0 reported as completed",
     )
 
 

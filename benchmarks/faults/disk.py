@@ -142,7 +142,7 @@ class SyncedFile(io.FileIO):
 
     Args:
         descriptor: Of the file.
-        clock: Tells when [s].
+        clock: Returns the time [s].
     """
 
     def __init__(self, descriptor: int, clock: Clock) -> None:

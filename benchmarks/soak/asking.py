@@ -84,7 +84,7 @@ class Asker:
 
     Args:
         address: Of the service.
-        tally: Is told of every answer.
+        tally: Counts every answer.
     """
 
     def __init__(self, address: Address, tally: Tally) -> None:

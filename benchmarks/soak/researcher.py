@@ -50,7 +50,7 @@ class Researcher:
 
     Args:
         address: Of the service.
-        tally: Is told of every answer.
+        tally: Counts every answer.
         seed: Of what it does.
     """
 

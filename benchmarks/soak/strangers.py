@@ -54,7 +54,7 @@ class Prankster:
 
     Args:
         address: Of the service.
-        tally: Is told of every answer.
+        tally: Counts every answer.
         seed: Of what it does.
     """
 
@@ -174,7 +174,7 @@ class Loiterer:
 
     Args:
         address: Of the service.
-        tally: Is told how each connection ended.
+        tally: Counts how each connection ended.
         seed: Of how many there are of each kind.
     """
 

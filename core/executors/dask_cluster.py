@@ -177,7 +177,7 @@ class _Map:
     def _hand_out(self, window: Window[Any]) -> None:
         """Submits what the workers can take.
 
-        When a worker dies, Dask cannot tell which of its tasks is to blame. So a task that is
+        When a worker dies, Dask does not know which of its tasks is to blame. So a task that is
         under suspicion for the last time is done alone.
         """
         while self._alone not in self._at and len(self._at) < _DEPTH * self.num_workers:

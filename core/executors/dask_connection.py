@@ -82,7 +82,7 @@ class DaskConnection:
 
         try:
             with warnings.catch_warnings():
-                # What matters of it is checked, and told, below.
+                # The relevant part is checked and reported below.
                 warnings.simplefilter("ignore", VersionMismatchWarning)
                 return Client(self._cluster or address, timeout=_PATIENCE, set_as_default=False)
         except OSError as error:
@@ -149,7 +149,7 @@ def _start_cluster(workers: int) -> LocalCluster:
     from slipgrasp.core.kernel.compilation.cache import ROOT_VARIABLE, cache_root
 
     settings = {
-        # A task is told from those that wait behind it when their worker dies.
+        # When a worker dies, its running task is distinguished from waiting ones.
         "distributed.scheduler.allowed-failures": 0,
         "distributed.scheduler.worker-saturation": 1.0,
     }

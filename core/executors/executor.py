@@ -35,7 +35,7 @@ class Caller(Protocol):
         ...
 
     def report(self, share: float) -> None:
-        """Tells how much of the task is done, 0 to 1."""
+        """Reports the share of the task that is done, 0 to 1."""
         ...
 
 

@@ -31,7 +31,7 @@ Result = TypeVar("Result")
 
 _POLL = 0.05  # [s] between two questions whether to stop
 _GIVING_UP = 1.0  # [s] until a worker that does not come to an end is killed
-_TOO_LATE = f"did not come to an end within {_GIVING_UP:g} s of being told to"
+_TOO_LATE = f"did not come to an end within {_GIVING_UP:g} s of the request"
 
 
 class WorkerDiedError(ExecutorError):
@@ -64,15 +64,15 @@ class SingleTasks:
         """Does a task.
 
         Args:
-            function: A function of an imported module. Its second argument tells it to come to an
-                end; then it still gives its result. It may be told how far the task is.
+            function: A function of an imported module. Its second argument returns whether to
+                stop; it then still returns its result. It may report the progress of the task.
             task: What it is handed.
-            should_stop: Asked about 20 times a second; True tells the function so. A second
+            should_stop: Called about 20 times a second; True asks the function to stop. A second
                 later its worker is killed.
-            progress: Called with the share that is done, 0 to 1, as the function tells it.
+            progress: Called with the share that is done, 0 to 1, as the function reports it.
 
         Raises:
-            Cancelled: If it was told so before it began.
+            Cancelled: If it was stopped before it began.
             WorkerDiedError: If its worker ends before it does.
             Exception: What the function raised.
         """
@@ -87,7 +87,7 @@ class SingleTasks:
         return cast("Result", open_answer(answer))
 
     def close(self) -> None:
-        """Lets the workers end; tasks are told to come to an end."""
+        """Ends the workers; tasks are asked to stop."""
         self._closed.set()
         with suppress(Empty):
             while True:
@@ -126,7 +126,7 @@ class _Worker:
         told_at = math.inf
         while True:
             event = self._next_event()
-            # Not only where there is none: a task may tell how far it is more often than that.
+            # Also with other messages: a task may report its progress more often than that.
             if told_at == math.inf and self._process.ready and should_stop():
                 self._process.stop(self._round)
                 told_at = time.monotonic()

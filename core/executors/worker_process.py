@@ -120,11 +120,11 @@ class WorkerProcess:
         self.close()
 
     def was_killed(self) -> bool:
-        """Waits for its end, and tells whether another process, or the system, ended it."""
+        """Waits for its end, and returns whether another process, or the system, ended it."""
         return -self._wait() in _SIGNALS_OF_OTHERS
 
     def went_too_far(self) -> bool:
-        """Waits for its end, and tells whether its task took more than it may."""
+        """Waits for its end, and returns whether its task exceeded a limit."""
         return self._wait() == OUT_OF_MEMORY or self._overran
 
     def how_it_ended(self) -> str:

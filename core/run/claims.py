@@ -108,7 +108,7 @@ def _of_contact(
     known = [int(change.from_phase) for change in changes]
     known.append(int(changes[-1].to_phase) if changes else int(phases[0]))
     expected = np.array(known)[np.searchsorted(instants, times, side="right")]
-    # At the instant of a change one row tells of before and one of after.
+    # A change has two rows: one before, one after.
     wrong = np.flatnonzero((phases != expected) & ~np.isin(times, instants))
     if len(wrong):
         row = wrong[0]

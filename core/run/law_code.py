@@ -88,7 +88,7 @@ class LawCode:
         if self._failure is None and wrong:
             return f"out.{wrong[0]} is not finite: {getattr(self._out, wrong[0]).tolist()}"
         if self._failure is None and self._compiled is not None:
-            # Compiled code tells no line: Python finds it, with what the law saw last.
+            # Compiled code reports no line: Python finds it, with the last input of the law.
             with in_python():
                 self._guarded(self._compiled.py_func)(0, 0, 0)
         return self._failure or self._refusal or "its compiled code raised an exception"

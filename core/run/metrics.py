@@ -308,7 +308,7 @@ def _rms_over_time(trace: Trace) -> Coordinates:
 def least_margins(trace: Trace) -> tuple[float | None, ...]:
     """Least margin of each contact in the samples in stick, without the stick assumed at first.
 
-    The first row tells of it where a second one follows at the same time.
+    The first row has it if a second one follows at the same time.
     """
     first = int(len(trace) > 1 and trace.times[1] == trace.times[0])
     sticking = trace.phase == ContactPhase.STICK

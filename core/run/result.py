@@ -94,7 +94,7 @@ class RunResult:
 
     @property
     def name(self) -> str:
-        """What tells it from other runs: its preset and what differs from that."""
+        """Its name among other runs: the preset, and the differences from it."""
         return name_run(self.scenario)
 
     @property

@@ -1,4 +1,4 @@
-"""Hints that were tried: each option is followed in a run of its own, and only what helps is told.
+"""Hints that were tried: each option in a separate run; only options that help are reported.
 
 Nothing here reads a clock: how much is tried is counted in runs and in pieces of computing, so
 that the same run gives the same hints; a caller who has no more patience cuts the rest off.
@@ -39,9 +39,9 @@ _SLIP, _OFFSET, _ANGLE = 1e-4, 1e-3, 1e-2
 _NOISE = 1e-6
 """Slip and distance between which no hint is preferred to another [m]."""
 _LEAST_DURATION = 0.5
-"""How long a run must be to tell whether its object is held [s]."""
+"""Shortest run that shows whether its object is held [s]."""
 _FORCE = 1.5
-"""Share from which on a greater normal force is worth telling."""
+"""Smallest relative increase of the normal force that is reported."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -270,7 +270,7 @@ def _ending(run: AnyRun) -> str:
 def _runnable(
     before: Scenario, hint: Hint, follow_option: Follow | None
 ) -> Iterator[tuple[Option, Scenario]]:
-    """The options that can be tried, each with its scenario; no run too short to tell anything."""
+    """The options that can be tried, each with its scenario; no run that is too short."""
     known = [before]
     for option in hint.trials:
         try:

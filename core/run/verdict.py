@@ -347,7 +347,7 @@ def _describe_grip_force(result: RunResult) -> Iterator[str]:
         tangential = friction * normal - trace.friction_margin[-1]
     needed = tangential / np.where(friction > 0.0, friction, 1.0)
     i = int(np.argmin(normal - needed))
-    force, least = _told_apart(float(normal[i]), float(needed[i]))
+    force, least = _distinguished(float(normal[i]), float(needed[i]))
     limit = f"; with less than {least} N" if force != least else ", and with any less"
     yield (
         f"At the end the {result.scenario.finger_names[i]} fingertip presses with {force} N{limit} "
@@ -355,8 +355,8 @@ def _describe_grip_force(result: RunResult) -> Iterator[str]:
     )
 
 
-def _told_apart(one: float, other: float) -> tuple[str, str]:
-    """Two forces with as many decimals as it takes to tell them apart, three at most."""
+def _distinguished(one: float, other: float) -> tuple[str, str]:
+    """Two forces with as many decimals as distinguish them, at most three."""
     pairs = [(f"{one:.{digits}f}", f"{other:.{digits}f}") for digits in (1, 2, 3)]
     return next((pair for pair in pairs if pair[0] != pair[1]), pairs[-1])
 

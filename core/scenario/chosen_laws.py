@@ -40,6 +40,6 @@ def custom_law_in(scenario: Scenario) -> CustomLaw | None:
 
 
 def diagnostics_of(scenario: Scenario) -> tuple[Diagnostic, ...]:
-    """What the custom law in a scenario tells of itself."""
+    """The diagnostics of the custom law in a scenario."""
     law = custom_law_in(scenario)
     return () if law is None else law.diagnostics

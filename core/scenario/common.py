@@ -33,7 +33,7 @@ Changes = Annotated[tuple[Change, ...], Len(0, 1000)]
 def names_by_face(faces: Sequence[str]) -> tuple[str, ...]:
     """What to call fingers: the faces they touch, numbered where several share one.
 
-    Edges have numbers themselves, there letters tell the fingers apart: edge 2a, edge 2b.
+    Edges have numbers themselves, where letters distinguish the fingers: edge 2a, edge 2b.
 
     Args:
         faces: The face that each finger touches.

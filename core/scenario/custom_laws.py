@@ -25,7 +25,7 @@ LAW = "controller.kind"
 
 
 class Diagnostic(NamedTuple):
-    """A number that a law tells of itself at every tick: its name, SI unit and a sentence."""
+    """A number that a law reports at every tick: its name, SI unit and a sentence."""
 
     name: str
     unit: str
@@ -76,7 +76,7 @@ class CustomLaw:
         identity: Name, version and digest.
         summary: What it does, in a sentence.
         parameters: Its parameters by name.
-        diagnostics: What it tells of itself.
+        diagnostics: The numbers that it reports.
         memory: Shapes of its memory by name.
         estimates: Whether it sets the estimates.
         origin: How it is found: the name of an entry point, or ``FILE.py:Name``; empty for a

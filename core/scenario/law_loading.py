@@ -96,7 +96,7 @@ def law_from_source(source: str, origin: str) -> CustomLaw:
     digest = hashlib.sha256(source.encode()).hexdigest()
     module = ModuleType(f"slipgrasp_law_{digest[:16]}")
     module.__file__ = path
-    # So that what it raises tells its line, on another machine too.
+    # So that its errors show their line, on another machine too.
     linecache.cache[path] = (len(source), None, source.splitlines(keepends=True), path)
     sys.modules[module.__name__] = module
     try:

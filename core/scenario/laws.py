@@ -47,7 +47,7 @@ _HOLDING = LawSetting(key="controller.distribution", value="hold")
 
 
 def read_for(*hands: Space, default: bool = False) -> Any:
-    """A fact by which kernels tell laws apart.
+    """A fact by which kernels distinguish laws.
 
     Args:
         hands: Those whose kernel reads it; others refuse the laws that differ from the default.
@@ -193,7 +193,7 @@ def facts_read_for(hand: Space) -> tuple[str, ...]:
 
 
 def is_computed_for(law: ControlLaw, hand: Space) -> bool:
-    """Whether the kernel of a kind of hands reads all that tells a law from others."""
+    """Whether the kernel of a kind of hands reads all facts of a law."""
     return all(
         getattr(law, each.name) == each.default
         for each in fields(law)

@@ -73,7 +73,7 @@ Cycles = Annotated[
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
 class TrajectoryParameters:
-    """The desired motion of the object; ``kind`` tells which of the fields are used."""
+    """The desired motion of the object; ``kind`` determines which of the fields are used."""
 
     kind: MotionKind = "coast"
     start: Annotated[

@@ -24,7 +24,7 @@ class Space:
         joints_per_finger: How many joints every finger has.
         has_paths: Whether the distance that a fingertip has travelled is a signal of its own.
         has_pads: Whether fingertips may be soft.
-        slip_signal: The signal that tells how far a fingertip has slid in one number.
+        slip_signal: The signal with the slip of a fingertip in one number.
         slip_words: What that is called.
         force_index: Index of F where it stands for the tangential force: one part, or its size.
         phases: Numbers of the phases that a contact can have.

@@ -132,7 +132,7 @@ class SensingParameters:
     true_phases: Annotated[
         bool,
         Quantity(
-            "Whether the controller is told which contacts slip; otherwise it detects slip from "
+            "Whether the controller knows which contacts slip; otherwise it detects slip from "
             "the measured slip velocity.",
             changeable=True,
         ),

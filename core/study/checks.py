@@ -17,7 +17,7 @@ from slipgrasp.core.study.knowledge import find_nothing_to_adapt
 def check_document(
     document: StudyDocument, base: Scenario, definitions: Mapping[str, Parameter]
 ) -> Iterator[FieldError]:
-    """Yields what is wrong with a study, but for what only its runs can tell.
+    """Yields the errors of a study, except those that only its runs can show.
 
     Args:
         document: The study as it is written down.
@@ -53,7 +53,7 @@ def _check_axes(
         field = f"vary.{key}"
         unknown = next((k for k in expand_key(base, key) if k not in definitions), None)
         if unknown is not None and is_of_unknown_law(base, unknown):
-            continue  # A study that was made elsewhere: its law is not here to tell.
+            continue  # A study that was made elsewhere: its law is not available here.
         if unknown is not None:
             yield from _unknown(base, field, unknown, axis)
         elif axis.values is not None:
@@ -66,7 +66,7 @@ def _check_axes(
 
 
 def _check_overlaps(document: StudyDocument, base: Scenario) -> Iterator[FieldError]:
-    """Two keys that set one parameter would leave rows that tell of a value nobody used."""
+    """Two keys that set one parameter would leave rows with a value that was not used."""
     yield from _conflicts(base, "set", document.set, {})
     for index, run in enumerate(document.runs):
         yield from _conflicts(base, f"runs.{index}", run, {})

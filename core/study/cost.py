@@ -56,7 +56,7 @@ def estimate_cost(study: Study, num_workers: int) -> StudyCost:
 
 
 def _time_of(study: Study, index: int) -> float:
-    """What a run takes [s]; nothing if it is refused, which is told elsewhere."""
+    """The duration of a run [s]; none if it is refused, which is reported elsewhere."""
     try:
         simulation = Simulation(study.scenario_of(index))
     except ScenarioError:

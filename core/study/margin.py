@@ -157,7 +157,7 @@ def find_margin(
 
     Raises:
         ScenarioError: If there is no such number, or it is not allowed to be so, or runs are too
-            short to tell whether the object is held.
+            short to decide whether the object is held.
         MarginError: If both ends hold, or neither.
     """
     span = ParameterRange.of(scenario, key, start, stop)
@@ -190,13 +190,13 @@ def _check_tolerance(tolerance: float) -> None:
 
 
 class _Probe:
-    """Simulates at values of a range, and tells how far it is.
+    """Simulates at values of a range, and reports its progress.
 
     Args:
         span: The range.
         most_slip: How far a fingertip of a held object may slip [m].
         planned: How many runs there will be, about.
-        progress: Told the share that is done after every run.
+        progress: Called with the share that is done after every run.
     """
 
     def __init__(
@@ -217,7 +217,7 @@ class _Probe:
 
         Raises:
             ScenarioError: If one is not allowed, then nothing was simulated; or if its run is too
-                short to tell.
+                short to decide.
         """
         scenarios = [self.span.scenario_at(value) for value in values]
         flags: list[bool] = []
@@ -245,11 +245,14 @@ def _known(held: bool | None, scenario: Scenario) -> bool:
     """Whether the object is held.
 
     Raises:
-        ScenarioError: If the run is too short to tell.
+        ScenarioError: If the run is too short to decide.
     """
     if held is None:
         key, duration, limit = "simulation.duration", scenario.simulation.duration, HOLD_WINDOW
-        message = f"{key} is {duration:g} s; at least {limit:g} s are needed to tell what is held"
+        message = (
+            f"{key} is {duration:g} s; at least {limit:g} s are needed to decide whether the "
+            "object is held"
+        )
         raise single_error(key, duration, f">= {limit:g}", message)
     return held
 

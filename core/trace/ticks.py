@@ -18,7 +18,7 @@ class Ticks:
         times: When it was asked, shape ``(ticks,)`` [s].
         commands: Torque it asked for, before limits and latency, shape ``(ticks, 2 n)`` [N m].
         estimates: Its estimates, shape ``(ticks, p)`` [SI].
-        diagnostics: What it told of itself, shape ``(ticks, d)``.
+        diagnostics: The numbers that it reported, shape ``(ticks, d)``.
     """
 
     times: Floats

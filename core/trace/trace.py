@@ -78,7 +78,7 @@ class TraceShape:
     Attributes:
         num_contacts: How many contacts there are, one per finger.
         unknowns: Dotted keys of what is estimated.
-        diagnostics: What a custom law tells of itself; empty where there is none.
+        diagnostics: Diagnostics of a custom law; empty without one.
         space: What depends on the hand being planar or spatial.
         slides: Which joints slide, counted through all fingers; they have other units.
         soft: Whether any fingertip is soft.

@@ -1,4 +1,4 @@
-"""What a run is called where people tell runs apart: its preset, and what it does otherwise.
+"""Names of runs in lists: the preset, and the differences from it.
 
 A title says what a preset is meant to show. A run that began with it may have gone any other
 way, so its name is made of facts of its scenario alone: ``paper-case-2 · composite · mass 1.4 kg``.
@@ -39,7 +39,7 @@ _INSIDE = re.compile(
 
 
 class _Fact(NamedTuple):
-    """Something that a run does otherwise, the most telling ones with the lowest rank."""
+    """A difference of a run, the most informative ones with the lowest rank."""
 
     rank: int
     words: str

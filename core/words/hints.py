@@ -45,7 +45,7 @@ class Hint:
             they stand are offered where nothing can be tried, and all that cannot.
         purpose: What they are for, such as ``for less slip``; empty if that is plain.
         instead: What could be done outside the controller; empty if there is nothing else.
-        goal: What tells whether one of them helps.
+        goal: The criterion by which one of them helps.
         risky: More of them, each of which made some run worse: only for those who try it first.
     """
 
@@ -143,7 +143,7 @@ def any_of(
         otherwise: The hint where there is none.
         purpose: What they are for.
         instead: What could be done besides.
-        goal: What tells whether one of them helps.
+        goal: The criterion by which one of them helps.
         risky: More of them, only for those who try them first.
     """
     found = tuple({option.words: option for several in options for option in several}.values())

@@ -56,7 +56,7 @@ def describe_disk_failure(error: Exception, t: float) -> Reason:
 
 
 def describe_damage(finding: str) -> Reason:
-    """The reason told of a run whose recording cannot be read.
+    """The reason of a run whose recording cannot be read.
 
     Args:
         finding: What is wrong with it, a sentence.

@@ -32,7 +32,7 @@ def length_words(length: float) -> str:
     """A length that is not negative, in the unit that suits it [m]: ``2.59 mm``, ``6.03 µm``."""
     if length < _LEAST_LENGTH:
         return "less than 1 nm" if length > 0.0 else "0 mm"
-    # A tenth of a millimetre is still told in millimetres.
+    # A tenth of a millimetre is still shown in millimetres.
     unit, factor = next((u, f) for least, u, f in _LENGTHS if length >= 0.1 * least or u == "nm")
     value = factor * length
     return f"{value:.0f} {unit}" if value >= 100.0 else f"{value:#.3g} {unit}"

@@ -1,4 +1,4 @@
-"""How far an object is from where it was wanted, and whether that is worth telling."""
+"""The distance of an object from its target, and whether it is worth reporting."""
 
 from __future__ import annotations
 

@@ -24,12 +24,12 @@ Pair = tuple[PhaseChange | None, PhaseChange | None]
 
 
 class MatchedRows(NamedTuple):
-    """Rows of two traces that tell of the same instants.
+    """Rows of two traces at the same instants.
 
     Attributes:
         first: Rows of the first trace, in time order.
         second: As many rows of the second trace.
-        num_instants: How many instants they tell of; an event has two rows.
+        num_instants: The number of these instants; an event has two rows.
     """
 
     first: Indices

@@ -1,4 +1,4 @@
-"""What tells two runs apart: what was set, what happened, when it first differed, how far."""
+"""Differences between two runs: parameters, events, the first deviation, its size."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class IntegrationError:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Comparison:
-    """What tells two runs, a and b, apart.
+    """Differences between two runs, a and b.
 
     Attributes:
         tolerance: Absolute difference that the user chose to count as none, in the SI unit of
@@ -168,7 +168,7 @@ class Comparison:
 def compare(
     a: RunResult, b: RunResult, tolerance: float | None = None, *, check_claims: bool = True
 ) -> Comparison:
-    """Finds what tells two runs apart.
+    """Compares two runs.
 
     The runs are compared at the instants that both stored, without interpolation, so runs
     stored at different rates meet where their rates do; runs of different lengths are

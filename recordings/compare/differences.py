@@ -101,7 +101,7 @@ def signal_differences(
     Args:
         a: One run.
         b: The other.
-        rows: Rows that tell of the same instants.
+        rows: Rows at the same instants.
         accuracy: What counts as no difference, and when.
     """
     others = {column.name: column for column in columns_of(b.trace)}

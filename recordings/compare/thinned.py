@@ -28,7 +28,7 @@ MOST_OF_EVENTS = 20_000
 """Samples at events, in slips and after them that a run keeps."""
 
 NUM_BINS = 500
-"""More than a figure of the width of a page can tell apart by eye in its overview."""
+"""More points than are visible in an overview of the width of a page."""
 
 Marks = NDArray[np.bool_]
 

@@ -82,7 +82,7 @@ def verify(
         result: The run.
         unaltered: Whether the file it was read from has the hashes of what it holds.
         with_law: Whether the code of a custom law is run as well.
-        progress: Told the share that is done, from 0 to 1.
+        progress: Called with the share that is done, from 0 to 1.
 
     Raises:
         ScenarioError: If this version cannot simulate the scenario.

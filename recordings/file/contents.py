@@ -124,7 +124,7 @@ class Contents:
 
     @property
     def display_rate(self) -> float:
-        """How often the display topics show hand and object [Hz]; as usual if it is not told."""
+        """Rate of the display topics [Hz]; the default if the file does not have it."""
         try:
             rate = float(self.metadata[START]["display_rate"])
         except (KeyError, ValueError):

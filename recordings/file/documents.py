@@ -85,7 +85,7 @@ def start_document(
 
 
 def read_provenance(start: Mapping[str, str]) -> Provenance:
-    """What computed the run; format 1 did not tell the kernel."""
+    """The program that computed the run; format 1 did not store the kernel."""
     law = _read(LawIdentity, start["law"]) if "law" in start else None
     return Provenance(program=start["program"], kernel=start.get("kernel", ""), law=law)
 

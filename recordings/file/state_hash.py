@@ -75,7 +75,7 @@ def state_hash(result: RunResult) -> str:
 
 
 def digest_of(*parts: bytes) -> bytes:
-    """The hash of several pieces of data, told apart by their lengths."""
+    """The hash of several pieces of data, separated by their lengths."""
     digest = hashlib.blake2b(digest_size=HASH_BYTES)
     for part in parts:
         digest.update(len(part).to_bytes(8, "little"))

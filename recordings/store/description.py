@@ -1,4 +1,4 @@
-"""What lists tell of a run: taken from its recording, kept beside it because reading takes long."""
+"""Descriptions of runs for lists, stored beside the recordings, which take long to read."""
 
 from __future__ import annotations
 
@@ -82,10 +82,10 @@ class Description:
 
     @classmethod
     def from_result(cls, result: RunResult) -> Self:
-        """What is told of this run.
+        """The description of this run.
 
         Raises:
-            DamagedRecordingError: If no file can tell it; only a forged recording holds such a run.
+            DamagedRecordingError: If no file can hold it; only a forged recording has such a run.
         """
         scenario = result.scenario
         document = {
@@ -120,7 +120,7 @@ class Description:
 
     @property
     def display_name(self) -> str:
-        """What the run is called where runs are told apart; empty if it cannot be read."""
+        """The name that distinguishes the run from others; empty if it cannot be read."""
         return self.summary["name"] if self.summary else ""
 
     @property

@@ -172,7 +172,7 @@ class IndexTable:
             )
             self._connection.executemany(
                 _PUT_DESCRIPTION,
-                [(run_id, _content(told)) for run_id, told in described if told is not None],
+                [(run_id, _content(known)) for run_id, known in described if known is not None],
             )
 
     def find(self, query: RunQuery) -> tuple[dict[str, int], int]:
@@ -187,7 +187,7 @@ class IndexTable:
             page = self._find_among_first(query, where, values)
             if len(page) == query.limit:
                 return page, self._count(source, where, values)
-        # One pass over the table where runs have to be told apart, none where it is in order.
+        # One pass over the table where runs are compared, none where it is in order.
         counted = "count(*) OVER ()" if terms else "(SELECT count(*) FROM runs)"
         rows = self._connection.execute(
             f"SELECT id, stamp, {counted} FROM {source} WHERE {where} "

@@ -1,4 +1,4 @@
-"""The files of a data folder: ``ID.mcap`` is a run, ``ID.json`` what is told and written of it.
+"""The files of a data folder: ``ID.mcap`` is a run, ``ID.json`` its description and notes.
 
 The recordings alone say what there is. A sidecar holds what they must not hold, so that
 equal runs are equal files (when it was made, name, notes and tags), and a description for
@@ -52,7 +52,7 @@ class Sidecar:
 
     Attributes:
         created: When the run was saved, ISO 8601 in UTC; None if it does not say.
-        description: What it tells of the run; None if not all.
+        description: The description in it; None if it is incomplete.
         annotations: What people wrote.
     """
 

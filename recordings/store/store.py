@@ -137,7 +137,7 @@ class RecordingStore:
     def check_writable(self) -> None:
         """Writes some bytes that nobody sees, and raises as `reserve`.
 
-        Permissions do not tell whether a disk has failed, or was mounted again to be read only.
+        Permissions do not show whether a disk has failed, or was mounted again as read-only.
         """
         self.check_space()
         try:
@@ -210,7 +210,7 @@ class RecordingStore:
         Args:
             run_id: Its id.
             data: The bytes of the file, as `write_recording` makes them.
-            description: What is told of the run.
+            description: The description of the run.
             annotations: What is written about it.
 
         Raises:
@@ -304,7 +304,7 @@ class RecordingStore:
             expected: Revisions for which the change is made; any if None.
 
         Returns:
-            The run as it is told of now.
+            The run with its new description.
 
         Raises:
             RecordingNotFoundError: If there is none.

@@ -92,11 +92,11 @@ class StoredRun:
 
     @property
     def revision(self) -> str:
-        """Another one whenever anything that is told of the run has changed."""
+        """A tag that changes with the description of the run."""
         told = json.dumps(self.told(), sort_keys=True).encode()
         return hashlib.blake2b(told, digest_size=_REVISION_BYTES).hexdigest()
 
     def told(self) -> dict[str, Any]:
-        """All that is told of it, as plain values for JSON: everything but its id and path."""
+        """Its description as plain values for JSON: everything but its id and path."""
         names = (field.name for field in fields(self) if field.name not in ("id", "path"))
         return {name: getattr(self, name) for name in names}

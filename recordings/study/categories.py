@@ -1,4 +1,4 @@
-"""Outcomes as a map tells them apart: the object is held, slips on, or how the run failed."""
+"""Categories of outcomes on a map: the object is held, slips on, or how the run failed."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Category(NamedTuple):
     Attributes:
         words: What to call it.
         outcome: The outcome it belongs to.
-        reason: Code of the reason, where an outcome has several that are told apart.
+        reason: Code of the reason, where the reasons of an outcome have categories of their own.
     """
 
     words: str

@@ -49,7 +49,7 @@ class StudyEnd:
 
 
 def start_document(study: Study) -> dict[str, str]:
-    """Versions of format and program, the kernel, its laws, and what lists tell of a study."""
+    """Versions of format and program, the kernel, its laws, and the description of a study."""
     provenance = present_provenance(study.base.space)
     laws = [asdict(law.identity) for law in study.custom_laws()]
     return {

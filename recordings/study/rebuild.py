@@ -60,7 +60,7 @@ def rebuild(
     Raises:
         RebuildError: If the run is not the same, bit for bit, was never simulated or ended
             by its computing time, or takes too long.
-        Cancelled: If it was told to give up.
+        Cancelled: If it was asked to stop.
     """
     if not row.state_hash:
         raise RebuildError(f"run {row.index} was never simulated: its worker died")

@@ -126,7 +126,7 @@ class TrustedClock:
     Args:
         runs: Where the runs are kept; they are looked at when the time is first asked for.
         clock: The wall clock.
-        passed: Tells the time that has passed [s].
+        passed: Returns the time that has passed [s].
     """
 
     def __init__(
@@ -187,7 +187,7 @@ def _find_full(retention: Retention, num_kept: int, num_bytes: int) -> Rule | No
 
 
 class _Marks:
-    """Tells which runs are marked, and looks at each study once.
+    """Finds which runs are marked, reading each study once.
 
     Args:
         studies: The studies.

@@ -47,7 +47,7 @@ def schedule_runs(
             whose row was lost.
 
     Returns:
-        How it ended: ``cancelled`` if it was told to stop before its last row.
+        How it ended: ``cancelled`` if it was stopped before its last row.
 
     Raises:
         ExecutorError: If there is nobody to simulate.

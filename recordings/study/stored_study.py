@@ -1,4 +1,4 @@
-"""A study as it lies in the store, and the sidecar that tells it without reading the study."""
+"""A study in the store, and the sidecar that describes it without reading the study."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def unknown_study(study_id: str, created: str) -> StoredStudy:
 
 
 def told_by_file(path: Path, made: StoredStudy) -> StoredStudy:
-    """A study as its file tells it, and its making as it was known before.
+    """A study as read from its file, with the details that are known of its simulation.
 
     Raises:
         RecordingError: If the file is damaged.

@@ -52,7 +52,7 @@ class StudyTask:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunRecording:
-    """The recording of a run: the bytes of its file, and what lists tell of it."""
+    """The recording of a run: the bytes of its file, and its description."""
 
     data: bytes
     description: Description
@@ -69,7 +69,7 @@ class StudyRun:
 def run_task(task: StudyTask, cancelled: Callable[[], bool]) -> list[StudyRun]:
     """Simulates the runs of a task one after the other, as many as half a second allows.
 
-    Slow runs are told of soon this way, and are shared among all workers.
+    Slow runs are reported early this way, and are shared among all workers.
 
     Args:
         task: The runs.
@@ -79,7 +79,7 @@ def run_task(task: StudyTask, cancelled: Callable[[], bool]) -> list[StudyRun]:
         The first ones, one at least; what each of them is depends on the task alone.
 
     Raises:
-        Cancelled: If it was told to.
+        Cancelled: If it was stopped.
         LawError: If a law is not the same here.
         ScenarioError: If a scenario cannot be simulated.
     """

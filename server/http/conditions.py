@@ -27,7 +27,7 @@ def file_tag(path: Path) -> str:
 
 
 def entity_tag(stored: StoredRun) -> str:
-    """The ``ETag`` of what is told of a run."""
+    """The ``ETag`` of the description of a run."""
     return f'"{stored.revision}"'
 
 

@@ -25,7 +25,7 @@ _logger = logging.getLogger(__name__)
 class BoundedLog(logging.Handler):
     """Writes a few lines of a kind each minute to standard error, and how many it left out.
 
-    Lines are of a kind if one statement wrote them, and told no other ``kind`` as `extra`.
+    Lines are of a kind if one statement wrote them with the same ``kind`` in `extra`.
 
     Args:
         log_format: What the lines are.
@@ -46,7 +46,7 @@ class BoundedLog(logging.Handler):
         self._kinds: dict[tuple[str, int, object], tuple[float, int]] = {}
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Writes a line, unless there were too many such; the next one tells of them."""
+        """Writes a line, unless there were too many such; the next one reports their number."""
         kind = (record.pathname, record.lineno, getattr(record, "kind", None))
         now = time.monotonic()
         began, count = self._kinds.get(kind, (now, 0))

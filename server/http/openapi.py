@@ -18,7 +18,7 @@ _TAGS = {
     "runs": "Simulate a scenario; search, change and download what was recorded.",
     "studies": "Many runs from one request, and what came out of them.",
     "recordings": "Recordings that come from elsewhere.",
-    "diff": "What tells two runs apart.",
+    "diff": "Differences between two runs.",
     "scenarios": "What can be simulated, and what can be set.",
     "health": "Whether the service is up, and how busy.",
 }

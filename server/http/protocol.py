@@ -1,4 +1,4 @@
-"""How uvicorn speaks HTTP/1.1 here: it tells by which connection a request came."""
+"""HTTP/1.1 of uvicorn, extended by the connection of each request."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How long an answer waits for what it tells of (RFC 7240, the header ``Prefer``)."""
+"""How long an answer waits for a result (RFC 7240, the header ``Prefer``)."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ router = APIRouter(prefix="/diff", tags=["diff"])
 def diff_runs(
     query: Annotated[DiffQuery, Query()], service: RunServiceDep, memory: MemoryDep
 ) -> DiffPublic:
-    """What tells two runs apart: parameters, phase changes, columns and metrics."""
+    """Differences between two runs: parameters, phase changes, columns and metrics."""
     paths = [service.get(run_id).path for run_id in (query.a, query.b)]
     with memory.reserve(Need.to_compare(*map(read_size, paths))):
         a, b = map(read_as_stated, paths)

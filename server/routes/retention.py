@@ -46,7 +46,7 @@ class ExpiredRunPublic(BaseModel):
 
     @classmethod
     def from_expired(cls, expired: Expired) -> Self:
-        """What is told of it."""
+        """Its description."""
         run = expired.run
         return cls(
             id=run.id,

@@ -44,7 +44,7 @@ router = APIRouter(prefix="/runs", tags=["runs"])
 
 _TEXT = {"type": "string"}
 _LOCATION = {"Location": {"description": "Where the run is found", "schema": _TEXT}}
-_TAG = {"ETag": {"description": "Tag of what is told of the run", "schema": _TEXT}}
+_TAG = {"ETag": {"description": "Tag of the description of the run", "schema": _TEXT}}
 _PENDING: dict[int | str, dict[str, Any]] = {
     202: {
         "model": PendingRunPublic,

@@ -1,4 +1,4 @@
-"""What is told of a study while it runs: progress, its new rows, and its end."""
+"""Events of a study while it runs: progress, its new rows, and its end."""
 
 from __future__ import annotations
 
@@ -51,13 +51,13 @@ async def stream_study_events(
     settings: SettingsDep,
     stopping: StoppingDep,
     slots: EventSlotsDep,
-    rows: Annotated[bool, Query(description="tell the new rows of the results too")] = False,
+    rows: Annotated[bool, Query(description="send the new rows of the results too")] = False,
     last_event_id: LastEventId = "",
 ) -> Response:
     """Server-sent events: progress, new rows if they are asked for, and the end.
 
     The id of an event is how many runs it knows of. A client that comes back with
-    `Last-Event-ID` is told what is new since.
+    `Last-Event-ID` receives the events since then.
     """
     live = await run_in_threadpool(service.find_live, study_id)
     look = live.status if live is not None else partial(service.status, study_id)
@@ -66,7 +66,7 @@ async def stream_study_events(
     if status.state.has_ended and seen is not None and seen > status.finished:
         return Response(status_code=204)
     if seen is not None:
-        # What nobody can have been told of is still to come.
+        # Events that were not sent yet follow.
         seen = min(seen, status.finished)
     slots.check()
     results = None
@@ -86,14 +86,14 @@ async def _pause(stopping: asyncio.Event, seconds: float) -> bool:
 
 
 class StudyEvents:
-    """Tells one client of a study until it has ended.
+    """Sends the events of a study to one client until it has ended.
 
     The id of an event is the number of runs that were done, so that a client that lost its
-    connection goes on where it was.
+    connection continues there.
 
     Args:
         look: Gives how far the study is.
-        results: Its rows, where they are to be told too.
+        results: Its rows, if they are to be sent too.
         seen: How many runs the client knows of; None if it is new.
         heartbeat: After how much silence a comment is sent [s].
         makers: The threads that make rows text.
@@ -145,7 +145,7 @@ class StudyEvents:
             # One more than the number of runs: after this id there is nothing to send.
             yield encode_event("end", _public(status), status.finished + 1)
         elif is_further or status.state is not self._state:
-            # With its rows a run has been told of under its id already.
+            # With its rows a run has been reported under its id already.
             is_new = is_further and self._results is None
             told = status.finished if is_new else None
             yield encode_event("progress", _public(status), told)

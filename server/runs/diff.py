@@ -91,7 +91,7 @@ class ContradictionPublic(BaseModel):
 
 
 class DiffPublic(BaseModel):
-    """What tells two runs apart; the object that ``slipgrasp diff --json`` prints."""
+    """Differences between two runs; the object that ``slipgrasp diff --json`` prints."""
 
     equal: bool
     scenario: list[ParameterDifferencePublic]

@@ -13,20 +13,20 @@ COMPILING_SECONDS = 45.0
 
 _LEAST_USED = 0.5
 _SECONDS_TOLD = 90.0
-"""Longer times are told in minutes [s]."""
+"""Longer times are shown in minutes [s]."""
 
 
 class Preparation:
-    """Tells what a run waits for at the first start on a machine; safe to use from several threads.
+    """Reports the progress of the first start on a machine; safe to use from several threads.
 
     How long it takes depends on what else the machine does, so it is reckoned from how far it has
     come since it was looked at first: by the units that are compiled, or before the first of them
     by the share of a processor that this process gets.
 
     Args:
-        share_ready: Tells how much of the simulation is compiled, 0 to 1.
-        clock: Tells the time [s].
-        processor_time: Tells how long this process has computed [s].
+        share_ready: Returns the share of the simulation that is compiled, 0 to 1.
+        clock: Returns the time [s].
+        processor_time: Returns the processor time of this process [s].
     """
 
     def __init__(

@@ -32,7 +32,7 @@ class RetentionService:
         runs: Where they are kept.
         studies: The studies whose recordings are among them.
         retention: What stays.
-        wait_for_recordings: Waits for some time, and tells whether what a killed service left is
+        wait_for_recordings: Waits for some time, and returns whether what a killed service left is
             recovered: only then it is known what there is.
         period: How long from one look to the next [s].
         clock: From when ages count; the wall clock as far as it is trusted if None.

@@ -65,7 +65,7 @@ class ParameterPublic(BaseModel):
 
     @classmethod
     def from_parameter(cls, parameter: Parameter) -> Self:
-        """The parameter as a client is told of it."""
+        """The parameter as clients receive it."""
         return cls.model_validate(parameter, from_attributes=True)
 
 

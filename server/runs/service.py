@@ -1,8 +1,8 @@
-"""Runs scenarios and keeps what comes out; knows no HTTP.
+"""Simulates scenarios and stores their recordings; independent of HTTP.
 
-A simulation releases the GIL in pieces, so threads suffice: a few of them, fed by a
-bounded queue, so that neither a request nor a moving slider waits behind the others
-for longer than it is told. A custom law, which may do anything, runs in another process.
+A simulation releases the GIL, so threads suffice: a few of them, fed by a bounded queue, so that
+the waiting time of a request or a moving slider is bounded. A custom law, which may run any code,
+runs in another process.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ from slipgrasp.server.settings import Settings
 MAX_UNSAVED = 100
 
 Unsaved = Description | RunUnrecordableError | StorageFullError
-"""What is told of a run without a recording."""
+"""The description of a run without a recording."""
 
 _UNRECORDABLE = (RunUnrecordableError, StorageFullError)
 
@@ -385,7 +385,7 @@ class RunService:
         return lambda: pending.is_to_stop or self._must_stop()
 
     def _settle(self, pending: PendingRun, work: Future[Ended | None]) -> None:
-        """Lets a run go to where it is looked for once it has ended, then tells who waits."""
+        """Moves a run that has ended to the finished ones, then notifies who waits."""
         if work.cancelled():
             self._forget(pending)
         elif (error := work.exception()) is not None:

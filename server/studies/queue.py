@@ -31,7 +31,7 @@ class StudyQueue:
     Args:
         store: Where studies are kept.
         settings: How many may wait, and who simulates.
-        wait_for_recordings: Waits for some time, and tells whether studies may begin.
+        wait_for_recordings: Waits for some time, and returns whether studies may begin.
     """
 
     def __init__(

@@ -48,7 +48,7 @@ class StudyService:
         store: Where studies are kept.
         settings: How much to take on.
         is_ending: Whether the service is about to end, so that nothing long goes on.
-        wait_for_recordings: Waits for some time, and tells whether all recordings that a killed
+        wait_for_recordings: Waits for some time, and returns whether all recordings that a killed
             service left are recovered: a study may be about to write one of them again.
     """
 

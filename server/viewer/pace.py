@@ -18,7 +18,7 @@ class Pace:
     would still have to be taken in.
 
     Args:
-        clock: Tells the time [s].
+        clock: Returns the time [s].
     """
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:

@@ -19,7 +19,7 @@ class Probation:
     away and comes again at once, again and again, would have all of it.
 
     Args:
-        clock: Tells the time [s].
+        clock: Returns the time [s].
     """
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:

@@ -218,7 +218,7 @@ async def _hang_up(upstream: ClientConnection) -> None:
 
 
 class _Looks:
-    """Tells viser from where a viewer looks: the latest, and not each of a hundred a second."""
+    """Sends the latest camera of a viewer to viser, not each of a hundred per second."""
 
     def __init__(self, upstream: ClientConnection) -> None:
         self._upstream = upstream
@@ -280,7 +280,7 @@ _kind_of = msgspec.msgpack.Decoder(_Kind)
 
 
 def _only_looks(content: bytes) -> bool:
-    """Whether a message tells from where a viewer looks, without which viser shows nothing."""
+    """Whether a message has the camera of a viewer, without which viser shows nothing."""
     try:
         return _kind_of.decode(content).type in _LOOKING
     except msgspec.DecodeError:
@@ -305,7 +305,7 @@ async def _close(viewer: WebSocket, code: int | None, reason: str | None) -> Non
 
 
 async def _turn_away(viewer: WebSocket, reason: str) -> None:
-    """Accepts, so that the page is told the reason, and closes."""
+    """Accepts, so that the page receives the reason, and closes."""
     offered = _viser_protocols(viewer)
     await viewer.accept(subprotocol=offered[0] if offered else None)
     await viewer.close(_TRY_AGAIN_LATER, reason)

@@ -27,7 +27,7 @@ class ViewerServer(viser.ViserServer):
     def __init__(self, label: str | None = None) -> None:
         # Its banner names the internal port, on the standard output that belongs to our URL.
         rich.get_console().quiet = True
-        # viser would take its port from there, whatever it is told.
+        # viser would take its port from there and ignore its argument.
         os.environ.pop("_VISER_PORT_OVERRIDE", None)
         _keep_every_icon()
         _log_errors_of_callbacks()

@@ -28,9 +28,9 @@ def add_scenario(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--law",
         metavar="NAME|FILE.py:Name",
-        help="use this control law for the whole run, with the settings that it is meant for, such "
-        "as composite (controller.kind below lists them), an installed one, or one of your own as "
-        "FILE.py:Name ('slipgrasp laws new' writes one); --set comes after it",
+        help="control law of the whole run, with its recommended settings: a built-in law such as "
+        "composite (controller.kind below lists them), an installed law, or a custom law as "
+        "FILE.py:Name ('slipgrasp laws new' writes one); --set takes precedence",
     )
     parser.add_argument(
         "--set",
@@ -46,7 +46,7 @@ def add_scenario(parser: argparse.ArgumentParser) -> None:
 def read_scenario(arguments: argparse.Namespace) -> Scenario:
     """The scenario that the arguments of `add_scenario` name, with what they set.
 
-    What a law brings with it, and what it knows, is told in one line on standard error.
+    One line on standard error lists the settings of the law, and what it knows.
 
     Raises:
         CommandError: If an assignment is none.

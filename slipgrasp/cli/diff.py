@@ -1,4 +1,4 @@
-"""``slipgrasp diff``: what tells two recordings apart."""
+"""``slipgrasp diff``: differences between two recordings."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ if TYPE_CHECKING:
     from slipgrasp.recordings.compare.comparison import Comparison
 
 DESCRIPTION = (
-    "Compares two recordings at the instants that both stored: parameters, phase changes, when "
-    "each column first differs by more than the tolerance, how far, and metrics. They are equal "
-    "if outcome, end, phase changes and all columns agree within the tolerance, whatever was set, "
-    "and neither states of itself what its samples do not give."
+    "Compare two recordings at the instants that both contain: parameters, phase changes, columns "
+    "(the first and the largest deviation) and metrics. Two runs are equal if outcome, end time, "
+    "phase changes and all columns agree within the tolerance, and if the metrics of each follow "
+    "from its samples. Parameters may differ."
 )
 EPILOG = "exit status: 0 equal within the tolerance, 1 different, 2 cannot be compared"
 
@@ -29,7 +29,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     """Adds the command to the parser."""
     parser = commands.add_parser(
         "diff",
-        help="tell what differs between two recordings",
+        help="compare two recordings",
         description=DESCRIPTION,
         epilog=EPILOG,
     )
@@ -42,14 +42,14 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         "--tolerance",
         metavar="T",
         type=float,
-        help="absolute difference that counts as none, in SI units (default: what the integration "
-        "may be off, by the tolerances of the runs)",
+        help="largest absolute difference of equal values, in SI units (default: the integration "
+        "error that the tolerances of the runs allow)",
     )
     parser.add_argument(
         "--figure",
         metavar="FILE",
         type=Path,
-        help="draw both runs over each other and the difference below, as .svg, .pdf or .png",
+        help="draw both runs and their difference, as .svg, .pdf or .png",
     )
     parser.add_argument("--force", action="store_true", help="replace an existing --figure file")
     add_data_directory(parser)

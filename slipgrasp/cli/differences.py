@@ -22,10 +22,10 @@ def describe_differences(comparison: Comparison, fingers: Sequence[str]) -> str:
 
     Args:
         comparison: The comparison of two runs, a and b.
-        fingers: What to call their contacts.
+        fingers: Names of their contacts.
     """
     if comparison.identical and not comparison.contradictions:
-        return "Identical: the same scenario, and not one number differs."
+        return "Identical: the same scenario, and all numbers are equal."
     blocks = [
         [_outcome(comparison), *_integration_error(comparison), _extent(comparison)],
         [f"Run {run} contradicts itself: {found}." for run, found in comparison.contradictions],
@@ -43,9 +43,9 @@ def _outcome(comparison: Comparison) -> str:
     chosen = comparison.tolerance
     tolerance = "the integration error" if chosen is None else f"{chosen:g}"
     if comparison.equal:
-        return f"Equal within {tolerance}: the same happened."
+        return f"Equal within {tolerance}."
     if comparison.identical:
-        return "Identical, but what they state of themselves is not what their samples give."
+        return "Identical samples, but metrics that do not follow from them."
     diverging = comparison.first_divergence
     if diverging:
         name, time = next(iter(diverging.items()))
@@ -55,7 +55,7 @@ def _outcome(comparison: Comparison) -> str:
 
 
 def _integration_error(comparison: Comparison) -> list[str]:
-    """What differs before anything that was set does."""
+    """Differences before the first parameter that differs takes effect."""
     error = comparison.integration_error
     if error is None:
         return []

@@ -40,7 +40,7 @@ def _listed(words: list[str], conjunction: str) -> str:
 
 
 def _described() -> Iterator[str]:
-    """What each format holds, those that hold the same together."""
+    """The content of each format; formats with the same content together."""
     for contents, formats in groupby(EXPORT_FORMATS, lambda each: each.contents):
         titles = " or ".join(each.title for each in formats if each in DATA_FORMATS)
         yield f"as {titles} ({contents})" if titles else f"as {contents}"
@@ -53,7 +53,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     parser = commands.add_parser(
         "export",
         help=f"write a recording as {_listed([each.title for each in EXPORT_FORMATS], ' or')}",
-        description=f"Writes a recording {_listed([*_described()], ', or')}. SI units.",
+        description=f"Write a recording {_listed([*_described()], ', or')}. Units are SI.",
         epilog=EPILOG,
     )
     parser.add_argument(
@@ -62,10 +62,10 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     parser.add_argument(
         "--format",
         choices=FORMATS.keys(),
-        help="format to write (default: as --output ends, csv without one)",
+        help="format to write (default: by the suffix of --output, csv without --output)",
     )
     parser.add_argument(
-        "--output", metavar="FILE", type=Path, help="where to write it, instead of standard output"
+        "--output", metavar="FILE", type=Path, help="file to write (default: standard output)"
     )
     parser.add_argument("--force", action="store_true", help="replace an existing --output file")
     parser.add_argument(
@@ -73,7 +73,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         metavar="N",
         type=_frames_per_second,
         help=f"frames per second of {names}, at most {MOST_FRAMES_PER_SECOND:g} (default: {rates})"
-        "; fewer where a run is too long for that many",
+        "; fewer for long runs",
     )
     parser.add_argument(
         "--assumptions",
@@ -89,10 +89,10 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
 
 
 def _add_clip(parser: argparse.ArgumentParser) -> None:
-    """What a moving picture shows."""
-    clip = parser.add_argument_group("of what moves, and of the chart in a still")
-    clip.add_argument("--start", metavar="T", type=float, help="from this time on [s]")
-    clip.add_argument("--end", metavar="T", type=float, help="up to this time [s]")
+    """Adds the options of animations."""
+    clip = parser.add_argument_group("animations, and the chart in a still")
+    clip.add_argument("--start", metavar="T", type=float, help="first time [s]")
+    clip.add_argument("--end", metavar="T", type=float, help="last time [s]")
     clip.add_argument(
         "--speed",
         metavar="X",
@@ -105,16 +105,18 @@ def _add_clip(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_still(parser: argparse.ArgumentParser) -> None:
-    """What a picture that stands still shows."""
-    still = parser.add_argument_group("of a still")
-    still.add_argument("--at", metavar="T", type=float, help="the instant [s] (default: the end)")
+    """Adds the options of stills."""
+    still = parser.add_argument_group("stills")
+    still.add_argument(
+        "--at", metavar="T", type=float, help="time of the still [s] (default: the end)"
+    )
     usual = Still()
     still.add_argument(
         "--size",
         metavar="WxH",
         type=_size,
         default=(usual.width, usual.height),
-        help=f"its width and height in pixels (default: {usual.width}x{usual.height})",
+        help=f"width and height in pixels (default: {usual.width}x{usual.height})",
     )
 
 

@@ -18,14 +18,14 @@ FORMATS = ("svg", "pdf", "png")
 RECORDING_SUFFIX = ".mcap"
 _SIGNALS = "signals"
 DESCRIPTION = (
-    "Draws the schematic of a scenario (the paper's Fig. 4), and of its run the tracking errors "
-    "and slips, the estimates, and the joint torques and contact forces (Fig. 5-7 for case I, "
-    "8-10 for case II), the phases of the contacts shaded; of a spatial hand instead of the "
-    "schematic the slips, each in the plane of its face."
+    "Draw the schematic of a scenario (the paper's Fig. 4), and the tracking errors and slips, the "
+    "estimates, and the joint torques and contact forces of its run (Fig. 5-7 for case I, 8-10 for "
+    "case II). Shading shows the phases of the contacts. For a spatial hand the slips in the "
+    "planes of the faces replace the schematic."
 )
 EPILOG = (
-    "Earlier figures of this command are replaced; any other file only with --force. "
-    "A run that ended early is drawn as far as it went, and the figure says how it ended. "
+    "The command replaces its earlier figures, and other files only with --force. A run that ended "
+    "early is drawn up to its end, with its outcome. "
     "exit status: 0 drawn, 2 bad input"
 )
 
@@ -47,7 +47,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         "--output",
         metavar="DIR",
         type=Path,
-        help="folder for the figures, made if missing (default: NAME-figures in this folder)",
+        help="folder for the figures, created if missing (default: NAME-figures in this folder)",
     )
     parser.add_argument(
         "--format",
@@ -66,12 +66,12 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     parser.add_argument(
         "--over",
         metavar="SOURCE",
-        help="with --signals: a second run, drawn dashed: a preset, TOML file or recording",
+        help="with --signals: a second run (preset, TOML file or recording), drawn dashed",
     )
     parser.add_argument(
-        "--time", metavar="START,END", type=_time, help="with --signals: part of the run [s]"
+        "--time", metavar="START,END", type=_time, help="with --signals: time range of the run [s]"
     )
-    parser.add_argument("--force", action="store_true", help="replace any file in the way")
+    parser.add_argument("--force", action="store_true", help="replace existing files")
     parser.set_defaults(execute=_execute)
 
 

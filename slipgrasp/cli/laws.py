@@ -19,7 +19,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     parser = commands.add_parser(
         "laws",
         help="list the control laws, or write a new one",
-        description="Lists the control laws: those built in, and those of installed packages "
+        description="List the control laws: the built-in ones, and those of installed packages "
         "(entry points of the group slipgrasp.laws).",
     )
     parser.add_argument("--json", action="store_true", help="print one JSON object")
@@ -27,10 +27,10 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     parts = parser.add_subparsers(metavar="COMMAND")
     new = parts.add_parser(
         "new",
-        help="write a law that works, and its test",
-        description="Writes a law that works, to be changed, and beside it its test.",
+        help="write an example law and its test",
+        description="Write a working example of a custom law, and its test beside it.",
     )
-    new.add_argument("file", metavar="FILE.py", type=Path, help="where to write the law")
+    new.add_argument("file", metavar="FILE.py", type=Path, help="file to write")
     new.set_defaults(execute=_write)
 
 

@@ -98,7 +98,7 @@ class _Version(argparse.Action):
 
 def _make_parser() -> argparse.ArgumentParser:
     parser = _Parser(
-        prog="slipgrasp", description="Simulates grasping with slip: see it, script it, keep it."
+        prog="slipgrasp", description="Simulate robotic grasping with slipping fingertips."
     )
     parser.add_argument("--version", action=_Version)
     commands = parser.add_subparsers(metavar="COMMAND", required=True)

@@ -21,9 +21,9 @@ if TYPE_CHECKING:
     from slipgrasp.core.study.margin import Margin, MarginError
 
 DESCRIPTION = (
-    "Finds how far one parameter can go before the object is not held any more, by simulating "
-    "both ends of a range, values between them, and then halving; keeps the recordings of the "
-    "runs on both sides of the border."
+    "Find the border of the range of a parameter in which the object is held. The command "
+    "simulates both ends of the range and values between them, then bisects, and stores the "
+    "recordings of the runs on both sides of the border."
 )
 EPILOG = (
     "exit status: 0 found, 1 held at both ends or at neither (nothing saved), 2 bad input, "
@@ -36,7 +36,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     """Adds the command to the parser."""
     parser = commands.add_parser(
         "margin",
-        help="find how far a parameter can go before the object is not held any more",
+        help="find the range of a parameter in which the object is held",
         description=DESCRIPTION,
         epilog=EPILOG,
         add_help=False,
@@ -47,7 +47,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         dest="key",
         metavar="KEY",
         required=True,
-        help="the parameter, a number, such as object.mass; fingers.*.friction for all fingers",
+        help="a numeric parameter, such as object.mass; fingers.*.friction for all fingers",
     )
     for name, dest in (("--from", "start"), ("--to", "stop")):
         parser.add_argument(
@@ -56,13 +56,13 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
             metavar="VALUE",
             type=_number,
             required=True,
-            help="one end of the range" if dest == "start" else "the other end, above or below",
+            help="one end of the range" if dest == "start" else "the other end, larger or smaller",
         )
     parser.add_argument(
         "--tolerance",
         metavar="SHARE",
         type=_number,
-        help="how near both sides of the border are to be, as a share of the range "
+        help="largest distance between both sides of the border, as a share of the range "
         "(default: 0.001)",
     )
     parser.add_argument(
@@ -71,15 +71,15 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         metavar="METRES",
         type=_number,
         default=math.inf,
-        help="an object that slips further than this on any fingertip counts as not held, "
-        "such as 0.001 (default: any slip that ends is allowed)",
+        help="slip on any fingertip above which the object counts as not held, such as 0.001 "
+        "(default: any slip that ends is allowed)",
     )
     parser.add_argument(
         "--output",
         metavar="DIR",
         type=Path,
-        help=f"folder for {HELD} and {LOST}, made if missing "
-        "(default: among the runs in the data folder)",
+        help=f"folder for {HELD} and {LOST}, created if missing "
+        "(default: new runs in the data folder)",
     )
     parser.add_argument("--force", action="store_true", help="replace these files in --output")
     parser.add_argument("--json", action="store_true", help="print the answer as one JSON object")
@@ -91,7 +91,7 @@ def _number(text: str) -> float:
     try:
         return float(text)
     except ValueError:
-        raise argparse.ArgumentTypeError(f"'{text[:20]}' is no number") from None
+        raise argparse.ArgumentTypeError(f"'{text[:20]}' is not a number") from None
 
 
 def _execute(arguments: argparse.Namespace) -> ExitStatus:
@@ -117,7 +117,7 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
                 progress=progress.update,
             )
     except MarginError as error:
-        return _tell_nothing_found(error, arguments)
+        return _report_nothing_found(error, arguments)
     recordings = [_keep(place.held, margin.held), _keep(place.lost, margin.lost)]
     if arguments.json:
         print(json.dumps({**margin.to_mapping(), "recordings": recordings}, allow_nan=False))
@@ -128,7 +128,7 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
 
 @dataclass(frozen=True, slots=True)
 class _Place:
-    """What keeps the runs on both sides, each as a function of the run that tells its path."""
+    """Functions that store the runs on both sides, and return their paths."""
 
     held: Callable[[RunResult], Path]
     lost: Callable[[RunResult], Path]
@@ -162,7 +162,7 @@ def _prepare_folder(folder: Path, force: bool) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        message = f"--output '{folder}': no folder can be made there: {error.strerror}"
+        message = f"--output '{folder}': cannot create the folder: {error.strerror}"
         raise CommandError(message) from error
 
 
@@ -174,7 +174,7 @@ def _write(result: RunResult, *, path: Path, overwrite: bool) -> Path:
 
 
 def _keep(save: Callable[[RunResult], Path], result: RunResult) -> str | None:
-    """The path of the recording; where the disk fails the answer is told all the same."""
+    """The path of the recording; if the disk fails the answer is still printed."""
     from slipgrasp.recordings.exceptions import RecordingError
 
     try:
@@ -184,7 +184,7 @@ def _keep(save: Callable[[RunResult], Path], result: RunResult) -> str | None:
         return None
 
 
-def _tell_nothing_found(error: MarginError, arguments: argparse.Namespace) -> ExitStatus:
+def _report_nothing_found(error: MarginError, arguments: argparse.Namespace) -> ExitStatus:
     complain(f"{arguments.key} is {error}")
     if arguments.json:
         document = {"key": arguments.key, **error.to_mapping(), "recordings": []}

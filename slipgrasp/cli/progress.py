@@ -22,7 +22,7 @@ BAR_WIDTH = 24
 
 
 class Progress:
-    """Tells what goes on: a line that moves in a terminal, one plain line elsewhere.
+    """Shows progress: a line that moves in a terminal, one plain line elsewhere.
 
     Nothing is printed if it is over within a second.
 

@@ -17,9 +17,9 @@ if TYPE_CHECKING:
     from slipgrasp.recordings.study.retention import Expired, Retention
 
 DESCRIPTION = (
-    "Lists the stored runs that may go by the rules given, and with --delete deletes them. Runs "
-    "with a name, a tag or notes stay, and so do results of studies, and recordings of a study "
-    "that is not finished; those of a finished one can be made again from its results."
+    "List the stored runs that the given rules do not retain; with --delete, delete them. Runs "
+    "with a name, a tag or notes, results of studies, and recordings of unfinished studies are "
+    "always retained. Recordings of a finished study can be computed again from its results."
 )
 MAX_DAYS = 36_500.0
 
@@ -30,7 +30,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         "prune", help="list old runs, or delete them", description=DESCRIPTION
     )
     add_retention(parser)
-    parser.add_argument("--delete", action="store_true", help="delete what is listed, for good")
+    parser.add_argument("--delete", action="store_true", help="delete the listed runs permanently")
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     add_data_directory(parser)
     parser.set_defaults(execute=_execute)
@@ -42,16 +42,16 @@ def add_retention(parser: argparse.ArgumentParser) -> None:
         "--keep-days",
         metavar="DAYS",
         type=_days,
-        help="keep runs that nobody has named, tagged or written notes about for so long",
+        help="retain runs without a name, a tag or notes for this many days",
     )
     parser.add_argument(
-        "--keep-runs", metavar="N", type=_count, help="keep so many of them, the newest"
+        "--keep-runs", metavar="N", type=_count, help="retain this many of them, the newest"
     )
     parser.add_argument(
         "--keep-size",
         metavar="SIZE",
         type=parse_size,
-        help="keep so much of them, such as 5GB, the newest",
+        help="retain the newest of them up to this total size, such as 5GB",
     )
 
 
@@ -74,14 +74,16 @@ def _days(text: str) -> float:
         days = math.nan
     if not 0.0 <= days <= MAX_DAYS:
         raise argparse.ArgumentTypeError(
-            f"'{text[:20]}' is no number of days; allowed: 0 … {MAX_DAYS:.0f}"
+            f"'{text[:20]}' is not a number of days; allowed: 0 … {MAX_DAYS:.0f}"
         )
     return days
 
 
 def _count(text: str) -> int:
     if not (text.isascii() and text.isdecimal() and len(text) <= 9):
-        raise argparse.ArgumentTypeError(f"'{text[:20]}' is no number of runs; allowed: 0 and more")
+        raise argparse.ArgumentTypeError(
+            f"'{text[:20]}' is not a number of runs; allowed: 0 and more"
+        )
     return int(text)
 
 
@@ -111,12 +113,12 @@ def _words(expired: list[Expired], deleted: bool) -> str:
     ]
     size = sum(each.run.size for each in expired) / 1e6
     amount = f"{len(expired)} runs, {size:.2f} MB"
-    told = f"{amount} deleted" if deleted else f"{amount} would go; --delete deletes them"
-    return "\n".join([*lines, told if expired else "no run goes by these rules"])
+    total = f"{amount} deleted" if deleted else f"{amount} to delete; use --delete"
+    return "\n".join([*lines, total if expired else "no runs to delete"])
 
 
 def _unknowns(run: StoredRun) -> str:
-    """What its controller did not know; nothing of a run that cannot be read."""
+    """Parameters unknown to its controller; empty if the run cannot be read."""
     from slipgrasp.core.words.knowledge_words import list_unknowns
 
     return f"  ({list_unknowns(run.summary['unknowns'])})" if run.summary else ""

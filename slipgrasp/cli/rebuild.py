@@ -16,12 +16,10 @@ if TYPE_CHECKING:
     from slipgrasp.recordings.study.study_row import StudyRow
 
 DESCRIPTION = (
-    "Simulates a run of a study again, checks it against the hash that the study holds of it, and "
-    "keeps it as a recording like any other."
+    "Simulate one run of a study again, check it against the hash in the study, and store it as a "
+    "recording."
 )
-EPILOG = (
-    "exit status: 0 the same, and kept, 1 it does not come out again (nothing saved), 2 bad input"
-)
+EPILOG = "exit status: 0 equal, and stored, 1 different from the study (nothing saved), 2 bad input"
 
 
 def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -35,20 +33,20 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     parser.add_argument(
         "study",
         metavar="STUDY.mcap|ID",
-        help="the file of the study, finished or not (.part), or the id of a stored one",
+        help="the file of a study, finished or not (.part), or the id of a stored study",
     )
-    parser.add_argument("index", metavar="INDEX", type=_index, help="the run, counted from 0")
+    parser.add_argument("index", metavar="INDEX", type=_index, help="index of the run, from 0")
     parser.add_argument(
         "--output",
         metavar="FILE.mcap",
         type=Path,
-        help="where to write the recording (default: among the runs in the data folder)",
+        help="file to write (default: a new run in the data folder)",
     )
     parser.add_argument("--force", action="store_true", help="replace an existing --output file")
     parser.add_argument(
         "--law",
         metavar="FILE.py:Name",
-        help="a custom law that the study names, from this file; installed ones are found",
+        help="load the study's custom law from this file; installed laws are found without it",
     )
     add_data_directory(parser)
     parser.set_defaults(execute=_execute)

@@ -9,8 +9,8 @@ from slipgrasp.cli.progress import Progress
 from slipgrasp.cli.status import ExitStatus
 
 DESCRIPTION = (
-    "Writes what a damaged or unfinished recording holds, up to its first missing or damaged "
-    "byte, as a whole recording of outcome 'recovered'. The original stays as it is."
+    "Copy the content of a damaged or unfinished recording, up to its first missing or damaged "
+    "byte, to a complete recording with the outcome 'recovered'. The original is not changed."
 )
 EPILOG = "exit status: 0 recovered, 2 nothing to recover"
 
@@ -19,7 +19,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     """Adds the command to the parser."""
     parser = commands.add_parser(
         "recover",
-        help="keep what is left of a damaged recording",
+        help="recover the content of a damaged recording",
         description=DESCRIPTION,
         epilog=EPILOG,
     )
@@ -28,7 +28,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         "--output",
         metavar="FILE.mcap",
         type=Path,
-        help="where to write what is left (default: NAME.mcap for NAME.mcap.part, "
+        help="file to write (default: NAME.mcap for NAME.mcap.part, "
         "NAME.recovered.mcap for NAME.mcap)",
     )
     parser.add_argument("--force", action="store_true", help="replace an existing --output file")

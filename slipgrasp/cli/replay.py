@@ -26,15 +26,15 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     parser = commands.add_parser(
         "replay",
         help="open a recording in the dashboard",
-        description="Serves the dashboard to this machine until interrupted; it opens on a "
-        "recording and computes nothing until a control is moved. The first line of standard "
+        description="Open a recording in the dashboard, and serve it to this machine until "
+        "interrupted. Nothing is simulated until a control is moved. The first line of standard "
         "output is the URL.",
     )
     parser.add_argument(
         "recording",
         metavar="FILE.mcap|ID",
         help="the recording, or the id of a stored run; a file that is still being written is "
-        "shown as far as it goes",
+        "shown up to its last sample",
     )
     add_port(parser, default=0)
     add_network(parser)

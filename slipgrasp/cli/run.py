@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from slipgrasp.core.run.trying import TriedHint
     from slipgrasp.core.scenario import Scenario
 
-DESCRIPTION = "Simulates a scenario, keeps the recording and tells what happened."
+DESCRIPTION = "Simulate a scenario, store the recording, and print the outcome."
 MAX_DISPLAY_RATE = 1000.0
 TRYING_LIMIT = 5.0  # [s]; what may help is tried within a second on most machines
 STATUSES = (
@@ -34,21 +34,19 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     """Adds the command to the parser."""
     parser = commands.add_parser(
         "run",
-        help="simulate a scenario and keep the recording",
+        help="simulate a scenario and store the recording",
         description=DESCRIPTION,
         epilog=STATUSES,
         add_help=False,
     )
     add_scenario(parser)
-    parser.add_argument(
-        "--output", metavar="FILE.mcap", type=Path, help="where to write the recording"
-    )
+    parser.add_argument("--output", metavar="FILE.mcap", type=Path, help="file to write")
     parser.add_argument("--force", action="store_true", help="replace an existing --output file")
     parser.add_argument(
         "--display-rate",
         metavar="HZ",
         type=_display_rate,
-        help="how often the recording shows hand and object to Foxglove and Rerun, "
+        help="rate of the hand and object in the recording for Foxglove and Rerun, "
         f"0 for never (default: 50, at most {MAX_DISPLAY_RATE:g})",
     )
     parser.add_argument("--json", action="store_true", help="print the result as one JSON object")
@@ -63,7 +61,7 @@ def _display_rate(text: str) -> float:
         rate = -1.0
     if not 0.0 <= rate <= MAX_DISPLAY_RATE:
         limit = f"0 … {MAX_DISPLAY_RATE:g} Hz"
-        raise argparse.ArgumentTypeError(f"'{text[:20]}' is no display rate; allowed: {limit}")
+        raise argparse.ArgumentTypeError(f"'{text[:20]}' is not a display rate; allowed: {limit}")
     return rate
 
 
@@ -134,7 +132,7 @@ def _check_output(output: Path, force: bool) -> None:
 def _simulate(
     scenario: Scenario, place: _Place, display_rate: float | None
 ) -> tuple[RunResult, Path | None]:
-    """Simulates and records; where the disk fails the result is still told, with a warning."""
+    """Simulates and records; if the disk fails the result is still printed, with a warning."""
     from slipgrasp.recordings.file.foxglove import DISPLAY_RATE
     from slipgrasp.recordings.file.recorder import record
 

@@ -34,9 +34,9 @@ class HelpWithParameters(argparse.Action):
 
         print(parser.format_help())
         planar = template_keys()
-        print("parameters for --set, list items by index from 0:\n")
+        print("parameters for --set (indices of lists start at 0):\n")
         _print_parameters(planar)
-        print("\nparameters of a spatial hand that are not as above:\n")
+        print("\nparameters of spatial hands that differ from these:\n")
         spatial = template_keys(SPATIAL).items()
         _print_parameters({key: new for key, new in spatial if planar.get(key) != new})
         parser.exit()
@@ -49,10 +49,10 @@ def _print_parameters(parameters: Mapping[str, Parameter]) -> None:
 
 def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Adds the command to the parser."""
-    description = "Lists the presets, shows one of them, or writes a new scenario."
+    description = "List the presets, print one of them, or write a new scenario."
     parser = commands.add_parser(
         "scenarios",
-        help="list or show the presets, or start a new scenario",
+        help="list or print the presets, or write a new scenario",
         description=description,
     )
     parser.set_defaults(execute=_list)
@@ -60,7 +60,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     show = parts.add_parser(
         "show",
         help="print a scenario as TOML",
-        description="Prints a scenario as a TOML file that 'slipgrasp run' takes.",
+        description="Print a scenario as a TOML file for 'slipgrasp run'.",
     )
     show.add_argument("scenario", metavar="NAME", help="name of a preset, or a TOML file")
     show.set_defaults(execute=_show)
@@ -68,7 +68,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     parameters = parts.add_parser(
         "parameters",
         help="list the parameters of a scenario",
-        description="Lists every parameter of a scenario: key, value, allowed values, meaning.",
+        description="List the parameters of a scenario: key, value, allowed values and meaning.",
     )
     parameters.add_argument(
         "scenario", metavar="NAME", nargs="?", help="name of a preset, or a TOML file"
@@ -80,10 +80,10 @@ def _add_new(parts: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
     new = parts.add_parser(
         "new",
         help="write a scenario to start from",
-        description="Writes a scenario that runs, as TOML with a comment for each parameter: "
+        description="Write a valid scenario as TOML, with a comment for each parameter: "
         "meaning, unit and limits.",
     )
-    new.add_argument("file", metavar="FILE.toml", type=Path, help="where to write it")
+    new.add_argument("file", metavar="FILE.toml", type=Path, help="file to write")
     new.add_argument(
         "--from",
         dest="preset",

@@ -23,7 +23,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     parser = commands.add_parser(
         "serve",
         help="serve the dashboard",
-        description="Serves the dashboard at / and the REST interface at /api/v1 to this machine "
+        description="Serve the dashboard at / and the REST interface at /api/v1 to this machine "
         "until interrupted. The first line of standard output is the URL.",
     )
     add_port(parser)
@@ -40,8 +40,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         metavar="NAME|FILE.py:Name",
         action="append",
         default=[],
-        help="offer this law of your own, too; may be repeated. Requests name laws that are "
-        "offered, and can bring no others",
+        help="offer this custom law; may be repeated. Clients can choose only offered laws",
     )
     parser.set_defaults(execute=_execute)
 

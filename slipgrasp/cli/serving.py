@@ -40,7 +40,7 @@ def add_port(parser: argparse.ArgumentParser, default: int = DEFAULT_PORT) -> No
         metavar="N",
         type=_port,
         default=default,
-        help=f"port to listen on, 0 takes any free one (default: {default})",
+        help=f"port to listen on, 0 for any free port (default: {default})",
     )
 
 
@@ -50,8 +50,8 @@ def add_network(parser: argparse.ArgumentParser) -> None:
         "--host",
         metavar="ADDRESS",
         default=HOST,
-        help="address to listen on; beyond this machine everybody needs the token of the printed "
-        f"link, or that of SLIPGRASP_TOKEN (default: {HOST})",
+        help="address to listen on; beyond this machine everybody needs the token in the printed "
+        f"link, or in SLIPGRASP_TOKEN (default: {HOST})",
     )
     parser.add_argument(
         "--public-url",
@@ -60,16 +60,16 @@ def add_network(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         type=lambda text: text.rstrip("/"),
-        help="where the dashboard is reached besides, such as https://grasp.example behind a "
-        "proxy; may be repeated; then everybody needs the token",
+        help="another URL of the dashboard, such as https://grasp.example behind a proxy; may be "
+        "repeated; everybody then needs the token",
     )
     parser.add_argument(
         "--root-path",
         metavar="PATH",
         default="",
         type=lambda text: text.rstrip("/"),
-        help="path at which a proxy shows the server, such as /slipgrasp; it may take it away or "
-        "leave it; then everybody needs the token",
+        help="path of the server behind a proxy, such as /slipgrasp; the proxy may remove it from "
+        "requests; everybody then needs the token",
     )
     parser.add_argument(
         "--require-token",
@@ -89,13 +89,12 @@ def _port(text: str) -> int:
 def add_limits(parser: argparse.ArgumentParser) -> None:
     """Adds ``--quota``, ``--min-free`` and ``--memory``."""
     for name, what in (
-        ("--quota", "how much the recordings may take, such as 5GB; then no run is begun"),
-        ("--min-free", "how much must stay free on their disk, such as 500MB; likewise"),
+        ("--quota", "total size of the recordings, such as 5GB, above which no run starts"),
+        ("--min-free", "free space on their disk, such as 500MB, below which no run starts"),
         (
             "--memory",
-            "how much memory runs, recordings, figures and pages may take together, such as 2GB, "
-            "beside about 200MB of the server itself (default: 600MB, or half of the machine if "
-            "that is less)",
+            "memory for runs, recordings, figures and pages together, such as 2GB, in addition to "
+            "about 200MB for the server (default: 600MB, or half of the memory if that is less)",
         ),
     ):
         parser.add_argument(name, metavar="SIZE", type=parse_size, help=what)
@@ -107,7 +106,7 @@ def add_log_format(parser: argparse.ArgumentParser) -> None:
         "--log-format",
         choices=("text", "json"),
         default="text",
-        help="what standard error gets: words, or a JSON object for each event and nothing else "
+        help="format of the log on standard error: lines of text, or one JSON object per event "
         "(default: text)",
     )
 
@@ -127,8 +126,8 @@ def add_executor(parser: argparse.ArgumentParser) -> None:
         "--executor",
         metavar="WHERE",
         default=DEFAULT_EXECUTOR,
-        help="where the runs of studies are simulated: processes (default), inline, dask (a "
-        "cluster on this machine) or dask://HOST:PORT",
+        help="where to simulate the runs of studies: processes (default), inline, dask (a cluster "
+        "on this machine) or dask://HOST:PORT (an existing scheduler)",
     )
 
 
@@ -152,7 +151,7 @@ def serve_dashboard(
         arguments: What `add_port`, `add_network`, `add_limits` and `add_log_format` have added.
         folder: Folder of the recordings.
         first: The recording that the dashboard opens on; a run of its own if None.
-        others: What else the server is told, as `slipgrasp.server.settings.Settings` takes it.
+        others: Further settings, as `slipgrasp.server.settings.Settings` takes them.
 
     Raises:
         CommandError: If the port cannot be had.
@@ -168,7 +167,7 @@ def serve_dashboard(
 
     give_back_freed_memory()
     sys.setswitchinterval(SWITCH_SECONDS)
-    # What it is told about an executor, it is told before anything has started.
+    # A wrong executor is reported before anything has started.
     make_executor(others.get("study_executor", DEFAULT_EXECUTOR)).close()
     store_in(folder).prepare()
     if first is None:

@@ -25,14 +25,13 @@ MAX_WORKERS = 1024
 REMOTE = "dask://"
 CHECKED_BY_ESTIMATE = 10_000
 DESCRIPTION = (
-    "Simulates every run of a study (docs/studies.md) and keeps it as one file, study.mcap, with "
-    "a table of the results, results.csv, and where two parameters vary in numbers a map of where "
-    "the object is held, map.svg and map.png. A study that was interrupted or killed is continued "
-    "by the same command."
+    "Simulate the runs of a study (docs/studies.md), and store them in one file, study.mcap, with "
+    "a table of the results, results.csv. If two numeric parameters vary, map.svg and map.png show "
+    "where the object is held. The same command continues a study that was interrupted."
 )
 EPILOG = (
-    "exit status: 0 every run has an outcome, whatever it is, 2 bad input, 4 cancelled or the disk "
-    "failed (the runs done are kept)"
+    "exit status: 0 every run has an outcome, 2 bad input, 4 cancelled or the disk failed "
+    "(finished runs are stored)"
 )
 
 
@@ -40,35 +39,35 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     """Adds the command to the parser."""
     parser = commands.add_parser(
         "study",
-        help="simulate many runs, tabulate them and draw where they hold",
+        help="simulate many runs, and tabulate and map their outcomes",
         description=DESCRIPTION,
         epilog=EPILOG,
     )
-    parser.add_argument("study", metavar="FILE.toml", type=Path, help="what varies, and how")
+    parser.add_argument("study", metavar="FILE.toml", type=Path, help="definition of the study")
     parser.add_argument(
         "--output",
         metavar="DIR",
         type=Path,
-        help="folder for the results, made if missing "
+        help="folder for the results, created if missing "
         "(default: a new one in the folder 'study-results' of the data folder)",
     )
     parser.add_argument(
         "--executor",
         metavar="WHERE",
         default="processes",
-        help="where the runs are simulated: processes (default), inline, dask (a cluster on this "
-        "machine), or dask://HOST:PORT (that of a scheduler)",
+        help="where to simulate the runs: processes (default), inline, dask (a cluster on this "
+        "machine), or dask://HOST:PORT (an existing scheduler)",
     )
     parser.add_argument(
         "--workers",
         metavar="N",
         type=_workers,
-        help="how many processes (default: one per processor)",
+        help="number of processes (default: one per processor)",
     )
     parser.add_argument(
         "--estimate",
         action="store_true",
-        help="only tell how many runs there are and what they will take",
+        help="only print the number of runs and their estimated cost",
     )
     parser.add_argument(
         "--force", action="store_true", help="replace the study or other files in --output"
@@ -82,7 +81,9 @@ def _workers(text: str) -> int:
     count = int(text) if text.isascii() and text.isdigit() and len(text) < 6 else 0
     if not 1 <= count <= MAX_WORKERS:
         limit = f"1 … {MAX_WORKERS}"
-        raise argparse.ArgumentTypeError(f"'{text[:20]}' is no number of workers; allowed: {limit}")
+        raise argparse.ArgumentTypeError(
+            f"'{text[:20]}' is not a number of workers; allowed: {limit}"
+        )
     return count
 
 

@@ -68,7 +68,7 @@ class StudyFolder:
             with atomic_file(path, overwrite=True, part_suffix=COPY_SUFFIX) as stream:
                 stream.write(run.recording.data)
         except (OSError, RecordingError):
-            return None  # how many there are is told in the end
+            return None  # their number is printed at the end
         return run_id
 
     def save_results(self, results: StudyResults, *, with_maps: bool) -> dict[str, Any]:

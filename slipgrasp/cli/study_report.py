@@ -25,8 +25,8 @@ def report(results: StudyResults, seconds: float, saved: dict[str, Any], message
     Args:
         results: The results.
         seconds: How long the runs took [s].
-        saved: What was saved: name to path, or to several.
-        message: What else is to be said of the study.
+        saved: Saved files: path, or paths, by name.
+        message: A further paragraph.
     """
     from slipgrasp.core.study.knowledge import describe_knowledge_in
 
@@ -46,10 +46,10 @@ def _outcome(results: StudyResults, seconds: float) -> list[str]:
     summary = results.summary()
     done = f"{summary.finished} of {summary.runs}" if summary.finished < summary.runs else "All"
     runs = "runs" if done != "All" else f"{summary.runs} runs"
-    told = summary.finished - summary.too_short
+    known = summary.finished - summary.too_short
     lines = [
         f"{done} {runs} done, in {duration_words(seconds)}; "
-        f"{summary.held} held the object ({_percent(summary.held, told)})."
+        f"{summary.held} held the object ({_percent(summary.held, known)})."
     ]
     if summary.too_short:
         lines.append(
@@ -107,7 +107,7 @@ def _value(value: Any) -> str:
 
 
 def _table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
-    """Columns as wide as they must be, those of numbers to the right."""
+    """A table with aligned columns, numbers to the right."""
     if not rows:
         return []
     widths = [max(map(len, column)) for column in zip(heads, *rows, strict=True)]
@@ -138,7 +138,7 @@ def _percent(part: int, whole: int) -> str:
 
 
 def duration_words(seconds: float) -> str:
-    """A time as people say it: ``40 s``, ``12 min``, ``3.5 h``, ``2.1 days``."""
+    """A time in words: ``40 s``, ``12 min``, ``3.5 h``, ``2.1 days``."""
     if seconds < 100.0:
         return f"{seconds:.2g} s" if seconds < 10.0 else f"{seconds:.0f} s"
     if seconds < 6000.0:
@@ -147,7 +147,7 @@ def duration_words(seconds: float) -> str:
 
 
 def size_words(num_bytes: int) -> str:
-    """A size as people say it: ``4.2 MB``."""
+    """A size in words: ``4.2 MB``."""
     for unit, factor in (("TB", 10**12), ("GB", 10**9), ("MB", 10**6)):
         if num_bytes >= factor:
             return f"{num_bytes / factor:.3g} {unit}"
@@ -155,17 +155,17 @@ def size_words(num_bytes: int) -> str:
 
 
 WINDOW = 200
-"""The rate is that of the last so many pieces of news."""
+"""Number of updates over which the rate is computed."""
 
 NEWS_PERIOD = 0.1
 
 
 class StudyProgress:
-    """Tells how a study gets on.
+    """Reports the progress of a study.
 
     Args:
-        progress: The line that is shown.
-        num_runs: How many runs there are.
+        progress: The line of progress.
+        num_runs: Number of runs.
     """
 
     def __init__(self, progress: Progress, num_runs: int) -> None:
@@ -174,7 +174,7 @@ class StudyProgress:
         self._news: deque[tuple[float, int]] = deque(maxlen=WINDOW)
 
     def note(self, results: StudyResults, row: StudyRow) -> None:
-        """Takes a row into the results, and tells."""
+        """Appends a row to the results, and shows the progress."""
         results.append(row)
         now = time.monotonic()
         if not self._news:

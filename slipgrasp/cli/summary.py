@@ -21,13 +21,13 @@ def summarize(result: RunResult, recording: Path | None, tried: TriedHint | None
     Args:
         result: The run.
         recording: Its file; None if it could not be written.
-        tried: What came of trying what may help; None if nobody tried.
+        tried: The hint after trying it; None if it was not tried.
     """
     lines = [
         result.name,
         *_titled(title_of(result)),
         "",
-        *_told(result, tried),
+        *_sentences(result, tried),
         "",
         *_contacts(result),
         *_errors(result),
@@ -42,8 +42,8 @@ def _titled(title: str) -> list[str]:
     return [title] if title else []
 
 
-def _told(result: RunResult, tried: TriedHint | None) -> Iterator[str]:
-    """How it went, in the words of the page."""
+def _sentences(result: RunResult, tried: TriedHint | None) -> Iterator[str]:
+    """The outcome in the words of the dashboard."""
     words, end = describe_run(result), f"at {result.end_time:.4g} s"
     completed = result.outcome is Outcome.COMPLETED
     word = result.outcome.value.replace("_", " ")

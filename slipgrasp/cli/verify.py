@@ -16,13 +16,14 @@ if TYPE_CHECKING:
 
 MOST_NAMES = 6
 DESCRIPTION = (
-    "Simulates the scenario of a recording again and compares. Recorded by the same version of "
-    "the numerics, on any machine, every bit must agree; by another, columns within 1e-8 until "
-    "the first phase change after the start, the order of phase changes, and their times within "
-    "1e-6 s. Of a law that is not built in the recorded commands are taken, so that it need not be "
-    "here. A run that was cut short is compared as far as it was recorded."
+    "Simulate the scenario of a recording again, and compare. With the same version of the "
+    "numerics every bit must agree, on any machine. With another version the columns must agree "
+    "within 1e-8 until the first phase change after the start, the order of the phase changes must "
+    "be the same, and their times must agree within 1e-6 s. For custom laws the recorded commands "
+    "are used, so that the law is not needed. A run that was cut short is compared up to its last "
+    "sample."
 )
-EPILOG = "exit status: 0 the same, 1 it differs, 2 it cannot be read or simulated"
+EPILOG = "exit status: 0 equal, 1 different, 2 cannot be read or simulated"
 
 
 def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -41,13 +42,13 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         metavar="FILE.py:Name",
         nargs="?",
         const="",
-        help="run the code of a custom law as well, from this file or, without a name, as "
-        "installed; else its recorded commands are taken",
+        help="also run the code of the custom law, from this file or, without a value, as "
+        "installed (default: use its recorded commands)",
     )
     parser.add_argument(
         "--hash",
         action="store_true",
-        help="also print the SHA-256 of the recorded run, which `run --json` prints as well",
+        help="also print the SHA-256 of the recorded run, as `run --json` does",
     )
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     add_data_directory(parser)
@@ -89,17 +90,17 @@ def _lines(found: Verification) -> list[str]:
 
 def _outcome(found: Verification) -> str:
     if found.same:
-        return "The same: the recording holds what its scenario gives when simulated again."
+        return "Equal: simulating the scenario again reproduces the recording."
     if not found.mismatches:
-        return "Altered: it holds what its scenario gives, but not what was written into it."
+        return "Altered: the samples match the scenario, but the file was changed after writing."
     first = found.mismatches[0]
     if len(found.mismatches) == 1 and first.what == "law":
-        return "It differs: another version of its law ran, and gave the same samples."
+        return "Different: another version of the law ran, with the same samples."
     when = "" if first.time is None else f" at {first.time:.9g} s"
     said = f"{_value(first.recorded)} recorded, {_value(first.computed)} computed"
     others = [mismatch.what for mismatch in found.mismatches[1:]]
     more = "" if not others else f"; then {_some(others)}"
-    return f"It differs: {first.what}{when}: {said}{more}."
+    return f"Different: {first.what}{when}: {said}{more}."
 
 
 def _some(names: list[str]) -> str:
@@ -110,22 +111,22 @@ def _some(names: list[str]) -> str:
 def _altered(found: Verification) -> list[str]:
     if found.unaltered:
         return []
-    return ["Its samples or documents do not fit the hash that was written with them."]
+    return ["The samples or documents do not match the hash in the file."]
 
 
 def _rule(found: Verification) -> str:
     recorded, present = found.recorded, found.present
     if found.bit_for_bit:
         earlier = "" if recorded.kernel == present.kernel else f", earlier {recorded.kernel}"
-        return f"Compared bit for bit: the same numerics computed it ({present.kernel}{earlier})."
+        return f"Compared bit for bit: the numerics are the same ({present.kernel}{earlier})."
     was = f"{recorded.program} ({recorded.kernel or 'machine code not recorded'})"
     rule = (
-        f"Compared within the tolerance: version {was} recorded it, "
+        f"Compared within the tolerance: recorded by version {was}, "
         f"this is {present.program} ({present.kernel})."
     )
     if recorded.is_portable:
         return rule
-    return f"{rule} Recordings before format 5 promise equal bits to one machine code only."
+    return f"{rule} Before format 5, bits are equal only for the same machine code."
 
 
 def _law(found: Verification) -> list[str]:
@@ -150,7 +151,7 @@ def _extent(found: Verification) -> str:
     samples = f"{found.num_samples} samples up to {found.end_time:.6g} s"
     if found.whole:
         return f"Compared the whole run, {samples}."
-    return f"It was cut short and is compared as far as it was recorded, {samples}."
+    return f"Compared the recorded part of a run that was cut short, {samples}."
 
 
 def _value(value: Any) -> str:

@@ -131,9 +131,9 @@ ENDS = ("--from", "1", "--to", "5")
         ((*CASE, "--from", "1", "--to", "1e9"), "allowed: 0.001 … 1000 kg"),
         ((*CASE, "--from", "1", "--to", "inf"), "give two finite numbers"),
         ((*CASE, "--from", "1", "--to", "1"), "give two different values"),
-        ((*CASE, "--from", "light", "--to", "1"), "'light' is no number"),
+        ((*CASE, "--from", "light", "--to", "1"), "'light' is not a number"),
         ((*CASE, "--from", "1"), "--to"),
-        ((*MARGIN, "--output", "/proc/nothing/here"), "no folder can be made there"),
+        ((*MARGIN, "--output", "/proc/nothing/here"), "cannot create the folder"),
     ],
 )
 def test_bad_input_exits_with_2_in_one_clear_line_and_saves_nothing(slipgrasp, arguments, message):

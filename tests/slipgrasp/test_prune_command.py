@@ -26,16 +26,16 @@ def test_what_would_go_is_listed_and_only_deleted_on_request(slipgrasp):
     assert all(run["unknowns"] and run["told"] is False for run in told["runs"])
     assert told["deleted"] and [run["id"] for run in told["runs"]] == [ids[1], ids[0]]
     assert [path.stem for path in slipgrasp.data.glob("*.mcap")] == [ids[2]]
-    assert "no run goes" in slipgrasp("prune", "--keep-runs", 1).stdout
+    assert "no runs to delete" in slipgrasp("prune", "--keep-runs", 1).stdout
 
 
 @pytest.mark.parametrize(
     ("arguments", "reason"),
     [
         ((), "prune needs a rule"),
-        (("--keep-days", "-1"), "no number of days"),
-        (("--keep-days", "nan"), "no number of days"),
-        (("--keep-runs", "1.5"), "no number of runs"),
+        (("--keep-days", "-1"), "not a number of days"),
+        (("--keep-days", "nan"), "not a number of days"),
+        (("--keep-runs", "1.5"), "not a number of runs"),
         (("--keep-size", "much"), "is not a size"),
     ],
 )

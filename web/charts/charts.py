@@ -25,7 +25,7 @@ Values = NDArray[np.float64]
 LEAST_LENGTH = 0.01
 """Smaller slips, speeds and errors look like nothing [mm], [mm/s], [mrad]."""
 _SMALL = 0.1
-"""Smaller estimates are told in thousandths of their unit."""
+"""Smaller estimates are shown in thousandths of their unit."""
 # Of errors of the attitude: what the sentence says of them; key, label and colour of each.
 _TURNS = {
     PLANAR: ("", (("theta", "θ", 2),)),
@@ -307,7 +307,7 @@ def diagnostic_charts(result: RunResult) -> tuple[Chart, ...]:
     return tuple(
         Chart(
             f"law-{each.name.replace('_', '-')}",
-            f"{key_words(each.name, ()).capitalize()}, as the law tells",
+            f"{key_words(each.name, ()).capitalize()}, as the law reports it",
             each.unit,
             each.text,
             (Line("value", each.name, FINGERS[k % len(FINGERS)], result.trace.diagnostics[:, k]),),

@@ -105,7 +105,7 @@ def rows_to_draw(
 
     Where there are more than a chart can show, each bucket of rows keeps the lowest and
     the highest value of every line, and every row at an event stays: but for a run that
-    chatters, whose thousands of events no chart could tell apart.
+    chatters, whose thousands of events no chart can resolve.
 
     Args:
         trace: The run.

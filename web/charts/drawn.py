@@ -101,7 +101,7 @@ class DrawnChart:
 
     @cached_property
     def flat_range(self) -> tuple[float, float] | None:
-        """What a chart shows whose lines differ by less than its labels tell; None if they do more.
+        """A note for a chart whose lines differ by less than its labels show; None for others.
 
         Left to itself the page would divide what is but rounding, or fail at it.
         """
@@ -173,7 +173,7 @@ def remarks_on(charts: Sequence[DrawnChart]) -> Iterator[str]:
 def _words_upon(drawn: DrawnChart) -> Iterator[str]:
     """Which lines hide others, each once, unless all of them are nothing.
 
-    Lines of one label, such as what is true of several estimates, tell the same.
+    Lines of one label, such as true values of several estimates, count as one.
     """
     lines, told = drawn.own.chart.lines, set[int]()
     if drawn.scale > drawn.chart.least:

@@ -43,7 +43,7 @@ def write_html(
     Args:
         result: The run.
         stream: Where the file goes.
-        progress: Told the share that is done, from 0 to 1.
+        progress: Called with the share that is done, from 0 to 1.
         fps: Frames per second, at most; see `MAX_FRAMES`.
         clip: Time range and speed.
 

@@ -31,7 +31,7 @@ from slipgrasp.web.model.ticks import ticks_of
 from slipgrasp.web.page.markup import click_attribute
 
 MOST_CELLS = 2500
-"""More could neither be told apart nor clicked, and would slow the page down."""
+"""More could be neither distinguished nor clicked, and would slow the page down."""
 MOST_POINTS = 1500
 
 _RADIUS = 9
@@ -119,7 +119,7 @@ def _diagonal(x: MapAxis, y: MapAxis) -> tuple[tuple[float, float], tuple[float,
 
 
 def _note(names: ParameterNames, hidden: list[str]) -> str:
-    return f"Not told apart here: {', '.join(map(names.words, hidden))}." if hidden else ""
+    return f"Not distinguished here: {', '.join(map(names.words, hidden))}." if hidden else ""
 
 
 class _Telling:

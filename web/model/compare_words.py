@@ -92,7 +92,7 @@ def value_words(value: Any) -> str:
 
 
 def metric_words(name: str) -> tuple[str, str]:
-    """What a metric is called, and its SI unit; one per coordinate is told of elsewhere.
+    """The name of a metric, and its SI unit; metrics per coordinate are named elsewhere.
 
     Args:
         name: Field of `slipgrasp.core.run.metrics.Metrics`, ``outcome`` or ``end_time``.

@@ -95,7 +95,7 @@ def _own_edits(draft: Draft) -> Mapping[str, Value]:
 
 
 def _is_of_law(draft: Draft) -> Callable[[TimedEdit], bool]:
-    """Tells whether a timed change is one of the law, or of what was set with it at that time."""
+    """Whether a timed change sets the law, or a parameter that was set with it then."""
     times = {each.time for each in draft.changes if each.key == LAW}
     keys = {LAW, *law_keys(draft.base)}
     return lambda change: change.time in times and change.key in keys

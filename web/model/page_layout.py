@@ -108,7 +108,7 @@ def panel_sizes(width: int, height: int, *, lecture: bool = False) -> PanelSizes
 
 
 def guess_layout(width: int, height: int) -> PageLayout:
-    """What a page will measure, as far as its first picture tells.
+    """An estimate of a page's measurements from its first picture.
 
     Args:
         width: Width of the picture [px]; on a fine screen more than the page has pixels.

@@ -30,7 +30,7 @@ def with_ghost(view: ViewState, recording: Replay, ticket: int) -> ViewState:
     Args:
         view: What is on the screen.
         recording: The recording.
-        ticket: Tells it from every other run of the session.
+        ticket: Identifies it among the runs of the session.
     """
     ghost = Ghost(Shown(ticket, recording.result, 0.0, recording), recording.name, is_chosen=True)
     view = replace(view, ghost=ghost, comparing=Comparing())

@@ -69,7 +69,7 @@ class RunList:
         runs: Those of this page.
         wanted: Which runs are listed.
         chosen_id: The run that the user has chosen, empty if none.
-        chosen: What is told of it, as soon as that is known.
+        chosen: Its description, once known.
         recent: The newest runs, whatever is listed.
         notice: Why the latest request was not done, if so.
     """

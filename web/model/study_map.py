@@ -108,7 +108,7 @@ class MapPicture:
         base: Where the base stands; None where it is beyond the map.
         diagonal: Where both axes are equal: both ends as shares; None where that says nothing.
         lumped: How many runs a cell has along each side.
-        note: What else varies and is not told apart; empty if nothing.
+        note: Varied parameters that are not distinguished; empty if there are none.
     """
 
     study: Study

@@ -36,7 +36,7 @@ def _round_step(least: float) -> float:
 
 
 def digits_of(value: float, scale: float, *, signed: bool = False) -> str:
-    """A value with the digits that can be told apart beside others: a thousandth of the largest.
+    """A value with the digits that matter beside others: to a thousandth of the largest.
 
     So what is nothing but rounding reads as 0.000 where its neighbours are about 1.
 

@@ -47,7 +47,7 @@ class Comparing:
 
     Attributes:
         pair: Which runs the findings are about; None if there are none.
-        findings: What tells them apart; None if they cannot be compared.
+        findings: Their differences; None if they cannot be compared.
         message: Why the latest request was not done, or the runs cannot be compared.
     """
 
@@ -323,5 +323,5 @@ def show_replay(view: ViewState, recording: Replay) -> ViewState:
 
 
 def with_status(view: ViewState, status: RunStatus) -> ViewState:
-    """Tells what became of the latest request."""
+    """Shows the status of the latest request."""
     return replace(view, status=status)

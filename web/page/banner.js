@@ -1,4 +1,4 @@
-// Tells honestly whether the server is there, and shows what the session has to say. Once the
+// Shows whether the server is there, and the messages of the session. Once the
 // server is back, viser opens its connection again (reconnect.js) and is given a new session;
 // link.js then brings back what was shown, without a reload of the page.
 import { onChange, state } from "./session_state.js";

@@ -3,7 +3,7 @@
 //   data-sg-change='{"kind": …}'   a new value of an input or select asks for it, "$value" replaced
 //   data-sg-track                  a strip over the whole window: press and drag puts the play
 //                                  head there
-//   data-sg-visible='{"kind": …}'  coming into sight tells so with "is_visible", and going out of it
+//   data-sg-visible='{"kind": …}'  becoming visible sends "is_visible", and becoming invisible too
 import { hold, onFrame, state } from "./session_state.js";
 import { post } from "./post.js";
 

@@ -39,10 +39,10 @@ def change_attribute(intent: type[Intent], field: str) -> str:
 
 
 def visible_attribute(intent: type[Intent], **fields: str) -> str:
-    """The attribute of an element that tells when it comes into sight, and when it no longer is.
+    """The attribute of an element that reports when it becomes visible, or invisible.
 
     Args:
-        intent: What it tells that with, by its field ``is_visible``.
+        intent: The intent that reports it, by its field ``is_visible``.
         fields: Its other fields.
     """
     return _attribute("data-sg-visible", {"kind": KINDS[intent], **fields})

@@ -1,4 +1,4 @@
-// Names for what viser leaves nameless, so that it can be told by ear: a control by its label and its
+// Names for elements that viser leaves nameless, for screen readers: a control by its label and its
 // folder, a button that is only an icon by what it does, and the page by what is in it.
 import { onFrame } from "./session_state.js";
 

@@ -14,7 +14,7 @@ class SessionDirectory:
     """Finds the mailbox of a session for the gestures that its page posts.
 
     Attributes:
-        server_id: Tells this directory from that of a server started later.
+        server_id: Distinguishes this directory from that of a server started later.
     """
 
     def __init__(self) -> None:

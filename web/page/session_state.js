@@ -3,7 +3,7 @@
 // It is written when something changes, and now and then while time runs on; in between the
 // page moves the play head itself, so that no message is needed for it.
 
-/** What the session told last: session, whether it is ready to be seen, run, charts, notice, lecture, time, start, end [s], speed, playing. */
+/** The last state of the session: session, whether it is ready to be shown, run, charts, notice, lecture, time, start, end [s], speed, playing. */
 export let state = {
   session: "",
   ready: false,
@@ -25,7 +25,7 @@ let written = "";
 let toldAt = performance.now();
 let held = null;
 
-/** Calls back with (state, previous state) whenever the session has told something. */
+/** Calls back with (state, previous state) whenever the session has sent its state. */
 export function onChange(listener) {
   changeListeners.push(listener);
 }
@@ -66,7 +66,7 @@ export function watchSessionState() {
 
 function read() {
   const text = document.getElementById("sg-session-state")?.dataset.sgState;
-  // A panel that is folded takes the element away; what it told last holds.
+  // A panel that is folded takes the element away; its last state holds.
   if (text === undefined || text === written) return;
   written = text;
   const previous = state;

@@ -15,7 +15,7 @@ function hide() {
   document.documentElement.dataset.sgWasHere = "";
 }
 
-// A browser may be told to store nothing; then it is shown again, and nothing else is lost.
+// A browser may store nothing; then it is shown again, and nothing else is lost.
 function remembered() {
   try {
     return localStorage.getItem(KEY) !== null;

@@ -172,7 +172,7 @@ class _Tab:
         self._question.content, self._question.visible = html, True
 
     def read(self, trace: Trace, cursors: Cursors, changes: Sequence[float]) -> None:
-        """Tells what the charts show at the cursors, and when parameters change [s]."""
+        """Shows the values at the cursors, and when parameters change [s]."""
         self._cursors.content = cursor_html(cursors)
         values = {
             drawn.chart.key: read_lines(drawn.chart, trace, cursors, drawn.scale)

@@ -1,4 +1,4 @@
-"""Two runs over each other: which they are, and what tells them apart."""
+"""Two runs over each other: their names, and their differences."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ NONE: str = "none"
 _LONGEST_NAME = 80
 _INVITATION = (
     "<p><b>See two runs over each other.</b> Choose a stored run B: it is drawn pale below the "
-    "run on the screen, in the scene, on the strip and in the charts, and a table tells what "
+    "run on the screen, in the view, on the timeline and in the charts, and a table lists what "
     "differs. After a control was moved, the run before the change is compared in the same way.</p>"
 )
 
@@ -64,7 +64,7 @@ _DIFFERENCE = "B − A"
 
 
 class ComparePanel:
-    """Chooses two runs and shows what tells them apart.
+    """Chooses two runs and shows their differences.
 
     Args:
         gui: Where it goes.
@@ -73,7 +73,7 @@ class ComparePanel:
     Attributes:
         a: Chooses the run on the screen.
         b: Chooses the ghost.
-        findings: What tells them apart.
+        findings: Their differences.
     """
 
     def __init__(self, gui: viser.GuiApi, send: Send) -> None:
@@ -91,7 +91,7 @@ class ComparePanel:
             picker.on_update(self._choose)
 
     def update(self, view: ViewState) -> None:
-        """Shows the two runs, and what tells them apart as far as that is known."""
+        """Shows the two runs, and their differences as far as known."""
         drawn = (view.shown, view.ghost, view.comparing, view.run_list.recent, view.status.run_id)
         if drawn == self._drawn:
             return
@@ -133,7 +133,7 @@ class ComparePanel:
 
 
 def compare_html(view: ViewState) -> str:
-    """The two runs, and what tells them apart."""
+    """The two runs, and their differences."""
     message = view.comparing.message
     box = box_html("Not compared", [escape(f"{message}.")]) if message else ""
     if view.shown is None or view.ghost is None:
@@ -174,7 +174,7 @@ def _button(words: str, is_offered: bool, intent: Intent) -> str:
 
 
 def _body_html(view: ViewState, shown: Shown) -> str:
-    """What tells the runs apart; what is known of another pair stays, dimmed, until then."""
+    """The differences; those of another pair stay, dimmed, until then."""
     findings, is_current = view.comparing.findings, view.comparing.pair == pair_of(view)
     if findings is None:
         return "" if is_current else "<p>Comparing …</p>"
@@ -215,7 +215,7 @@ def findings_html(
     unknowns: Sequence[str] = (),
     space: Space = PLANAR,
 ) -> str:
-    """What tells two runs apart, the most important first.
+    """The differences between two runs, the most important first.
 
     Args:
         findings: The comparison of the run on the screen, A, and the ghost, B.

@@ -65,7 +65,7 @@ class ControlsPanel:
         """Shows the values that hold at the play head, and what is wrong with which.
 
         There are no controls while the first recording is opened, which has others: a page that
-        is slow would be told of widgets that it has just been told to remove.
+        is slow would receive updates of widgets that it has just been asked to remove.
         """
         if view.status.stage is RunStage.OPENING:
             return

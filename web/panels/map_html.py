@@ -23,7 +23,7 @@ from slipgrasp.web.model.study_words import share_words
 
 _HATCH = 26
 
-# What tells the ways of failing apart without colours, as in the figures: strokes of a tile.
+# Strokes of a tile distinguish the kinds of failure without colours, as in the figures.
 _STROKES: dict[Outcome, str] = {
     Outcome.LEFT_FACE: "M-2 28L28 -2",
     Outcome.SEPARATED: "M11 13H15",

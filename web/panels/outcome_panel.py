@@ -154,7 +154,7 @@ def _first_slip_html(result: RunResult) -> str:
 def _hint_html(outcome: Verdict, tried: TriedHint | None, scenario: Scenario) -> str:
     """What to try: a button with its effect for each option that helped when it was tried.
 
-    Until then, and where nothing could be tried, it is told in words.
+    Until then, and where nothing could be tried, it is a sentence.
     """
     if outcome.hint.goal is Goal.MARGIN:
         varied = "friction of all fingers" if any(f.friction for f in scenario.fingers) else "mass"

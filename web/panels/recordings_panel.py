@@ -206,7 +206,7 @@ def _timed_name(run: StoredRun) -> str:
 
 
 def row_words(run: StoredRun) -> RowWords:
-    """What the list says about a run; of an unreadable one its title tells why."""
+    """What the list says about a run; the title of an unreadable one says why."""
     if not run.summary:
         return RowWords(run.display_name, "unreadable", "bad", run.title)
     outcome, tone_name = _outcome_words(run.summary)

@@ -16,7 +16,7 @@ _AT_START = Playback(time=0.0, window=TimeWindow(0.0, 1.0), speed=1.0, playing=F
 
 
 class SessionStatePanel:
-    """Tells the page's script about the session; while time runs on, the script counts itself.
+    """Sends the state of the session to the page's script, which counts the time itself.
 
     Args:
         gui: Where it goes.
@@ -30,7 +30,7 @@ class SessionStatePanel:
         self._told_at = 0.0
 
     def update(self, view: ViewState) -> None:
-        """Tells what has changed, and now and then where the moving play head stands."""
+        """Sends changes of the state, and from time to time the position of the play head."""
         now, playback = time.monotonic(), view.playback or _AT_START
         moving = None if playback.playing else playback.time
         layout = view.charts.layout()

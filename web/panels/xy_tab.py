@@ -67,7 +67,7 @@ class XyTab:
         self._note.visible = is_pale
 
     def read(self, trace: Trace, cursors: Cursors) -> None:
-        """Tells where the curves are at the play head and at the second cursor."""
+        """Shows the positions on the curves at the play head and at the second cursor."""
         self._cursors.content = cursor_html(cursors)
         self._readings.content = readings_html(
             Readings(

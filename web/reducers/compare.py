@@ -1,4 +1,4 @@
-"""The reducer of comparisons: a second run below the one shown, and what tells them apart."""
+"""The reducer of comparisons: a second run below the one shown, and their differences."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class CompareReducer(Reducer):
         self._asked: Pair | None = None
 
     def reduce(self, intent: Intent, view: ViewState) -> ViewState:
-        """Asks for two runs, shows them, or shows what tells them apart."""
+        """Requests two runs, shows them, or shows their differences."""
         match intent:
             case CompareRuns(a, b):
                 return self._open(view, a, b) if b else self._open_alone(view, a)

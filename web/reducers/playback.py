@@ -42,7 +42,7 @@ class PlaybackReducer(Reducer):
     """Moves the play head: by hand, and with time while it plays.
 
     Args:
-        pacer: Tells how often to draw.
+        pacer: Sets how often to draw.
         is_behind: Whether the viewer was not sent the last frame yet. Another one would not be
             seen sooner, and be drawn at the expense of what sends it.
     """

@@ -160,7 +160,7 @@ class RecordingsReducer(Reducer):
 
 
 def _listed(run_list: RunList, found: RecordingsListed) -> RunList:
-    """The list as it is now; a run that was chosen and is gone is told of."""
+    """The present list; a chosen run that is gone is reported."""
     if run_list.chosen_id and run_list.chosen_id == found.chosen_id:
         is_gone = found.chosen is None
         notice = Notice("Gone", f"run {run_list.chosen_id} is not stored any more")
@@ -184,7 +184,7 @@ def _chosen(run_list: RunList, run_id: str, run: StoredRun | None) -> RunList:
 
 
 def _refused(view: ViewState, message: str) -> ViewState:
-    """A recording could not be opened; it is told where one was asked for."""
+    """A recording could not be opened; the error is shown where it was requested."""
     view = _with_notice(view, Notice("Not opened", message))
     if view.shown is None:
         return with_status(view, RunStatus(RunStage.UNREADABLE, (message,)))

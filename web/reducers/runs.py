@@ -87,7 +87,7 @@ class RunReducer(Reducer):
                 return view
 
     def pass_time(self, now: float, view: ViewState) -> ViewState:
-        """Asks for the run of a new draft, keeps one that rests, and tells about a long one."""
+        """Requests the run of a new draft, stores one that rests, and reports a long one."""
         if view.draft is not self._asked:
             return self._ask(now, view)
         rests = view.drag is None and is_save_due(view.status.stage, now - self._asked_at)

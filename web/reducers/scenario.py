@@ -191,7 +191,7 @@ def _pushed(view: ViewState, drag: Drag, push: Disturbance) -> ViewState:
         return replace(view, draft=drag.draft, editing=drag.editing)
     draft, editing = drag.draft.with_disturbance(push), drag.editing.begin(drag.draft)
     if view.draft is not drag.draft:
-        # The pale run stays the one without the push.
+        # The ghost stays the run without the push.
         editing = replace(editing, ghost_due=view.editing.ghost_due)
     draft = view.draft if draft == view.draft else draft
     return replace(view, draft=draft, editing=editing, opening=view.opening + 1)

@@ -19,7 +19,7 @@ class Detail:
     Attributes:
         least_move: How far something must be from where it is drawn, to be drawn anew [m]: less
             than half a pixel while the play head moves, nothing at all while it rests.
-        with_numbers: Whether numbers are told: nobody reads thirty a second, and each is a picture
+        with_numbers: Whether numbers are shown: nobody reads thirty a second, and each is a picture
             that costs as much as all else of a frame.
     """
 

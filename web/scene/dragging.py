@@ -13,7 +13,7 @@ from slipgrasp.web.model.intents.intent import Send
 from slipgrasp.web.model.intents.scenario import DragObject, LetGo
 
 _DIGITS = 2
-"""Of the largest part of a force; the others are told as finely."""
+"""Of the largest part of a force; the others are shown as finely."""
 _GENTLE = 0.25
 """An arrow as long as the way of the mouse would mean far more than a finger pushes with."""
 
@@ -33,7 +33,7 @@ class Draggable(NamedTuple):
 
 
 class ObjectDrag:
-    """Tells with which force the user drags the object.
+    """Shows the force with which the user drags the object.
 
     Args:
         send: Takes the intents.
@@ -55,7 +55,7 @@ class ObjectDrag:
         if self._dragged is None:
             return
         if event.phase == "start":
-            # Later events tell where the held point is then: the object may still play on.
+            # Later events say where the held point is then: the object may still play on.
             self._held_at = np.array(event.start_position)
         way = np.subtract(event.end_position, self._held_at)[list(self._dragged.axes)]
         force = _force_of(_GENTLE * self._dragged.newtons_per_metre * way)

@@ -89,7 +89,7 @@ class LensFrame:
             title.visible = visible
 
     def tell_scale(self, magnification: float, tick: float) -> None:
-        """Tells how much larger than life the lens shows slip, and what a tick stands for [m]."""
+        """Shows the magnification of slip, and the length of a tick [m]."""
         text = f"{magnification:g} : 1, ticks {1e3 * tick:g} mm"
         self._add_words("scale", text, places.SCALE_PLACE, places.SCALE_HEIGHT)
 

@@ -1,4 +1,4 @@
-"""The thread that opens two recordings and finds out what tells two runs apart."""
+"""The thread that opens two recordings and compares them."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class ComparisonWorker(QueueWorker):
         self.ask(partial(self._open, number, a, b, instead_of), "open")
 
     def compare(self, pair: Pair, a: RunResult, b: RunResult) -> None:
-        """Asks what tells two runs apart."""
+        """Requests the differences between two runs."""
         self.ask(partial(self._compare, pair, a, b), "compare")
 
     def _open(self, number: int, a: str, b: str, instead_of: Collection[Replay]) -> None:

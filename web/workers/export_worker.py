@@ -15,7 +15,7 @@ Progress = Callable[[float], None]
 Make = Callable[[Progress], ExportFile]
 
 _CANCELLED = "Cancelled; no file was made."
-_UNEXPECTED = "The file could not be made: an internal error; the server's log tells more."
+_UNEXPECTED = "The file could not be made: an internal error; see the server's log."
 
 
 class ExportCancelledError(Exception):
@@ -39,7 +39,7 @@ class ExportWorker(Worker):
 
         Args:
             number: Names the export in all answers.
-            make: Makes it, and tells the share that is done.
+            make: Makes it, and reports the share that is done.
         """
         self._cancelled = threading.Event()
         self._thread = threading.Thread(

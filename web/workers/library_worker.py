@@ -58,7 +58,7 @@ class LibraryWorker(QueueWorker):
         Args:
             page: Which one, 0 has the newest.
             wanted: Which runs to list.
-            chosen_id: A run of which all is to be told, wherever it is in the list.
+            chosen_id: A run whose full description is shown, wherever it is in the list.
         """
         self.ask(partial(self._list, page, wanted, chosen_id), "list")
 

@@ -35,7 +35,7 @@ class OpenRecordings:
     def __init__(self, store: RecordingStore, memory: MemoryBudget) -> None:
         self.memory = memory
         self._store = store
-        # A page that ends, or shows another run, forgets its replay; nobody has to tell.
+        # A page that ends, or shows another run, forgets its replay by itself.
         self._open: WeakKeyDictionary[Replay, _File | None] = WeakKeyDictionary()
         self._lock = threading.Lock()
         # Nobody waits for a large recording but who opens a large one.
@@ -106,7 +106,7 @@ class OpenRecordings:
 
 
 def _file_at(path: Path) -> _File | None:
-    """What tells a file from every other, its size third; None if there is none."""
+    """The identity of a file, its size third; None if there is none."""
     try:
         found = path.stat()
     except FileNotFoundError:

@@ -20,7 +20,7 @@ from slipgrasp.web.workers.saved_runs import SavedRuns
 from slipgrasp.web.workers.worker import Worker
 
 _PATIENCE = 0.15
-_INTERNAL_ERROR = "an internal error; the log of the server tells more"
+_INTERNAL_ERROR = "an internal error; see the server's log"
 
 _logger = logging.getLogger(__name__)
 
@@ -51,7 +51,7 @@ def is_outdated(newer_waits: bool, elapsed: float) -> bool:
 
 
 class PreviewWorker(Worker):
-    """Simulates the latest scenario asked for, and saves what it is told to keep.
+    """Simulates the latest requested scenario, and stores runs on request.
 
     Args:
         service: Simulates.

@@ -50,7 +50,7 @@ class QueueWorker(Worker):
         """Puts a task in the queue, and returns at once.
 
         Args:
-            task: What to do; it tells its findings itself.
+            task: The function to call; it reports its findings itself.
             subject: A task of the same subject that still waits is forgotten; None if
                 every one counts.
             must: Whether it is run even if the thread is to end first.

@@ -246,7 +246,7 @@ def check_latency(scenario: Scenario) -> Iterator[FieldError]:
 
 
 def check_estimates(scenario: Scenario) -> Iterator[FieldError]:
-    """Unknowns exist, each once, within their bounds, and can be told apart."""
+    """Unknowns exist, each once, within their bounds, and are distinct."""
     seen: set[str] = set()
     kinds: set[str] = set()
     inertia = re.sub(r"\d$", "K", scenario.space.inertias[0])

@@ -58,7 +58,7 @@ class CompareUnreadable(Intent):
 
 @dataclass(frozen=True, slots=True)
 class RunsCompared(Intent):
-    """What tells two runs apart.
+    """The differences between two runs.
 
     Attributes:
         pair: Which runs.

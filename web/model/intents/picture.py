@@ -100,7 +100,7 @@ class LayOutCharts(LatestIntent):
 
 @dataclass(frozen=True, slots=True)
 class SeeCharts(Intent):
-    """The page tells that a tab of the charts came into sight, or went out of it."""
+    """The page reports that a tab of the charts became visible, or invisible."""
 
     tab: Annotated[str, MaxLen(20)]
     is_visible: bool

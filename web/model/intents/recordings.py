@@ -60,7 +60,7 @@ class AnnotateRecording(Intent):
 
     Attributes:
         run_id: The run.
-        revision: What was told of it when the user saw it.
+        revision: The revision that the user saw.
         name: What to call it.
         tags: Words to find it by, with commas between them.
         notes: What else there is to say.
@@ -79,7 +79,7 @@ class DeleteRecording(Intent):
 
     Attributes:
         run_id: The run.
-        revision: What was told of it when the user confirmed.
+        revision: The revision when the user confirmed.
     """
 
     run_id: str
@@ -96,7 +96,7 @@ class RecordingsListed(Intent):
         runs: Those of this page.
         recent: The newest runs, whatever is listed.
         chosen_id: The run that the user had chosen, empty for none.
-        chosen: What is told of it now; None if it is gone.
+        chosen: Its present description; None if it is gone.
         elapsed: How long it took to find out [s].
     """
 
@@ -115,7 +115,7 @@ class RecordingChanged(Intent):
 
     Attributes:
         run_id: The run.
-        stored: What is told of it now; None if it was deleted.
+        stored: Its present description; None if it was deleted.
     """
 
     run_id: str
