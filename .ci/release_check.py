@@ -7,7 +7,9 @@ runs a preset, whose hash has to be the one in docs/portability.md. Nothing is p
 
 from __future__ import annotations
 
+import gzip
 import hashlib
+import io
 import json
 import os
 import re
@@ -37,8 +39,8 @@ def main(interpreters: Sequence[str]) -> None:
         tool("twine", "check", "--strict", *files)
         (wheel,) = (each for each in files if each.suffix == ".whl")
         tool("check_wheel_contents", "--toplevel", "slipgrasp", wheel)
-        for interpreter in found:
-            check_installed(interpreter, wheel, folder / Path(interpreter).name)
+        for number, interpreter in enumerate(found):
+            check_installed(interpreter, wheel, folder / f"environment{number}")
 
 
 def build(folder: Path) -> list[Path]:
@@ -57,7 +59,27 @@ def build(folder: Path) -> list[Path]:
         check=True,
         stdout=subprocess.DEVNULL,
     )
-    return sorted((folder / "dist").iterdir())
+    files = sorted((folder / "dist").iterdir())
+    for each in files:
+        if each.suffix == ".gz":
+            without_build_time(each, int(time))
+    return files
+
+
+def without_build_time(path: Path, time: int) -> None:
+    """Writes a source archive again with one time for all files; setuptools takes the present."""
+    with tarfile.open(path) as tar:
+        members = [(each, tar.extractfile(each)) for each in tar.getmembers()]
+        contents = [(each, file.read() if file else b"") for each, file in members]
+    with (
+        path.open("wb") as raw,
+        gzip.GzipFile(filename="", fileobj=raw, mode="wb", mtime=time) as packed,
+        tarfile.open(fileobj=packed, mode="w") as tar,
+    ):
+        for member, content in sorted(contents, key=lambda each: each[0].name):
+            member.mtime, member.uid, member.gid, member.uname, member.gname = time, 0, 0, "", ""
+            member.pax_headers = {}
+            tar.addfile(member, io.BytesIO(content))
 
 
 def digest(path: Path) -> str:

@@ -30,6 +30,7 @@ _HATCHES_BY_REASON = {
     "stiff_loop": "////",
     "nonfinite_state": "xxxx",
     "event_stall": "....",
+    "joint_limit": "OO",
 }
 _MARKERS = {
     Outcome.COMPLETED: "s",

@@ -88,7 +88,7 @@ def motion_of(result: RunResult, times: Values) -> HandMotion:
         states=states,
         corners=_outlines(corners),
         desired=_outlines(desired),
-        edges=corners[:, parts.prism_edges(corners.shape[1] // 2)],
+        edges=corners[:, parts.edges_of(scenario)],
         joints=_joints(scenario, poses) @ flat,
         normals=normals @ flat,
         cones=_outlines(np.einsum("tcij,tckj->tcki", axes, cones) @ flat),
@@ -100,7 +100,7 @@ def motion_of(result: RunResult, times: Values) -> HandMotion:
 
 def _corners(scenario: Scenario, position: Values, turn: Values) -> Values:
     """Corners of the object, ``(times, 2 corners, 3)``: those below, then those above."""
-    solid = parts.prism(parts.outline_of(scenario), parts.sizes_of(scenario).half_depth)
+    solid = parts.solid(scenario, parts.sizes_of(scenario).half_depth)
     return position[:, None] + np.einsum("tij,cj->tci", turn, solid.points)
 
 

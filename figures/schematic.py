@@ -229,16 +229,21 @@ def _draw_object_frame(drawing: Drawing) -> None:
 
 
 def _draw_dimensions(drawing: Drawing, scenario: PlanarScenario) -> None:
-    """Half width below the object and half length beside it, clear of any fingers there."""
+    """Half width or radius below the object, half length beside it, clear of any fingers there."""
     mm, body = drawing.mm, scenario.object
-    width, length = body.half_width, body.face_half_length
+    width, length = body.half_sizes
     low = -length - _clearance(scenario, "bottom") * mm
     far = width + _clearance(scenario, "right") * mm
     over = 1.5 * mm
     drawing.line(np.array([0.0, -2.0 * mm]), np.array([0.0, low - over]), colour=MUTED)
     drawing.line(np.array([width, -length - mm]), np.array([width, low - over]), colour=MUTED)
     drawing.arrow(np.array([0.0, low]), np.array([width, low]), both=True, width=0.5)
-    drawing.write(np.array([0.5 * width, low - 3.0 * mm]), f"$L_o$ = {width:.4g} m")
+    drawing.write(
+        np.array([0.5 * width, low - 3.0 * mm]),
+        f"${'R' if body.is_round else 'L_o'}$ = {width:.4g} m",
+    )
+    if body.is_round:
+        return
     drawing.line(np.array([width - 5.0 * mm, 0.0]), np.array([far + over, 0.0]), colour=MUTED)
     drawing.line(np.array([width + mm, length]), np.array([far + over, length]), colour=MUTED)
     drawing.arrow(np.array([far, 0.0]), np.array([far, length]), both=True, width=0.5)

@@ -17,7 +17,7 @@ from slipgrasp.core.scenario.geometry import inner_radius, outline
 from slipgrasp.core.scenario.spatial import SpatialFinger
 from slipgrasp.core.scenario.spatial_geometry import friction_outline
 from slipgrasp.core.trace.types import ContactPhase
-from slipgrasp.scene import skeleton
+from slipgrasp.scene import rotations, skeleton
 from slipgrasp.scene.skeleton import Contact, Moving
 from slipgrasp.scene.states import States
 
@@ -27,6 +27,7 @@ LONGEST_ARROW = 100.0
 """Longest arrow, as a multiple of the object's size: a run that diverges can still be drawn."""
 
 _TAPER = 0.7
+_ARC_PIECES = 24
 _LEAST_GRAVITY = 1.0
 
 
@@ -183,10 +184,9 @@ def outline_of(scenario: Scenario) -> Values:
 def entities_of(scenario: Scenario) -> list[Entity]:
     """Everything that is drawn of a hand, its object and its contacts."""
     sizes = sizes_of(scenario)
-    corners = outline_of(scenario)
-    body, edges = prism(corners, sizes.half_depth), prism_edges(len(corners))
+    body, edges = solid(scenario, sizes.half_depth), edges_of(scenario)
     # Slightly deeper than the object, so that its front edges are in front of the object's.
-    wanted = prism(corners, max(sizes.half_depth, sizes.front))
+    wanted = solid(scenario, max(sizes.half_depth, sizes.front))
     lines = Lines(Role.OBJECT_EDGE, body.points, edges, sizes.thickness)
     desired = Lines(Role.DESIRED, wanted.points, edges, sizes.thickness, dashed=True)
     entities = [
@@ -204,6 +204,69 @@ def entities_of(scenario: Scenario) -> list[Entity]:
         name = skeleton.contact_name(i)
         entities.append(Entity(name, name, tuple(_contact(scenario, contact, i, sizes))))
     return entities
+
+
+def solid(scenario: Scenario, half_depth: float) -> Triangles:
+    """The object as a prism of its outline, or as a ball.
+
+    Args:
+        scenario: Hand and object.
+        half_depth: Half the height of the prism; the half axis of the ball along z [m].
+    """
+    corners = outline_of(scenario)
+    if scenario.object.shape != "sphere":
+        return prism(corners, half_depth)
+    return _ball(corners, half_depth)
+
+
+def edges_of(scenario: Scenario) -> NDArray[np.int64]:
+    """Pairs of points of the `solid` between which edges are drawn; of round ones a few rings."""
+    count = len(outline_of(scenario))
+    if scenario.object.shape == "sphere":
+        return _ball_rings(count)
+    return prism_edges(count)[: 2 * count] if scenario.object.is_round else prism_edges(count)
+
+
+_PARALLELS = 13
+"""Rings of points of a ball, at equal steps of latitude between its poles; one is the equator."""
+
+
+def _ball(equator: Values, half_axis: float) -> Triangles:
+    """A ball of the rings of points, from below, then the lower and the upper pole."""
+    latitudes = np.linspace(-0.5, 0.5, _PARALLELS + 2)[1:-1] * math.pi
+    heights = half_axis * np.sin(latitudes)
+    rings = [
+        np.column_stack([math.cos(latitude) * equator, np.full(len(equator), height)])
+        for latitude, height in zip(latitudes, heights, strict=True)
+    ]
+    points = np.vstack([*rings, [[0.0, 0.0, -half_axis], [0.0, 0.0, half_axis]]])
+    count = len(equator)
+    index = np.arange(count)
+    after = (index + 1) % count
+    south, north = len(points) - 2, len(points) - 1
+    last = (_PARALLELS - 1) * count
+    faces = [
+        np.column_stack([after, index, np.full(count, south)]),
+        np.column_stack([last + index, last + after, np.full(count, north)]),
+    ]
+    for first in range(0, last, count):
+        low, high = first + index, first + count + index
+        low_after, high_after = first + after, first + count + after
+        faces += [np.column_stack([low, low_after, high_after])]
+        faces += [np.column_stack([low, high_after, high])]
+    return Triangles(Role.OBJECT, points, np.concatenate(faces))
+
+
+def _ball_rings(count: int) -> NDArray[np.int64]:
+    """Its equator and two meridians across each other."""
+    index = np.arange(count)
+    middle = _PARALLELS // 2 * count
+    rings = [np.column_stack([middle + index, middle + (index + 1) % count])]
+    south = _PARALLELS * count
+    for start in range(0, count, count // 4):
+        way = [south, *(start + count * np.arange(_PARALLELS)).tolist(), south + 1]
+        rings.append(np.column_stack([way[:-1], way[1:]]))
+    return np.concatenate(rings)
 
 
 def prism(corners: Values, half_height: float) -> Triangles:
@@ -327,7 +390,9 @@ def _contact(scenario: Scenario, contact: Contact, i: int, sizes: Sizes) -> Iter
     else:
         yield _cone_lines(scenario, contact, i, sizes, front)
     first = partial(_first_touch, contact, i, front)
-    yield Lines(partial(_trail_phase, i), first, np.array([[0, 1]]), 2.0 * sizes.thickness)
+    count = _ARC_PIECES if contact.is_curved else 1
+    pieces = np.column_stack([np.arange(count), np.arange(1, count + 1)])
+    yield Lines(partial(_trail_phase, i), first, pieces, 2.0 * sizes.thickness)
 
 
 def _arrow(forces: Values, sizes: Sizes) -> Values:
@@ -360,9 +425,18 @@ def _cone_lines(scenario: Scenario, contact: Contact, i: int, sizes: Sizes, fron
 
 
 def _first_touch(contact: Contact, i: int, front: Values, states: States) -> Values:
-    """From where the fingertip first touched the face to where it is, ``(n, 2, 3)``."""
-    first = contact.across(states.slip[:, i])
-    return front + np.stack([first, np.zeros_like(first)], axis=1)
+    """From where the fingertip first touched the face to where it is, ``(n, k, 3)``.
+
+    On a curved face along its arc, seen from the frame that has turned on the way.
+    """
+    slips = states.slip[:, i]
+    if not contact.is_curved:
+        first = contact.across(slips)
+        return front + np.stack([first, np.zeros_like(first)], axis=1)
+    shares = np.linspace(0.0, 1.0, _ARC_PIECES + 1)[:, None]
+    arc = contact.along_face(shares * slips[:, None])
+    turns = rotations.matrices(contact.turned(slips))
+    return front + (arc - arc[:, -1:]) @ turns
 
 
 def _trail_phase(i: int, states: States) -> NDArray[np.int8]:

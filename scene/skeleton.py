@@ -5,7 +5,7 @@
                             → finger_i/base → finger_i/link_0 → finger_i/link_1 → finger_i/tip
     spatial:  world → object, desired and fingers, with finger_i/yaw between base and link_0
     slides:   finger_i/base → finger_i/link_0 → finger_i/link_1 → finger_i/tip
-    chain:    finger_i/base → finger_i/link_0 → finger_i/link_1 → finger_i/link_2 → finger_i/tip
+    chain:    finger_i/base → finger_i/link_0 → finger_i/link_1 → finger_i/link_2 → … → finger_i/tip
 
 `world` has z up. `plane` is the model's plane (docs/model.md), upright in the world: its x and y
 are x and z of the world, its z points to the viewer. A link lies along x of its frame; planar
@@ -26,6 +26,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipgrasp.core.scenario import PLANAR, SPATIAL, Scenario
+from slipgrasp.core.scenario.chain import all_positions
+from slipgrasp.core.scenario.curved_faces import slide, turned_by
 from slipgrasp.core.scenario.geometry import contact_frame, planar_tip_at_start
 from slipgrasp.core.scenario.spatial import SpatialFinger, SpatialScenario
 from slipgrasp.core.scenario.spatial_geometry import spatial_contact
@@ -71,12 +73,14 @@ class Contact(NamedTuple):
         axes: The axes of the contact frame in the object's frame, as columns, ``(3, 3)``.
         dimensions: d: the frame's axis d - 1 (from 0) points into the object.
         on_slides: Whether its finger is on slides, and never turns.
+        curvatures: Of the face along its d - 1 tangents [1/m].
     """
 
     anchor: Values
     axes: Values
     dimensions: int
     on_slides: bool = False
+    curvatures: tuple[float, ...] = (0.0, 0.0)
 
     @property
     def inward(self) -> Values:
@@ -86,6 +90,28 @@ class Contact(NamedTuple):
     def across(self, tangential: Values) -> Values:
         """Components of a tangential force ``(..., d - 1)`` as vectors of the contact frame."""
         return tangential @ _AXES[: self.dimensions - 1]
+
+    @property
+    def is_curved(self) -> bool:
+        """Whether the contact frame turns as the fingertip slips."""
+        return any(self.curvatures)
+
+    def along_face(self, slips: Values) -> Values:
+        """Points of the face after slips ``(..., d - 1)``, in the contact frame at zero slip."""
+        if not self.is_curved:
+            return -self.across(slips)
+        tangents = -_AXES[: self.dimensions - 1]
+        axes = np.vstack([tangents, self.inward])
+        return slide(np.zeros(3), axes, self.curvatures, slips)[0]
+
+    def turned(self, slips: Values) -> Values:
+        """How the contact frame has turned after slips, from zero slip: unit quaternions."""
+        turns = np.cross(-_AXES[: self.dimensions - 1], self.inward)
+        return rotations.from_vectors(turned_by(self.curvatures, slips) @ turns)
+
+    def flattened(self) -> Contact:
+        """The same contact on a face that is rolled out flat."""
+        return self._replace(curvatures=(0.0, 0.0))
 
 
 def base_frame(finger: int) -> str:
@@ -123,8 +149,9 @@ def frames_of(scenario: Scenario) -> list[Frame]:
     ]
     for i, contact in enumerate(contacts_of(scenario)):
         frames += _finger(scenario, root, i)
-        place = partial(_touched, contact, i)
-        frames.append(Frame(contact_name(i), OBJECT, place, rotations.of_matrix(contact.axes)))
+        place, turn = partial(_touched, contact, i), rotations.of_matrix(contact.axes)
+        moving = partial(_following, contact, i, np.array(turn)) if contact.is_curved else turn
+        frames.append(Frame(contact_name(i), OBJECT, place, moving))
     return frames
 
 
@@ -152,16 +179,23 @@ def _contact(scenario: Scenario, i: int) -> Contact:
     if isinstance(scenario, SpatialScenario):
         told = spatial_contact(scenario.object, scenario.fingers[i])
         axes = (np.negative(told.tangent_x), np.negative(told.tangent_y), told.normal)
-        return Contact(np.array(told.anchor), np.column_stack(axes), 3, i in scenario.slides)
+        anchor, on_slides = np.array(told.anchor), i in scenario.slides
+        return Contact(anchor, np.column_stack(axes), 3, on_slides, told.curvatures)
     flat = contact_frame(scenario.object, scenario.fingers[i])
     (tx, ty), (nx, ny) = flat.tangent, flat.normal
     axes = np.column_stack([(-tx, -ty, 0.0), (nx, ny, 0.0), _Z])
-    return Contact(np.array([*flat.anchor, 0.0]), axes, 2, i in scenario.slides)
+    anchor, on_slides = np.array([*flat.anchor, 0.0]), i in scenario.slides
+    return Contact(anchor, axes, 2, on_slides, (flat.curvature,))
 
 
 def _touched(contact: Contact, i: int, states: States) -> Values:
     """Where the fingertip is, in the object's frame."""
-    return contact.anchor - contact.across(states.slip[:, i]) @ contact.axes.T
+    return contact.anchor + contact.along_face(states.slip[:, i]) @ contact.axes.T
+
+
+def _following(contact: Contact, i: int, turn: Values, states: States) -> Values:
+    """How the contact frame is turned in the object's, where it follows a curved face."""
+    return rotations.product(turn, contact.turned(states.slip[:, i]))
 
 
 def _finger(scenario: Scenario, root: str, i: int) -> Iterator[Frame]:
@@ -195,12 +229,13 @@ def _chain(finger: SpatialFinger, root: str, i: int) -> Iterator[Frame]:
     yield Frame(parent, root, finger.base, tuple(_unit(finger.attitude).tolist()))
     for k, joint in enumerate(finger.joints):
         turn, axis, name = _unit(joint.attitude), _unit(joint.axis), link_frame(i, k)
+        position = partial(_joint_position, i, finger, k)
         if joint.kind == "prismatic":
             along = rotations.matrices(turn) @ axis
-            place = partial(_shifted, i, k, np.array(joint.place), along)
+            place = partial(_shifted, position, np.array(joint.place), along)
             yield Frame(name, parent, place, tuple(turn.tolist()))
         else:
-            yield Frame(name, parent, joint.place, partial(_swung, i, k, turn, axis))
+            yield Frame(name, parent, joint.place, partial(_swung, position, turn, axis))
         parent = name
     yield Frame(tip_frame(i), parent, finger.tip)
 
@@ -209,12 +244,17 @@ def _unit(vector: tuple[float, ...]) -> Values:
     return np.array(vector) / np.linalg.norm(vector)
 
 
-def _shifted(finger: int, joint: int, place: Values, along: Values, states: States) -> Values:
-    return place + states.joint_positions[:, finger, joint, None] * along
+def _joint_position(finger: int, chain: SpatialFinger, joint: int, states: States) -> Values:
+    """Positions of a joint of a chain, whatever it follows, shape ``(n,)`` [rad, m]."""
+    return all_positions(chain.joints, states.joint_positions[:, finger])[:, joint]
 
 
-def _swung(finger: int, joint: int, turn: Values, axis: Values, states: States) -> Values:
-    return rotations.product(turn, _turned(finger, joint, axis, states))
+def _shifted(position: Moving, place: Values, along: Values, states: States) -> Values:
+    return place + position(states)[:, None] * along
+
+
+def _swung(position: Moving, turn: Values, axis: Values, states: States) -> Values:
+    return rotations.product(turn, rotations.about(axis, position(states)))
 
 
 def tip_at_start(scenario: Scenario, i: int) -> Values:

@@ -15,7 +15,7 @@ import numpy as np
 
 from slipgrasp.core.run.metrics import Metrics, least_margins, metrics_of_trace
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.core.run.slip_geometry import slips_from_poses
+from slipgrasp.core.run.slip_geometry import contact_points, slips_from_poses
 from slipgrasp.core.scenario.spatial import SpatialScenario
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.trace.types import ContactPhase, Outcome, PhaseChange
@@ -178,7 +178,7 @@ def _of_slip(scenario: SpatialScenario, rows: Trace, contact: int) -> Contradict
     with np.errstate(all="ignore"):  # A run that diverged ends with numbers beyond all bounds.
         stated, path = rows.slip[:, 2 * contact : 2 * contact + 2], rows.slip_path[:, contact]
         computed = slips_from_poses(scenario, rows, contact)
-        chords = np.linalg.norm(np.diff(stated, axis=0), axis=1)
+        chords = np.linalg.norm(np.diff(contact_points(scenario, rows, contact), axis=0), axis=1)
         false_slip = np.abs(stated - computed).max(axis=1) > LEAST_SLIP * (
             1.0 + np.abs(stated[:, 0])
         )

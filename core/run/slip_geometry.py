@@ -2,7 +2,8 @@
 
 The distances that a recording states as slips follow from the pose of the object and the angles of
 the joints (docs/space.md): with tip p, object at x with attitude R, and a contact whose anchor is a
-and whose tangents are t_x and t_y, the slips are t_x, t_y of R^T (p - x) - a.
+and whose tangents are t_x and t_y, the slips are t_x, t_y of R^T (p - x) - a; on a
+round object they are those of the point of its surface.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from slipgrasp.core.scenario.curved_faces import slide, slips_of
 from slipgrasp.core.scenario.space import SPATIAL
 from slipgrasp.core.scenario.spatial import SpatialFinger, SpatialScenario
 from slipgrasp.core.scenario.spatial_geometry import spatial_contact, spatial_joint_points
@@ -34,9 +36,37 @@ def slips_from_poses(scenario: SpatialScenario, trace: Trace, index: int) -> Flo
     finger = scenario.fingers[index]
     first = _JOINTS * index
     tip = _tip(finger, trace.joint_position[:, first : first + _JOINTS])
-    contact = spatial_contact(scenario.object, finger)
-    point = _in_object_frame(trace.object_pose, tip) - np.array(contact.anchor)
-    return point @ np.array([contact.tangent_x, contact.tangent_y]).T
+    contact, point = (
+        spatial_contact(scenario.object, finger),
+        _in_object_frame(trace.object_pose, tip),
+    )
+    if scenario.object.is_round:
+        axes = np.array([contact.tangent_x, contact.tangent_y, contact.normal])
+        return slips_of(contact.anchor, axes, contact.curvatures, point, _stated(trace, index))
+    return (point - np.array(contact.anchor)) @ np.array([contact.tangent_x, contact.tangent_y]).T
+
+
+def contact_points(scenario: SpatialScenario, trace: Trace, index: int) -> Floats:
+    """Where the slips of one contact put it: on its plane, or on a round object ``(samples, 3)``.
+
+    Args:
+        scenario: Of a spatial hand.
+        trace: Samples of its run.
+        index: The contact.
+
+    Returns:
+        Slips ``(samples, 2)``, or points in the frame of the object ``(samples, 3)`` [m].
+    """
+    if not scenario.object.is_round:
+        return _stated(trace, index)
+    contact = spatial_contact(scenario.object, scenario.fingers[index])
+    axes = np.array([contact.tangent_x, contact.tangent_y, contact.normal])
+    points, _ = slide(contact.anchor, axes, contact.curvatures, _stated(trace, index))
+    return points
+
+
+def _stated(trace: Trace, index: int) -> Floats:
+    return trace.slip[:, 2 * index : 2 * index + 2]
 
 
 def _tip(finger: SpatialFinger, angles: Floats) -> Floats:

@@ -51,7 +51,7 @@ class SpatialTheoremHand(TheoremHand):
         parts.pose[:], parts.velocity[:] = trace.object_pose[k], trace.object_velocity[k]
         parts.slip[:], parts.slip_velocity[:] = trace.slip[k], trace.slip_velocity[k]
         discrete.estimates[: self._p] = trace.estimates[k]
-        discrete.seeds[:n] = trace.joint_position[k].reshape(n, 3)
+        discrete.seeds["positions"][:n] = trace.joint_position[k].reshape(n, 3)
         discrete.piece = int(
             np.searchsorted(self._model.motion.breaks, trace.times[k], side="right")
         )

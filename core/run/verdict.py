@@ -49,6 +49,8 @@ _ENDED_EARLY = {
     Outcome.RECOVERED: "Recovered from an unfinished recording",
 }
 
+_ENDED_BY = {"joint_limit": "Ended: a joint came to its limit"}  # by the code of the reason
+
 _HELD = "Held"  # and neither slipped far nor ended far from where it was wanted
 _LEAST_FORCE = 1e-3
 _ROUNDING = 1e-6
@@ -110,7 +112,8 @@ def headline_of(run: RunResult | RunSummary) -> str:
     """How a run went, in a few words."""
     metrics = run.metrics
     if run.outcome is not Outcome.COMPLETED:
-        return _ENDED_EARLY[run.outcome]
+        code = run.reason.code if run.reason else ""
+        return _ENDED_BY.get(code, _ENDED_EARLY[run.outcome])
     if metrics.held:
         body, slipped = scenario_at(run.scenario, run.end_time).object, max(metrics.slip_path)
         after = f" after {length_words(slipped)} of slip" if is_large(body, slipped) else ""

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from itertools import product
 from typing import Annotated, Literal
 
 import numpy as np
@@ -21,8 +22,13 @@ UnitInertia = Annotated[float, Ge(-100.0), Le(100.0)]
 Attitude = tuple[Part, Part, Part, Part]
 
 NUM_JOINTS = 3
+"""Joints that move by themselves."""
+MAX_LINKS = 6
+"""Joints of a chain, with those that follow others."""
+
 _MOST_STEPS, _LONGEST_STEP, _CONVERGED = 60, 0.3, 1e-12
 _LEAST_SINE = 1e-3
+_SHARES = (0.5, 0.25, 0.75)  # of the range of a joint
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
@@ -62,6 +68,94 @@ class ChainJoint:
             "m²",
         ),
     ] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    minimum: Annotated[
+        float | None,
+        Ge(-100.0),
+        Le(100.0),
+        Quantity(
+            "Least position of the joint, in rad, of a slide in m; without end if left out.", "rad"
+        ),
+    ] = None
+    maximum: Annotated[
+        float | None,
+        Ge(-100.0),
+        Le(100.0),
+        Quantity(
+            "Largest position of the joint, in rad, of a slide in m; without end if left out.",
+            "rad",
+        ),
+    ] = None
+    torque_limit: Annotated[
+        float | None,
+        Ge(1e-6),
+        Le(1e6),
+        Quantity(
+            "Largest torque of the joint, of a slide force in N, where actuation.torque_limit is "
+            "left out.",
+            "N m",
+        ),
+    ] = None
+    follows: Annotated[
+        int | None,
+        Ge(0),
+        Le(MAX_LINKS - 1),
+        Quantity("Number of the joint that this one follows; it moves by itself if left out."),
+    ] = None
+    ratio: Annotated[
+        float,
+        Ge(-100.0),
+        Le(100.0),
+        Quantity("Its motion over that of the joint that it follows."),
+    ] = 1.0
+    offset: Annotated[
+        Angle,
+        Quantity("Its position, in rad or m, where the joint that it follows is at 0.", "rad"),
+    ] = 0.0
+
+
+def moving(joints: Sequence[ChainJoint]) -> tuple[int, ...]:
+    """Numbers of the joints that move by themselves."""
+    return tuple(k for k, joint in enumerate(joints) if joint.follows is None)
+
+
+def couplings(joints: Sequence[ChainJoint]) -> tuple[list[list[float]], list[float]]:
+    """A and b in q = A c + b, the positions of all joints by those that move by themselves."""
+    own = moving(joints)
+    followed = [k if joint.follows is None else joint.follows for k, joint in enumerate(joints)]
+    ratios = [
+        [(1.0 if k in own else joint.ratio) if each == followed[k] else 0.0 for each in own]
+        for k, joint in enumerate(joints)
+    ]
+    return ratios, [0.0 if k in own else joint.offset for k, joint in enumerate(joints)]
+
+
+def all_positions(joints: Sequence[ChainJoint], positions: Floats) -> Floats:
+    """Positions of all joints ``(..., joints)`` by those that move by themselves."""
+    ratios, offsets = couplings(joints)
+    return positions @ np.transpose(ratios) + offsets
+
+
+def range_of(joint: ChainJoint) -> tuple[float, float]:
+    """Least and largest position of a joint, infinite where it has none [rad, m]."""
+    low, high = joint.minimum, joint.maximum
+    return -math.inf if low is None else low, math.inf if high is None else high
+
+
+def has_limits(joints: Sequence[ChainJoint]) -> bool:
+    """Whether the range of any joint has an end."""
+    return any(math.isfinite(end) for joint in joints for end in range_of(joint))
+
+
+def margins(joints: Sequence[ChainJoint], positions: Floats) -> Floats:
+    """How far all joints are from both ends of their ranges, ``(joints, 2)`` [rad, m].
+
+    Args:
+        joints: The chain.
+        positions: Of those that move by themselves, ``(3,)``.
+    """
+    lows, highs = np.transpose([range_of(joint) for joint in joints])
+    found = all_positions(joints, positions)
+    return np.stack([found - lows, highs - found], axis=-1)
 
 
 def rotation_of(quaternion: Sequence[float]) -> Floats:
@@ -109,12 +203,12 @@ def chain_points(
         attitude: Of the base.
         joints: The chain.
         tip: In the frame of the last link [m].
-        positions: Of the joints, shape ``(..., joints)`` [rad, m].
+        positions: Of the joints that move by themselves, shape ``(..., 3)`` [rad, m].
 
     Returns:
         Points ``(..., joints + 1, 3)`` [m], axes ``(..., joints, 3)``, in world axes.
     """
-    positions = np.asarray(positions)
+    positions = all_positions(joints, np.asarray(positions))
     turn = np.broadcast_to(rotation_of(attitude), (*positions.shape[:-1], 3, 3))
     point = np.zeros((*positions.shape[:-1], 3))
     points, axes = [], []
@@ -149,24 +243,62 @@ def chain_positions(
         posture: Where to begin [rad, m].
 
     Returns:
-        Positions ``(joints,)``; None where the tip cannot be put there, or the chain is singular.
+        Of those that move by themselves, ``(3,)``; None where the tip cannot be put there, or the
+        chain is singular.
     """
     slides = np.array([joint.kind == "prismatic" for joint in joints])
+    ratios = np.array(couplings(joints)[0])
     length = max(chain_length(joints, tip), math.hypot(*target))
     positions = np.array(posture, float)
     for _ in range(_MOST_STEPS):
         points, axes = chain_points(attitude, joints, tip, positions)
         arms = points[-1] - points[:-1]
-        columns = np.where(slides[:, None], axes, np.cross(axes, arms)).T
+        columns = np.where(slides[:, None], axes, np.cross(axes, arms)).T @ ratios
         sizes = np.linalg.norm(columns, axis=0)
         if not abs(np.linalg.det(columns)) > _LEAST_SINE * sizes.prod():
             return None
         step = np.linalg.solve(columns, np.asarray(target) - points[-1])
-        largest = np.abs(np.where(slides, step / length, step)).max()
+        each = ratios @ step
+        largest = np.abs(np.where(slides, each / length, each)).max()
         positions += step * min(1.0, _LONGEST_STEP / max(largest, _LONGEST_STEP))
         if largest < _CONVERGED:
             return positions
     return None
+
+
+def chain_start(
+    attitude: Attitude,
+    joints: Sequence[ChainJoint],
+    tip: Sequence[float],
+    target: Sequence[float],
+    posture: Sequence[float],
+) -> tuple[tuple[float, ...], Floats] | None:
+    """Where Newton's method begins at the start of a run, and what it finds from there.
+
+    It begins at the given posture; where that leads nowhere, or beyond the range of a joint, at
+    some within the ranges.
+
+    Returns:
+        Positions of the joints that move by themselves; beyond a range if none within is found,
+        None where the tip cannot be put there.
+    """
+    first = None
+    for seed in (tuple(posture), *_postures(joints)):
+        found = chain_positions(attitude, joints, tip, target, seed)
+        if found is not None:
+            first = first or (seed, found)
+            if (margins(joints, found) >= 0.0).all():
+                return seed, found
+    return first
+
+
+def _postures(joints: Sequence[ChainJoint]) -> Iterator[tuple[float, ...]]:
+    """Postures within the ranges, the middle first; none where a range has no end."""
+    ranges = [range_of(joints[k]) for k in moving(joints)]
+    if np.isfinite(ranges).all():
+        for shares in product(_SHARES, repeat=len(ranges)):
+            pairs = zip(ranges, shares, strict=True)
+            yield tuple(low + share * (high - low) for (low, high), share in pairs)
 
 
 def chain_length(joints: Sequence[ChainJoint], tip: Sequence[float]) -> float:

@@ -111,8 +111,8 @@ class FingerParameters:
     face: Annotated[
         Face,
         Quantity(
-            "Face of the object the tip touches: left, right, bottom or top of a rectangle, edge-K "
-            "of a polygon, from its corner K to the next."
+            "Face of the object the tip touches: left, right, bottom or top of a rectangle or a "
+            "circle, edge-K of a polygon, from its corner K to the next."
         ),
     ]
     contact_offset: Annotated[
@@ -120,7 +120,9 @@ class FingerParameters:
         Ge(-10.0),
         Le(10.0),
         Quantity(
-            "Where along the face's tangent the tip starts, from the middle of the face.", "m"
+            "Where along the face's tangent the tip starts, from the middle of the face; on a "
+            "circle along its arc.",
+            "m",
         ),
     ] = 0.0
     elbow: Annotated[

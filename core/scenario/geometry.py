@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipgrasp.core.scenario import FingerParameters, ObjectParameters, PlanarScenario
+from slipgrasp.core.scenario.curved_faces import slide
 from slipgrasp.core.scenario.scenario import AnyObject
 
 Point = tuple[float, float]
@@ -21,8 +22,9 @@ class ContactFrame(NamedTuple):
         anchor: Contact point at zero slip (x, y) [m].
         tangent: Unit vector of positive slip; the normal is the tangent turned by -90 degrees.
         normal: Unit vector into the object.
-        slip_minimum: Slip at which the fingertip passes the end of the face [m].
+        slip_minimum: Slip at which the fingertip passes the end of the face [m]; none on a circle.
         slip_maximum: Slip at which it passes the other end [m].
+        curvature: Of the face, 0 where it is straight [1/m].
     """
 
     anchor: tuple[float, float]
@@ -30,6 +32,7 @@ class ContactFrame(NamedTuple):
     normal: tuple[float, float]
     slip_minimum: float
     slip_maximum: float
+    curvature: float = 0.0
 
 
 # Of the faces of a rectangle, in the order of `Face`.
@@ -41,9 +44,19 @@ TANGENTS = {
 }
 
 
+ROUND_CORNERS = 48
+"""Corners of the polygon as which a round outline is drawn."""
+
+
 def base_corners(body: AnyObject) -> tuple[Point, ...]:
-    """Corners (x, y) of a planar object, or of the base of a prism, counterclockwise [m]."""
+    """Corners (x, y) of a planar object, or of the base of a prism, counterclockwise [m].
+
+    Of a round object those of a polygon inside its outline.
+    """
     x, y = body.half_sizes
+    if body.is_round:
+        angles = np.linspace(0.0, 2.0 * math.pi, ROUND_CORNERS, endpoint=False).tolist()
+        return tuple((x * math.cos(angle), y * math.sin(angle)) for angle in angles)
     return body.corners or ((-x, -y), (x, -y), (x, y), (-x, y))
 
 
@@ -54,6 +67,8 @@ def outline(body: AnyObject) -> NDArray[np.float64]:
 
 def inner_radius(body: AnyObject) -> float:
     """Distance from the centre of mass to the nearest face of the object [m]."""
+    if body.is_round:
+        return min(body.half_height, body.radius)
     corners = outline(body)
     sides = np.roll(corners, -1, axis=0) - corners
     areas = corners[:, 0] * sides[:, 1] - corners[:, 1] * sides[:, 0]
@@ -62,6 +77,8 @@ def inner_radius(body: AnyObject) -> float:
 
 def smallest_extent(body: ObjectParameters) -> float:
     """Least distance of two parallel lines between which the object fits [m]."""
+    if body.is_round:
+        return 2.0 * body.radius
     corners = outline(body)
     sides = np.roll(corners, -1, axis=0) - corners
     normals = np.stack([-sides[:, 1], sides[:, 0]], axis=1) / np.hypot(*sides.T)[:, None]
@@ -77,6 +94,8 @@ def contact_frame(body: ObjectParameters, finger: FingerParameters) -> ContactFr
         finger: The finger that touches it, on one of its `face_names`.
     """
     offset = finger.contact_offset
+    if body.is_round:
+        return _round_frame(body.radius, TANGENTS[finger.face], offset)
     if body.corners:
         return _edge_frame(body, int(finger.face.removeprefix("edge-")), offset)
     tx, ty = TANGENTS[finger.face]
@@ -86,6 +105,14 @@ def contact_frame(body: ObjectParameters, finger: FingerParameters) -> ContactFr
     reach = body.face_half_length if vertical else body.half_width
     anchor = (-depth * nx + offset * tx, -depth * ny + offset * ty)
     return ContactFrame(anchor, (tx, ty), (nx, ny), -reach - offset, reach - offset)
+
+
+def _round_frame(radius: float, tangent: Point, offset: float) -> ContactFrame:
+    """On a circle: the face has no end, and the offset is an arc."""
+    axes = np.array([tangent, (tangent[1], -tangent[0])])
+    start = slide(-radius * axes[1], axes, (1.0 / radius,), [offset])
+    (x, y), ((tx, ty), (nx, ny)) = (part.tolist() for part in start)
+    return ContactFrame((x, y), (tx, ty), (nx, ny), -math.inf, math.inf, 1.0 / radius)
 
 
 def _edge_frame(body: ObjectParameters, edge: int, offset: float) -> ContactFrame:

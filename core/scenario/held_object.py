@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated
+from typing import Annotated, Literal
 
 from annotated_types import Ge, Le, Len
 from pydantic.dataclasses import dataclass
@@ -26,9 +26,12 @@ ObjectMass = Annotated[
 ]
 
 
+Radius = Annotated[float, Ge(1e-3), Le(10.0)]
+
+
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
 class ObjectParameters:
-    """The held object: a rectangle about its centre of mass, or a convex polygon."""
+    """The held object: a rectangle about its centre of mass, a convex polygon or a circle."""
 
     mass: ObjectMass = 1.0
     inertia: Annotated[
@@ -65,10 +68,25 @@ class ObjectParameters:
             "m",
         ),
     ] = ()
+    shape: Annotated[
+        Literal["polygon", "circle"],
+        Quantity(
+            "Outline of the object: polygon (a rectangle, or what its corners say) or circle, "
+            "about its centre of mass."
+        ),
+    ] = "polygon"
+    radius: Annotated[Radius, Quantity("Radius of a circle.", "m")] = 0.1
+
+    @property
+    def is_round(self) -> bool:
+        """Whether its face is curved."""
+        return self.shape == "circle"
 
     @property
     def half_sizes(self) -> tuple[float, float]:
-        """Half the sizes of a rectangle along its x and y axis [m]."""
+        """Half the sizes of a rectangle, or of that around a circle, along x and y [m]."""
+        if self.is_round:
+            return self.radius, self.radius
         return self.half_width, self.face_half_length
 
     @property
@@ -78,5 +96,8 @@ class ObjectParameters:
 
     @property
     def face_names(self) -> tuple[str, ...]:
-        """What its faces are called: by side, or edge-0, edge-1 … of a polygon."""
+        """What its faces are called: by side, or edge-0, edge-1 … of a polygon.
+
+        Those of a circle are one: each name says where the contact offset counts from.
+        """
         return tuple(f"edge-{k}" for k in range(len(self.corners))) or SIDES

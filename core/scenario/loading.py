@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cache, lru_cache, partial
 from importlib import resources
@@ -23,6 +23,7 @@ from slipgrasp.core.scenario.field_errors import (
     refuse_other_types,
     single_error,
 )
+from slipgrasp.core.scenario.hand_file import fill_in_hand, refuse_hand_name
 from slipgrasp.core.scenario.motion_file import fill_in_table, refuse_table_name
 from slipgrasp.core.scenario.parameters import Parameter, describe
 from slipgrasp.core.scenario.scenario import SCENARIOS, AnyScenario, full_scenario, space_of
@@ -106,6 +107,7 @@ def load_scenario(source: str | Path) -> Scenario:
     if path.stat().st_size > _MAX_FILE_BYTES:
         raise _too_large(name)
     mapping = _parse_toml(path.read_bytes(), name)
+    fill_in_hand(mapping, path.parent)
     fill_in_table(mapping, path.parent)
     return scenario_from_mapping(mapping)
 
@@ -154,6 +156,7 @@ def scenario_from_mapping(mapping: Any, *, with_law: bool = True) -> Scenario:
         ScenarioError: With one entry per wrong field.
     """
     refuse_table_name(mapping)
+    refuse_hand_name(mapping)
     space = space_of(mapping) if isinstance(mapping, dict) else PLANAR
     try:
         text = json.dumps(mapping, default=repr)
@@ -225,12 +228,23 @@ def scenario_to_toml(scenario: Scenario) -> str:
     mapping = scenario.to_mapping()
     lines = [f"title = {_toml(mapping['title'])}"]
     for name, tables in mapping.items():
-        if name == "title":
-            continue
-        header = f"[{name}]" if isinstance(tables, dict) else f"[[{name}]]"
-        for table in [tables] if isinstance(tables, dict) else tables:
-            lines += ["", header, *(f"{key} = {_toml(value)}" for key, value in table.items())]
+        if name != "title":
+            lines += _toml_lines(name, tables)
     return "\n".join(lines) + "\n"
+
+
+def fingers_to_toml(fingers: Sequence[Mapping[str, Any]]) -> str:
+    """Fingers as the tables of a TOML file."""
+    return "\n".join(_toml_lines("fingers", fingers)) + "\n"
+
+
+def _toml_lines(name: str, tables: Mapping[str, Any] | Sequence[Mapping[str, Any]]) -> list[str]:
+    """One table, or several of one name."""
+    header = f"[{name}]" if isinstance(tables, Mapping) else f"[[{name}]]"
+    lines = list[str]()
+    for table in [tables] if isinstance(tables, Mapping) else tables:
+        lines += ["", header, *(f"{key} = {_toml(value)}" for key, value in table.items())]
+    return lines
 
 
 @cache

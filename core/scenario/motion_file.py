@@ -10,15 +10,16 @@ from typing import Any
 
 from slipgrasp.core.exceptions import ScenarioError
 from slipgrasp.core.scenario import MAX_TABLE_ROWS
-from slipgrasp.core.scenario.field_errors import shortened, single_error
+from slipgrasp.core.scenario.beside import ONLY_ON_DISK, file_error, read_beside
+from slipgrasp.core.scenario.field_errors import shortened
 from slipgrasp.core.scenario.scenario import space_of
 
 Columns = tuple[str, ...]
 
 _FIELD = "trajectory.table"
 _COUNTS = {4: "four", 7: "seven"}
-_MAX_BYTES = 200_000
 _MOST = f"{MAX_TABLE_ROWS} rows"
+_SIZE = 200_000, f"a table has at most {_MOST}"
 
 
 def fill_in_table(mapping: dict[str, Any], folder: Path) -> None:
@@ -33,8 +34,8 @@ def fill_in_table(mapping: dict[str, Any], folder: Path) -> None:
     """
     name = _table_name(mapping)
     if name is not None:
-        columns = _columns(mapping)
-        mapping["trajectory"]["table"] = _parse(_read(name, folder), shortened(name), columns)
+        text = read_beside(name, folder, _FIELD, "a CSV file", _SIZE)
+        mapping["trajectory"]["table"] = _parse(text, shortened(name), _columns(mapping))
 
 
 def refuse_table_name(mapping: Any) -> None:
@@ -48,8 +49,7 @@ def refuse_table_name(mapping: Any) -> None:
         raise _error(
             name,
             f"rows of {', '.join(_columns(mapping))}",
-            "a file name is looked up only for a scenario file on the disk of the program; give "
-            "the rows themselves",
+            f"{ONLY_ON_DISK}; give the rows themselves",
         )
 
 
@@ -62,32 +62,6 @@ def _table_name(mapping: Any) -> str | None:
 def _columns(mapping: dict[str, Any]) -> Columns:
     """What stands in the columns of a table of poses."""
     return space_of(mapping).table_columns
-
-
-def _read(name: str, folder: Path) -> str:
-    """The content of a file inside the folder, symbolic links followed."""
-    near = "a file beside the scenario"
-    try:
-        root = folder.resolve()
-        path = (root / name).resolve()
-        present = path.is_file()
-    except (OSError, RuntimeError, ValueError) as error:
-        raise _error(name, near, "there is no such file") from error
-    if not path.is_relative_to(root):
-        raise _error(name, near, "it lies outside the scenario's folder")
-    if not present:
-        raise _error(name, near, "there is no such file")
-    try:
-        with path.open("rb") as file:
-            content = file.read(_MAX_BYTES + 1)
-    except OSError as error:
-        raise _error(name, "a readable file", f"{error.strerror}") from error
-    if len(content) > _MAX_BYTES:
-        raise _error(name, "200 kB", f"larger than 200 kB; a table has at most {_MOST}")
-    try:
-        return content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise _error(name, "a CSV file", "not a text file (UTF-8)") from error
 
 
 def _parse(text: str, name: str, columns: Columns) -> list[list[float]]:
@@ -137,4 +111,4 @@ def _parse_number(cell: str, name: str, place: str) -> float:
 
 
 def _error(name: str, limit: str, problem: str) -> ScenarioError:
-    return single_error(_FIELD, name, limit, f"{_FIELD} '{shortened(name)}': {problem}")
+    return file_error(_FIELD, name, limit, problem)

@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal
 from annotated_types import Ge, Le, Len
 from pydantic.dataclasses import dataclass
 
-from slipgrasp.core.scenario.chain import NUM_JOINTS, Attitude, ChainJoint
+from slipgrasp.core.scenario.chain import MAX_LINKS, Attitude, ChainJoint, moving
 from slipgrasp.core.scenario.chain import Angle as JointPosition
 from slipgrasp.core.scenario.common import (
     Changes,
@@ -36,7 +36,7 @@ from slipgrasp.core.scenario.finger import (
     SlidesMass,
     StaticFriction,
 )
-from slipgrasp.core.scenario.held_object import MAX_CORNERS, Corner, ObjectMass
+from slipgrasp.core.scenario.held_object import MAX_CORNERS, Corner, ObjectMass, Radius
 from slipgrasp.core.scenario.motion import (
     MAX_SET_POINTS,
     MAX_TABLE_ROWS,
@@ -94,7 +94,7 @@ Moment = Annotated[float, Ge(-1e3), Le(1e3)]
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
 class SpatialObject:
-    """The held object: a box or a prism about its centre of mass."""
+    """The held object: a box, a prism, a cylinder or a sphere about its centre of mass."""
 
     mass: ObjectMass = 1.0
     inertias: Annotated[
@@ -127,20 +127,40 @@ class SpatialObject:
             "m",
         ),
     ] = ()
+    shape: Annotated[
+        Literal["prism", "cylinder", "sphere"],
+        Quantity(
+            "Shape of the object: prism (a box, or what its corners say), cylinder about its z "
+            "axis, or sphere."
+        ),
+    ] = "prism"
+    radius: Annotated[Radius, Quantity("Radius of a cylinder or a sphere.", "m")] = 0.1
+
+    @property
+    def is_round(self) -> bool:
+        """Whether its faces are curved."""
+        return self.shape != "prism"
 
     @property
     def half_sizes(self) -> tuple[float, float]:
-        """Half the sizes of a box along its x and y axis [m]."""
+        """Half the sizes of a box, or of that around a round object, along x and y [m]."""
+        if self.is_round:
+            return self.radius, self.radius
         return self.half_width, self.half_depth
 
     @property
     def half_height(self) -> float:
         """How far it reaches along its z axis [m]."""
-        return 0.5 * self.height
+        return self.radius if self.shape == "sphere" else 0.5 * self.height
 
     @property
     def face_names(self) -> tuple[str, ...]:
-        """What its faces are called."""
+        """What its faces are called.
+
+        Those of a round object are one: each name says where the contact offset counts from.
+        """
+        if self.shape == "cylinder":
+            return tuple(f"side-{k}" for k in range(4))
         return (*(f"side-{k}" for k in range(len(self.corners) or 4)), "top", "bottom")
 
 
@@ -148,7 +168,7 @@ class SpatialObject:
 class SpatialFinger:
     """A finger whose base turns about a vertical axis, with two links that move in its plane.
 
-    Or a tip on three slides, or at the end of a chain of three joints.
+    Or a tip on three slides, or at the end of a chain of joints, of which three move by themselves.
     """
 
     kind: Annotated[
@@ -156,13 +176,13 @@ class SpatialFinger:
         Quantity(
             "What carries the tip: links (a yaw axis and two links), slides (one along each axis, "
             "with one moving mass; joint positions in m and torques in N are those of the slides) "
-            "or chain (three joints of any places and axes)."
+            "or chain (three joints of any places and axes, and others that follow these)."
         ),
     ] = "links"
     mass: SlidesMass = 0.1
     joints: Annotated[
         tuple[ChainJoint, ...],
-        Len(0, NUM_JOINTS),
+        Len(0, MAX_LINKS),
     ] = ()
     tip: Annotated[
         tuple[Coordinate, Coordinate, Coordinate],
@@ -201,14 +221,14 @@ class SpatialFinger:
         SpatialFace,
         Quantity(
             "Face of the object the tip touches: side-K, from corner K to the next, top or bottom; "
-            "of a box side-0 to side-3 face -y, +x, +y, -x."
+            "of a box, a cylinder or a sphere side-0 to side-3 face -y, +x, +y, -x."
         ),
     ]
     contact_offset: Annotated[
         tuple[Offset, Offset],
         Quantity(
             "Where along the two tangents of the face the tip starts, from the middle of a side, "
-            "or from the axis of top and bottom.",
+            "or from the axis of top and bottom; on curved faces along an arc.",
             "m",
         ),
     ] = (0.0, 0.0)
@@ -420,8 +440,25 @@ class SpatialScenario:
             for i, finger in enumerate(self.fingers)
             for k in range(count)
             if finger.kind == "slides"
-            or (finger.kind == "chain" and finger.joints[k].kind == "prismatic")
+            or (
+                finger.kind == "chain"
+                and finger.joints[moving(finger.joints)[k]].kind == "prismatic"
+            )
         )
+
+    @property
+    def torque_limits(self) -> tuple[tuple[str, float | None], ...]:
+        """Key and value of what limits the torque of every joint, through all fingers."""
+        limit, found = self.actuation.torque_limit, list[tuple[str, float | None]]()
+        for i, finger in enumerate(self.fingers):
+            if limit is not None or finger.kind != "chain":
+                found += [("actuation.torque_limit", limit)] * SPATIAL.joints_per_finger
+                continue
+            found += [
+                (f"fingers.{i}.joints.{k}.torque_limit", finger.joints[k].torque_limit)
+                for k in moving(finger.joints)
+            ]
+        return tuple(found)
 
     @property
     def friction_cone(self) -> FrictionCone:

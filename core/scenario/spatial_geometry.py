@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipgrasp.core.scenario import Scenario
-from slipgrasp.core.scenario.chain import chain_points, chain_positions
+from slipgrasp.core.scenario.chain import chain_points, chain_positions, chain_start
+from slipgrasp.core.scenario.curved_faces import FARTHEST, coordinates_on_sphere, slide
 from slipgrasp.core.scenario.geometry import Point, base_corners, slide_points
 from slipgrasp.core.scenario.spatial import SpatialFinger, SpatialObject, SpatialScenario
 
@@ -21,6 +22,17 @@ Vector = tuple[float, float, float]
 Floats = NDArray[np.float64]
 
 HORIZONTAL = 1e-6
+# Radii that a tip may slip around a cylinder, of which a face of finite size needs an end.
+_ENDLESS = 1e6
+# Out of a round object, where its sides have their middles.
+_OUTWARD: dict[str, Vector] = {
+    "side-0": (0.0, -1.0, 0.0),
+    "side-1": (1.0, 0.0, 0.0),
+    "side-2": (0.0, 1.0, 0.0),
+    "side-3": (-1.0, 0.0, 0.0),
+    "top": (0.0, 0.0, 1.0),
+    "bottom": (0.0, 0.0, -1.0),
+}
 
 
 class SpatialContact(NamedTuple):
@@ -33,6 +45,7 @@ class SpatialContact(NamedTuple):
         tangent_y: Unit vector of the second slip, normal x tangent_x.
         normal: Unit vector into the object.
         outline: Corners of the face in slips (s_x, s_y), counterclockwise as seen from inside [m].
+        curvatures: Of the face along its tangents [1/m].
     """
 
     anchor: Vector
@@ -40,6 +53,7 @@ class SpatialContact(NamedTuple):
     tangent_y: Vector
     normal: Vector
     outline: tuple[Point, ...]
+    curvatures: Point = (0.0, 0.0)
 
 
 def spatial_contact(body: SpatialObject, finger: SpatialFinger) -> SpatialContact:
@@ -49,12 +63,10 @@ def spatial_contact(body: SpatialObject, finger: SpatialFinger) -> SpatialContac
         body: The object.
         finger: The finger that touches it, on one of its `face_names`.
     """
+    if body.is_round:
+        return _round_contact(body, finger)
     middle, corners, normal = _face(body, finger.face)
-    up = (0.0, 0.0, 1.0)
-    along = _minus(up, _scaled(normal, _dot(up, normal)))
-    length = math.sqrt(_dot(along, along))
-    tangent_x = _scaled(along, 1.0 / length) if length > HORIZONTAL else (1.0, 0.0, 0.0)
-    tangent_y = cross(normal, tangent_x)
+    tangent_x, tangent_y = _tangents(normal)
     x, y = finger.contact_offset
     anchor = _plus(middle, _plus(_scaled(tangent_x, x), _scaled(tangent_y, y)))
     outline = [
@@ -62,6 +74,32 @@ def spatial_contact(body: SpatialObject, finger: SpatialFinger) -> SpatialContac
         for corner in corners
     ]
     return SpatialContact(anchor, tangent_x, tangent_y, normal, tuple(_counterclockwise(outline)))
+
+
+def _tangents(normal: Vector) -> tuple[Vector, Vector]:
+    up = (0.0, 0.0, 1.0)
+    along = _minus(up, _scaled(normal, _dot(up, normal)))
+    length = math.sqrt(_dot(along, along))
+    tangent_x = _scaled(along, 1.0 / length) if length > HORIZONTAL else (1.0, 0.0, 0.0)
+    return tangent_x, cross(normal, tangent_x)
+
+
+def _round_contact(body: SpatialObject, finger: SpatialFinger) -> SpatialContact:
+    """On a cylinder or a sphere, where the offset is an arc from the middle of a side."""
+    normal, curvature = _scaled(_OUTWARD[finger.face], -1.0), 1.0 / body.radius
+    (x, y), far = finger.contact_offset, body.radius * _ENDLESS
+    curvatures, ends = (0.0, curvature), (body.half_height + x, body.half_height - x, far)
+    if body.shape == "sphere":
+        curvatures = (curvature, curvature)
+        x, y = coordinates_on_sphere(curvature, finger.contact_offset).tolist()
+        ends = (body.radius * FARTHEST,) * 3
+    anchor, axes = slide(
+        _scaled(normal, -body.radius), (*_tangents(normal), normal), curvatures, (x, y)
+    )
+    low, high, side = ends
+    outline = ((-low, -side), (high, -side), (high, side), (-low, side))
+    vectors = [(row[0], row[1], row[2]) for row in (anchor.tolist(), *axes.tolist())]
+    return SpatialContact(vectors[0], vectors[1], vectors[2], vectors[3], outline, curvatures)
 
 
 def _face(body: SpatialObject, name: str) -> tuple[Vector, list[Vector], Vector]:
@@ -182,13 +220,29 @@ def joint_angles(finger: SpatialFinger, tips: Floats) -> Floats:
 
 def _chain_angles(finger: SpatialFinger, targets: Floats) -> Floats:
     """The same of a chain, one tip after the other, each from the joints of the one before."""
-    found, seed = [], finger.posture
-    for target in targets.reshape(-1, 3):
-        chain = finger.attitude, finger.joints, finger.tip
-        positions = chain_positions(*chain, target.tolist(), seed)
+    chain = finger.attitude, finger.joints, finger.tip
+    found, seed = list[Floats](), None
+    for target in targets.reshape(-1, 3).tolist():
+        if seed is None:
+            start = chain_start(*chain, target, finger.posture)
+            positions = None if start is None else start[1]
+        else:
+            positions = chain_positions(*chain, target, seed)
         found.append(np.full(3, np.nan) if positions is None else positions)
-        seed = finger.posture if positions is None else tuple(positions.tolist())
+        seed = None if positions is None else tuple(positions.tolist())
     return np.reshape(found, targets.shape)
+
+
+def first_seeds(scenario: SpatialScenario) -> list[tuple[float, ...]]:
+    """Joint positions from which those of chains at the start are looked for; 0 of others."""
+    seeds = []
+    for i, finger in enumerate(scenario.fingers):
+        start = None
+        if finger.kind == "chain":
+            chain = finger.attitude, finger.joints, finger.tip
+            start = chain_start(*chain, tip_at_start(scenario, i), finger.posture)
+        seeds.append(finger.posture if start is None else start[0])
+    return seeds
 
 
 def spatial_joint_points(finger: SpatialFinger, joint_positions: Floats) -> Floats:

@@ -1,28 +1,34 @@
 """Fingers of a hand from its URDF description: what lies between the base and each fingertip.
 
-Links that are fixed to each other become one, with their masses added, and joints can be locked, so
-that every finger becomes a chain of three joints (`slipgrasp.core.scenario.chain`).
+Links that are fixed to each other become one, with their masses added, and joints can be locked or
+follow others, so that three joints of every finger move by themselves
+(`slipgrasp.core.scenario.chain`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
-from itertools import product
+import math
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any, NamedTuple
 from xml.etree import ElementTree
 
 import numpy as np
+import pydantic
 from numpy.typing import NDArray
 
 from slipgrasp.core.exceptions import ScenarioError
 from slipgrasp.core.scenario.chain import (
+    MAX_LINKS,
     NUM_JOINTS,
     ChainJoint,
     about_axis,
-    chain_positions,
+    chain_start,
+    moving,
     quaternion_of,
+    range_of,
 )
+from slipgrasp.core.scenario.common import without_none
 from slipgrasp.core.scenario.field_errors import nearest, shortened, single_error
 from slipgrasp.core.scenario.spatial import SpatialScenario
 from slipgrasp.core.scenario.spatial_geometry import tip_at_start
@@ -31,7 +37,7 @@ Floats = NDArray[np.float64]
 
 MOVING = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic"}
 _UPPER = np.triu_indices(3)
-_SHARES = (0.5, 0.25, 0.75)  # of the range of a joint, at which the start is looked for
+_LARGEST_END, _LARGEST_EFFORT = 100.0, 1e6  # of what a joint of a scenario may have [rad, N m]
 
 
 class Pose(NamedTuple):
@@ -60,6 +66,14 @@ class _Body(NamedTuple):
         return _Body(self.mass, pose.place + pose.turn @ self.centre, turned)
 
 
+class Follows(NamedTuple):
+    """How a joint follows another one: its position is ratio times that of it, and an offset."""
+
+    leader: str
+    ratio: float
+    offset: float
+
+
 class _Joint(NamedTuple):
     name: str
     kind: str
@@ -67,8 +81,10 @@ class _Joint(NamedTuple):
     child: str
     pose: Pose
     axis: Floats
-    limits: tuple[float, float]
-    mimics: bool
+    minimum: float | None
+    maximum: float | None
+    torque_limit: float | None
+    follows: Follows | None
 
     def moved(self, position: float) -> Pose:
         """Pose of the link after the joint where that stands still."""
@@ -84,23 +100,21 @@ class ImportedFinger:
     Attributes:
         joints: Its chain.
         tip: In the frame of the last link [m].
-        limits: Range of each joint [rad, m].
-        links: Names of the links that move with it.
+        parts: Names of the links of the file that each of its links consists of.
     """
 
     joints: tuple[ChainJoint, ...]
     tip: tuple[float, float, float]
-    limits: tuple[tuple[float, float], ...]
-    links: frozenset[str]
+    parts: tuple[tuple[str, ...], ...]
 
 
 @dataclass(slots=True)
 class _Group:
     """Links that move together, in the frame of the first of them."""
 
-    joint: _Joint | None
+    joint: _Joint
     pose: Pose  # of its joint in the group before
-    bodies: list[_Body] = field(default_factory=list)
+    bodies: dict[str, _Body] = field(default_factory=dict)
 
 
 class Description:
@@ -109,12 +123,18 @@ class Description:
     Args:
         text: The file.
         locked: Positions of joints that are taken for fixed, by name [rad, m].
+        coupled: Joints that follow others, besides those that the file names (mimic).
 
     Raises:
         ScenarioError: If it is no description of links and joints.
     """
 
-    def __init__(self, text: str, locked: Mapping[str, float] | None = None) -> None:
+    def __init__(
+        self,
+        text: str,
+        locked: Mapping[str, float] | None = None,
+        coupled: Mapping[str, Follows] | None = None,
+    ) -> None:
         if "<!" in text.replace("<!--", ""):
             raise _refusal("a document type", "none", "a URDF file has no document type; remove it")
         try:
@@ -123,15 +143,17 @@ class Description:
             joints = [_joint_of(each) for each in root.findall("joint")]
         except (ElementTree.ParseError, ValueError, AttributeError) as error:
             raise _refusal("the file", "URDF", f"it cannot be read as URDF: {error}") from None
-        self._before = {joint.child: joint for joint in joints}
+        self._locked, coupled = dict(locked or {}), dict(coupled or {})
+        self._joints = {
+            joint.name: joint._replace(follows=coupled.get(joint.name, joint.follows))
+            for joint in joints
+        }
+        for name in (*self._locked, *coupled):
+            self._named(name)
+        self._before = {joint.child: joint for joint in self._joints.values()}
         self._after: dict[str, list[_Joint]] = {}
-        for joint in joints:
+        for joint in self._joints.values():
             self._after.setdefault(joint.parent, []).append(joint)
-        self._locked = dict(locked or {})
-        names = [joint.name for joint in joints]
-        for name in self._locked:
-            if name not in names:
-                raise _refusal(name, ", ".join(names), f"there is no joint '{name}'")
 
     @property
     def links(self) -> frozenset[str]:
@@ -145,33 +167,77 @@ class Description:
             tip: Name of the link.
 
         Raises:
-            ScenarioError: If there is no such link, or its chain has not three moving joints.
+            ScenarioError: If there is no such link, or not three of the joints of its chain move by
+                themselves.
         """
-        groups, links, end = [_Group(None, AT_ORIGIN)], set[str](), AT_ORIGIN
-        for joint in self._path_to(tip):
-            if self._moves(joint):
+        groups, end = list[_Group](), AT_ORIGIN
+        path = self._path_to(tip)
+        on_path = {joint.child for joint in path}
+        for joint in path:
+            stands = self._standing(joint)
+            if stands is None:
                 groups.append(_Group(joint, end.after(joint.pose)))
                 end = AT_ORIGIN
             else:
-                end = end.after(joint.moved(self._locked.get(joint.name, 0.0)))
-            if len(groups) > 1:
-                found = list(self._fixed_to(joint.child, end, tip))
-                links |= {name for name, _ in found}
-                groups[-1].bodies += [body for _, body in found]
-        moving = groups[1:]
-        if len(moving) != NUM_JOINTS:
-            names = ", ".join(group.joint.name for group in moving if group.joint) or "none"
+                end = end.after(joint.moved(stands))
+            if groups:
+                groups[-1].bodies |= self._fixed_to(joint.child, end, on_path)
+        leaders = self._leaders(tip, [group.joint for group in groups])
+        joints = tuple(map(_chain_joint, groups, leaders))
+        parts = tuple(tuple(group.bodies) for group in groups)
+        return ImportedFinger(joints, _numbers(end.place), parts)
+
+    def _leaders(self, tip: str, joints: Sequence[_Joint]) -> list[tuple[int, float, float] | None]:
+        """What each joint of a chain follows: number of a joint, ratio, offset; None: nothing."""
+        names = [joint.name for joint in joints]
+        own = [joint.name for joint in joints if self._leader(joint)[0] is joint]
+        if len(own) != NUM_JOINTS or len(joints) > MAX_LINKS:
             raise _refusal(
                 tip,
                 f"{NUM_JOINTS} joints",
-                f"'{tip}' has {len(moving)} moving joints ({names}), a chain has {NUM_JOINTS}; "
-                "lock the others with --lock JOINT=POSITION",
+                f"{len(own)} of the {len(joints)} joints of '{tip}' move by themselves "
+                f"({', '.join(own) or 'none'}), of a chain {NUM_JOINTS} of at most {MAX_LINKS}: "
+                "lock others with --lock JOINT=POSITION, or let them follow these with --couple "
+                "JOINT=LEADER,RATIO",
             )
-        joints, limits = zip(*map(_chain_joint, moving), strict=True)
-        return ImportedFinger(joints, _numbers(end.place), limits, frozenset(links))
+        found: list[tuple[int, float, float] | None] = []
+        for joint in joints:
+            leader, ratio, offset = self._leader(joint)
+            if leader.name not in names:
+                raise _refusal(
+                    joint.name,
+                    ", ".join(own),
+                    f"joint '{joint.name}' follows '{leader.name}', which does not carry '{tip}'; "
+                    f"lock it with --lock {joint.name}=POSITION",
+                )
+            follows = names.index(leader.name), ratio, offset
+            found.append(None if leader is joint else follows)
+        return found
 
-    def _moves(self, joint: _Joint) -> bool:
-        return joint.kind in MOVING and joint.name not in self._locked
+    def _named(self, name: str) -> _Joint:
+        if name not in self._joints:
+            names = ", ".join(self._joints)
+            near = nearest(name, self._joints)
+            raise _refusal(name, names, f"there is no joint '{shortened(name)}'{near}")
+        return self._joints[name]
+
+    def _leader(self, joint: _Joint) -> tuple[_Joint, float, float]:
+        """The joint that a joint follows in the end, itself if none; ratio and offset."""
+        ratio, offset, first = 1.0, 0.0, joint
+        for _ in self._joints:
+            if joint.follows is None or joint.name in self._locked:
+                return joint, ratio, offset
+            offset += ratio * joint.follows.offset
+            ratio *= joint.follows.ratio
+            joint = self._named(joint.follows.leader)
+        raise _refusal(first.name, "another joint", f"joint '{first.name}' follows itself")
+
+    def _standing(self, joint: _Joint) -> float | None:
+        """The position of a joint that does not move [rad, m]; None if it does."""
+        leader, ratio, offset = self._leader(joint)
+        if leader.name in self._locked:
+            return ratio * self._locked[leader.name] + offset
+        return None if leader.kind in MOVING and joint.kind in MOVING else 0.0
 
     def _path_to(self, tip: str) -> list[_Joint]:
         if tip not in self._bodies:
@@ -182,27 +248,20 @@ class Description:
             path.append(self._before[tip])
             tip = path[-1].parent
         for joint in path:
-            if joint.mimics and joint.name not in self._locked:
-                raise _refusal(
-                    joint.name,
-                    "independent joints",
-                    f"joint '{joint.name}' follows another one (mimic), which a chain cannot; "
-                    f"lock it with --lock {joint.name}=POSITION",
-                )
             if joint.kind not in MOVING and joint.kind != "fixed":
                 kinds = ", ".join(MOVING)
                 words = f"joint '{joint.name}' is '{joint.kind}', a chain has {kinds}"
                 raise _refusal(joint.kind, kinds, words)
         return path[::-1]
 
-    def _fixed_to(self, link: str, pose: Pose, tip: str) -> Iterator[tuple[str, _Body]]:
+    def _fixed_to(self, link: str, pose: Pose, path: Collection[str]) -> dict[str, _Body]:
         """A link of a path, and what is fixed to it beside the path; each in the group's frame."""
-        yield link, self._bodies[link].seen_from(pose)
-        path = {joint.child for joint in self._path_to(tip)}
+        found = {link: self._bodies[link].seen_from(pose)}
         for joint in self._after.get(link, []):
-            if joint.child not in path and not self._moves(joint):
-                moved = joint.moved(self._locked.get(joint.name, 0.0))
-                yield from self._fixed_to(joint.child, pose.after(moved), tip)
+            stands = self._standing(joint)
+            if joint.child not in path and stands is not None:
+                found |= self._fixed_to(joint.child, pose.after(joint.moved(stands)), path)
+        return found
 
 
 def with_fingers(
@@ -224,65 +283,78 @@ def with_fingers(
             len(fingers), f"{count}", f"{len(fingers)} fingertips for a scenario of {count} fingers"
         )
     mapping = scenario.to_mapping()
-    place, attitude = _numbers(base.place), quaternion_of(base.turn)
     for i, (given, finger) in enumerate(zip(mapping["fingers"], fingers, strict=True)):
         target = np.add(tip_at_start(scenario, i), scenario.fingers[i].base) - base.place
-        given |= {
-            "kind": "chain",
-            "base": place,
-            "attitude": attitude,
-            "tip": finger.tip,
-            "joints": [_joint_mapping(joint) for joint in finger.joints],
-            "posture": _posture(finger, attitude, target),
-        }
+        given |= finger_mapping(finger, base)
+        # Where a range has no end, the start is looked for within a turn.
+        joints = [
+            replace(
+                joint,
+                minimum=-math.pi if joint.minimum is None else joint.minimum,
+                maximum=math.pi if joint.maximum is None else joint.maximum,
+            )
+            for joint in finger.joints
+        ]
+        chain = given["attitude"], joints, finger.tip
+        start = chain_start(*chain, target.tolist(), given["posture"])
+        if start is not None:
+            given["posture"] = tuple(start[1].tolist())
     return mapping
 
 
-def _posture(
-    finger: ImportedFinger, attitude: tuple[float, float, float, float], target: Floats
-) -> tuple[float, ...]:
-    """Joint positions at the start, looked for from some within their ranges; else the middle."""
-    middle = None
-    for shares in product(_SHARES, repeat=len(finger.joints)):
-        pairs = zip(finger.limits, shares, strict=True)
-        seed = tuple(low + share * (high - low) for (low, high), share in pairs)
-        middle = middle or seed
-        found = chain_positions(attitude, finger.joints, finger.tip, target.tolist(), seed)
-        if found is not None:
-            inside = [low <= q <= high for q, (low, high) in zip(found, finger.limits, strict=True)]
-            if all(inside):
-                return tuple(found.tolist())
-    assert middle is not None
-    return middle
+def finger_mapping(finger: ImportedFinger, base: Pose) -> dict[str, Any]:
+    """What a file says of a finger, as plain values of a scenario.
+
+    Args:
+        finger: It; its posture is the middle of its ranges.
+        base: Pose of the hand in the world.
+    """
+    ranges = [range_of(finger.joints[k]) for k in moving(finger.joints)]
+    middles = [0.5 * (low + high) if math.isfinite(high - low) else 0.0 for low, high in ranges]
+    return {
+        "kind": "chain",
+        "base": _numbers(base.place),
+        "attitude": quaternion_of(base.turn),
+        "tip": finger.tip,
+        "joints": [asdict(joint, dict_factory=without_none) for joint in finger.joints],
+        "posture": tuple(middles),
+    }
 
 
-def _joint_mapping(joint: ChainJoint) -> dict[str, Any]:
-    return {name: getattr(joint, name) for name in ChainJoint.__dataclass_fields__}
-
-
-def _chain_joint(group: _Group) -> tuple[ChainJoint, tuple[float, float]]:
+def _chain_joint(group: _Group, leader: tuple[int, float, float] | None) -> ChainJoint:
     """Joint and link of links that move together."""
-    joint = group.joint
-    assert joint is not None
-    mass = sum(body.mass for body in group.bodies)
+    joint, bodies = group.joint, group.bodies.values()
+    mass = sum(body.mass for body in bodies)
     centre = np.zeros(3)
-    for body in group.bodies:
+    for body in bodies:
         centre = centre + body.mass / max(mass, 1e-300) * body.centre
     inertia = np.zeros((3, 3))
-    for body in group.bodies:
+    for body in bodies:
         offset = body.centre - centre
         steiner = offset @ offset * np.eye(3) - np.outer(offset, offset)
         inertia = inertia + body.inertia + body.mass * steiner
-    chained = ChainJoint(
-        kind=MOVING[joint.kind],  # pyright: ignore[reportArgumentType]
+    follows, ratio, offset = leader or (None, 1.0, 0.0)
+    values = dict[str, Any](
+        kind=MOVING[joint.kind],
         place=_numbers(group.pose.place),
         attitude=quaternion_of(group.pose.turn),
         axis=_numbers(joint.axis),
         mass=mass,
         centre=_numbers(centre),
         unit_inertia=tuple((inertia / max(mass, 1e-300))[_UPPER].tolist()),
+        minimum=joint.minimum,
+        maximum=joint.maximum,
+        torque_limit=None if follows is not None else joint.torque_limit,
+        follows=follows,
+        ratio=ratio,
+        offset=offset,
     )
-    return chained, joint.limits
+    try:
+        return ChainJoint(**values)
+    except pydantic.ValidationError as error:
+        first = error.errors()[0]
+        words = f"joint '{joint.name}': {first['loc'][0]}: {first['msg']}"
+        raise _refusal(joint.name, "a joint", words) from None
 
 
 def _body_of(link: ElementTree.Element) -> _Body:
@@ -303,9 +375,12 @@ _ENTRIES = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 def _joint_of(joint: ElementTree.Element) -> _Joint:
     axis, limit = joint.find("axis"), joint.find("limit")
     direction = np.array([1.0, 0.0, 0.0]) if axis is None else _vector(axis.get("xyz", "1 0 0"))
-    low, high = -np.pi, np.pi
-    if limit is not None and joint.get("type") != "continuous":
-        low, high = float(limit.get("lower", "0")), float(limit.get("upper", "0"))
+    low = high = most = None
+    if limit is not None:
+        most = _within(float(limit.get("effort", "0")), _LARGEST_EFFORT) or None
+        if joint.get("type") != "continuous":
+            ends = (float(limit.get(name, "0")) for name in ("lower", "upper"))
+            low, high = (_within(end, _LARGEST_END) for end in ends)
     return _Joint(
         joint.get("name", ""),
         joint.get("type", ""),
@@ -313,9 +388,23 @@ def _joint_of(joint: ElementTree.Element) -> _Joint:
         joint.find("child").get("link"),  # pyright: ignore
         _pose_of(joint),
         direction / np.linalg.norm(direction),
-        (low, high),
-        joint.find("mimic") is not None,
+        low,
+        high,
+        most,
+        _follows_of(joint.find("mimic")),
     )
+
+
+def _within(value: float, largest: float) -> float | None:
+    """A limit; None where it is so large that it means that there is none."""
+    return value if abs(value) <= largest else None
+
+
+def _follows_of(mimic: ElementTree.Element | None) -> Follows | None:
+    if mimic is None:
+        return None
+    ratio, offset = (float(mimic.get(*each)) for each in (("multiplier", "1"), ("offset", "0")))
+    return Follows(mimic.get("joint", ""), ratio, offset)
 
 
 def _pose_of(element: ElementTree.Element) -> Pose:

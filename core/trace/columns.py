@@ -6,18 +6,12 @@ order columns stand: tables in every format, the REST interface and comparisons 
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
-from slipgrasp.core.scenario import Scenario
-from slipgrasp.core.scenario.loading import (
-    load_scenario,
-    parameter_definitions,
-    preset_names,
-)
+from slipgrasp.core.scenario.field_errors import template_key, template_keys
 from slipgrasp.core.trace.trace import (
     SIGNALS,
     Floats,
@@ -114,8 +108,8 @@ def labels_of(signal: Signal, shape: TraceShape) -> tuple[str, ...]:
 def units_of(signal: Signal, shape: TraceShape) -> list[str]:
     """SI units of the entries of a signal, one per column."""
     if signal.per == "unknown":
-        definitions = parameter_definitions(_example(shape))
-        return [definitions[_as_of_first_finger(key)].unit for key in shape.unknowns]
+        definitions, space = template_keys(shape.space), shape.space
+        return [definitions[template_key(key, space)].unit for key in shape.unknowns]
     if signal.per == "diagnostic":
         return [diagnostic.unit for diagnostic in shape.diagnostics]
     if shape.width(signal) == 0:
@@ -135,13 +129,3 @@ def _columns_of(trace: Trace, signal: Signal) -> Iterator[Column]:
     for label, unit, column in zip(labels, units, table.T, strict=True):
         name = "_".join(part for part in (signal.prefix, label) if part)
         yield Column(name, signal.name, unit, column)
-
-
-def _example(shape: TraceShape) -> Scenario:
-    """A scenario with parameters like those of a trace."""
-    return load_scenario(preset_names(shape.space)[0])
-
-
-def _as_of_first_finger(key: str) -> str:
-    """The key of the same parameter where every scenario has it."""
-    return re.sub(r"\.\d+", ".0", key)

@@ -106,6 +106,8 @@ def give_more_torque(situation: Situation) -> Iterator[Option]:
     for key in ("actuation.torque_limit", "actuation.torque_rate_limit"):
         if getattr(situation.scenario.actuation, key.rpartition(".")[2]) is not None:
             yield from raise_(situation.scenario, key)
+    if situation.exhausted is not None and situation.scenario.actuation.torque_limit is None:
+        yield from raise_(situation.scenario, situation.exhausted[1])
 
 
 def act_sooner(situation: Situation) -> Iterator[Option]:

@@ -11,6 +11,7 @@ from slipgrasp.core.kernel.loop.status import (
     CHATTERING,
     EVENT_STALL,
     INCONSISTENT,
+    JOINT_LIMIT,
     LARGEST_TILT,
     LEFT_FACE,
     MAX_STEPS,
@@ -26,6 +27,7 @@ from slipgrasp.core.kernel.loop.status import (
     UNBOUNDED_FORCE,
 )
 from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.chain import margins, range_of
 from slipgrasp.core.scenario.spatial import SpatialScenario
 from slipgrasp.core.scenario.spatial_geometry import edges_of, spatial_contact
 from slipgrasp.core.trace.trace import Trace
@@ -169,11 +171,11 @@ def _has_singular_model(end: _End) -> bool:
 
 def _describe_weakness(end: _End) -> str:
     """That a joint cannot give more; empty if all can."""
-    if not end.is_torque_limited:
+    if end.exhausted is None:
         return ""
-    limit, slides = end.scenario.actuation.torque_limit, end.scenario.slides
-    unit = "N m" if not slides else "N" if len(slides) == len(end.scenario.fingers) else "N m or N"
-    return f"a joint gave all that actuation.torque_limit allows, {limit:g} {unit}"
+    joint, key, limit = end.exhausted
+    unit = "N" if joint in end.scenario.sliding_joints else "N m"
+    return f"a joint gave all that {key} allows, {limit:g} {unit}"
 
 
 def _describe_delay(end: _End) -> str:
@@ -224,7 +226,11 @@ def _explain_left_face(end: _End) -> _Finding:
 
 def _explain_left_edge(end: _End, scenario: SpatialScenario) -> _Finding:
     number, distance, _ = _nearest_edge(end, scenario)
-    where = f"edge {number} of {scenario.fingers[end.contact].face}"
+    where = {
+        "prism": f"edge {number} of {scenario.fingers[end.contact].face}",
+        "cylinder": "the end of the cylinder",
+        "sphere": "the sphere, nearly to the point opposite of where it began",
+    }[scenario.object.shape]
     return _Finding(f"the {end.finger_name} fingertip slid over {where}", distance, 0.0)
 
 
@@ -252,6 +258,23 @@ def _explain_singular(end: _End) -> _Finding:
         return _Finding(message, None, None)
     became = "straight" if math.cos(angle) > 0.0 else "folded"
     return _Finding(f"the {end.finger_name} finger became {became}", angle, 0.0)
+
+
+def _explain_joint_limit(end: _End) -> _Finding:
+    assert isinstance(end.scenario, SpatialScenario), "planar joints have no limits"
+    joints = end.scenario.fingers[end.contact].joints
+    count = end.last.shape.joints_per_finger
+    moved = end.last.joint_position[0, count * end.contact : count * (end.contact + 1)]
+    left = margins(joints, moved)
+    joint, side = divmod(int(left.argmin()), 2)
+    limit, end_name = range_of(joints[joint])[side], ("minimum", "maximum")[side]
+    unit = "m" if joints[joint].kind == "prismatic" else "rad"
+    message = (
+        f"joint {joint + 1} of the {end.finger_name} finger came to its {end_name}, "
+        f"{limit:g} {unit} (fingers.{end.contact}.joints.{joint}.{end_name}),"
+    )
+    beyond = float(left[joint, side])
+    return _Finding(message, limit - beyond if side else limit + beyond, limit)
 
 
 def _explain_chattering(end: _End) -> _Finding:
@@ -344,6 +367,8 @@ def _length_of_face(end: _End) -> str:
     _, _, bounds_width = _nearest_edge(end, scenario)
     if face.startswith("side") and not bounds_width:
         return "object.height"
+    if scenario.object.shape == "sphere":
+        return "object.radius"
     if scenario.object.corners:
         return "object.corners"
     along_y = face in ("side-1", "side-3") or (not face.startswith("side") and bounds_width)
@@ -422,6 +447,13 @@ _ENDINGS = {
         outcome=Outcome.SINGULAR,
         code="singular_jacobian",
         explain=_explain_singular,
+        hint=_stay_within_reach,
+        of_one_contact=True,
+    ),
+    JOINT_LIMIT: _Ending(
+        outcome=Outcome.SINGULAR,
+        code="joint_limit",
+        explain=_explain_joint_limit,
         hint=_stay_within_reach,
         of_one_contact=True,
     ),

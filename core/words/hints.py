@@ -17,6 +17,7 @@ from slipgrasp.core.scenario import ControlLaw, Scenario
 from slipgrasp.core.scenario.custom_laws import law_of
 from slipgrasp.core.scenario.loading import with_values
 from slipgrasp.core.scenario.scenario import AnyController
+from slipgrasp.core.scenario.spatial import SpatialScenario
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.words.options import Option
 from slipgrasp.core.words.phrases import joined
@@ -108,10 +109,16 @@ class Situation:
         return law_of(self.controller.kind)
 
     @property
-    def is_torque_limited(self) -> bool:
-        """Whether a joint gives all that it may."""
-        limit = self.scenario.actuation.torque_limit
-        return limit is not None and bool(np.abs(self.last.joint_torque[0]).max() >= limit)
+    def exhausted(self) -> tuple[int, str, float] | None:
+        """A joint that gives all that it may, and key and value of its limit; None if none does."""
+        torques = np.abs(self.last.joint_torque[0])
+        limits = [("actuation.torque_limit", self.scenario.actuation.torque_limit)] * len(torques)
+        if isinstance(self.scenario, SpatialScenario):
+            limits = self.scenario.torque_limits
+        for k, (key, limit) in enumerate(limits):
+            if limit is not None and torques[k] >= limit:
+                return k, key, limit
+        return None
 
 
 def scenario_at(scenario: Scenario, time: float) -> Scenario:

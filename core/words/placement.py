@@ -63,8 +63,7 @@ def _offsets(body: ObjectParameters | SpatialObject, error: Sequence[float]) -> 
     if isinstance(body, SpatialObject):
         distance, angle = math.hypot(*error[:3]), math.hypot(*error[3:])
         corners = np.array(base_corners(body))
-        half = 0.5 * body.height
-        radius = math.hypot(float(np.hypot(*corners.T).max()), half)
+        radius = math.hypot(float(np.hypot(*corners.T).max()), body.half_height)
     else:
         distance, angle = math.hypot(*error[:2]), error[2]
         radius = float(np.hypot(*outline(body).T).max())
@@ -77,7 +76,8 @@ def _offsets(body: ObjectParameters | SpatialObject, error: Sequence[float]) -> 
 def _extent(body: ObjectParameters | SpatialObject) -> float:
     """The smallest extent of an object [m]."""
     if isinstance(body, SpatialObject):
-        return min(float(np.ptp(np.array(base_corners(body)), axis=0).min()), body.height)
+        across = np.ptp(np.array(base_corners(body)), axis=0).min()
+        return min(float(across), 2.0 * body.half_height)
     return smallest_extent(body)
 
 

@@ -44,6 +44,7 @@ CATEGORIES: tuple[Category, ...] = (
     Category("diverged: the loop is too stiff to follow", Outcome.DIVERGED, "stiff_loop"),
     Category("diverged: a quantity is not finite", Outcome.DIVERGED, "nonfinite_state"),
     Category("a finger became straight or folded", Outcome.SINGULAR),
+    Category("a joint came to its limit", Outcome.SINGULAR, "joint_limit"),
     Category("limit of steps or time", Outcome.LIMIT),
     Category("an instant repeats without progress", Outcome.LIMIT, "event_stall"),
     Category("stopped", Outcome.STOPPED),

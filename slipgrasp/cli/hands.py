@@ -1,26 +1,40 @@
-"""``slipgrasp hands``: makes a scenario with the fingers of a hand that a URDF file describes."""
+"""``slipgrasp hands``: the fingers of a hand that a URDF file describes, for scenarios."""
 
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from slipgrasp.cli.status import CommandError, ExitStatus
 
+if TYPE_CHECKING:
+    from slipgrasp.core.scenario.urdf import Description, Follows, ImportedFinger, Pose
+
 _MOST_BYTES = 10_000_000
+_COUPLING = "JOINT=LEADER,RATIO[,OFFSET]"
+_USE = """\
+The fingers of {file}, as `slipgrasp hands import` read them. A scenario file of a spatial hand in
+this folder has them with the line
+    hand = "{name}"
+above its tables, and with as many [[fingers]], each with its face and friction.
+"""
 
 
 def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Adds the command to the parser."""
-    text = "make a scenario with the fingers of a hand from its URDF file"
+    text = "make the fingers of a scenario from the URDF file of a hand"
     parser = commands.add_parser("hands", help=text, description=f"{text.capitalize()}.")
     parts = parser.add_subparsers(metavar="COMMAND", required=True)
     command = parts.add_parser(
         "import",
         help="from a URDF file",
         description="Reads what lies between the base of a hand and its fingertips, joins links "
-        "that are fixed to each other, and writes a scenario whose fingers are built so. Each "
-        "finger has three moving joints; others are locked.",
+        "that are fixed to each other, and writes how the fingers are built, in numbers. A "
+        "scenario file in the same folder uses the result with the line 'hand = \"FILE.toml\"'; "
+        "with --scenario a whole scenario is written. Three joints of each finger move by "
+        "themselves; others are locked or follow them.",
     )
     command.add_argument("file", metavar="FILE.urdf", type=Path, help="description of the hand")
     command.add_argument(
@@ -33,13 +47,14 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     command.add_argument(
         "--scenario",
         metavar="NAME",
-        required=True,
-        help="preset or TOML file of a spatial hand: object, faces, friction, motion and law",
+        help="preset or TOML file of a spatial hand, whose object, faces, friction, motion and law "
+        "are taken",
     )
     command.add_argument(
         "--output", metavar="FILE.toml", type=Path, required=True, help="where it is written"
     )
     command.add_argument(
+        "--base-pose",
         "--base",
         metavar=("X", "Y", "Z", "ROLL", "PITCH", "YAW"),
         nargs=6,
@@ -54,38 +69,82 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         default=[],
         help="a joint that does not move, and where it stands [rad, m]",
     )
+    command.add_argument(
+        "--couple",
+        metavar=_COUPLING,
+        action="append",
+        default=[],
+        help="a joint that follows another one: its position is RATIO times that of LEADER, and "
+        "OFFSET; as the mimic joints of the file",
+    )
     command.set_defaults(execute=_import)
 
 
 def _import(arguments: argparse.Namespace) -> ExitStatus:
     import numpy as np
 
+    from slipgrasp.core.scenario.urdf import Description, pose_of
+
+    locked, coupled = map(_locked, arguments.lock), map(_coupled, arguments.couple)
+    hand = Description(_text_of(arguments.file), dict(locked), dict(coupled))
+    fingers = [hand.finger(tip) for tip in arguments.tips]
+    base = pose_of(np.array(arguments.base_pose[:3]), np.array(arguments.base_pose[3:]))
+    if arguments.scenario is None:
+        text = _hand_toml(arguments, fingers, base)
+    else:
+        text = _scenario_toml(arguments.scenario, fingers, base)
+    try:
+        with arguments.output.open("x", encoding="utf-8") as stream:
+            stream.write(text)
+    except FileExistsError:
+        raise CommandError(f"'{arguments.output}' exists; choose another name") from None
+    except OSError as error:
+        raise CommandError(f"'{arguments.output}' cannot be written: {error.strerror}") from error
+    _report(arguments, hand, fingers)
+    return ExitStatus.COMPLETED
+
+
+def _hand_toml(arguments: argparse.Namespace, fingers: Sequence[ImportedFinger], base: Pose) -> str:
+    """The fingers alone."""
+    from slipgrasp.core.scenario.loading import fingers_to_toml
+    from slipgrasp.core.scenario.urdf import finger_mapping
+
+    use = _USE.format(file=arguments.file.name, name=arguments.output.name)
+    comment = "".join(f"# {line}\n" for line in use.splitlines())
+    return comment + fingers_to_toml([finger_mapping(finger, base) for finger in fingers])
+
+
+def _scenario_toml(name: str, fingers: Sequence[ImportedFinger], base: Pose) -> str:
+    """A scenario with these fingers."""
     from slipgrasp.core.scenario import SpatialScenario
     from slipgrasp.core.scenario.loading import (
         load_scenario,
         scenario_from_mapping,
         scenario_to_toml,
     )
-    from slipgrasp.core.scenario.urdf import Description, pose_of, with_fingers
+    from slipgrasp.core.scenario.urdf import with_fingers
 
-    scenario = load_scenario(arguments.scenario)
+    scenario = load_scenario(name)
     if not isinstance(scenario, SpatialScenario):
-        raise CommandError(f"'{arguments.scenario}' is of a planar hand; give a spatial one")
-    hand = Description(_text_of(arguments.file), dict(map(_locked, arguments.lock)))
-    fingers = [hand.finger(tip) for tip in arguments.tips]
-    base = pose_of(np.array(arguments.base[:3]), np.array(arguments.base[3:]))
-    made = scenario_from_mapping(with_fingers(scenario, fingers, base))
-    try:
-        with arguments.output.open("x", encoding="utf-8") as stream:
-            stream.write(scenario_to_toml(made))
-    except FileExistsError:
-        raise CommandError(f"'{arguments.output}' exists; choose another name") from None
-    except OSError as error:
-        raise CommandError(f"'{arguments.output}' cannot be written: {error.strerror}") from error
-    used = frozenset().union(*(finger.links for finger in fingers))
-    left = ", ".join(sorted(hand.links - used)) or "none"
-    print(f"{arguments.output}: {len(fingers)} fingers; links that move with none of them: {left}")
-    return ExitStatus.COMPLETED
+        raise CommandError(f"'{name}' is of a planar hand; give a spatial one")
+    return scenario_to_toml(scenario_from_mapping(with_fingers(scenario, fingers, base)))
+
+
+def _report(
+    arguments: argparse.Namespace, hand: Description, fingers: Sequence[ImportedFinger]
+) -> None:
+    """Says what was joined and what was left out."""
+    parts = [names for finger in fingers for names in finger.parts]
+    joined = "; ".join(f"{first} with {', '.join(rest)}" for first, *rest in parts if rest)
+    left = ", ".join(sorted(hand.links.difference(*parts)))
+    print(f"{arguments.output}: {len(fingers)} fingers")
+    print(f"joined, since they move together: {joined or 'none'}")
+    print(f"left out, links that move with none of them: {left or 'none'}")
+    if arguments.scenario is None:
+        name = arguments.output.name
+        print(
+            f"to use it: the line 'hand = \"{name}\"' above the tables of a scenario file beside it"
+        )
 
 
 def _text_of(file: Path) -> str:
@@ -104,3 +163,18 @@ def _locked(text: str) -> tuple[str, float]:
         return name, float(position)
     except ValueError:
         raise CommandError(f"--lock {text}: give JOINT=POSITION, such as joint_0=0.1") from None
+
+
+def _coupled(text: str) -> tuple[str, Follows]:
+    from slipgrasp.core.scenario.urdf import Follows
+
+    name, _, given = text.partition("=")
+    leader, *numbers = given.split(",")
+    try:
+        ratio, offset = map(float, [*numbers, "0"][:2])
+        if len(numbers) not in (1, 2):
+            raise ValueError
+    except ValueError:
+        example = "such as joint_3=joint_2,0.8"
+        raise CommandError(f"--couple {text}: give {_COUPLING}, {example}") from None
+    return name, Follows(leader, ratio, offset)

@@ -99,7 +99,8 @@ def check_trials(result: RunResult, verdict: Verdict) -> None:
 
 def check_headline(result: RunResult, headline: str) -> None:
     if result.outcome is not Outcome.COMPLETED:
-        assert headline == HEADLINES[result.outcome]
+        by_reason = {"joint_limit": "Ended: a joint came to its limit"}
+        assert headline == by_reason.get(result.reason.code, HEADLINES[result.outcome])
         return
     assert result.end_time == result.scenario.simulation.duration
     recent = result.trace.times > result.end_time - 0.5
@@ -282,6 +283,17 @@ def is_singular(result: RunResult, found: re.Match[str]) -> None:
     check_at(result, found["time"])
 
 
+def has_a_joint_at_its_limit(result: RunResult, found: re.Match[str]) -> None:
+    contact, joint = finger_called(result, found["finger"]), int(found["joint"]) - 1
+    assert result.outcome is Outcome.SINGULAR and result.reason.contact == contact
+    given = result.scenario.fingers[contact].joints[joint]
+    limit = given.minimum if found["end"] == "minimum" else given.maximum
+    assert result.reason.limit == limit and near(found[4], limit)
+    assert found[5] == f"fingers.{contact}.joints.{joint}.{found['end']}"
+    assert math.isclose(result.reason.value, limit, abs_tol=1e-9)
+    check_at(result, found["time"])
+
+
 def has_chattered(result: RunResult, found: re.Match[str]) -> None:
     assert result.outcome is Outcome.CHATTERING
     changes = [change.time for change in result.phase_changes]
@@ -339,6 +351,11 @@ CAUSES: dict[str, tuple[str, Callable[[RunResult, re.Match[str]], None]]] = {
     "singular_jacobian": (
         rf"the (?P<finger>.+) finger became (?P<shape>straight|folded) {TIME}",
         is_singular,
+    ),
+    "joint_limit": (
+        rf"joint (?P<joint>\d) of the (?P<finger>.+) finger came to its (?P<end>minimum|maximum), "
+        rf"{NUMBER} (?:rad|m) \({KEY}\), {TIME}",
+        has_a_joint_at_its_limit,
     ),
     "chatter": (
         r"the contacts chattered: (?P<count>\d+) phase changes within (?P<window>[\d.e-]+) s "

@@ -1,10 +1,13 @@
 """Fingers that are chains: the closed forms written as chains, and a hand of a prototype."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from slipgrasp import load_scenario, open_recording, simulate, verify, write_recording
 from slipgrasp.core.exceptions import ScenarioError
+from slipgrasp.core.run.verdict import describe_run
 from slipgrasp.core.scenario.loading import scenario_from_mapping, with_values
 from slipgrasp.core.scenario.space import SPATIAL
 from slipgrasp.core.scenario.spatial_geometry import (
@@ -15,6 +18,7 @@ from slipgrasp.core.scenario.spatial_geometry import (
 from slipgrasp.core.scenario.unknowns import name_unknown
 from slipgrasp.core.trace.columns import columns_of
 from slipgrasp.core.trace.types import Outcome
+from tests.core.reading_words import check_cause, check_headline
 from tests.core.test_slides import gripper
 
 pytestmark = pytest.mark.slow
@@ -26,6 +30,27 @@ YAW_AND_PITCHES = [
     {**PITCH, "unit_inertia": ROD},
     {**PITCH, "unit_inertia": ROD, "place": (1.0, 0.0, 0.0)},
 ]
+
+
+# The last joint in two, each of which turns by half of what is left of its angle.
+SPLIT = 0.2
+YAW_AND_SPLIT_PITCHES = [
+    *YAW_AND_PITCHES[:2],
+    {**PITCH, "mass": 0.0, "place": (1.0, 0.0, 0.0)},
+    {**PITCH, "unit_inertia": ROD, "follows": 2, "offset": SPLIT},
+]
+
+
+def with_split_joints(scenario):
+    """Fingers of four joints instead of three, of which the last follows the one before."""
+    mapping = as_chains(scenario).to_mapping()
+    for finger in mapping["fingers"]:
+        yaw, pitch, bend = finger["posture"]
+        finger["posture"] = (yaw, pitch, 0.5 * (bend - SPLIT))
+        finger["joints"] = [dict(joint) for joint in YAW_AND_SPLIT_PITCHES]
+    for estimate in mapping.get("estimates", ()):
+        estimate["parameter"] = estimate["parameter"].replace("joints.2", "joints.3")
+    return scenario_from_mapping(mapping)
 
 
 def as_chains(scenario, **values):
@@ -68,6 +93,74 @@ def test_the_closed_form_written_as_a_chain_gives_the_same_run(preset):
     chain = simulate(as_chains(closed))
     assert_alike(chain, simulate(closed), 1e-8)
     assert np.abs(chain.trace.energy_residual).max() < 2e-9
+
+
+@pytest.mark.parametrize("preset", ["spatial-prism", "spatial-composite"])
+def test_a_joint_written_as_two_that_turn_together_gives_the_same_run(preset):
+    closed = with_values(load_scenario(preset), {"simulation.duration": 0.3})
+    chain, single = simulate(with_split_joints(closed)), simulate(closed)
+    trace = chain.trace
+    bends = trace.joint_position[:, 2::3]
+    np.testing.assert_allclose(2.0 * bends[-1] + SPLIT, single.trace.joint_position[-1, 2::3])
+    both = {"joint_position": bends, "joint_velocity": trace.joint_velocity[:, 2::3]}
+    parts = {name: getattr(trace, name).copy() for name in (*both, "joint_torque")}
+    parts["joint_position"][:, 2::3] = 2.0 * bends + SPLIT
+    parts["joint_velocity"][:, 2::3] *= 2.0
+    parts["joint_torque"][:, 2::3] *= 0.5
+    assert_alike(replace(chain, trace=replace(trace, **parts)), single, 1e-8)
+    assert np.abs(trace.energy_residual).max() < 2e-9
+
+
+def test_a_run_ends_where_a_joint_comes_to_the_end_of_its_range(tmp_path):
+    scenario = as_chains(load_scenario("spatial-prism"), **{"simulation.duration": 0.5})
+    free = simulate(scenario).trace
+    row = int(np.searchsorted(free.times, 0.15))
+    for joint, end in ((0, "maximum"), (1, "minimum"), (2, "minimum")):
+        limit = float(free.joint_position[row, 3 + joint])
+        key = f"fingers.1.joints.{joint}.{end}"
+        run = simulate(with_values(scenario, {key: limit}))
+        assert (run.outcome, run.reason.code, run.reason.contact) == ("singular", "joint_limit", 1)
+        assert run.reason.limit == limit and abs(run.reason.value - limit) < 1e-9
+        assert key in run.reason.message and abs(run.reason.time - free.times[row]) < 1e-7
+        # Until then nothing is different.
+        count = int((free.times < run.end_time - 1e-3).sum())
+        np.testing.assert_array_equal(run.trace.joint_position[:count], free.joint_position[:count])
+        verdict = describe_run(run)
+        check_headline(run, verdict.headline)
+        check_cause(run, verdict.sentences[0])
+        write_recording(run, tmp_path / f"{joint}.mcap")
+        assert verify(open_recording(tmp_path / f"{joint}.mcap")).same
+
+
+def test_a_range_wide_enough_changes_nothing():
+    free = as_chains(load_scenario("spatial-prism"), **{"simulation.duration": 0.2})
+    wide = {
+        f"fingers.{i}.joints.{k}.{end}": value
+        for i in range(3)
+        for k in range(3)
+        for end, value in (("minimum", -4.0), ("maximum", 4.0))
+    }
+    assert_same_bits(simulate(with_values(free, wide)), simulate(free))
+
+
+def test_a_joint_gives_no_more_than_its_own_limit():
+    scenario = as_chains(load_scenario("spatial-prism"), **{"simulation.duration": 0.15})
+    keys = [f"fingers.{i}.joints.{k}.torque_limit" for i in range(3) for k in range(3)]
+    weak = simulate(with_values(scenario, {"actuation.torque_limit": 16.0}))
+    assert "torque_limited" in [warning.code for warning in weak.warnings]
+    assert_same_bits(simulate(with_values(scenario, dict.fromkeys(keys, 16.0))), weak)
+    # The limit of all joints replaces their own ones.
+    both = dict.fromkeys(keys, 1.0) | {"actuation.torque_limit": 16.0}
+    assert_same_bits(simulate(with_values(scenario, both)), weak)
+    one = simulate(with_values(scenario, {keys[4]: 5.0}))
+    assert np.abs(one.trace.joint_torque[:, 4]).max() <= 5.0
+    assert np.abs(one.trace.joint_torque[:, 1]).max() > 5.0
+
+
+def assert_same_bits(run, other):
+    for name in ("times", "joint_position", "joint_torque", "object_pose", "normal_force"):
+        ours, theirs = getattr(run.trace, name), getattr(other.trace, name)
+        np.testing.assert_array_equal(ours, theirs)
 
 
 def test_the_slips_of_the_sample_case_end_at_the_printed_times():
@@ -118,6 +211,7 @@ LINKS = (
 TIP_MASS, TIP_INERTIA, TIP = 0.031, 5.1667e-7, (0.019, 0.0, -0.16)
 PLACES = ((0.0, 0.0, 0.0), (0.01685, 0.0505, 0.0), (0.05015, 0.0, -0.16))
 AXES = ((0.0, 1.0, 0.0), (1.0, 0.0, 0.0), (1.0, 0.0, 0.0))
+RANGES = ((-0.33, 1.0), (0.0, 1.57), (-2.7, 0.0))
 UPPER = np.triu_indices(3)
 
 
@@ -149,6 +243,8 @@ def trifinger_joints():
                 "mass": mass,
                 "centre": tuple(centre.tolist()),
                 "unit_inertia": tuple(unit.tolist()),
+                "minimum": RANGES[k][0],
+                "maximum": RANGES[k][1],
             }
         )
     return joints
@@ -226,10 +322,21 @@ def test_a_trifinger_does_what_it_did_in_a_prototype(tmp_path):
     assert [round(ends[i], 6) for i in range(3)] == [0.005924, 0.006584, 0.002637]
     paths = np.round(1e3 * np.array(run.metrics.slip_path), 4)
     np.testing.assert_array_equal(paths, [0.0263, 0.0307, 0.0097])
+    # The largest force of the prototype is that at ticks; between them, where a slip ends, it is
+    # larger.
+    ticks = np.abs(run.trace.times * 1e3 % 1.0) < 1e-6
+    assert round(run.trace.normal_force[ticks].max(), 3) == 0.935
+    assert round(max(run.metrics.peak_normal_force), 3) == 0.950
     np.testing.assert_allclose(run.trace.estimates[-1][:4], [0.5, 0.35, 0.6, 0.094], rtol=1e-4)
     assert np.abs(run.trace.energy_residual).max() < 1e-11
     write_recording(run, tmp_path / "trifinger.mcap")
     assert verify(open_recording(tmp_path / "trifinger.mcap")).same
+
+
+def joints_with(finger, k, **values):
+    joints = [dict(joint) for joint in finger["joints"]]
+    joints[k] |= values
+    return joints
 
 
 def test_an_unknown_of_a_chain_has_a_name_and_wrong_chains_are_refused():
@@ -239,6 +346,10 @@ def test_an_unknown_of_a_chain_has_a_name_and_wrong_chains_are_refused():
     finger = mapping["fingers"][0]
     for change, words in (
         ({"joints": finger["joints"][:2]}, "a chain has 3"),
+        ({"joints": [*finger["joints"], finger["joints"][0]]}, "--lock .* follow these"),
+        ({"joints": joints_with(finger, 2, follows=2)}, "no joint that moves by itself: 0, 1"),
+        ({"joints": joints_with(finger, 1, minimum=1.0, maximum=0.5)}, "not below .*maximum, 0.5"),
+        ({"joints": joints_with(finger, 2, maximum=-3.0)}, "joint 3 at .*, beyond .*2.maximum, -3"),
         ({"posture": (0.0, 0.0, 0.0)}, "cannot reach its contact from"),
         ({"attitude": (0.0, 0.0, 0.0, 0.0)}, "a quaternion of a rotation has length 1"),
         ({"base": (-5.0, 0.0, 0.0)}, "move the base, the start pose or the posture"),

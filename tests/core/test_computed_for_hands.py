@@ -27,7 +27,7 @@ from slipgrasp.core.scenario.loading import (
 from slipgrasp.core.scenario.parameters import describe, hints_of, split_hint
 from slipgrasp.core.scenario.space import PLANAR, SPACES, SPATIAL
 from slipgrasp.core.scenario.validation import check_scenario
-from tests.core.test_chains import trifinger
+from tests.core.test_chains import trifinger, with_split_joints
 
 pytestmark = pytest.mark.slow
 
@@ -43,6 +43,7 @@ ADDED = (
     *({"trajectory.kind": kind} for kind in ("circle", "rotation", "shake", "coast")),
     {"pulses.0.time": 0.1},
     {"fingers.0.kind": "slides"},
+    *({"object.shape": shape} for shape in ("circle", "cylinder", "sphere")),
     DETECTED,
     {**DETECTED, "controller.prediction": True, "sensing.slip_detector": "cumulative-sum"},
     {"fingers.0.pad_radius": 0.01},
@@ -177,6 +178,7 @@ def bases(hand):
     names = preset_names(hand)
     if hand is SPATIAL:
         yield trifinger()
+        yield with_split_joints(load_scenario("spatial-prism"))
     for preset in map(load_scenario, names):
         yield preset
         for law in CONTROL_LAWS:

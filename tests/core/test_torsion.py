@@ -51,9 +51,10 @@ KNOWING = {"controller.kind": "pd-gravity", "controller.distribution": "hold"}
 class Hand:
     """A soft hand at a random state, by the units of the kernel."""
 
-    def __init__(self, n, seed, phases):
-        rng = np.random.default_rng([n, seed])
-        self.n, scenario = n, soft(random_spatial_scenario(rng, n, "masses"), values=KNOWING)
+    def __init__(self, n, seed, phases, shape="prism"):
+        rng, values = np.random.default_rng([n, seed]), {**KNOWING, "object.shape": shape}
+        self.n, scenario = n, soft(random_spatial_scenario(rng, n, "masses"), values=values)
+        self.body = scenario.object
         at = random_state(rng, n)
         self.model = pack_model(scenario, [0.0] * 6)
         self.discrete, self.work = make_record(DISCRETE), make_record(WORKSPACE)
@@ -88,6 +89,14 @@ class Hand:
         """Whether some moments of contacts that stick move nothing, so that they may creep."""
         return self.work.torsion.num_determined < self.work.torsion.num_holders
 
+    @property
+    def coordinate_scales(self):
+        """Rates of the coordinates of slips per slip velocity: not 1 on a sphere."""
+        if self.body.shape != "sphere":
+            return np.ones(2 * self.n)
+        slips = parts_of(self.state, self.n).slip.reshape(-1, 2)
+        return np.repeat(1.0 + 0.25 * (slips**2).sum(axis=1) / self.body.radius**2, 2)
+
     def moved(self, time):
         """The state after a short time under the present accelerations, spins from velocities."""
         state, parts = make_record(STATE), parts_of(self.state, self.n)
@@ -99,15 +108,21 @@ class Hand:
         new.pose[4:] += 0.5 * time * (w * spin + np.cross(spin, v))
         new.pose[3:] /= np.linalg.norm(new.pose[3:])
         new.velocity[:] += time * self.work.acceleration
-        new.slip[:] += time * parts.slip_velocity
+        new.slip[:] += time * self.coordinate_scales * parts.slip_velocity
         new.slip_velocity[:] += time * self.work.slip_acceleration[: self.n].ravel()
         return state
 
 
+HANDS = [(n, seed, "prism") for n, seed in ((2, 0), (3, 0), (3, 1), (4, 0))]
+ROUND = [(n, 0, shape) for n in (2, 4) for shape in ("cylinder", "sphere")]
+
+
 @pytest.mark.parametrize("phases", PHASES)
-@pytest.mark.parametrize(("n", "seed"), [(2, 0), (3, 0), (3, 1), (4, 0)])
-def test_the_spin_acceleration_is_the_difference_quotient_of_the_spin_velocity(n, seed, phases):
-    hand, step = Hand(n, seed, phases), 1e-6
+@pytest.mark.parametrize(("n", "seed", "shape"), HANDS + ROUND)
+def test_the_spin_acceleration_is_the_difference_quotient_of_the_spin_velocity(
+    n, seed, shape, phases
+):
+    hand, step = Hand(n, seed, phases, shape), 1e-6
     stated = hand.work.spin_acceleration[:n].copy()
     sticks, may_creep = hand.discrete.phases[:n] == STICK, hand.has_undetermined_moments
     # Every contact slips for a moment, so that its spin velocity is that of its velocities.

@@ -18,6 +18,7 @@ from slipgrasp.scene import parts, rotations, skeleton
 from slipgrasp.scene.parts import Arrow, Ball, Lines, Rod, Role, Triangles, entities_of
 from slipgrasp.scene.skeleton import contacts_of, frames_of, world_poses
 from slipgrasp.scene.states import states_at, states_of
+from tests.core.test_chains import with_split_joints
 from tests.held_polygon import held_polygon
 
 
@@ -62,6 +63,24 @@ def test_a_spatial_hand_is_drawn_at_its_joints(runs):
         names = (skeleton.base_frame(i), skeleton.link_frame(i, 1), skeleton.tip_frame(i))
         for k, name in enumerate(names):
             assert_allclose(poses[name][0], points[:, k], atol=1e-13)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("follows", [False, True])
+def test_a_chain_is_drawn_at_its_joints_also_where_one_follows_another(follows):
+    scenario = load_scenario("trifinger")
+    if follows:
+        scenario = with_split_joints(load_scenario("spatial-prism"))
+    run = simulate(with_values(scenario, {"simulation.duration": 0.02}))
+    poses = world_poses(frames_of(run.scenario), states_of(run.trace))
+    angles = run.trace.joint_position.reshape(len(run.trace), -1, 3)
+    for i, finger in enumerate(run.scenario.fingers):
+        points = spatial_joint_points(finger, angles[:, i])
+        links = [skeleton.link_frame(i, k) for k in range(len(finger.joints))]
+        for k, name in enumerate((*links, skeleton.tip_frame(i))):
+            assert_allclose(poses[name][0], points[:, k], atol=1e-13)
+        assert_allclose(points[:, -1], poses[skeleton.contact_name(i)][0], atol=1e-6)
+        assert all(entity(run.scenario, name).shapes for name in links)
 
 
 def test_contacts_lie_on_the_faces_of_the_drawn_object_with_normals_into_it(runs):

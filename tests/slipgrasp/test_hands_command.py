@@ -1,14 +1,32 @@
 """``slipgrasp hands import``: a TriFinger from its URDF is the one written by hand."""
 
+import tomllib
+
 import numpy as np
 import pytest
 
 from slipgrasp.cli.main import main
-from slipgrasp.core.scenario.loading import load_scenario, scenario_to_toml
-from tests.core.test_chains import AXES, LINKS, PLACES, TIP, TIP_INERTIA, TIP_MASS, trifinger
+from slipgrasp.core.exceptions import ScenarioError
+from slipgrasp.core.scenario.chain import chain_positions
+from slipgrasp.core.scenario.loading import (
+    load_scenario,
+    scenario_from_mapping,
+    scenario_to_toml,
+    with_values,
+)
+from slipgrasp.core.scenario.spatial_geometry import first_seeds, tip_at_start
+from tests.core.test_chains import (
+    AXES,
+    LINKS,
+    PLACES,
+    RANGES,
+    TIP,
+    TIP_INERTIA,
+    TIP_MASS,
+    trifinger,
+)
 
 NAMES = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
-RANGES = ((-0.33, 1.0), (0.0, 1.57), (-2.7, 0.0))
 
 
 def xyz(vector):
@@ -23,11 +41,11 @@ def link(name, mass, centre, entries):
     )
 
 
-def joint(name, kind, parent, child, place, axis=(1, 0, 0), yaw=0.0, limits=(0.0, 0.0)):
+def joint(name, kind, parent, child, place, axis=(1, 0, 0), yaw=0.0, limits=(0.0, 0.0), more=""):
     return (
         f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>'
         f'<origin xyz="{xyz(place)}" rpy="0 0 {float(yaw)!r}"/><axis xyz="{xyz(axis)}"/>'
-        f'<limit lower="{limits[0]}" upper="{limits[1]}" effort="1" velocity="1"/></joint>'
+        f'<limit lower="{limits[0]}" upper="{limits[1]}" effort="0.36" velocity="1"/>{more}</joint>'
     )
 
 
@@ -59,23 +77,31 @@ def folder(tmp_path):
     return tmp_path
 
 
-def imported(folder, *more, tips=("tip_0", "tip_1", "tip_2")):
-    base = ("--base", "0", "0", "0.29", "0", "0", "0")
-    files = ("--scenario", str(folder / "base.toml"), "--output", str(folder / "out.toml"))
-    return main(
-        ["hands", "import", str(folder / "hand.urdf"), "--tips", *tips, *files, *base, *more]
-    )
+TIPS = ("tip_0", "tip_1", "tip_2")
+
+
+def imported(folder, *more, tips=TIPS):
+    return written(folder, "--scenario", str(folder / "base.toml"), *more, tips=tips)
+
+
+def written(folder, *more, tips=TIPS, name="out.toml"):
+    base = ("--base-pose", "0", "0", "0.29", "0", "0", "0")
+    files = (str(folder / "hand.urdf"), "--output", str(folder / name))
+    return main(["hands", "import", *files, "--tips", *tips, *base, *more])
 
 
 def test_a_hand_from_a_file_is_the_one_written_by_hand(folder, capsys):
     assert imported(folder) == 0
-    assert "links that move with none of them: camera, holder, mount_0" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "links that move with none of them: camera, holder, mount_0" in said
+    assert "joined, since they move together: link_0_2 with tip_0; link_1_2 with tip_1" in said
     made, wanted = load_scenario(folder / "out.toml"), trifinger()
     for ours, theirs in zip(made.fingers, wanted.fingers, strict=True):
         assert (ours.face, ours.friction, ours.kind) == (theirs.face, theirs.friction, "chain")
         np.testing.assert_allclose(ours.tip, theirs.tip)
         np.testing.assert_allclose(ours.posture, [0.2847, 0.7340, -1.8180], atol=5e-5)
-        for a, b in zip(ours.joints, theirs.joints, strict=True):
+        for k, (a, b) in enumerate(zip(ours.joints, theirs.joints, strict=True)):
+            assert (a.minimum, a.maximum, a.torque_limit) == (*RANGES[k], 0.36)
             np.testing.assert_allclose(a.mass, b.mass)
             np.testing.assert_allclose(a.centre, b.centre, atol=1e-15)
             np.testing.assert_allclose(a.unit_inertia, b.unit_inertia, atol=1e-15)
@@ -88,12 +114,21 @@ def test_what_cannot_be_imported_is_refused_in_one_sentence(folder, capsys):
     for more, tips, words in (
         ((), ("tip_0",), "1 fingertips for a scenario of 3 fingers"),
         ((), ("tip_9", "tip_1", "tip_2"), "there is no link 'tip_9'; did you mean"),
-        (("--lock", "q_0_0=0.1"), ("tip_0", "tip_1", "tip_2"), "has 2 moving joints"),
+        (("--lock", "q_0_0=0.1"), ("tip_0", "tip_1", "tip_2"), "2 of the 2 joints of 'tip_0' move"),
+        (("--couple", "q_0_0=q_1_0,1"), TIPS, "2 of the 3 joints of 'tip_0' move by themselves"),
+        (("--couple", "q_0_0=q_0_0,1"), TIPS, "joint 'q_0_0' follows itself"),
+        (("--couple", "q_0_0=elbow,1"), TIPS, "there is no joint 'elbow'"),
+        (("--couple", "q_0_0=q_0_1"), TIPS, "give JOINT=LEADER,RATIO"),
         (("--lock", "elbow=0.1"), ("tip_0", "tip_1", "tip_2"), "there is no joint 'elbow'"),
         (("--lock", "q_0_0"), ("tip_0", "tip_1", "tip_2"), "give JOINT=POSITION"),
     ):
         assert imported(folder, *more, tips=tips) == 2
         assert words in capsys.readouterr().err
+    (folder / "hand.urdf").write_text(urdf().replace('mass value="0.26689"', 'mass value="2669"'))
+    assert imported(folder) == 2
+    assert "joint 'q_0_0': mass: Input should be less than or equal to 1000" in (
+        capsys.readouterr().err
+    )
     (folder / "hand.urdf").write_text("<!DOCTYPE robot><robot/>")
     assert imported(folder) == 2
     assert "no document type" in capsys.readouterr().err
@@ -114,3 +149,82 @@ def test_locked_joints_and_what_is_fixed_become_one_link(folder):
     made = load_scenario(folder / "out.toml").fingers
     assert made[0].joints[1].mass == pytest.approx(LINKS[1][0] + 0.02)
     assert made[1].joints[1].mass == pytest.approx(LINKS[1][0])
+
+
+def test_fingers_alone_are_used_by_a_scenario_beside_them(folder, capsys):
+    assert written(folder, name="hand.toml") == 0
+    assert 'hand = "hand.toml"' in capsys.readouterr().out
+    assert imported(folder) == 0
+    whole = load_scenario(folder / "out.toml")
+    # The faces of the scenario are kept, what its fingers were made of is not.
+    (folder / "grasp.toml").write_text('hand = "hand.toml"\n' + scenario_to_toml(trifinger()))
+    made = load_scenario(folder / "grasp.toml")
+    np.testing.assert_allclose([f.posture for f in made.fingers], [(0.335, 0.785, -1.35)] * 3)
+    as_whole = {
+        f"fingers.{i}.posture.{k}": q
+        for i in range(3)
+        for k, q in enumerate(whole.fingers[i].posture)
+    }
+    assert with_values(made, as_whole) == whole
+    starts = [first_seeds(scenario) for scenario in (made, whole)]
+    for i, (a, b) in enumerate(zip(*starts, strict=True)):
+        finger, tip = made.fingers[i], tip_at_start(made, i)
+        chain = finger.attitude, finger.joints, finger.tip
+        np.testing.assert_allclose(
+            chain_positions(*chain, tip, a), chain_positions(*chain, tip, b), atol=1e-12
+        )
+
+
+def test_a_hand_file_that_does_not_fit_is_refused(folder):
+    assert written(folder, name="hand.toml", tips=TIPS[:2]) == 0
+    text = scenario_to_toml(trifinger())
+    for name, words in (
+        ("hand.toml", "it has 2 fingers, the scenario 3"),
+        ("none.toml", "there is no such file"),
+        ("../hand.toml", "outside the scenario's folder"),
+        ("hand.urdf", "not valid TOML"),
+    ):
+        (folder / "grasp.toml").write_text(f'hand = "{name}"\n{text}')
+        with pytest.raises(ScenarioError, match=words):
+            load_scenario(folder / "grasp.toml")
+    with pytest.raises(ScenarioError, match="looked up only for a scenario file on the disk"):
+        scenario_from_mapping({"hand": "hand.toml"} | trifinger().to_mapping())
+
+
+def test_limits_that_mean_that_there_are_none_are_left_out(folder):
+    text = urdf().replace('lower="-2.7" upper="0.0" effort="0.36"', 'lower="-1e9" upper="1e9"')
+    (folder / "hand.urdf").write_text(text)
+    assert imported(folder) == 0
+    last = load_scenario(folder / "out.toml").fingers[1].joints[2]
+    assert (last.minimum, last.maximum, last.torque_limit) == (None, None, None)
+
+
+def test_a_fourth_joint_is_locked_or_follows_another_one(folder, capsys):
+    """The file may say so (mimic), or the command."""
+    more = link("nail", 0.01, (0, 0, 0), (0, 0, 0, 0, 0, 0)) + '<link name="end"/>'
+    more += joint("t", "fixed", "nail", "end", (0, 0, -0.02))
+    tips = ("end", *TIPS[1:])
+    knuckle = joint("k", "revolute", "tip_0", "nail", (0, 0, 0), limits=(-1.0, 1.0))
+    (folder / "hand.urdf").write_text(urdf(more + knuckle))
+    assert imported(folder, tips=tips) == 2
+    said = capsys.readouterr().err
+    assert "4 of the 4 joints of 'end' move by themselves" in said
+    assert "--lock JOINT=POSITION" in said and "--couple JOINT=LEADER,RATIO" in said
+    assert imported(folder, "--lock", "k=0.3", tips=tips) == 0
+    locked = load_scenario(folder / "out.toml").fingers[0]
+    assert len(locked.joints) == 3 and locked.joints[2].mass == pytest.approx(0.08669 + 0.01)
+    coupled = []
+    for given, name in (((), "mimic.toml"), (("--couple", "k=q_0_2,0.5,0.1"), "couple.toml")):
+        mimic = "" if given else '<mimic joint="q_0_2" multiplier="0.5" offset="0.1"/>'
+        knuckle = joint("k", "revolute", "tip_0", "nail", (0, 0, 0), limits=(-2, 1), more=mimic)
+        (folder / "hand.urdf").write_text(urdf(more + knuckle))
+        assert written(folder, *given, tips=tips, name=name) == 0
+        coupled.append((folder / name).read_text())
+    assert coupled[0].replace("mimic.toml", "couple.toml") == coupled[1]
+    last = tomllib.loads(coupled[0])["fingers"][0]["joints"][3]
+    assert (last["follows"], last["ratio"], last["offset"]) == (2, 0.5, 0.1)
+    assert "torque_limit" not in last
+    # What follows a locked joint stands still as well.
+    locks = (*given, "--lock", "q_0_2=-1")
+    assert written(folder, *locks, tips=tips, name="short.toml") == 2
+    assert "2 of the 2 joints" in capsys.readouterr().err

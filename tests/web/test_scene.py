@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.core.scenario.loading import load_scenario
+from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.scenario.spatial_geometry import friction_outline
 from slipgrasp.recordings.palette import PHASES
 from slipgrasp.scene.skeleton import contacts_of
@@ -68,6 +68,24 @@ def test_the_trail_leads_from_the_first_touch_to_the_fingertip(case_2: RunResult
         # Along the first axis of the contact frame, against it.
         tip = marks_of(case_2, sample, index).tip
         np.testing.assert_allclose(tip, [-sample.slip[index, 0], 0.0, 0.0])
+
+
+def test_the_fingertip_and_its_trail_follow_a_round_object(case_2: RunResult) -> None:
+    scenario = with_values(case_2.scenario, {"object.shape": "circle", "object.radius": 0.05})
+    sample = Sampler(case_2.trace).at(0.1)
+    for index, contact in enumerate(contacts_of(scenario)):
+        states = states_of(sample)
+        marks = contact_marks(contact, index, states, 1.0, SIZES, FullScale(30.0, 1.0))
+        angle = sample.slip[index, 0] / 0.05
+        bent = [-0.05 * np.sin(angle), 0.05 * (1.0 - np.cos(angle)), 0.0]
+        np.testing.assert_allclose(marks.tip, bent, atol=1e-15)
+        trail = trail_of(sample, index)
+        pieces, colours = trail.divided(24)
+        assert len(pieces) == len(colours) == 48
+        np.testing.assert_allclose(pieces[1:, 0], pieces[:-1, 1], atol=1e-15)
+        points = contact.along_face(pieces) - 0.05 * contact.inward
+        np.testing.assert_allclose(np.linalg.norm(points, axis=2), 0.05)
+        np.testing.assert_array_equal(trail.divided(1)[0], trail.segments)
 
 
 def test_the_arrow_of_the_slip_velocity_stands_outside(case_2: RunResult) -> None:

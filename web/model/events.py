@@ -140,7 +140,8 @@ def _way(result: RunResult, change: PhaseChange) -> str:
     if isinstance(scenario, SpatialScenario):
         return _way_on_face(result, change, row)
     frame = contact_frame(scenario.object, scenario.fingers[change.contact])
-    angle = float(result.trace.object_pose[row, 2])
+    turned = frame.curvature * float(result.trace.slip[row, change.contact])
+    angle = float(result.trace.object_pose[row, 2]) - turned
     (tx, ty), sign = frame.tangent, int(change.to_phase)
     return _direction_words(
         sign * (math.cos(angle) * tx - math.sin(angle) * ty),

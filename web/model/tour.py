@@ -46,6 +46,7 @@ TOUR = (
     Stop("wide-object", "Does its moment of inertia matter?", "object.inertia"),
     Stop("gripper-lift", "Which grip force does it need?", "controller.grip_force"),
     Stop("parallel-gripper", "Which grip stops the pivot?", "controller.grip_force"),
+    Stop("spatial-bottle", "Which grip keeps it from turning?", "controller.grip_force"),
     Stop("trifinger", "Up to which mass is it held?", "object.mass"),
     Stop("spatial-prism", "Does a lighter object slip less in space, too?", "object.mass"),
     Stop(

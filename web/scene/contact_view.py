@@ -31,6 +31,7 @@ _RAYS, _DASHES = 8, 8
 _CONE_OPACITY = 0.5
 _BESIDE = 3.6
 _OUTSIDE = 0.003
+_ARC_PIECES = 24  # of the trail of a planar hand, which has no more points than its ends
 
 
 class ContactMarks(NamedTuple):
@@ -71,7 +72,7 @@ def contact_marks(
     velocity = -contact.across(states.slip_velocity[0, i])
     half_speed = 0.5 * sizes.speed_length / full.speed * velocity
     return ContactMarks(
-        tip=-magnification * contact.across(states.slip[0, i]),
+        tip=magnification * contact.along_face(states.slip[0, i]),
         force=sizes.force_length / full.force * force_in(contact, i, states)[0],
         motion=np.array([beside - half_speed, beside + half_speed]),
     )
@@ -155,6 +156,7 @@ class ContactView:
         if phase is not self._phase:
             self._phase = phase
             self._colour(phase)
+        self._slip = states.slip[0, i]
         self._follow_tip.follow(marks.tip)
         self._path = trail
         self._follow_trail.follow(self.magnification * trail.extent)
@@ -194,12 +196,16 @@ class ContactView:
 
     def _draw_tip(self, tip: Points) -> None:
         self._tip.position = tip
+        if self._contact.is_curved:
+            self._tip.wxyz = self._contact.turned(self._slip)
 
     def _draw_trail(self, _extent: Points) -> None:
         assert self._path is not None, "it is drawn by update"
-        path = -self.magnification * self._contact.across(self._path.segments)
+        pieces = _ARC_PIECES if self._flat and self._contact.is_curved else 1
+        segments, colours = self._path.divided(pieces)
+        path = self.magnification * self._contact.along_face(segments)
         inside = 0.5 * self._sizes.trail_width * self._contact.inward if self._flat else np.zeros(3)
-        self._trail.colors = self._path.colours
+        self._trail.colors = colours
         self._trail.points = self._on_face(path + inside)
 
     def _draw_arrows(self, arrows: Points) -> None:

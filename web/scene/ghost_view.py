@@ -44,8 +44,8 @@ class GhostView:
         self._frames, self._own = skeleton.frames_of(scenario), skeleton.contacts_of(scenario)
         sizes = parts.sizes_of(scenario)
         # Behind the edges of the desired pose.
-        solid = parts.prism(parts.outline_of(scenario), 1.02 * sizes.half_depth)
-        self._corners, self._pairs = solid.points, parts.prism_edges(len(solid.points) // 2)
+        self._corners = parts.solid(scenario, 1.02 * sizes.half_depth).points
+        self._pairs = parts.edges_of(scenario)
         self._root = scene.add_frame(name, show_axes=False)
         self._edges, self._links = (
             scene.add_line_segments(

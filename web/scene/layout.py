@@ -154,7 +154,7 @@ def _object_poses(scenario: Scenario, states: States) -> dict[str, tuple[Points,
 
 def _corners(scenario: Scenario, positions: Points, turns: Points) -> Points:
     """Corners of the object in the first of some poses, shape ``(2 corners, 3)`` [m]."""
-    solid = parts.prism(parts.outline_of(scenario), parts.sizes_of(scenario).half_depth)
+    solid = parts.solid(scenario, parts.sizes_of(scenario).half_depth)
     return positions[0] + solid.points @ turns[0].T
 
 

@@ -58,6 +58,20 @@ class Trail(NamedTuple):
         path = self.path if len(self.path) > 1 else self.path[[0, 0]]
         return np.stack([path[:-1], path[1:]], axis=1)
 
+    def divided(self, count: int) -> tuple[Points, NDArray[np.uint8]]:
+        """The pieces of the path and their colours, each divided into as many equal ones.
+
+        Args:
+            count: Into how many.
+        """
+        segments, ends = self.segments, np.linspace(0.0, 1.0, count + 1)[:, None, None]
+        if count == 1:
+            return segments, self.colours
+        starts, ways = segments[:, 0], segments[:, 1] - segments[:, 0]
+        points = (starts + ends * ways).swapaxes(0, 1)
+        parts = np.stack([points[:, :-1], points[:, 1:]], axis=2)
+        return parts.reshape(-1, *segments.shape[1:]), np.repeat(self.colours, count, axis=0)
+
     @property
     def colours(self) -> NDArray[np.uint8]:
         """Of the ends of the pieces, ``(k, 2, 3)``: those of the directions of a planar hand."""

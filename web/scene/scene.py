@@ -261,15 +261,17 @@ def _shape(scenario: Scenario) -> object:
         for f in scenario.fingers
     )
     corners = parts.outline_of(scenario).tobytes()
-    depth = parts.sizes_of(scenario).half_depth
-    return (fingers, corners, depth, scenario.trajectory.start, scenario.friction_cone == "pyramid")
+    body = scenario.object.shape, corners, parts.sizes_of(scenario).half_depth
+    return (fingers, body, scenario.trajectory.start, scenario.friction_cone == "pyramid")
 
 
 def _chain_of(finger: object) -> object:
     """What a chain looks like; nothing of a planar finger."""
     if not isinstance(finger, SpatialFinger):
         return None
-    joints = [(j.kind, j.place, j.attitude, j.axis) for j in finger.joints]
+    joints = [
+        (j.kind, j.place, j.attitude, j.axis, j.follows, j.ratio, j.offset) for j in finger.joints
+    ]
     return finger.attitude, finger.tip, *joints
 
 

@@ -67,7 +67,7 @@ class SectionLens:
             f"{name}/contact",
             np.zeros(3),
             axes,
-            contact,
+            contact.flattened(),
             rim,
             self._sizes,
             detail,

@@ -18,12 +18,15 @@ def combine_links(truth: Record, unit: Record, total: Record) -> None:
         first, second = truth.link_masses[i, 0], truth.link_masses[i, 1]
         for k in range(total.inertia.shape[1]):
             total.inertia[i, k] = first * unit.inertia[i, 0, k] + second * unit.inertia[i, 1, k]
-            for link in range(2, unit.inertia.shape[1]):
-                total.inertia[i, k] += truth.link_masses[i, link] * unit.inertia[i, link, k]
         for k in range(total.bias.shape[1]):
             total.bias[i, k] = first * unit.bias[i, 0, k] + second * unit.bias[i, 1, k]
-            for link in range(2, unit.bias.shape[1]):
-                total.bias[i, k] += truth.link_masses[i, link] * unit.bias[i, link, k]
+        for link in range(2, unit.inertia.shape[1]):
+            mass = truth.link_masses[i, link]
+            if mass != 0.0:
+                for k in range(total.inertia.shape[1]):
+                    total.inertia[i, k] += mass * unit.inertia[i, link, k]
+                for k in range(total.bias.shape[1]):
+                    total.bias[i, k] += mass * unit.bias[i, link, k]
 
 
 @compiled

@@ -19,6 +19,7 @@
     TORQUE_NOT_FINITE,
     TURNED_TOO_FAR,
     UNBOUNDED_FORCE,
-) = range(18)
+    JOINT_LIMIT,
+) = range(19)
 
 LARGEST_TILT = 3.1  # of a spatial object; the coordinates of its control laws end at pi [rad]

@@ -67,9 +67,8 @@ def add_up_impulses(model: Record, run: Record) -> None:
 
 
 @compiled
-def _limit_torques(model: Record, run: Record) -> None:
+def _limit_torques(model: Record, run: Record, limit_of: Any) -> None:
     """What the joints give of the commanded torque: limited in rate, then in size."""
-    limit = model.actuators.torque_limit
     reach = model.actuators.torque_rate_limit * model.law.period
     limited = False
     for i in range(model.num_fingers):
@@ -78,6 +77,7 @@ def _limit_torques(model: Record, run: Record) -> None:
             given, last = wanted, run.given[i, joint]
             if run.acting == 1:
                 given = min(max(given, last - reach), last + reach)
+            limit = limit_of(model, i, joint)
             given = min(max(given, -limit), limit)
             limited = limited or given != wanted
             run.given[i, joint] = given
@@ -147,6 +147,7 @@ def make_control_tick(
     *,
     get_estimate: Any,
     set_estimate: Any,
+    limit_of: Any,
     sense: Any,
     show: Any,
     evaluate_law: Any,
@@ -161,6 +162,7 @@ def make_control_tick(
         layouts: Its records.
         get_estimate: The estimate of an unknown.
         set_estimate: Sets it, projected on its bounds.
+        limit_of: Largest torque of a joint.
         sense: New estimates, and what is measured.
         show: Shows a law of one's own this tick.
         evaluate_law: The command of a built-in law; a status.
@@ -236,7 +238,7 @@ def make_control_tick(
             return status
         if outlet.keeps_rows == 1:
             _store_tick(model, run, outlet)
-        _limit_torques(model, run)
+        _limit_torques(model, run, limit_of)
         if model.law.latency > 0.0 and run.acting == 1:
             _let_wait(model, run)
             if stretch == 0:

@@ -62,14 +62,21 @@ def update_kinematics(hand: Record, state: Record, kin: Record) -> None:
         dx, dy = state.x[X] + rx - hand.bases[i, 0], state.x[Y] + ry - hand.bases[i, 1]
         finger = solve_finger(hand, i, dx, dy, vx, vy)
         _store_finger(hand, i, dx, dy, finger, kin)
-        _store_bias(kin, i, finger, omega, slip_velocity)
+        _store_bias(hand, kin, i, finger, omega, slip_velocity)
 
 
 @compiled
-def _store_bias(kin: Record, i: int, finger: Finger, omega: float, slip_velocity: float) -> None:
+def _store_bias(
+    hand: Record, kin: Record, i: int, finger: Finger, omega: float, slip_velocity: float
+) -> None:
     rx, ry, tx, ty = kin.arms[i, 0], kin.arms[i, 1], kin.tangents[i, 0], kin.tangents[i, 1]
     kin.bias[i, 0] = finger.bias_x - omega * (omega * rx + 2.0 * slip_velocity * ty)
     kin.bias[i, 1] = finger.bias_y - omega * (omega * ry - 2.0 * slip_velocity * tx)
+    if hand.radii[i] > 0.0:
+        # The tip is drawn along its normal as it follows the circle.
+        inwards = square(slip_velocity) / hand.radii[i]
+        kin.bias[i, 0] += inwards * ty
+        kin.bias[i, 1] -= inwards * tx
 
 
 @compiled
@@ -91,7 +98,7 @@ def mistake_lengths(nominal: Record, state: Record, kin: Record) -> None:
         dy = first * finger.sine1 + second * finger.sine12
         _store_finger(nominal, i, dx, dy, finger, kin)
         slip_velocity = state.x[slip_velocity_at(nominal.num_fingers, i)]
-        _store_bias(kin, i, finger, omega, slip_velocity)
+        _store_bias(nominal, kin, i, finger, omega, slip_velocity)
 
 
 @compiled
@@ -127,6 +134,8 @@ def place_contact(
     hand: Record, i: int, slip: float, cosine: float, sine: float
 ) -> tuple[float, float, float, float]:
     """Tangent and arm (t_x, t_y, r_x, r_y) of contact ``i`` on the turned object."""
+    if hand.radii[i] > 0.0:
+        return _place_on_circle(hand, i, slip, cosine, sine)
     px = hand.anchors[i, 0] + slip * hand.tangents[i, 0]
     py = hand.anchors[i, 1] + slip * hand.tangents[i, 1]
     return (
@@ -135,6 +144,24 @@ def place_contact(
         cosine * px - sine * py,
         sine * px + cosine * py,
     )
+
+
+@compiled
+def _place_on_circle(
+    hand: Record, i: int, slip: float, cosine: float, sine: float
+) -> tuple[float, float, float, float]:
+    """The same on a circle about the centre of mass, p = -R n."""
+    radius = hand.radii[i]
+    ox, oy = turn_tangent(hand.tangents[i, 0], hand.tangents[i, 1], slip / radius)
+    tx, ty = cosine * ox - sine * oy, sine * ox + cosine * oy
+    return tx, ty, -radius * ty, radius * tx
+
+
+@compiled
+def turn_tangent(tx: float, ty: float, angle: float) -> tuple[float, float]:
+    """A tangent after the way along a circle that turns it, towards its normal, by an angle."""
+    sine, cosine = sincos(angle)
+    return cosine * tx + sine * ty, cosine * ty - sine * tx
 
 
 @compiled

@@ -35,6 +35,7 @@ HAND = np.dtype(
         ("elbows", np.float64, (MAX_FINGERS,)),  # sign of sin q2
         ("anchors", np.float64, (MAX_FINGERS, 2)),  # object frame [m]
         ("tangents", np.float64, (MAX_FINGERS, 2)),  # object frame
+        ("radii", np.float64, (MAX_FINGERS,)),  # of round faces about the centre, 0: straight [m]
         ("slip_minimum", np.float64, (MAX_FINGERS,)),  # ends of the face, or of the part of it
         ("slip_maximum", np.float64, (MAX_FINGERS,)),  # along which friction is the same [m]
         ("gravity", np.float64),  # [m/s^2]

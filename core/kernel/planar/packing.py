@@ -24,12 +24,14 @@ from slipgrasp.core.kernel.numerics.dop853 import DOP853
 from slipgrasp.core.kernel.numerics.elementary import exp, log
 from slipgrasp.core.kernel.numerics.lyapunov import pack_coupling, pack_lyapunov
 from slipgrasp.core.kernel.numerics.methods import BS32, DOPRI5, METHOD, RK43
+from slipgrasp.core.kernel.planar.kinematics import turn_tangent
 from slipgrasp.core.kernel.planar.model import MODEL
 from slipgrasp.core.kernel.planar.state import count_coordinates, count_states
 from slipgrasp.core.scenario import (
     CONTROL_LAWS,
     ControllerParameters,
     FingerParameters,
+    ObjectParameters,
     PlanarScenario,
     SensingParameters,
 )
@@ -54,6 +56,7 @@ FORGETTING_TIME = 1e-3  # [s]
 SHORT_PERIOD = 2e-3  # up to which low orders are exact enough [s]
 _INERTIA_DEVIATION, _DEVIATION = 0.1, 3.0
 
+_CIRCLE = choices_of(ObjectParameters, "shape").index("circle")
 _SLIDES = choices_of(FingerParameters, "kind").index("slides")
 _ELBOW_UP = choices_of(FingerParameters, "elbow").index("up")
 _HOLD = choices_of(ControllerParameters, "distribution").index("hold")
@@ -205,6 +208,11 @@ def _pack_contact(table: Record, stretch: Record, i: int, model: Record) -> None
     hand, truth, finger = model.hand, model.truth, table.fingers.entries[i]
     offset, factor = finger.contact_offset, stretch.friction_factor[i]
     x, y, tx, ty, half = _face(table.object, int(finger.face))
+    radius = table.object.radius if table.object.shape == _CIRCLE else 0.0
+    hand.radii[i] = model.nominal.radii[i] = radius
+    if radius > 0.0:
+        tx, ty = turn_tangent(tx, ty, offset / radius)
+        x, y, offset, half = -radius * ty, radius * tx, 0.0, np.inf
     hand.anchors[i, 0], hand.anchors[i, 1] = x + offset * tx, y + offset * ty
     hand.tangents[i, 0], hand.tangents[i, 1] = tx, ty
     hand.slip_minimum[i] = _or(stretch.slip_minimum[i], -half - offset)

@@ -56,6 +56,11 @@ _set_estimate, _advance_estimates = make_estimates(_get_estimate, _put_estimate)
 
 
 @compiled
+def _limit_of(model: Record, _i: int, _joint: int) -> float:
+    return model.actuators.torque_limit
+
+
+@compiled
 def leave_ticks(model: Record, run: Record) -> None:
     """Continuous control: no torque is held, none waits, and no tick before counts any more.
 
@@ -227,6 +232,7 @@ control_tick = make_control_tick(
     LAYOUTS,
     get_estimate=_get_estimate,
     set_estimate=_set_estimate,
+    limit_of=_limit_of,
     sense=_sense,
     show=look,
     evaluate_law=_evaluate_law,

@@ -30,6 +30,7 @@ from slipgrasp.core.kernel.spatial.flow import SURE_SPEED, spatial_plant
 from slipgrasp.core.kernel.spatial.guards import (
     PER_CONTACT,
     PHASE,
+    find_limited,
 )
 from slipgrasp.core.kernel.spatial.interior import spatial_count
 from slipgrasp.core.kernel.spatial.jump import (
@@ -113,6 +114,8 @@ def spatial_event(model: Record, run: Record, outlet: Record) -> int:
     count_stall(run)
     keep_old(model, run)
     status = find_end(model, run, PER_CONTACT)
+    if status == RUNNING:
+        status = find_limited(model, run)
     if status == RUNNING and run.stalls > MAX_STALLS:
         status = EVENT_STALL
     if status != RUNNING:

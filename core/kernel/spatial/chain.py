@@ -1,7 +1,10 @@
-"""A finger that is a chain of three joints, each of which turns or slides (docs/space.md, Chains).
+"""A finger that is a chain of joints, each of which turns or slides (docs/space.md, Chains).
 
 Link k follows joint k: its frame has a fixed place and attitude in that of the link before, and
-turns about, or slides along, an axis of its own. Vectors are in world axes, from the base.
+turns about, or slides along, its own z axis. A joint may follow another one: the positions of all
+joints are q = A c + b with three coordinates c. Vectors are in world axes, from the base of the
+finger. Motions of links are twists about it: an angular velocity w, and the velocity v of the point
+of the link that is at the base.
 """
 
 from __future__ import annotations
@@ -12,25 +15,38 @@ from slipgrasp.core.kernel.compilation.compiler import compiled
 from slipgrasp.core.kernel.compilation.records import Floats, Record
 from slipgrasp.core.kernel.numerics.elementary import sincos, square
 from slipgrasp.core.kernel.numerics.linear import cross
+from slipgrasp.core.scenario.chain import MAX_LINKS
 
-MAX_LINKS = 3
 BY_LINKS, ON_SLIDES, BY_CHAIN = range(3)  # what carries a fingertip
 LEAST_SINE = 1e-3  # |det J| over the product of its columns, below which a chain is singular
 LONGEST_STEP = 0.3  # of Newton's method [rad]; share of the chain's length or of the way to its tip
-CONVERGED, STALLED, MOST_STEPS = 1e-14, 1e-12, 60
+SURE_STEP, ROUNDING, MOST_STEPS = 1e-9, 1e-15, 60
 
 # Of one finger, constant.
 CHAIN = np.dtype(
     [
-        ("base", np.float64, (3, 3)),  # world from base
-        ("places", np.float64, (3, 3)),  # of the joints, each in the frame of the link before [m]
-        ("turns", np.float64, (3, 3, 3)),  # likewise
-        ("axes", np.float64, (3, 3)),  # of the joints, in their frames
-        ("slides", np.int64, (3,)),  # 1 where a joint slides
-        ("centres", np.float64, (3, 3)),  # of mass, in the frames of the links [m]
-        ("inertias", np.float64, (3, 6)),  # about these per mass: xx, xy, xz, yy, yz, zz [m^2]
+        ("links", np.int64),  # number of joints, and of links
+        ("couples", np.int64),  # 1 where a joint follows another one
+        ("ratios", np.float64, (MAX_LINKS, 3)),  # A
+        ("offsets", np.float64, (MAX_LINKS,)),  # b [rad, m]
+        ("places", np.float64, (MAX_LINKS, 3)),  # of the joints, from the link before or base [m]
+        ("turns", np.float64, (MAX_LINKS, 3, 3)),  # likewise; of the first in world axes
+        ("slides", np.int64, (MAX_LINKS,)),  # 1 where a joint slides
+        ("centres", np.float64, (MAX_LINKS, 3)),  # of mass, in the frames of the links [m]
+        ("inertias", np.float64, (MAX_LINKS, 6)),  # about these per mass: xx, xy, xz, yy, ... [m^2]
         ("tip", np.float64, (3,)),  # in the frame of the last link [m]
         ("length", np.float64),  # [m]
+        ("limits", np.float64, (MAX_LINKS, 2)),  # least and largest positions of all joints
+    ],
+    align=True,
+)
+
+# Where its coordinates are looked for: what they were at a tick.
+SEED = np.dtype(
+    [
+        ("positions", np.float64, (3,)),  # [rad, m]
+        ("tip", np.float64, (3,)),  # there [m]
+        ("inverse", np.float64, (3, 3)),  # J^-1; 0 where neither is known yet
     ],
     align=True,
 )
@@ -38,24 +54,27 @@ CHAIN = np.dtype(
 # Of one finger in one state.
 CHAIN_STATE = np.dtype(
     [
-        ("turn", np.float64, (3, 3)),
-        ("turns", np.float64, (3, 3, 3)),  # world from link
-        ("origins", np.float64, (3, 3)),  # of the links [m]
-        ("axes", np.float64, (3, 3)),
+        ("joints", np.float64, (MAX_LINKS,)),  # positions of all [rad, m]
+        ("sines", np.float64, (MAX_LINKS,)),  # of these
+        ("cosines", np.float64, (MAX_LINKS,)),
+        ("turns", np.float64, (MAX_LINKS, 3, 3)),  # world from link
+        ("origins", np.float64, (MAX_LINKS, 3)),  # of the links [m]
+        ("axes", np.float64, (MAX_LINKS, 3)),  # w of a link per rate of its joint
+        ("moves", np.float64, (MAX_LINKS, 3)),  # its v per rate of its joint
+        ("spins", np.float64, (MAX_LINKS, 6)),  # w of a link and w' without joint accelerations
+        ("drifts", np.float64, (MAX_LINKS, 6)),  # its v, and v'
         ("tip", np.float64, (3,)),  # [m]
+        ("columns", np.float64, (MAX_LINKS, 3)),  # how it moves with every joint
         ("jacobian", np.float64, (3, 3)),
         ("inverse", np.float64, (3, 3)),  # J^-1
         ("target", np.float64, (3,)),  # of the tip [m]
         ("step", np.float64, (3,)),
-        ("inertias", np.float64, (3, 6)),  # M of a link with a mass of 1 kg
-        ("biases", np.float64, (3, 3)),  # its h
-        ("weights", np.float64, (3, 3)),  # the part of h that carries it at rest
-        ("heights", np.float64, (3,)),  # of its centre of mass [m]
-        ("column", np.float64, (3, 3)),  # what a link is computed with
-        ("rotation", np.float64, (3, 3)),
-        ("inertia", np.float64, (6,)),
-        ("bias", np.float64, (3,)),
-        ("moment", np.float64, (3, 3)),
+        ("masses", np.float64, (MAX_LINKS,)),  # 1 kg of one of the links
+        ("body", np.float64, (6,)),  # inertia of a link
+        ("matrix", np.float64, (MAX_LINKS, MAX_LINKS)),  # M of all joints
+        ("torques", np.float64, (MAX_LINKS,)),  # their h
+        ("inertia", np.float64, (6,)),  # M of the coordinates
+        ("bias", np.float64, (3,)),  # their h
     ],
     align=True,
 )
@@ -83,27 +102,72 @@ def _symmetric(matrix: Floats, x: float, y: float, z: float) -> tuple[float, flo
 
 
 @compiled
+def _of_joint(chain: Record, values: Floats, k: int) -> float:
+    """Of joint ``k``, given what the coordinates have: A times it."""
+    if chain.couples == 0:
+        return values[k]
+    total = 0.0
+    for c in range(3):
+        total += chain.ratios[k, c] * values[c]
+    return total
+
+
+@compiled
+def _to_coordinates(chain: Record, values: Floats, reduced: Floats) -> None:
+    """A^T times a value for every joint."""
+    for c in range(3):
+        reduced[c] = values[c]
+        if chain.couples == 1:
+            reduced[c] = 0.0
+            for k in range(chain.links):
+                reduced[c] += chain.ratios[k, c] * values[k]
+
+
+@compiled
 def solve_chain(
-    chain: Record, target: Floats, seed: Floats, positions: Floats, now: Record
+    chain: Record, target: Floats, seed: Record, positions: Floats, now: Record
 ) -> float:
-    """Joint positions that put the tip at ``target``, from a seed; ``now`` is placed there.
+    """Coordinates that put the tip at ``target``, from a seed; ``now`` is placed there.
+
+    Steps of Newton's method shrink by their squares: a step and the one before show what error is
+    left.
 
     Returns:
         |det J| over the product of its columns less its least allowed value; -1 where Newton's
         method has not converged.
     """
     for k in range(3):
-        positions[k] = seed[k]
-    before, length = np.inf, max(chain.length, np.sqrt(_squared(target)))
+        positions[k] = seed.positions[k]
+    length = max(chain.length, np.sqrt(_squared(target)))
+    before = _step(chain, target, length, seed.inverse, seed.tip, positions, now)
     for _ in range(MOST_STEPS):
-        margin = place_chain(chain, positions, now)
+        margin = place_chain(chain, positions, now, False)
         if not margin > 0.0:
             return margin
-        size = _step(chain, target, length, positions, now)
-        if size < CONVERGED or (size < STALLED and size >= before):
-            return place_chain(chain, positions, now)
+        size = _step(chain, target, length, now.inverse, now.tip, positions, now)
+        left = square(size)
+        if size < SURE_STEP or (left < ROUNDING and size * left < ROUNDING * square(before)):
+            return place_chain(chain, positions, now, True)
         before = size
     return -1.0
+
+
+@compiled
+def renew_seed(positions: Floats, now: Record, seed: Record) -> None:
+    """Where a placed chain is looked for from now on."""
+    for k in range(3):
+        seed.positions[k], seed.tip[k] = positions[k], now.tip[k]
+        for c in range(3):
+            seed.inverse[k, c] = now.inverse[k, c]
+
+
+@compiled
+def copy_seed(source: Record, target: Record) -> None:
+    """Copies a seed."""
+    for k in range(3):
+        target.positions[k], target.tip[k] = source.positions[k], source.tip[k]
+        for c in range(3):
+            target.inverse[k, c] = source.inverse[k, c]
 
 
 @compiled
@@ -112,15 +176,25 @@ def _squared(vector: Floats) -> float:
 
 
 @compiled
-def _step(chain: Record, target: Floats, length: float, positions: Floats, now: Record) -> float:
+def _step(
+    chain: Record,
+    target: Floats,
+    length: float,
+    inverse: Floats,
+    tip: Floats,
+    positions: Floats,
+    now: Record,
+) -> float:
     """One step of Newton's method; its largest part, of slides over a length."""
     largest = 0.0
     for k in range(3):
         total = 0.0
         for c in range(3):
-            total += now.inverse[k, c] * (target[c] - now.tip[c])
+            total += inverse[k, c] * (target[c] - tip[c])
         now.step[k] = total
-        largest = max(largest, abs(total) / length if chain.slides[k] == 1 else abs(total))
+    for k in range(chain.links):
+        size = abs(_of_joint(chain, now.step, k))
+        largest = max(largest, size / length if chain.slides[k] == 1 else size)
     scale = LONGEST_STEP / largest if largest > LONGEST_STEP else 1.0
     for k in range(3):
         positions[k] += scale * now.step[k]
@@ -128,69 +202,99 @@ def _step(chain: Record, target: Floats, length: float, positions: Floats, now: 
 
 
 @compiled
-def place_chain(chain: Record, positions: Floats, now: Record) -> float:
-    """Links, tip, Jacobian and its inverse at joint positions.
+def place_chain(chain: Record, positions: Floats, now: Record, is_near: bool) -> float:
+    """Links, tip, Jacobian and its inverse at coordinates.
+
+    Args:
+        chain: The chain.
+        positions: Its coordinates.
+        now: What is filled.
+        is_near: Whether it is placed where every joint differs by less than 4e-6 rad.
 
     Returns:
         |det J| over the product of its columns less its least allowed value.
     """
-    turn, px, py, pz = now.turn, 0.0, 0.0, 0.0
+    px, py, pz = chain.places[0, 0], chain.places[0, 1], chain.places[0, 2]
     for a in range(3):
         for b in range(3):
-            turn[a, b] = chain.base[a, b]
-    for k in range(3):
-        dx, dy, dz = _apply(turn, chain.places[k])
-        px, py, pz = px + dx, py + dy, pz + dz
-        _multiply(turn, chain.turns[k], now.turns[k])
-        zx, zy, zz = _apply(now.turns[k], chain.axes[k])
-        now.axes[k, 0], now.axes[k, 1], now.axes[k, 2] = zx, zy, zz
+            now.turns[0, a, b] = chain.turns[0, a, b]
+    for k in range(chain.links):
+        if k > 0:
+            dx, dy, dz = _apply(now.turns[k - 1], chain.places[k])
+            px, py, pz = px + dx, py + dy, pz + dz
+            _multiply(now.turns[k - 1], chain.turns[k], now.turns[k])
+        turn, q = now.turns[k], _of_joint(chain, positions, k) + chain.offsets[k]
+        zx, zy, zz = turn[0, 2], turn[1, 2], turn[2, 2]
+        step, now.joints[k] = q - now.joints[k], q
         if chain.slides[k] == 1:
-            q = positions[k]
             px, py, pz = px + zx * q, py + zy * q, pz + zz * q
+            now.axes[k, 0] = now.axes[k, 1] = now.axes[k, 2] = 0.0
+            now.moves[k, 0], now.moves[k, 1], now.moves[k, 2] = zx, zy, zz
         else:
-            _rotate(chain.axes[k], positions[k], now.rotation)
-            _multiply(now.turns[k], now.rotation, turn)
-            for a in range(3):
-                for b in range(3):
-                    now.turns[k, a, b] = turn[a, b]
-        for a in range(3):
-            for b in range(3):
-                turn[a, b] = now.turns[k, a, b]
+            if is_near:
+                _add_angle(now, k, step)
+            else:
+                now.sines[k], now.cosines[k] = sincos(q)
+            _turn(turn, now.sines[k], now.cosines[k])
+            now.axes[k, 0], now.axes[k, 1], now.axes[k, 2] = zx, zy, zz
+            vx, vy, vz = cross(px, py, pz, zx, zy, zz)
+            now.moves[k, 0], now.moves[k, 1], now.moves[k, 2] = vx, vy, vz
         now.origins[k, 0], now.origins[k, 1], now.origins[k, 2] = px, py, pz
-    tx, ty, tz = _apply(turn, chain.tip)
+    tx, ty, tz = _apply(now.turns[chain.links - 1], chain.tip)
     now.tip[0], now.tip[1], now.tip[2] = px + tx, py + ty, pz + tz
-    for k in range(3):
-        x, y, z = _column(chain, now, k, now.tip[0], now.tip[1], now.tip[2])
-        now.jacobian[0, k], now.jacobian[1, k], now.jacobian[2, k] = x, y, z
-    return _invert(now.jacobian, now.inverse) - LEAST_SINE
+    return _update_jacobian(chain, now) - LEAST_SINE
 
 
 @compiled
-def _column(
-    chain: Record, now: Record, k: int, x: float, y: float, z: float
-) -> tuple[float, float, float]:
-    """How a point moves with joint ``k``."""
-    zx, zy, zz = now.axes[k, 0], now.axes[k, 1], now.axes[k, 2]
-    if chain.slides[k] == 1:
-        return zx, zy, zz
-    return cross(zx, zy, zz, x - now.origins[k, 0], y - now.origins[k, 1], z - now.origins[k, 2])
+def limit_margin(chain: Record, now: Record) -> float:
+    """Least distance of a joint of a placed chain to an end of its range [rad, m]."""
+    least = np.inf
+    for k in range(chain.links):
+        low, high = chain.limits[k, 0], chain.limits[k, 1]
+        least = min(least, now.joints[k] - low, high - now.joints[k])
+    return least
 
 
 @compiled
-def chain_turning(
-    chain: Record, now: Record, rates: Floats
-) -> tuple[float, float, float, float, float, float]:
-    """Angular velocity of the last link [rad/s], and J_omega' q' [rad/s^2]."""
-    wx = wy = wz = bx = by = bz = 0.0
-    for k in range(3):
-        if chain.slides[k] == 1:
-            continue
-        x, y, z = rates[k] * now.axes[k, 0], rates[k] * now.axes[k, 1], rates[k] * now.axes[k, 2]
-        # The axis turns with the links before it.
-        tx, ty, tz = cross(wx, wy, wz, x, y, z)
-        bx, by, bz = bx + tx, by + ty, bz + tz
-        wx, wy, wz = wx + x, wy + y, wz + z
-    return wx, wy, wz, bx, by, bz
+def _add_angle(now: Record, k: int, step: float) -> None:
+    """Sine and cosine of a joint that turns by less than 4e-6 rad: the cube is below rounding."""
+    sine, cosine, less = now.sines[k], now.cosines[k], 0.5 * square(step)
+    now.sines[k] = sine + (cosine * step - sine * less)
+    now.cosines[k] = cosine - (sine * step + cosine * less)
+
+
+@compiled
+def _turn(turn: Floats, sine: float, cosine: float) -> None:
+    """Turns a frame about its z axis."""
+    for a in range(3):
+        x, y = turn[a, 0], turn[a, 1]
+        turn[a, 0], turn[a, 1] = cosine * x + sine * y, cosine * y - sine * x
+
+
+@compiled
+def _update_jacobian(chain: Record, now: Record) -> float:
+    """Jacobian of the tip and its inverse; |det J| over the product of its columns."""
+    x, y, z = now.tip[0], now.tip[1], now.tip[2]
+    for k in range(chain.links):
+        axes, moves = now.axes[k], now.moves[k]
+        cx, cy, cz = cross(axes[0], axes[1], axes[2], x, y, z)
+        columns = now.columns[k]
+        columns[0], columns[1], columns[2] = cx + moves[0], cy + moves[1], cz + moves[2]
+    for c in range(3):
+        for a in range(3):
+            now.jacobian[a, c] = now.columns[c, a]
+            if chain.couples == 1:
+                now.jacobian[a, c] = 0.0
+                for k in range(chain.links):
+                    now.jacobian[a, c] += chain.ratios[k, c] * now.columns[k, a]
+    return _invert(now.jacobian, now.inverse)
+
+
+@compiled
+def chain_turning(chain: Record, now: Record) -> tuple[float, float, float, float, float, float]:
+    """Angular velocity of the last link [rad/s], and J_omega' q' [rad/s^2], of a moved chain."""
+    spin = now.spins[chain.links - 1]
+    return spin[0], spin[1], spin[2], spin[3], spin[4], spin[5]
 
 
 @compiled
@@ -198,31 +302,21 @@ def moment_at_chain(
     chain: Record, now: Record, x: float, y: float, z: float
 ) -> tuple[float, float, float]:
     """J^-T J_omega^T times a moment on the last link."""
-    fx = fy = fz = 0.0
-    for k in range(3):
-        if chain.slides[k] == 1:
-            continue
-        torque = now.axes[k, 0] * x + now.axes[k, 1] * y + now.axes[k, 2] * z
-        fx += now.inverse[k, 0] * torque
-        fy += now.inverse[k, 1] * torque
-        fz += now.inverse[k, 2] * torque
-    return fx, fy, fz
+    for k in range(chain.links):
+        now.torques[k] = now.axes[k, 0] * x + now.axes[k, 1] * y + now.axes[k, 2] * z
+    return _tip_force(chain, now)
 
 
 @compiled
-def _rotate(axis: Floats, angle: float, rotation: Floats) -> None:
-    """The rotation about a unit vector by an angle [rad]."""
-    sine, cosine = sincos(angle)
-    x, y, z, rest = axis[0], axis[1], axis[2], 1.0 - cosine
-    rotation[0, 0] = cosine + rest * x * x
-    rotation[0, 1] = rest * x * y - sine * z
-    rotation[0, 2] = rest * x * z + sine * y
-    rotation[1, 0] = rest * x * y + sine * z
-    rotation[1, 1] = cosine + rest * y * y
-    rotation[1, 2] = rest * y * z - sine * x
-    rotation[2, 0] = rest * x * z - sine * y
-    rotation[2, 1] = rest * y * z + sine * x
-    rotation[2, 2] = cosine + rest * z * z
+def _tip_force(chain: Record, now: Record) -> tuple[float, float, float]:
+    """J^-T A^T times the torques of all joints."""
+    _to_coordinates(chain, now.torques, now.bias)
+    inverse, t0, t1, t2 = now.inverse, now.bias[0], now.bias[1], now.bias[2]
+    return (
+        inverse[0, 0] * t0 + inverse[1, 0] * t1 + inverse[2, 0] * t2,
+        inverse[0, 1] * t0 + inverse[1, 1] * t1 + inverse[2, 1] * t2,
+        inverse[0, 2] * t0 + inverse[1, 2] * t1 + inverse[2, 2] * t2,
+    )
 
 
 @compiled
@@ -242,141 +336,157 @@ def _invert(matrix: Floats, inverse: Floats) -> float:
             matrix[0, a], matrix[1, a], matrix[2, a], matrix[0, b], matrix[1, b], matrix[2, b]
         )
         inverse[k, 0], inverse[k, 1], inverse[k, 2] = x, y, z
-        product *= np.sqrt(square(matrix[0, k]) + square(matrix[1, k]) + square(matrix[2, k]))
+        product *= square(matrix[0, k]) + square(matrix[1, k]) + square(matrix[2, k])
     determinant = 0.0
     for c in range(3):
         determinant += inverse[0, c] * matrix[c, 0]
     if not abs(determinant) > 0.0:
         return 0.0
+    scale = 1.0 / determinant
     for k in range(3):
         for c in range(3):
-            inverse[k, c] /= determinant
-    return abs(determinant) / product
+            inverse[k, c] *= scale
+    return abs(determinant) / np.sqrt(product)
 
 
 @compiled
-def move_chain(
-    chain: Record, gravity: float, rates: Floats, now: Record, curvature: Floats
-) -> None:
-    """M, h and height of every link per mass, and J' q' of the tip, for a placed chain.
+def move_chain(chain: Record, rates: Floats, now: Record, curvature: Floats) -> None:
+    """Motion of every link, and J' q' of the tip, for a placed chain.
 
-    Outwards from the base: angular velocity, its rate and the acceleration of the origin of each
-    link while the joints do not accelerate.
+    The twist of a joint moves with the link before it.
     """
-    wx = wy = wz = ax = ay = az = 0.0  # angular velocity and acceleration
-    ox = oy = oz = vx = vy = vz = 0.0  # origin before, and its acceleration
-    for k in range(3):
-        zx, zy, zz = now.axes[k, 0], now.axes[k, 1], now.axes[k, 2]
-        rate, x, y, z = rates[k], now.origins[k, 0], now.origins[k, 1], now.origins[k, 2]
-        # What a slide goes is carried by the link before.
-        cx, cy, cz = _carried(wx, wy, wz, ax, ay, az, x - ox, y - oy, z - oz)
-        vx, vy, vz = vx + cx, vy + cy, vz + cz
-        px, py, pz = cross(wx, wy, wz, rate * zx, rate * zy, rate * zz)
-        if chain.slides[k] == 1:
-            vx, vy, vz = vx + 2.0 * px, vy + 2.0 * py, vz + 2.0 * pz
-        else:
-            ax, ay, az = ax + px, ay + py, az + pz
-            wx, wy, wz = wx + rate * zx, wy + rate * zy, wz + rate * zz
-        ox, oy, oz = x, y, z
-        cx, cy, cz = _apply(now.turns[k], chain.centres[k])
-        bx, by, bz = _carried(wx, wy, wz, ax, ay, az, cx, cy, cz)
-        _world_inertia(now.turns[k], chain.inertias[k], now.inertia)
-        lx, ly, lz = _symmetric(now.inertia, wx, wy, wz)
-        mx, my, mz = _symmetric(now.inertia, ax, ay, az)
-        gx, gy, gz = cross(wx, wy, wz, lx, ly, lz)
-        _set_link(
-            chain,
-            gravity,
-            now,
-            k,
-            (ox + cx, oy + cy, oz + cz),
-            (vx + bx, vy + by, vz + bz),
-            (mx + gx, my + gy, mz + gz),
-        )
-    tx, ty, tz = now.tip[0] - ox, now.tip[1] - oy, now.tip[2] - oz
-    cx, cy, cz = _carried(wx, wy, wz, ax, ay, az, tx, ty, tz)
-    curvature[0], curvature[1], curvature[2] = vx + cx, vy + cy, vz + cz
+    wx = wy = wz = ax = ay = az = 0.0  # w and w'
+    vx = vy = vz = bx = by = bz = 0.0  # v and v'
+    for k in range(chain.links):
+        rate, axes, moves = _of_joint(chain, rates, k), now.axes[k], now.moves[k]
+        zx, zy, zz = rate * axes[0], rate * axes[1], rate * axes[2]
+        dx, dy, dz = rate * moves[0], rate * moves[1], rate * moves[2]
+        px, py, pz = cross(wx, wy, wz, zx, zy, zz)
+        ax, ay, az = ax + px, ay + py, az + pz
+        px, py, pz = cross(wx, wy, wz, dx, dy, dz)
+        qx, qy, qz = cross(vx, vy, vz, zx, zy, zz)
+        bx, by, bz = bx + px + qx, by + py + qy, bz + pz + qz
+        wx, wy, wz = wx + zx, wy + zy, wz + zz
+        vx, vy, vz = vx + dx, vy + dy, vz + dz
+        spins, drifts = now.spins[k], now.drifts[k]
+        spins[0], spins[1], spins[2], spins[3], spins[4], spins[5] = wx, wy, wz, ax, ay, az
+        drifts[0], drifts[1], drifts[2], drifts[3], drifts[4], drifts[5] = vx, vy, vz, bx, by, bz
+    tx, ty, tz = now.tip[0], now.tip[1], now.tip[2]
+    px, py, pz = cross(wx, wy, wz, tx, ty, tz)
+    qx, qy, qz = cross(wx, wy, wz, vx + px, vy + py, vz + pz)
+    px, py, pz = cross(ax, ay, az, tx, ty, tz)
+    curvature[0], curvature[1], curvature[2] = bx + px + qx, by + py + qy, bz + pz + qz
 
 
 @compiled
-def _carried(
-    wx: float,
-    wy: float,
-    wz: float,
-    ax: float,
-    ay: float,
-    az: float,
-    x: float,
-    y: float,
-    z: float,
-) -> tuple[float, float, float]:
-    """Acceleration of a point relative to another of one body: w' x r + w x (w x r)."""
-    px, py, pz = cross(wx, wy, wz, x, y, z)
+def weigh_chain(chain: Record, masses: Floats, gravity: float, now: Record) -> tuple[float, float]:
+    """M and h of a moved chain in ``inertia`` and ``bias``, from its tip inwards.
+
+    Links beyond a joint count as one body: mass m, first moment s and inertia I about the base. The
+    force on it is f = m v' + w' x s + w x (m v + w x s), the moment about the base
+    n = I w' + s x v' + w x (I w + s x v) + v x (m v + w x s), summed link by link.
+
+    Returns:
+        Mass [kg], and mass times height of the centre over the base [kg m].
+    """
+    mass = sx = sy = sz = 0.0
+    xx = xy = xz = yy = yz = zz = 0.0
+    fx = fy = fz = nx = ny = nz = 0.0
+    for back in range(chain.links):
+        k: int = chain.links - 1 - back
+        own = masses[k]
+        if own != 0.0:
+            hx, hy, hz = _set_body(chain, own, now, k)
+            force, moment = _bias_wrench(own, hx, hy, hz, now, k)
+            body = now.body
+            fx, fy, fz = fx + force[0], fy + force[1], fz + force[2] + gravity * own
+            nx, ny = nx + moment[0] + gravity * hy, ny + moment[1] - gravity * hx
+            nz, mass, sx, sy, sz = nz + moment[2], mass + own, sx + hx, sy + hy, sz + hz
+            xx, xy, xz = xx + body[0], xy + body[1], xz + body[2]
+            yy, yz, zz = yy + body[3], yz + body[4], zz + body[5]
+        axes, moves = now.axes[k], now.moves[k]
+        ax, ay, az, vx, vy, vz = axes[0], axes[1], axes[2], moves[0], moves[1], moves[2]
+        now.torques[k] = ax * nx + ay * ny + az * nz + vx * fx + vy * fy + vz * fz
+        # Momentum of what is beyond the joint, about the base, where that has the rate 1.
+        px, py, pz = cross(ax, ay, az, sx, sy, sz)
+        px, py, pz = px + mass * vx, py + mass * vy, pz + mass * vz
+        lx, ly, lz = cross(sx, sy, sz, vx, vy, vz)
+        lx += xx * ax + xy * ay + xz * az
+        ly += xy * ax + yy * ay + yz * az
+        lz += xz * ax + yz * ay + zz * az
+        for j in range(k + 1):
+            axes, moves = now.axes[j], now.moves[j]
+            spin = axes[0] * lx + axes[1] * ly + axes[2] * lz
+            now.matrix[j, k] = spin + moves[0] * px + moves[1] * py + moves[2] * pz
+    _reduce(chain, now)
+    return mass, sz
+
+
+@compiled
+def _set_body(chain: Record, mass: float, now: Record, k: int) -> tuple[float, float, float]:
+    """First moment of a link about the base; its inertia about it, in ``body``."""
+    turn, inertia, body = now.turns[k], chain.inertias[k], now.body
+    cx, cy, cz = _apply(turn, chain.centres[k])
+    x, y, z = cx + now.origins[k, 0], cy + now.origins[k, 1], cz + now.origins[k, 2]
+    at = 0
+    for a in range(3):
+        ix, iy, iz = _symmetric(inertia, turn[a, 0], turn[a, 1], turn[a, 2])
+        for b in range(a, 3):
+            body[at] = mass * (ix * turn[b, 0] + iy * turn[b, 1] + iz * turn[b, 2])
+            at += 1
+    hx, hy, hz = mass * x, mass * y, mass * z
+    body[0] += hy * y + hz * z
+    body[1] -= hx * y
+    body[2] -= hx * z
+    body[3] += hx * x + hz * z
+    body[4] -= hy * z
+    body[5] += hx * x + hy * y
+    return hx, hy, hz
+
+
+@compiled
+def _bias_wrench(
+    mass: float, sx: float, sy: float, sz: float, now: Record, k: int
+) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+    """Force on a link and moment about the base where the joints do not accelerate."""
+    spins, drifts, body = now.spins[k], now.drifts[k], now.body
+    wx, wy, wz, ax, ay, az = spins[0], spins[1], spins[2], spins[3], spins[4], spins[5]
+    vx, vy, vz, bx, by, bz = drifts[0], drifts[1], drifts[2], drifts[3], drifts[4], drifts[5]
+    px, py, pz = cross(wx, wy, wz, sx, sy, sz)
+    px, py, pz = px + mass * vx, py + mass * vy, pz + mass * vz  # momentum
+    lx, ly, lz = _symmetric(body, wx, wy, wz)
+    qx, qy, qz = cross(sx, sy, sz, vx, vy, vz)
+    lx, ly, lz = lx + qx, ly + qy, lz + qz  # angular momentum
+    fx, fy, fz = cross(ax, ay, az, sx, sy, sz)
     qx, qy, qz = cross(wx, wy, wz, px, py, pz)
-    rx, ry, rz = cross(ax, ay, az, x, y, z)
-    return rx + qx, ry + qy, rz + qz
+    fx, fy, fz = fx + mass * bx + qx, fy + mass * by + qy, fz + mass * bz + qz
+    nx, ny, nz = _symmetric(body, ax, ay, az)
+    qx, qy, qz = cross(sx, sy, sz, bx, by, bz)
+    nx, ny, nz = nx + qx, ny + qy, nz + qz
+    qx, qy, qz = cross(wx, wy, wz, lx, ly, lz)
+    nx, ny, nz = nx + qx, ny + qy, nz + qz
+    qx, qy, qz = cross(vx, vy, vz, px, py, pz)
+    return (fx, fy, fz), (nx + qx, ny + qy, nz + qz)
 
 
 @compiled
-def _world_inertia(turn: Floats, inertia: Floats, entries: Floats) -> None:
-    """R I R^T, six entries."""
+def _reduce(chain: Record, now: Record) -> None:
+    """A^T M A and A^T h of the coordinates."""
+    _to_coordinates(chain, now.torques, now.bias)
     at = 0
     for a in range(3):
-        x, y, z = _symmetric(inertia, turn[a, 0], turn[a, 1], turn[a, 2])
         for b in range(a, 3):
-            entries[at] = x * turn[b, 0] + y * turn[b, 1] + z * turn[b, 2]
+            total = now.matrix[a, b]
+            if chain.couples == 1:
+                total = 0.0
+                for j in range(chain.links):
+                    for k in range(j, chain.links):
+                        first = chain.ratios[j, a] * chain.ratios[k, b]
+                        if k > j:
+                            first += chain.ratios[k, a] * chain.ratios[j, b]
+                        total += first * now.matrix[j, k]
+            now.inertia[at] = total
             at += 1
-
-
-@compiled
-def _set_link(
-    chain: Record,
-    gravity: float,
-    now: Record,
-    k: int,
-    centre: tuple[float, float, float],
-    acceleration: tuple[float, float, float],
-    moment: tuple[float, float, float],
-) -> None:
-    """M = J_c^T J_c + J_w^T I J_w and h = J_c^T (a_c + g z) + J_w^T (I w' + w x I w) of a link."""
-    columns, moments = now.column, now.moment
-    for j in range(3):
-        x = y = z = tx = ty = tz = 0.0
-        if j <= k:
-            x, y, z = _column(chain, now, j, centre[0], centre[1], centre[2])
-            if chain.slides[j] == 0:
-                tx, ty, tz = now.axes[j, 0], now.axes[j, 1], now.axes[j, 2]
-        columns[j, 0], columns[j, 1], columns[j, 2] = x, y, z
-        now.weights[k, j] = gravity * z
-        motion = x * acceleration[0] + y * acceleration[1] + z * acceleration[2]
-        turning = tx * moment[0] + ty * moment[1] + tz * moment[2]
-        now.biases[k, j] = now.weights[k, j] + motion + turning
-        moments[j, 0], moments[j, 1], moments[j, 2] = _symmetric(now.inertia, tx, ty, tz)
-    at = 0
-    for a in range(3):
-        turns = a <= k and chain.slides[a] == 0
-        for b in range(a, 3):
-            total = 0.0
-            for c in range(3):
-                total += columns[a, c] * columns[b, c]
-                if turns:
-                    total += now.axes[a, c] * moments[b, c]
-            now.inertias[k, at] = total
-            at += 1
-    now.heights[k] = centre[2]
-
-
-@compiled
-def add_links(masses: Floats, now: Record) -> None:
-    """M and h of the whole finger, in ``inertia`` and ``bias``."""
-    for k in range(6):
-        now.inertia[k] = 0.0
-        for link in range(MAX_LINKS):
-            now.inertia[k] += masses[link] * now.inertias[link, k]
-    for k in range(3):
-        now.bias[k] = 0.0
-        for link in range(MAX_LINKS):
-            now.bias[k] += masses[link] * now.biases[link, k]
 
 
 @compiled
@@ -395,22 +505,23 @@ def see_at_tip(
         for b in range(a, 3):
             tip_inertia[at] = x * inverse[0, b] + y * inverse[1, b] + z * inverse[2, b]
             at += 1
-    lx, ly, lz = _symmetric(tip_inertia, curvature[0], curvature[1], curvature[2])
-    lost = (lx, ly, lz)
+    lost = _symmetric(tip_inertia, curvature[0], curvature[1], curvature[2])
     for a in range(3):
         force = inverse[0, a] * bias[0] + inverse[1, a] * bias[1] + inverse[2, a] * bias[2]
         tip_bias[a] = force - lost[a]
 
 
 @compiled
-def chain_weight(now: Record, masses: Floats) -> tuple[float, float, float]:
+def chain_weight(
+    chain: Record, masses: Floats, gravity: float, now: Record
+) -> tuple[float, float, float]:
     """What the joints must give, as a tip force, to carry the links."""
-    force = now.bias
-    for c in range(3):
-        force[c] = 0.0
-    for link in range(MAX_LINKS):
-        for k in range(3):
-            torque = masses[link] * now.weights[link, k]
-            for c in range(3):
-                force[c] += now.inverse[k, c] * torque
-    return force[0], force[1], force[2]
+    weight = mx = my = 0.0
+    for back in range(chain.links):
+        k: int = chain.links - 1 - back
+        own = gravity * masses[k]
+        cx, cy, _ = _apply(now.turns[k], chain.centres[k])
+        weight += own
+        mx, my = mx + own * (cy + now.origins[k, 1]), my - own * (cx + now.origins[k, 0])
+        now.torques[k] = now.axes[k, 0] * mx + now.axes[k, 1] * my + now.moves[k, 2] * weight
+    return _tip_force(chain, now)

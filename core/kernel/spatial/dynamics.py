@@ -16,12 +16,12 @@ from slipgrasp.core.kernel.loop.links import joint_friction
 from slipgrasp.core.kernel.numerics.elementary import square
 from slipgrasp.core.kernel.spatial.chain import (
     BY_CHAIN,
-    MAX_LINKS,
     ON_SLIDES,
-    add_links,
     see_at_tip,
+    weigh_chain,
 )
 from slipgrasp.core.kernel.spatial.state import POSITION, SPIN, VELOCITY
+from slipgrasp.core.scenario.chain import MAX_LINKS
 
 # Apparent inertia and bias force of the fingers at their tips.
 TIP_DYNAMICS = np.dtype(
@@ -97,15 +97,10 @@ def update_unit_dynamics(hand: Record, kin: Record, unit: Record) -> None:
             continue
         if hand.kinds[i] == BY_CHAIN:
             now = kin.chains[i]
-            for link in range(MAX_LINKS):
-                see_at_tip(
-                    now.inverse,
-                    now.inertias[link],
-                    now.biases[link],
-                    kin.curvature[i],
-                    unit.inertia[i, link],
-                    unit.bias[i, link],
-                )
+            for link in range(hand.chains[i].links):
+                for k in range(MAX_LINKS):
+                    now.masses[k] = 1.0 if k == link else 0.0
+                _see_chain(hand, now.masses, kin, i, unit.inertia[i, link], unit.bias[i, link])
             continue
         for link in range(2):
             inertia = joint_inertia(hand, kin, i, link)
@@ -122,16 +117,8 @@ def update_tip_dynamics(hand: Record, truth: Record, kin: Record, total: Record)
             _set_slides(first, hand.gravity * first, total.inertia[i], total.bias[i])
             continue
         if hand.kinds[i] == BY_CHAIN:
-            now = kin.chains[i]
-            add_links(truth.link_masses[i], now)
-            see_at_tip(
-                now.inverse,
-                now.inertia,
-                now.bias,
-                kin.curvature[i],
-                total.inertia[i],
-                total.bias[i],
-            )
+            masses = truth.link_masses[i]
+            _see_chain(hand, masses, kin, i, total.inertia[i], total.bias[i])
             continue
         a, b = joint_inertia(hand, kin, i, 0), joint_inertia(hand, kin, i, 1)
         c, d = joint_bias(hand, kin, i, 0), joint_bias(hand, kin, i, 1)
@@ -147,6 +134,16 @@ def update_tip_dynamics(hand: Record, truth: Record, kin: Record, total: Record)
             first * c[2] + second * d[2],
         )
         _see_at_tip(kin, i, inertia, bias, total.inertia[i], total.bias[i])
+
+
+@compiled
+def _see_chain(
+    hand: Record, masses: Floats, kin: Record, i: int, tip_inertia: Floats, tip_bias: Floats
+) -> None:
+    """Lambda and f_0 of chain ``i`` whose links have some masses."""
+    now = kin.chains[i]
+    weigh_chain(hand.chains[i], masses, hand.gravity, now)
+    see_at_tip(now.inverse, now.inertia, now.bias, kin.curvature[i], tip_inertia, tip_bias)
 
 
 @compiled
@@ -259,12 +256,10 @@ def stored_energy(hand: Record, truth: Record, kin: Record, state: Record) -> tu
             continue
         if hand.kinds[i] == BY_CHAIN:
             now = kin.chains[i]
-            add_links(truth.link_masses[i], now)
+            mass, moment = weigh_chain(hand.chains[i], truth.link_masses[i], hand.gravity, now)
             x, y, z = multiply(now.inertia, yaw, rate1, rate2)
             kinetic += 0.5 * (yaw * x + rate1 * y + rate2 * z)
-            for link in range(MAX_LINKS):
-                height = joint_height + now.heights[link]
-                potential += hand.gravity * truth.link_masses[i, link] * height
+            potential += hand.gravity * (mass * joint_height + moment)
             continue
         for link in range(2):
             mass = truth.link_masses[i, link]

@@ -8,6 +8,8 @@ from numba import types
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import Floats, Record
 from slipgrasp.core.kernel.loop.links import joint_friction_power
+from slipgrasp.core.kernel.numerics.elementary import square
+from slipgrasp.core.kernel.spatial.curved_faces import SPHERE, coordinate_scale
 from slipgrasp.core.kernel.spatial.dynamics import (
     add_joint_friction,
     update_tip_dynamics,
@@ -122,6 +124,8 @@ def set_derivative(model: Record, state: Record, derivative: Record, work: Recor
             rate[slip_at(i, axis)] = speed
             rate[slip_velocity_at(n, i, axis)] = work.slip_acceleration[i, axis]
             along += work.gamma[i, axis] * speed
+        if model.hand.curved_faces[i] == SPHERE:
+            _scale_coordinates(model, state, derivative, i)
         for k in range(3):
             supplied += work.tip_forces[i, k] * work.kin.tip_velocities[i, k]
         if model.soft == 1:
@@ -140,6 +144,16 @@ def set_derivative(model: Record, state: Record, derivative: Record, work: Recor
         dissipated += joint_friction_power(model.hand, work.kin.rates)
     rate[supplied_at(model)] = supplied
     rate[dissipated_at(model)] = dissipated
+
+
+@compiled
+def _scale_coordinates(model: Record, state: Record, derivative: Record, i: int) -> None:
+    """From slip velocities of contact ``i`` to the rates of its coordinates on a sphere."""
+    first, second = slip_at(i, 0), slip_at(i, 1)
+    squared = square(state.x[first]) + square(state.x[second])
+    scale = coordinate_scale(model.hand.radii[i], squared)
+    derivative.x[first] *= scale
+    derivative.x[second] *= scale
 
 
 @compiled

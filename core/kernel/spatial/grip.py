@@ -102,7 +102,8 @@ def weight_force(hand: Record, believed: Record, kin: Record, i: int) -> tuple[f
     if hand.kinds[i] == ON_SLIDES:
         return 0.0, 0.0, hand.gravity * believed.link_masses[i, 0]
     if hand.kinds[i] == BY_CHAIN:
-        return chain_weight(kin.chains[i], believed.link_masses[i])
+        masses = believed.link_masses[i]
+        return chain_weight(hand.chains[i], masses, hand.gravity, kin.chains[i])
     inner, outer = weight_moments(hand, believed, kin, i)
     outwards = kin.inverses[i, 0, 0] * inner + kin.inverses[i, 1, 0] * outer
     upwards = kin.inverses[i, 0, 1] * inner + kin.inverses[i, 1, 1] * outer

@@ -2,7 +2,7 @@
 
 Per contact: the phase of its ways (distance to the cone in stick, speed in slip), normal force,
 distance to the edges of its face and to the rims of the patches on it, finger not singular. Then
-the determinant of M~.
+the determinant of M~, and where joints have limits, of every finger the distance to them.
 """
 
 from __future__ import annotations
@@ -21,6 +21,8 @@ from slipgrasp.core.kernel.loop.guards import (
     guards_layout,
     make_guards,
 )
+from slipgrasp.core.kernel.loop.status import JOINT_LIMIT, RUNNING
+from slipgrasp.core.kernel.spatial.chain import BY_CHAIN, limit_margin
 from slipgrasp.core.kernel.spatial.flow import LEAST_SPEED
 from slipgrasp.core.kernel.spatial.model import MODEL
 from slipgrasp.core.kernel.spatial.state import STATE, slip_at, velocity_at
@@ -36,7 +38,7 @@ PHASE, _, NORMAL_FORCE, FACE, SINGULAR = range(5)
 PER_CONTACT = 5
 BACKWARD = 1e-9  # a slip that has just begun may run back by this before it ends [m/s]
 
-GUARDS = guards_layout(PER_CONTACT * MAX_FINGERS + 1)
+GUARDS = guards_layout((PER_CONTACT + 1) * MAX_FINGERS + 1)
 MAX_GUARDS = GUARDS["values"].shape[0]
 
 
@@ -93,6 +95,24 @@ def _update_values(
         values[base + FACE] = _distance_to_edge(model, state, i)
         values[base + SINGULAR] = min(work.kin.extension[i], work.kin.clearance[i])
     values[PER_CONTACT * n] = work.system.determinant
+    if model.hand.has_limits == 1:
+        guards.count += n
+        for i in range(n):
+            values[limit_at(n, i)] = _limit_margin(model, work, i)
+
+
+@compiled
+def limit_at(n: int, i: int) -> int:
+    """Number of the guard of the joint limits of finger ``i``."""
+    return PER_CONTACT * n + 1 + i
+
+
+@compiled
+def _limit_margin(model: Record, work: Record, i: int) -> float:
+    """Least distance of a joint of finger ``i`` to an end of its range [rad, m]."""
+    if model.hand.kinds[i] != BY_CHAIN:
+        return np.inf
+    return limit_margin(model.hand.chains[i], work.kin.chains[i])
 
 
 @compiled
@@ -112,6 +132,8 @@ def sample_guards(
         if discrete.phases[i] != STICK:
             samples[row, base + FACE] = _distance_to_edge(model, state, i)
         samples[row, base + SINGULAR] = min(work.kin.extension[i], work.kin.clearance[i])
+        if model.hand.has_limits == 1:
+            samples[row, limit_at(model.num_fingers, i)] = _limit_margin(model, work, i)
     samples[row, PER_CONTACT * model.num_fingers] = work.system.determinant
 
 
@@ -119,7 +141,7 @@ def sample_guards(
 def band_of(model: Record, discrete: Record, values: Floats, j: int) -> tuple[float, float]:
     """Noise and band of guard j: within its band a value does not tell its sign."""
     i, kind = j // PER_CONTACT, j % PER_CONTACT
-    if i == model.num_fingers or kind == SINGULAR:
+    if i >= model.num_fingers or kind == SINGULAR:
         return 0.0, ENDING_BAND
     if kind == FACE:
         return SLIP_NOISE, SLIP_BAND
@@ -147,6 +169,18 @@ def _is_beyond(value: float, level: float, noise: float) -> bool:
 ) = make_guards(
     "spatial_", (MODEL, DISCRETE, STATE, WORKSPACE, GUARDS), _update_values, band_of, _is_beyond
 )
+
+
+@compiled
+def find_limited(model: Record, run: Record) -> int:
+    """Whether a joint came to an end of its range, and of which finger."""
+    n = model.num_fingers
+    if model.hand.has_limits == 1:
+        for i in range(n):
+            if run.guards.fired[limit_at(n, i)] == 1:
+                run.concerned = i
+                return JOINT_LIMIT
+    return RUNNING
 
 
 @compiled_apart(types.int64, MODEL, DISCRETE, GUARDS)

@@ -18,6 +18,7 @@ from slipgrasp.core.kernel.spatial.guards import (
     PHASE,
     SINGULAR,
     band_of,
+    limit_at,
     sample_guards,
 )
 from slipgrasp.core.kernel.spatial.model import MODEL
@@ -60,6 +61,8 @@ def spatial_dip(model: Record, run: Record, h: float) -> float:
             found = max(found, _dip_of(model, run, h, base + FACE))
         if min(guards.starts[base + SINGULAR], guards.ends[base + SINGULAR]) < NEAR_SINGULAR:
             found = max(found, _dip_of(model, run, h, base + SINGULAR))
+        if model.hand.has_limits == 1:
+            found = max(found, _dip_of(model, run, h, limit_at(model.num_fingers, i)))
     if slips:
         found = max(found, _dip_of(model, run, h, PER_CONTACT * model.num_fingers))
     return found * h

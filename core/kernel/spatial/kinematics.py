@@ -9,6 +9,7 @@ a chain of joints does is in `slipgrasp.core.kernel.spatial.chain`.
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slipgrasp.core.kernel.compilation.compiler import compiled
 from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Floats, Record
@@ -24,6 +25,7 @@ from slipgrasp.core.kernel.spatial.chain import (
     move_chain,
     solve_chain,
 )
+from slipgrasp.core.kernel.spatial.curved_faces import FLAT, bend_bias, follow_face
 from slipgrasp.core.kernel.spatial.state import (
     ATTITUDE,
     POSITION,
@@ -40,14 +42,19 @@ KINEMATICS = np.dtype(
         ("arms", np.float64, (MAX_FINGERS, 3)),  # r_i, contact relative to the centre of mass [m]
         ("frames", np.float64, (MAX_FINGERS, 3, 3)),  # t_x, t_y, n; C = [-t_x, -t_y, n]
         ("tip_velocities", np.float64, (MAX_FINGERS, 3)),  # [m/s]
-        ("bias", np.float64, (MAX_FINGERS, 3)),  # w x (w x r) + 2 w x R T s' [m/s^2]
+        # w x (w x r) + 2 w x R T s', and R T' s' on a curved face [m/s^2]
+        ("bias", np.float64, (MAX_FINGERS, 3)),
         ("curvature", np.float64, (MAX_FINGERS, 3)),  # J' q' [m/s^2]
         ("yaws", np.float64, (MAX_FINGERS, 2)),  # cosine and sine of q1
         ("links", np.float64, (MAX_FINGERS, 2, 2)),  # directions of the links in their plane
         ("bends", np.float64, (MAX_FINGERS, 2)),  # cosine and sine of q3
         ("reaches", np.float64, (MAX_FINGERS, 2)),  # of the tip from the base: radius, height [m]
         ("inverses", np.float64, (MAX_FINGERS, 2, 2)),  # of the planar Jacobian
-        ("positions", np.float64, (MAX_FINGERS, 3)),  # of slides and chains, q [m, rad]
+        (
+            "positions",
+            np.float64,
+            (MAX_FINGERS, 3),
+        ),  # of slides, and coordinates of chains [m, rad]
         ("chains", CHAIN_STATE, (MAX_FINGERS,)),
         ("rates", np.float64, (MAX_FINGERS, 3)),  # q' [rad/s, m/s]
         ("extension", np.float64, (MAX_FINGERS,)),  # sin^2 q3 less its least allowed value
@@ -73,7 +80,7 @@ def rotate(quaternion: Floats, at: int, rotation: Floats) -> None:
 
 
 @compiled
-def update_kinematics(hand: Record, seeds: Floats, state: Record, kin: Record) -> None:
+def update_kinematics(hand: Record, seeds: NDArray[np.void], state: Record, kin: Record) -> None:
     """Fills ``kin`` from pose, slips and their velocities.
 
     The fingers follow from inverse kinematics on fixed branches, so the position constraint holds
@@ -81,7 +88,7 @@ def update_kinematics(hand: Record, seeds: Floats, state: Record, kin: Record) -
 
     Args:
         hand: Geometry.
-        seeds: Joint positions near which those of chains are looked for, ``(n, 3)``.
+        seeds: Near which the joint positions of chains are looked for, ``(n,)``.
         state: The state.
         kin: What is filled.
     """
@@ -103,6 +110,9 @@ def update_kinematics(hand: Record, seeds: Floats, state: Record, kin: Record) -
             for k in range(3):
                 total += turn[c, k] * hand.anchors[i, k]
             kin.arms[i, c] = total
+        face, radius = hand.curved_faces[i], hand.radii[i]
+        if face != FLAT:
+            follow_face(face, radius, first, second, kin.frames[i], kin.arms[i])
         rx, ry, rz = kin.arms[i, 0], kin.arms[i, 1], kin.arms[i, 2]
         ux = speed_x * kin.frames[i, 0, 0] + speed_y * kin.frames[i, 1, 0]
         uy = speed_x * kin.frames[i, 0, 1] + speed_y * kin.frames[i, 1, 1]
@@ -115,6 +125,9 @@ def update_kinematics(hand: Record, seeds: Floats, state: Record, kin: Record) -
         kin.bias[i, 0] = wy * gz - wz * gy
         kin.bias[i, 1] = wz * gx - wx * gz
         kin.bias[i, 2] = wx * gy - wy * gx
+        if face != FLAT:
+            slips, speeds = (first, second), (speed_x, speed_y)
+            bend_bias(face, radius, slips, speeds, kin.frames[i], kin.bias[i])
         dx = x[POSITION] + rx - hand.bases[i, 0]
         dy = x[POSITION + 1] + ry - hand.bases[i, 1]
         dz = x[POSITION + 2] + rz - hand.bases[i, 2]
@@ -137,7 +150,7 @@ def _solve_slides(i: int, dx: float, dy: float, dz: float, kin: Record) -> None:
 
 @compiled
 def _solve_chain(
-    hand: Record, seed: Floats, i: int, dx: float, dy: float, dz: float, kin: Record
+    hand: Record, seed: Record, i: int, dx: float, dy: float, dz: float, kin: Record
 ) -> None:
     """Joints of chain ``i``, whose tip is at (dx, dy, dz) from its base and moves."""
     chain, now, rates = hand.chains[i], kin.chains[i], kin.rates[i]
@@ -148,7 +161,7 @@ def _solve_chain(
         rates[k] = 0.0
         for c in range(3):
             rates[k] += now.inverse[k, c] * kin.tip_velocities[i, c]
-    move_chain(chain, hand.gravity, rates, now, kin.curvature[i])
+    move_chain(chain, rates, now, kin.curvature[i])
 
 
 @compiled
@@ -214,7 +227,7 @@ def tip_turning(
     if hand.kinds[i] == ON_SLIDES:
         return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     if hand.kinds[i] == BY_CHAIN:
-        return chain_turning(hand.chains[i], kin.chains[i], kin.rates[i])
+        return chain_turning(hand.chains[i], kin.chains[i])
     cosine, sine = kin.yaws[i, 0], kin.yaws[i, 1]
     yaw, pitch = kin.rates[i, 0], kin.rates[i, 1] + kin.rates[i, 2]
     return pitch * sine, -pitch * cosine, yaw, yaw * pitch * cosine, yaw * pitch * sine, 0.0

@@ -15,7 +15,6 @@ from slipgrasp.core.kernel.loop.motion import desired_motion
 from slipgrasp.core.kernel.numerics.elementary import atan2, sincos, square
 from slipgrasp.core.kernel.numerics.linear import cross
 from slipgrasp.core.kernel.numerics.lyapunov import error_value, error_weights
-from slipgrasp.core.kernel.spatial.chain import MAX_LINKS
 from slipgrasp.core.kernel.spatial.dynamics import multiply
 from slipgrasp.core.kernel.spatial.kinematics import rotate
 from slipgrasp.core.kernel.spatial.plant import own_force, tip_acceleration, to_contact_frame
@@ -47,7 +46,7 @@ def believe(model: Record, estimates: Floats, believed: Record) -> None:
         believed.inertias[k] = truth.inertias[k]
     for i in range(truth.num_fingers):
         believed.friction[i] = truth.friction[i]
-        for link in range(MAX_LINKS):
+        for link in range(truth.link_masses.shape[1]):
             believed.link_masses[i, link] = model.law.link_mass_ratio * truth.link_masses[i, link]
     for k in range(unknowns.count):
         kind, finger = unknowns.kinds[k], unknowns.fingers[k]

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from numba import types
@@ -29,18 +30,25 @@ from slipgrasp.core.kernel.numerics.elementary import exp, log
 from slipgrasp.core.kernel.numerics.lyapunov import pack_coupling, pack_lyapunov
 from slipgrasp.core.kernel.numerics.methods import BS32, DOPRI5, METHOD, RK43
 from slipgrasp.core.kernel.numerics.rosenbrock import ROS34PW2
-from slipgrasp.core.kernel.spatial.chain import BY_CHAIN, CHAIN, MAX_LINKS, ON_SLIDES
+from slipgrasp.core.kernel.spatial.chain import BY_CHAIN, CHAIN, ON_SLIDES
+from slipgrasp.core.kernel.spatial.chain_packing import pack_chain
+from slipgrasp.core.kernel.spatial.curved_faces import CYLINDER, SPHERE, start_on_face
 from slipgrasp.core.kernel.spatial.motion import MOTION, pack_motion
 from slipgrasp.core.kernel.spatial.state import (
     count_coordinates,
     count_states,
     number_of_coordinates,
 )
-from slipgrasp.core.scenario.chain import chain_length
+from slipgrasp.core.scenario.chain import MAX_LINKS, has_limits
 from slipgrasp.core.scenario.custom_laws import law_number
 from slipgrasp.core.scenario.space import SPATIAL
-from slipgrasp.core.scenario.spatial import SpatialController, SpatialFinger, SpatialScenario
-from slipgrasp.core.scenario.spatial_geometry import edges_of, rotation_matrix, spatial_contact
+from slipgrasp.core.scenario.spatial import (
+    SpatialController,
+    SpatialFinger,
+    SpatialObject,
+    SpatialScenario,
+)
+from slipgrasp.core.scenario.spatial_geometry import edges_of, spatial_contact
 from slipgrasp.core.scenario.unknowns import parse_unknown
 from slipgrasp.core.scenario.world import MAX_PATCHES
 
@@ -53,6 +61,7 @@ FORGETTING_TIME = 1e-3  # [s]
 INERTIA_DEVIATION, DEVIATION = 0.1, 3.0
 _FACTS = facts_table(SPATIAL)
 
+_CURVED_FACES = {"cylinder": CYLINDER, "sphere": SPHERE}
 _KINDS = {
     "object_mass": OBJECT_MASS,
     "object_inertia": OBJECT_INERTIA,
@@ -76,6 +85,8 @@ HAND = np.dtype(
         ("num_fingers", np.int64),
         ("kinds", np.int64, (MAX_FINGERS,)),  # BY_LINKS, ON_SLIDES or BY_CHAIN
         ("has_chains", np.int64),  # 1 where any is a chain
+        ("has_limits", np.int64),  # 1 where the range of any joint of a chain has an end
+        ("torque_limits", np.float64, (MAX_FINGERS, 3)),  # inf where none [N m, N]
         ("chains", CHAIN, (MAX_FINGERS,)),
         ("link_lengths", np.float64, (MAX_FINGERS, 2)),  # [m]
         ("link_centres", np.float64, (MAX_FINGERS, 2)),  # from the proximal joint [m]
@@ -86,6 +97,8 @@ HAND = np.dtype(
         ("least_radii", np.float64, (MAX_FINGERS,)),  # of the tip from the yaw axis [m]
         ("anchors", np.float64, (MAX_FINGERS, 3)),  # object frame [m]
         ("frames", np.float64, (MAX_FINGERS, 3, 3)),  # t_x, t_y, n in the object frame
+        ("curved_faces", np.int64, (MAX_FINGERS,)),  # FLAT, CYLINDER or SPHERE
+        ("radii", np.float64, (MAX_FINGERS,)),  # of curved faces [m]
         ("num_edges", np.int64, (MAX_FINGERS,)),
         ("edges", np.float64, (MAX_FINGERS, MAX_EDGES, 3)),  # a s_x + b s_y + c >= 0 on the face
         ("num_rims", np.int64, (MAX_FINGERS,)),
@@ -221,7 +234,7 @@ def pack_model(
     _pack_unknowns(scenario, model.unknowns)
     _pack_law(scenario, model)
     _pack_sensors(scenario, model)
-    _pack_limits(scenario, model.actuators)
+    _pack_limits(scenario, model)
     _pack_numerics(scenario, model)
     pack_motion(scenario.trajectory, model.motion)
     return model
@@ -234,20 +247,39 @@ def _pack_finger(scenario: SpatialScenario, i: int, model: Record) -> None:
     elif finger.kind == "chain":
         hand.kinds[i], hand.has_chains = BY_CHAIN, 1
         pack_chain(finger, hand.chains[i], truth.link_masses[i])
+        hand.has_limits |= int(has_limits(finger.joints))
     else:
         _pack_links(finger, i, hand, truth)
     hand.joint_damping[i], hand.joint_friction[i] = finger.joint_damping, finger.joint_friction
     hand.joints_rub |= int(finger.joint_damping + finger.joint_friction > 0.0)
     hand.bases[i] = finger.base
-    contact = spatial_contact(scenario.object, finger)
-    hand.anchors[i] = contact.anchor
-    hand.frames[i] = contact.tangent_x, contact.tangent_y, contact.normal
-    edges = edges_of(contact.outline)
-    hand.num_edges[i] = len(edges)
-    hand.edges[i, : len(edges)] = edges
+    _pack_face(scenario.object, finger, i, model)
     truth.friction[i] = finger.friction
     static = finger.static_friction
     truth.static_friction[i] = finger.friction if static is None else static
+
+
+def _pack_face(body: SpatialObject, finger: SpatialFinger, i: int, model: Record) -> None:
+    hand, contact = model.hand, spatial_contact(body, finger)
+    edges = edges_of(contact.outline)
+    hand.num_edges[i] = len(edges)
+    hand.edges[i, : len(edges)] = edges
+    if body.is_round:
+        contact = spatial_contact(body, replace(finger, contact_offset=(0.0, 0.0)))
+        hand.curved_faces[i], hand.radii[i] = _CURVED_FACES[body.shape], body.radius
+    hand.anchors[i] = contact.anchor
+    hand.frames[i] = contact.tangent_x, contact.tangent_y, contact.normal
+    if body.is_round:
+        # By the kernel's own functions, which have the same bits on every machine.
+        call(spatial_start_on_face, model, i, *finger.contact_offset)
+
+
+@compiled_apart(types.void, MODEL, types.int64, types.float64, types.float64)
+def spatial_start_on_face(model: Record, i: int, first: float, second: float) -> None:
+    """Moves the anchor of contact ``i`` along an arc of its curved face."""
+    hand = model.hand
+    face, radius = hand.curved_faces[i], hand.radii[i]
+    start_on_face(face, radius, first, second, hand.frames[i], hand.anchors[i])
 
 
 def _pack_links(finger: SpatialFinger, i: int, hand: Record, truth: Record) -> None:
@@ -261,20 +293,6 @@ def _pack_links(finger: SpatialFinger, i: int, hand: Record, truth: Record) -> N
         truth.link_masses[i, link] = finger.link_masses[link]
     hand.elbows[i] = -1.0 if finger.elbow == "up" else 1.0
     hand.least_radii[i] = 1e-3 * (finger.link_lengths[0] + finger.link_lengths[1])
-
-
-def pack_chain(finger: SpatialFinger, chain: Record, masses: Any) -> None:
-    """Writes a chain of joints, and the masses of its links, for the kernel."""
-    chain.base[:] = rotation_matrix(finger.attitude)
-    chain.tip[:] = finger.tip
-    chain.length = chain_length(finger.joints, finger.tip)
-    for k, joint in enumerate(finger.joints):
-        chain.places[k], chain.turns[k] = joint.place, rotation_matrix(joint.attitude)
-        scale = 1.0 / math.sqrt(sum(part * part for part in joint.axis))
-        chain.axes[k] = [scale * part for part in joint.axis]
-        chain.slides[k] = int(joint.kind == "prismatic")
-        chain.centres[k], chain.inertias[k] = joint.centre, joint.unit_inertia
-        masses[k] = joint.mass
 
 
 def _pack_surface(surface: Surface, i: int, model: Record) -> None:
@@ -400,11 +418,13 @@ def _pack_sensors(scenario: SpatialScenario, model: Record) -> None:
         model.law.acceleration_variance = variance
 
 
-def _pack_limits(scenario: SpatialScenario, actuators: Record) -> None:
+def _pack_limits(scenario: SpatialScenario, model: Record) -> None:
     """What the joints can give."""
     for name in ACTUATORS.names or ():
         limit = getattr(scenario.actuation, name)
-        actuators[name] = np.inf if limit is None else limit
+        model.actuators[name] = np.inf if limit is None else limit
+    for k, (_, limit) in enumerate(scenario.torque_limits):
+        model.hand.torque_limits[divmod(k, 3)] = np.inf if limit is None else limit
 
 
 def _pack_numerics(scenario: SpatialScenario, model: Record) -> None:

@@ -20,6 +20,7 @@ from slipgrasp.core.kernel.loop.progress import (
     slip_states_layout,
 )
 from slipgrasp.core.kernel.loop.slip_rows import make_slip_rows
+from slipgrasp.core.kernel.spatial.chain import copy_seed
 from slipgrasp.core.kernel.spatial.guards import GUARDS, is_past_event
 from slipgrasp.core.kernel.spatial.learning import MEMORY
 from slipgrasp.core.kernel.spatial.model import MODEL
@@ -40,6 +41,7 @@ from slipgrasp.core.kernel.spatial.ways import least_margin
 from slipgrasp.core.kernel.spatial.workspace import DISCRETE, WORKSPACE
 from slipgrasp.core.scenario.space import SPATIAL
 from slipgrasp.core.scenario.spatial import SpatialScenario
+from slipgrasp.core.scenario.spatial_geometry import first_seeds
 
 PROGRESS = progress_layout(
     [
@@ -77,8 +79,7 @@ def make_run(scenario: SpatialScenario, *, keeps_rows: bool) -> tuple[Record, Re
     call(spatial_normalise, run.step.start)
     for k, estimate in enumerate(scenario.estimates):
         run.discrete.estimates[k] = estimate.initial
-    for i, finger in enumerate(scenario.fingers):
-        run.discrete.seeds[i] = finger.posture
+    run.discrete.seeds["positions"][: len(scenario.fingers)] = first_seeds(scenario)
     run.discrete.closing_force = scenario.controller.grip_force
     outlet.keeps_rows = int(keeps_rows)
     outlet.num_rows = outlet.num_ticks = 0
@@ -104,8 +105,9 @@ def copy_discrete(model: Record, source: Record, target: Record) -> None:
             target.directions[i, part] = source.directions[i, part]
         for joint in range(3):
             target.torques[i, joint] = source.torques[i, joint]
-            target.seeds[i, joint] = source.seeds[i, joint]
             target.commanded[i, joint] = source.commanded[i, joint]
+        if model.hand.has_chains == 1:
+            copy_seed(source.seeds[i], target.seeds[i])
     for k in range(model.num_unknowns):
         target.estimates[k] = source.estimates[k]
     target.violation, target.piece = source.violation, source.piece

@@ -17,6 +17,7 @@ from slipgrasp.core.kernel.loop.ticks import (
     make_estimates,
     take_command,
 )
+from slipgrasp.core.kernel.spatial.chain import BY_CHAIN, renew_seed
 from slipgrasp.core.kernel.spatial.command import spatial_believe, spatial_command
 from slipgrasp.core.kernel.spatial.flow import spatial_plant
 from slipgrasp.core.kernel.spatial.jump import (
@@ -52,6 +53,11 @@ def _put_estimate(_model: Record, run: Record, k: int, value: float) -> None:
 
 
 _set_estimate, _advance_estimates = make_estimates(_get_estimate, _put_estimate)
+
+
+@compiled
+def _limit_of(model: Record, i: int, joint: int) -> float:
+    return model.hand.torque_limits[i, joint]
 
 
 @compiled_apart(types.void, MODEL, PROGRESS)
@@ -147,8 +153,8 @@ def _renew_seeds(model: Record, run: Record) -> None:
     seeds, kin = run.discrete.seeds, run.work.kin
     update_kinematics(model.hand, seeds, run.step.start, kin)
     for i in range(model.num_fingers):
-        for k in range(3):
-            seeds[i, k] = kin.positions[i, k]
+        if model.hand.kinds[i] == BY_CHAIN:
+            renew_seed(kin.positions[i], kin.chains[i], seeds[i])
 
 
 @compiled_apart(types.void, MODEL, PROGRESS)
@@ -235,6 +241,7 @@ control_tick = make_control_tick(
     LAYOUTS,
     get_estimate=_get_estimate,
     set_estimate=_set_estimate,
+    limit_of=_limit_of,
     sense=_sense,
     show=spatial_look,
     evaluate_law=_evaluate_law,

@@ -17,6 +17,7 @@ from numba import types
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import Floats, Record
 from slipgrasp.core.kernel.spatial.contact_problem import inverse_of, times
+from slipgrasp.core.kernel.spatial.curved_faces import FLAT, normal_rate
 from slipgrasp.core.kernel.spatial.dynamics import world_inertia
 from slipgrasp.core.kernel.spatial.kinematics import moment_at_tip, tip_turning
 from slipgrasp.core.kernel.spatial.model import MODEL
@@ -126,7 +127,7 @@ def _add_finger(model: Record, state: Record, work: Record, i: int) -> None:
 
 @compiled
 def _update_gyration(model: Record, state: Record, work: Record, i: int) -> None:
-    """N . J_omega' q' + (omega x n) . (omega_f - omega)."""
+    """N . J_omega' q' + n' . (omega_f - omega), n' being omega x n, and R n_o' on a curved face."""
     kin, x = work.kin, state.x
     wx, wy, wz = x[SPIN], x[SPIN + 1], x[SPIN + 2]
     nx, ny, nz = kin.frames[i, 2, 0], kin.frames[i, 2, 1], kin.frames[i, 2, 2]
@@ -140,6 +141,12 @@ def _update_gyration(model: Record, state: Record, work: Record, i: int) -> None
         + (wz * nx - wx * nz) * fy
         + (wx * ny - wy * nx) * fz
     )
+    face = model.hand.curved_faces[i]
+    if face != FLAT:
+        n = model.num_fingers
+        speeds = x[slip_velocity_at(n, i, 0)], x[slip_velocity_at(n, i, 1)]
+        rx, ry, rz = normal_rate(face, model.hand.radii[i], speeds, kin.frames[i])
+        work.torsion.gyration[i] += rx * fx + ry * fy + rz * fz
 
 
 @compiled

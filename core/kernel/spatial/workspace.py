@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from slipgrasp.core.kernel.compilation.records import MAX_FINGERS
+from slipgrasp.core.kernel.spatial.chain import SEED
 from slipgrasp.core.kernel.spatial.dynamics import TIP_DYNAMICS, UNIT_DYNAMICS
 from slipgrasp.core.kernel.spatial.kinematics import KINEMATICS
 from slipgrasp.core.kernel.spatial.model import MAX_COORDINATES, TRUTH
@@ -31,7 +32,7 @@ DISCRETE = np.dtype(
         ("commanded", np.float64, (MAX_FINGERS, 3)),  # at the last tick, before limits [N m]
         ("estimates", np.float64, (MAX_UNKNOWNS,)),
         ("violation", np.float64),  # of the estimated cones by the last command [N]
-        ("seeds", np.float64, (MAX_FINGERS, 3)),  # joint positions of chains at the last tick
+        ("seeds", SEED, (MAX_FINGERS,)),  # of chains, from the last tick
         ("added_grip", np.float64),  # what the grip reflex has added [N]
         ("closing_force", np.float64),  # of the jaws of a gripper [N]
         ("diagnostics", np.float64, (MAX_DIAGNOSTICS,)),  # of a law of one's own

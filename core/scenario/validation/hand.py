@@ -18,7 +18,7 @@ def check_faces(scenario: PlanarScenario) -> Iterator[FieldError]:
     names = scenario.object.face_names
     for i, finger in enumerate(scenario.fingers):
         if finger.face not in names:
-            shape = "a polygon" if scenario.object.corners else "a rectangle (no corners)"
+            shape = _shape_words(scenario)
             yield FieldError(
                 field=f"fingers.{i}.face",
                 value=finger.face,
@@ -28,6 +28,12 @@ def check_faces(scenario: PlanarScenario) -> Iterator[FieldError]:
                     f"faces {', '.join(names)}"
                 ),
             )
+
+
+def _shape_words(scenario: PlanarScenario) -> str:
+    if scenario.object.is_round:
+        return "a circle"
+    return "a polygon" if scenario.object.corners else "a rectangle (no corners)"
 
 
 def check_start_pose(scenario: PlanarScenario) -> Iterator[FieldError]:

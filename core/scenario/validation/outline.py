@@ -1,4 +1,4 @@
-"""Whether the corners of an object are those of a convex polygon around its centre of mass."""
+"""Whether an object is a convex polygon around its centre of mass, or round."""
 
 from __future__ import annotations
 
@@ -20,6 +20,9 @@ def check_outline(scenario: Scenario) -> Iterator[FieldError]:
     """The corners, if given, go once around the centre of mass, turning left at each."""
     if not scenario.object.corners:
         return
+    if scenario.object.is_round:
+        yield _shape_error(scenario)
+        return
     corners = outline(scenario.object)
     edges = np.roll(corners, -1, axis=0) - corners
     # Each check takes for granted what the one before has found.
@@ -28,6 +31,19 @@ def check_outline(scenario: Scenario) -> Iterator[FieldError]:
             yield error
             return
     yield from _centre_errors(corners, edges)
+
+
+def _shape_error(scenario: Scenario) -> FieldError:
+    shape = scenario.object.shape
+    return FieldError(
+        field="object.corners",
+        value=len(scenario.object.corners),
+        limit="none",
+        message=(
+            f"object.corners are given, but object.shape is '{shape}', which has none; leave them "
+            "out or choose the other shape"
+        ),
+    )
 
 
 def _count_error(edges: Vectors) -> FieldError | None:

@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-
-import numpy as np
+from collections.abc import Iterator, Sequence
 
 from slipgrasp.core.exceptions import FieldError
-from slipgrasp.core.scenario.chain import NUM_JOINTS
+from slipgrasp.core.scenario.chain import (
+    NUM_JOINTS,
+    ChainJoint,
+    all_positions,
+    chain_start,
+    margins,
+    moving,
+    range_of,
+)
 from slipgrasp.core.scenario.chosen_laws import kinds_in
 from slipgrasp.core.scenario.custom_laws import law_of
-from slipgrasp.core.scenario.spatial import SpatialScenario
+from slipgrasp.core.scenario.spatial import SpatialFinger, SpatialObject, SpatialScenario
 from slipgrasp.core.scenario.spatial_geometry import (
     distance_inside,
-    joint_angles,
     spatial_contact,
     tip_at_start,
 )
@@ -23,6 +28,7 @@ from slipgrasp.core.scenario.validation.outline import check_outline
 
 UNIT_LENGTH = 1e-6
 LEAST_SINE = 1e-3
+_ENDS, _LIMITS = ("minimum", "maximum"), ("at least", "at most")
 LEAST_RADIUS = 1e-3  # share of the links' lengths, from the yaw axis
 
 
@@ -71,7 +77,7 @@ def check_spatial_contacts(scenario: SpatialScenario) -> Iterator[FieldError]:
                 ),
             )
             continue
-        beyond = -distance_inside(spatial_contact(scenario.object, finger).outline, (0.0, 0.0))
+        beyond = _beyond_face(scenario.object, finger)
         if beyond >= 0.0:
             x, y = finger.contact_offset
             yield FieldError(
@@ -87,6 +93,13 @@ def check_spatial_contacts(scenario: SpatialScenario) -> Iterator[FieldError]:
             yield from _check_reach(scenario, i)
         elif finger.kind == "chain":
             yield from _check_chain(scenario, i)
+
+
+def _beyond_face(body: SpatialObject, finger: SpatialFinger) -> float:
+    """How far a fingertip starts outside its face [m]; negative inside."""
+    if body.shape == "sphere":
+        return math.hypot(*finger.contact_offset) - 0.5 * math.pi * body.radius
+    return -distance_inside(spatial_contact(body, finger).outline, (0.0, 0.0))
 
 
 def _check_reach(scenario: SpatialScenario, i: int) -> Iterator[FieldError]:
@@ -119,30 +132,67 @@ def _check_reach(scenario: SpatialScenario, i: int) -> Iterator[FieldError]:
 
 
 def _check_chain(scenario: SpatialScenario, i: int) -> Iterator[FieldError]:
-    """Three joints with axes and attitudes, of which the tip reaches its contact."""
-    finger = scenario.fingers[i]
-    field, value = f"fingers.{i}.joints", float(len(finger.joints))
-    if len(finger.joints) != NUM_JOINTS:
-        limit = f"{NUM_JOINTS} joints"
-        words = f"{field} has {len(finger.joints)} joints; a chain has {NUM_JOINTS}"
-    elif not all(any(vector) for joint in finger.joints for vector in (joint.axis, joint.attitude)):
-        limit = "not 0, 0, 0"
-        words = f"{field} has an axis or an attitude of length 0; give it a direction"
-    elif not any(finger.attitude):
-        field, value, limit = f"fingers.{i}.attitude", 0.0, "not 0, 0, 0, 0"
-        words = f"{field} has length 0; a quaternion of a rotation has length 1"
-    elif not any(joint.mass > 0.0 for joint in finger.joints):
-        value, limit = 0.0, "above 0 kg"
+    """Three joints that move by themselves, and a start within their ranges."""
+    finger, field = scenario.fingers[i], f"fingers.{i}.joints"
+    found = [*_check_joints(field, finger.joints)]
+    if not any(finger.attitude):
+        words = f"fingers.{i}.attitude has length 0; a quaternion of a rotation has length 1"
+        found.append(_error(f"fingers.{i}.attitude", 0.0, "not 0, 0, 0, 0", words))
+    yield from found or _check_start(scenario, i)
+
+
+def _check_joints(field: str, joints: Sequence[ChainJoint]) -> Iterator[FieldError]:
+    own = moving(joints)
+    if len(own) != NUM_JOINTS:
+        words = f"{field} has {len(own)} joints that move by themselves; a chain has {NUM_JOINTS}"
+        if len(own) > NUM_JOINTS:
+            words += (
+                ": lock the others where the hand is imported (--lock JOINT=POSITION), or let them "
+                f"follow these ({field}.{own[-1]}.follows)"
+            )
+        yield _error(field, float(len(own)), f"{NUM_JOINTS} joints", words)
+    if not any(joint.mass > 0.0 for joint in joints):
         words = f"{field} have no mass at all; give the last one some"
-    elif np.isnan(joint_angles(finger, np.add(tip_at_start(scenario, i), finger.base))).any():
-        field, limit = f"fingers.{i}.posture", "near the start"
+        yield _error(field, 0.0, "above 0 kg", words)
+    for k, joint in enumerate(joints):
+        key, (low, high) = f"{field}.{k}", range_of(joint)
+        if not all(map(any, (joint.axis, joint.attitude))):
+            words = f"{key} has an axis or an attitude of length 0; give it a direction"
+            yield _error(key, 0.0, "not 0, 0, 0", words)
+        if joint.follows is not None and joint.follows not in own:
+            limit = ", ".join(map(str, own))
+            words = f"{key}.follows is {joint.follows}, no joint that moves by itself: {limit}"
+            yield _error(f"{key}.follows", joint.follows, limit, words)
+        if not low < high:
+            words = f"{key}.minimum is {low:g}, not below {key}.maximum, {high:g}"
+            yield _error(f"{key}.minimum", low, f"below {high:g}", words)
+
+
+def _check_start(scenario: SpatialScenario, i: int) -> Iterator[FieldError]:
+    finger = scenario.fingers[i]
+    chain = finger.attitude, finger.joints, finger.tip
+    start = chain_start(*chain, tip_at_start(scenario, i), finger.posture)
+    if start is None:
         words = (
             f"fingers.{i} cannot reach its contact from fingers.{i}.posture, or is singular on the "
             "way; move the base, the start pose or the posture"
         )
-    else:
+        yield _error(f"fingers.{i}.posture", None, "near the start", words)
         return
-    yield FieldError(field=field, value=value, limit=limit, message=words)
+    left, positions = margins(finger.joints, start[1]), all_positions(finger.joints, start[1])
+    k = int(left.min(axis=1).argmin())
+    if left[k].min() < 0.0:
+        side = int(left[k].argmin())
+        key, limit = f"fingers.{i}.joints.{k}.{_ENDS[side]}", range_of(finger.joints[k])[side]
+        words = (
+            f"fingers.{i} starts with joint {k + 1} at {positions[k]:.4g}, beyond {key}, "
+            f"{limit:g}; move the base, the start pose or the posture"
+        )
+        yield _error(key, float(positions[k]), f"{_LIMITS[side]} {limit:g}", words)
+
+
+def _error(field: str, value: float | None, limit: str, message: str) -> FieldError:
+    return FieldError(field=field, value=value, limit=limit, message=message)
 
 
 def check_chain_laws(scenario: SpatialScenario) -> Iterator[FieldError]:

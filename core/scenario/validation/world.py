@@ -55,8 +55,19 @@ def check_static_friction(scenario: Scenario) -> Iterator[FieldError]:
 
 
 def check_patches(scenario: Scenario) -> Iterator[FieldError]:
-    """A patch lies on a face of the object, and is there for a while before the end."""
+    """A patch lies on a flat face of the object, and is there for a while before the end."""
     names = scenario.object.face_names
+    if scenario.object.is_round and scenario.patches:
+        yield FieldError(
+            field="patches.0.face",
+            value=scenario.patches[0].face,
+            limit="a flat face",
+            message=(
+                f"patches.0.face is '{scenario.patches[0].face}' of an object whose shape is "
+                f"'{scenario.object.shape}', but patches on curved faces are not computed yet; "
+                "leave patches out or choose another object.shape"
+            ),
+        )
     for i, patch in enumerate(scenario.patches):
         key = f"patches.{i}"
         if patch.face not in names:
