@@ -210,7 +210,7 @@ def slip_of(result: RunResult) -> float:
 
 
 def offset_of(result: RunResult) -> float:
-    """How far the object is from where it was wanted at the end, from the trace [m]."""
+    """How far the object is from its target at the end, from the trace [m]."""
     ways = result.trace.shape.space.num_positions
     return float(np.linalg.norm(result.trace.tracking_error[-1, :ways]))
 

@@ -108,7 +108,7 @@ class TriedHint:
 _FAILED = {
     Goal.HOLD: "holds the object",
     Goal.LESS_SLIP: "lessens the slip without a loss elsewhere",
-    Goal.NEARER: "brings the object nearer to where it was wanted without a loss elsewhere",
+    Goal.NEARER: "brings the object nearer to its target without a loss elsewhere",
 }
 
 

@@ -51,7 +51,7 @@ _ENDED_EARLY = {
 
 _ENDED_BY = {"joint_limit": "Ended: a joint came to its limit"}  # by the code of the reason
 
-_HELD = "Held"  # and neither slipped far nor ended far from where it was wanted
+_HELD = "Held"  # and neither slipped far nor ended far from its target
 _LEAST_FORCE = 1e-3
 _ROUNDING = 1e-6
 _NO_WAY = 1e-15  # [m]
@@ -193,7 +193,7 @@ def _describe_switching(result: RunResult) -> Iterator[str]:
 
 
 def _describe_lasting_error(result: RunResult) -> Iterator[str]:
-    """How far a held object stays from where it was wanted, unless the headline says it."""
+    """How far a held object stays from its target, unless the headline says it."""
     if not result.metrics.held:
         return
     trace = result.trace
@@ -203,7 +203,7 @@ def _describe_lasting_error(result: RunResult) -> Iterator[str]:
         earlier = trace.tracking_error[np.searchsorted(trace.times, result.end_time - _WATCHED)]
         words = describe_lasting_error(final, earlier.tolist())
         yield from [
-            f"At the end the object is {words} from where it was wanted, and comes no nearer."
+            f"At the end the object is {words} from its target, and does not come nearer."
         ] * bool(words)
 
 
@@ -381,7 +381,7 @@ def _suggest(result: RunResult, found: Sequence[_Overestimate]) -> Hint:
 
 
 def _is_off(result: RunResult) -> bool:
-    """Whether the words about a held object say that it is not where it was wanted."""
+    """Whether the words about a held object say that it is not at its target."""
     body = scenario_at(result.scenario, result.end_time).object
     far = is_far_off(body, result.metrics.final_tracking_error)
     return far or any(True for _ in _describe_lasting_error(result))
@@ -402,7 +402,7 @@ def _suggest_to_come_nearer(situation: Situation, found: Sequence[_Overestimate]
     """A held object rests where feedback and a wrong estimate balance, or still moves."""
     return any_of(
         _estimate_less_friction(situation.start, found),
-        purpose="to bring it nearer to where it was wanted",
+        purpose="to bring it nearer to its target",
         goal=Goal.NEARER,
         risky=come_nearer(situation),
     )

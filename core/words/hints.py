@@ -32,7 +32,7 @@ class Goal(StrEnum):
 
     HOLD = "hold the object"
     LESS_SLIP = "lessen the slip"
-    NEARER = "bring the object nearer to where it was wanted"
+    NEARER = "bring the object nearer to its target"
     MARGIN = "find how little is enough"
 
 

@@ -30,14 +30,14 @@ def is_far_off(body: ObjectParameters | SpatialObject, error: Sequence[float]) -
 
 
 def describe_offset(body: ObjectParameters | SpatialObject, error: Sequence[float]) -> str:
-    """How far an object is off, such as ``34 mm from where it was wanted``; empty if it is near.
+    """How far an object is off, such as ``34 mm from its target``; empty if it is near.
 
     Args:
         body: The object.
         error: Desired minus actual pose, x, y, theta [m, m, rad], or six coordinates in space.
     """
     offsets = _offsets(body, error)
-    return f"{joined(offsets)} from where it was wanted" if offsets else ""
+    return f"{joined(offsets)} from its target" if offsets else ""
 
 
 def is_large(body: ObjectParameters | SpatialObject, length: float) -> bool:

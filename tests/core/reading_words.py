@@ -112,7 +112,7 @@ def check_headline(result: RunResult, headline: str) -> None:
     elif result.end_time < 0.5:
         assert headline == "At rest, but too short to tell: held means 0.5 s without slip"
     else:
-        offset = rf"(?:, (?:{NUMBER} mm)?(?: and )?(?:{NUMBER}°)? from where it was wanted)?"
+        offset = rf"(?:, (?:{NUMBER} mm)?(?: and )?(?:{NUMBER}°)? from its target)?"
         found = re.fullmatch(rf"Held(?: after {NUMBER} mm of slip)?{offset}", headline)
         assert found, headline
         slipped, *offsets = found.groups()
@@ -545,7 +545,7 @@ SENTENCES: tuple[tuple[str, Callable[[RunResult, re.Match[str]], None]], ...] = 
         check_other_belief,
     ),
     (
-        rf"At the end the object is {NUMBER} mm from where it was wanted, and comes no nearer\.",
+        rf"At the end the object is {NUMBER} mm from its target, and does not come nearer\.",
         check_lasting_error,
     ),
     (
@@ -729,7 +729,7 @@ PHRASES = (
     "change the pose",
     "no setting of this law is left to try: make the object lighter or its faces rougher",
     "to see whether it stays at rest",
-    "to bring it nearer to where it was wanted",
+    "to bring it nearer to its target",
     "which lost some held objects",
     "for less slip",
     "run it again to see the rest",

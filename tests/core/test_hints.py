@@ -43,7 +43,7 @@ def run_of(preset: str) -> RunResult:
 
 @pytest.mark.parametrize("preset", ["paper-case-1", "paper-case-2", "composite-case-2-noisy"])
 def test_every_hint_that_was_tried_does_what_it_says(preset: str) -> None:
-    """Nearer to where it was wanted where that is what the hint is for, else less slip."""
+    """Nearer to its target where that is what the hint is for, else less slip."""
     before = run_of(preset)
     found = try_hint(before, describe_run(before).hint)
     assert len(found.helpful) >= 2

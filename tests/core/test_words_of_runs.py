@@ -144,7 +144,7 @@ def way_of(result: RunResult) -> str:
     if result.end_time < 0.5:
         return "too short"
     words = ["held", *["without slip"] * (not slips.any())]
-    return " ".join([*words, *["far off"] * ("from where it was wanted" in headline_of(result))])
+    return " ".join([*words, *["far off"] * ("from its target" in headline_of(result))])
 
 
 @pytest.mark.parametrize(("law", "way"), TABLE)

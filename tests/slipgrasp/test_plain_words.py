@@ -35,6 +35,7 @@ RETIRED = {
     r"(?<![./])(?<!kept its )\b(belief|beliefs(?![:=])|believes?|believing)\b": "estimate, phase",
     r"\b(is|are|was|were|be|been) told\b(?! is)|\btold apart\b": "known, given, shown",
     r"\b(tells?|telling) (\w+ ){1,3}apart\b|\"{3}Tells\b|: Told the\b": "shows, reports",
+    r"where it was wanted": "its target",
     r"laws? of the field": "published control law",
     r"(?<![`\"._])\bstretch(es)?\b(?!_| =|\.\w|, model|\)$)": "segment, time range",
     r"(?-i:(\b|[a-z]_)(?<!\.)rooms?\b|\broom_)(?! for one run)": "package, space, capacity",

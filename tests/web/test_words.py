@@ -33,7 +33,7 @@ DROPPED = Reason(
 
 def test_a_held_run_says_who_slipped_and_how_hard_it_squeezes(case_1: RunResult) -> None:
     verdict = describe_run(case_1)
-    assert (verdict.tone, verdict.headline) == ("warning", "Held, 21 mm from where it was wanted")
+    assert (verdict.tone, verdict.headline) == ("warning", "Held, 21 mm from its target")
     assert verdict.sentences == (
         "Both fingertips slipped, 2.59 mm left and 2.14 mm right, and stopped at t = 87 ms.",
         "At the start the controller believed the mass of the object to be 0.5 kg where it is "

@@ -88,7 +88,7 @@ def find_border(draft: Draft, run: Callable[[Draft], RunResult | None]) -> str:
 
 
 def _offset_of(held: RunResult | None) -> str:
-    """How far a held object is from where it was wanted, if that is worth saying."""
+    """How far a held object is from its target, if that is worth saying."""
     offset = headline_of(held).partition(", ")[2] if held is not None else ""
     return f", there {offset}" if offset else ""
 
