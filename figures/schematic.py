@@ -238,10 +238,8 @@ def _draw_dimensions(drawing: Drawing, scenario: PlanarScenario) -> None:
     drawing.line(np.array([0.0, -2.0 * mm]), np.array([0.0, low - over]), colour=MUTED)
     drawing.line(np.array([width, -length - mm]), np.array([width, low - over]), colour=MUTED)
     drawing.arrow(np.array([0.0, low]), np.array([width, low]), both=True, width=0.5)
-    drawing.write(
-        np.array([0.5 * width, low - 3.0 * mm]),
-        f"${'R' if body.is_round else 'L_o'}$ = {width:.4g} m",
-    )
+    name = r"$\rho$" if body.is_round else "$L_o$"
+    drawing.write(np.array([0.5 * width, low - 3.0 * mm]), f"{name} = {width:.4g} m")
     if body.is_round:
         return
     drawing.line(np.array([width - 5.0 * mm, 0.0]), np.array([far + over, 0.0]), colour=MUTED)

@@ -3,7 +3,7 @@
 The distances that a recording states as slips follow from the pose of the object and the angles of
 the joints (docs/space.md): with tip p, object at x with attitude R, and a contact whose anchor is a
 and whose tangents are t_x and t_y, the slips are t_x, t_y of R^T (p - x) - a; on a
-round object they are those of the point of its surface.
+curved face they are those of the point of its surface.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ def slips_from_poses(scenario: SpatialScenario, trace: Trace, index: int) -> Flo
         spatial_contact(scenario.object, finger),
         _in_object_frame(trace.object_pose, tip),
     )
-    if scenario.object.is_round:
+    if any(contact.curvatures):
         axes = np.array([contact.tangent_x, contact.tangent_y, contact.normal])
         return slips_of(contact.anchor, axes, contact.curvatures, point, _stated(trace, index))
     return (point - np.array(contact.anchor)) @ np.array([contact.tangent_x, contact.tangent_y]).T

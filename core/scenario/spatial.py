@@ -157,10 +157,8 @@ class SpatialObject:
     def face_names(self) -> tuple[str, ...]:
         """What its faces are called.
 
-        Those of a round object are one: each name says where the contact offset counts from.
+        The curved ones are one face: each name says where the contact offset counts from.
         """
-        if self.shape == "cylinder":
-            return tuple(f"side-{k}" for k in range(4))
         return (*(f"side-{k}" for k in range(len(self.corners) or 4)), "top", "bottom")
 
 

@@ -63,8 +63,8 @@ def spatial_contact(body: SpatialObject, finger: SpatialFinger) -> SpatialContac
         body: The object.
         finger: The finger that touches it, on one of its `face_names`.
     """
-    if body.is_round:
-        return _round_contact(body, finger)
+    if body.is_round and not has_disc(body, finger):
+        return _curved_contact(body, finger)
     middle, corners, normal = _face(body, finger.face)
     tangent_x, tangent_y = _tangents(normal)
     x, y = finger.contact_offset
@@ -84,8 +84,13 @@ def _tangents(normal: Vector) -> tuple[Vector, Vector]:
     return tangent_x, cross(normal, tangent_x)
 
 
-def _round_contact(body: SpatialObject, finger: SpatialFinger) -> SpatialContact:
-    """On a cylinder or a sphere, where the offset is an arc from the middle of a side."""
+def has_disc(body: SpatialObject, finger: SpatialFinger) -> bool:
+    """Whether a finger touches an end of a cylinder, whose outline is drawn as a polygon."""
+    return body.shape == "cylinder" and finger.face in ("top", "bottom")
+
+
+def _curved_contact(body: SpatialObject, finger: SpatialFinger) -> SpatialContact:
+    """On the side of a cylinder or a sphere, where the offset is an arc."""
     normal, curvature = _scaled(_OUTWARD[finger.face], -1.0), 1.0 / body.radius
     (x, y), far = finger.contact_offset, body.radius * _ENDLESS
     curvatures, ends = (0.0, curvature), (body.half_height + x, body.half_height - x, far)

@@ -226,11 +226,12 @@ def _explain_left_face(end: _End) -> _Finding:
 
 def _explain_left_edge(end: _End, scenario: SpatialScenario) -> _Finding:
     number, distance, _ = _nearest_edge(end, scenario)
-    where = {
-        "prism": f"edge {number} of {scenario.fingers[end.contact].face}",
-        "cylinder": "the end of the cylinder",
-        "sphere": "the sphere, nearly to the point opposite of where it began",
-    }[scenario.object.shape]
+    face, shape = scenario.fingers[end.contact].face, scenario.object.shape
+    where = f"edge {number} of {face}"
+    if shape == "sphere":
+        where = "the sphere, nearly to the point opposite of where it began"
+    elif shape == "cylinder":
+        where = "the end of the cylinder" if face.startswith("side") else f"the rim of {face}"
     return _Finding(f"the {end.finger_name} fingertip slid over {where}", distance, 0.0)
 
 
@@ -364,14 +365,15 @@ def _length_of_face(end: _End) -> str:
     scenario, face = end.scenario, end.scenario.fingers[end.contact].face
     if not isinstance(scenario, SpatialScenario):
         return "object.corners" if face.startswith("edge") else _LENGTH_OF_FACE[face]
-    _, _, bounds_width = _nearest_edge(end, scenario)
-    if face.startswith("side") and not bounds_width:
-        return "object.height"
-    if scenario.object.shape == "sphere":
+    is_side, shape = face.startswith("side"), scenario.object.shape
+    if shape == "sphere" or (shape == "cylinder" and not is_side):
         return "object.radius"
+    _, _, bounds_width = _nearest_edge(end, scenario)
+    if is_side and not bounds_width:
+        return "object.height"
     if scenario.object.corners:
         return "object.corners"
-    along_y = face in ("side-1", "side-3") or (not face.startswith("side") and bounds_width)
+    along_y = face in ("side-1", "side-3") or (not is_side and bounds_width)
     return "object.half_depth" if along_y else "object.half_width"
 
 

@@ -19,8 +19,4 @@ def with_round_object(scenario: Scenario, shape: str, radius: float) -> Scenario
     mapping["patches"] = []
     changes = mapping.get("changes", ())
     mapping["changes"] = [each for each in changes if "patches" not in each["parameter"]]
-    if shape == "cylinder":
-        for finger in mapping["fingers"]:
-            if finger["face"] in ("top", "bottom"):
-                finger["face"] = "side-0"
     return scenario_from_mapping(mapping)

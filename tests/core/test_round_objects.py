@@ -325,6 +325,22 @@ def test_a_cylinder_that_is_held_too_loosely_is_lost_over_its_end():
     assert np.abs(result.trace.slip[-1]).max() == pytest.approx(0.05, abs=1e-9)
 
 
+def test_a_fingertip_leaves_the_end_of_a_cylinder_over_its_rim():
+    """Two tips press from above and below, off the axis, and the cylinder is pushed aside."""
+    values = {f"fingers.{i}.face": face for i, face in enumerate(("top", "bottom"))}
+    values |= {f"fingers.{i}.contact_offset": (0.01, 0.005) for i in range(2)}
+    values |= {"object.shape": "cylinder", "object.radius": 0.04, "simulation.gravity": 0.0}
+    values |= {"pulses.0.time": 0.1, "pulses.0.duration": 1.0, "pulses.0.force": (12.0, 3.0, 0.0)}
+    result = simulate(with_values(load_scenario("gripper-lift"), values))
+    assert result.outcome is Outcome.LEFT_FACE
+    assert "over the rim of" in result.reason.message
+    contact, scenario = result.reason.contact, result.scenario
+    slip = result.trace.slip[-1, 2 * contact : 2 * contact + 2]
+    place = slip + scenario.fingers[contact].contact_offset
+    assert np.hypot(*place) == pytest.approx(0.04, abs=1e-9)
+    assert contradictions_of(result) == ()
+
+
 @pytest.mark.parametrize("shape", SHAPES)
 def test_a_contact_starts_where_its_arcs_lead(shape):
     """By rotations about the centre, for each of the faces; the kernel starts there too."""
@@ -359,7 +375,7 @@ def test_a_contact_starts_where_its_arcs_lead(shape):
     ("values", "field", "words"),
     [
         ({"object.corners": ((-0.1, -0.1), (0.1, -0.1), (0.0, 0.1))}, "object.corners", "cylinder"),
-        ({"fingers.0.face": "top"}, "fingers.0.face", "side-0, side-1, side-2, side-3"),
+        ({"fingers.0.face": "side-4"}, "fingers.0.face", "side-0, side-1, side-2, side-3, top"),
         ({"fingers.0.contact_offset": (0.2, 0.0)}, "fingers.0.contact_offset", "beyond the edge"),
         ({"patches.0.face": "side-3"}, "patches.0.face", "patches on curved faces"),
     ],

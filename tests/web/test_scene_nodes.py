@@ -283,3 +283,31 @@ def test_other_low_friction_patches_take_the_place_of_those_before(
     scene.show(polygon)
     scene.show(replace(polygon, scenario=replace(polygon.scenario, patches=())))
     assert viewer_server.scene.get_handle_by_name("/hand/plane/object/wet0") is None
+
+
+@pytest.mark.parametrize(
+    ("preset", "shape", "mark"),
+    [
+        ("paper-case-1", "circle", "/hand/plane/object/contact0/tip"),
+        ("spatial-box", "cylinder", "/space/object/contact0/tip"),
+        ("spatial-box", "sphere", "/space/object/contact0/tip"),
+    ],
+)
+def test_a_fingertip_is_drawn_turned_where_it_is_on_a_round_object(
+    scene: Scene, viewer_server: ViewerServer, preset: str, shape: str, mark: str
+) -> None:
+    values = {"object.shape": shape, "simulation.duration": 0.1}
+    run = simulate(with_values(load_scenario(preset), values))
+    radius = run.scenario.object.radius
+    slips = np.zeros_like(run.trace.slip)
+    slips[:, run.scenario.space.num_tangents - 1] = 0.5 * radius
+    run = replace(run, trace=replace(run.trace, slip=slips))
+    scene.show(run)
+    scene.update(Sampler(run.trace).at(0.05))
+    tip = node(viewer_server, mark)
+    angle = 0.5 if shape != "sphere" else 2.0 * np.arctan(0.25)
+    assert 2.0 * np.arccos(tip.wxyz[0]) == pytest.approx(angle)
+    inward = 2 if shape != "circle" else 1
+    assert tip.position[inward] == pytest.approx(radius * (1.0 - np.cos(angle)))
+    trail = node(viewer_server, f"{mark.removesuffix('/tip')}/trail").points
+    assert np.isfinite(trail).all()

@@ -52,6 +52,10 @@ def _distance_to_edge(model: Record, state: Record, i: int) -> float:
     for k in range(model.hand.num_edges[i]):
         edge = model.hand.edges[i, k]
         least = min(least, edge[0] * first + edge[1] * second + edge[2])
+    disc = model.hand.discs[i]
+    if disc[2] > 0.0:
+        x, y = first - disc[0], second - disc[1]
+        least = disc[2] - np.sqrt(x * x + y * y)
     for k in range(model.hand.num_rims[i]):
         rim = model.hand.rims[i, k]
         x, y = first - rim.centre[0], second - rim.centre[1]

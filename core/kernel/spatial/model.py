@@ -48,7 +48,7 @@ from slipgrasp.core.scenario.spatial import (
     SpatialObject,
     SpatialScenario,
 )
-from slipgrasp.core.scenario.spatial_geometry import edges_of, spatial_contact
+from slipgrasp.core.scenario.spatial_geometry import edges_of, has_disc, spatial_contact
 from slipgrasp.core.scenario.unknowns import parse_unknown
 from slipgrasp.core.scenario.world import MAX_PATCHES
 
@@ -101,6 +101,7 @@ HAND = np.dtype(
         ("radii", np.float64, (MAX_FINGERS,)),  # of curved faces [m]
         ("num_edges", np.int64, (MAX_FINGERS,)),
         ("edges", np.float64, (MAX_FINGERS, MAX_EDGES, 3)),  # a s_x + b s_y + c >= 0 on the face
+        ("discs", np.float64, (MAX_FINGERS, 3)),  # of round faces: middle in slips, radius, or 0
         ("num_rims", np.int64, (MAX_FINGERS,)),
         ("rims", RIM, (MAX_FINGERS, MAX_PATCHES)),  # of the patches on its face
         ("eccentricities", np.float64, (MAX_FINGERS,)),  # e of soft fingertips, 0 of points [m]
@@ -261,15 +262,20 @@ def _pack_finger(scenario: SpatialScenario, i: int, model: Record) -> None:
 
 def _pack_face(body: SpatialObject, finger: SpatialFinger, i: int, model: Record) -> None:
     hand, contact = model.hand, spatial_contact(body, finger)
-    edges = edges_of(contact.outline)
-    hand.num_edges[i] = len(edges)
-    hand.edges[i, : len(edges)] = edges
-    if body.is_round:
+    is_curved = any(contact.curvatures)
+    if has_disc(body, finger):
+        x, y = finger.contact_offset
+        hand.discs[i] = -x, -y, body.radius
+    else:
+        edges = edges_of(contact.outline)
+        hand.num_edges[i] = len(edges)
+        hand.edges[i, : len(edges)] = edges
+    if is_curved:
         contact = spatial_contact(body, replace(finger, contact_offset=(0.0, 0.0)))
         hand.curved_faces[i], hand.radii[i] = _CURVED_FACES[body.shape], body.radius
     hand.anchors[i] = contact.anchor
     hand.frames[i] = contact.tangent_x, contact.tangent_y, contact.normal
-    if body.is_round:
+    if is_curved:
         # By the kernel's own functions, which have the same bits on every machine.
         call(spatial_start_on_face, model, i, *finger.contact_offset)
 
