@@ -1,8 +1,8 @@
-"""Runs in formats of other programs: the table of all formats, and the writers of those of data.
+"""Export formats: the table of all formats, and the writers of data formats.
 
-The command line, the REST interface and the page read the table; a new format is a new entry.
-Its writer is named rather than imported, and the writers here import what they need when they
-are called: the table is read whenever a help is shown.
+The command line, the REST interface and the dashboard use the table; a new format is a new entry.
+The table has the names of the writers, and writers import their dependencies when they are called,
+because every help text reads the table.
 """
 
 from __future__ import annotations
@@ -29,37 +29,37 @@ if TYPE_CHECKING:
 
 ROWS_AT_ONCE = 1000
 ROWS_PER_GROUP = 10_000
-"""Rows of a Parquet file that are written, and compressed, together."""
+"""Rows of a Parquet file that are written and compressed together."""
 
 SCENARIO = "scenario.json"
 ENDING = "ending.json"
 UNITS = "units.json"
 PROVENANCE = "provenance.json"
 
-# Files in an archive carry a date; a fixed one makes equal runs equal files.
+# Files in an archive have a date; with a fixed one, equal runs give equal files.
 _DATE = (1980, 1, 1, 0, 0, 0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ExportFormat:
-    """A format that a run can be written in.
+    """An export format of runs.
 
     Attributes:
-        name: What users choose it by; the ending of its files.
-        title: What it is called.
-        contents: What a file holds; of a picture what it is.
+        name: Its name, which is also the suffix of its files.
+        title: Its title for users.
+        contents: The content of a file; for images their kind.
         media_type: Media type of a file.
         writer: ``module:function`` that writes a run to a stream of bytes that is seekable;
-            that of a moving picture also takes ``progress``, ``fps`` and ``clip``, that of a
-            still ``still`` and ``clip``, that of data ``premises``.
-        long_writer: ``module:function`` that writes the same file of a recording, by its path,
-            without having all samples in memory; empty if none does.
-        fps: Frames per second unless asked otherwise; None of what does not move.
-        is_still: Whether it is a picture that stands still.
-        description: What the REST interface says of it, which offers the formats of data.
+            writers of animations also take ``progress``, ``fps`` and ``clip``, those of stills
+            ``still`` and ``clip``, those of data ``premises``.
+        long_writer: ``module:function`` that writes the same file from the path of a recording,
+            without all samples in memory; empty if there is none.
+        fps: Default frames per second; None if it is not an animation.
+        is_still: Whether it is a still.
+        description: Its description in the REST interface, which offers data formats.
         is_text: Whether it can be shown in a terminal, and written without seeking.
         is_listed: Whether the page's list of runs offers it.
-        package: What has to be installed for it besides this program; empty if nothing.
+        package: An optional package that it needs; empty if none.
     """
 
     name: str
@@ -77,7 +77,7 @@ class ExportFormat:
 
     @property
     def is_installed(self) -> bool:
-        """Whether there is all that it needs."""
+        """Whether its package is installed."""
         return not self.package or find_spec(self.package) is not None
 
     def write(
@@ -95,11 +95,11 @@ class ExportFormat:
 
         Args:
             result: The run.
-            stream: Where the file goes.
+            stream: The stream to write.
             progress: Called with the share that is done, from 0 to 1, by exports that take long.
-            fps: Frames per second of a moving picture.
-            clip: What a picture shows.
-            still: Which instant of it, if it stands still.
+            fps: Frames per second of an animation.
+            clip: The content of an image.
+            still: The instant of a still.
             premises: Whether to add the assumptions of the theorems to data.
 
         Raises:
@@ -114,13 +114,13 @@ class ExportFormat:
             write(result, stream, progress, fps=fps or self.fps, clip=clip)
 
     def write_long(self, path: Path, stream: BinaryIO) -> None:
-        """Writes a recording without having all its samples in memory.
+        """Writes a recording without all its samples in memory.
 
-        Whether its hash and its claims follow from its samples is not looked at.
+        It does not check whether the hash and the metrics follow from the samples.
 
         Args:
             path: The recording, whose format states all metrics.
-            stream: Where the file goes.
+            stream: The stream to write.
 
         Raises:
             RecordingError: As `slipgrasp.recordings.file.pieces.read_pieces`.
@@ -214,7 +214,7 @@ EXPORT_FORMATS = (
         is_still=True,
     ),
 )
-"""All of them, in the order in which they are offered."""
+"""All formats, in the order of presentation."""
 
 MOVING_FORMATS = tuple(each for each in EXPORT_FORMATS if each.fps is not None)
 STILL_FORMATS = tuple(each for each in EXPORT_FORMATS if each.is_still)
@@ -222,10 +222,10 @@ DATA_FORMATS = tuple(each for each in EXPORT_FORMATS if each.fps is None and not
 
 
 class TextStream(Protocol):
-    """Where text goes."""
+    """A stream of text."""
 
     def write(self, text: str, /) -> object:
-        """Takes some text."""
+        """Writes some text."""
         ...
 
 
@@ -245,12 +245,12 @@ def _premise_columns(result: RunResult) -> list[Column]:
 def write_csv(result: RunResult, stream: TextStream, *, premises: bool = False) -> None:
     """Writes a run as comma-separated values, SI units, with a header line.
 
-    Every number has as many digits as it takes to read back the same bits. An event
-    gives two rows with the same time: before and after.
+    Numbers have enough digits to read back the same bits. An event has two rows with the
+    same time: before and after.
 
     Args:
         result: The run.
-        stream: Where the text goes.
+        stream: The stream to write.
         premises: Whether to add the assumptions of the theorems (`slipgrasp.core.run.premises`).
 
     Raises:
@@ -279,7 +279,7 @@ def write_csv_bytes(result: RunResult, stream: BinaryIO, *, premises: bool = Fal
 
 
 def write_long_csv(path: Path, stream: BinaryIO) -> None:
-    """Writes what `write_csv_bytes` writes of a recording, as it is read."""
+    """Writes the same as `write_csv_bytes` while reading a recording."""
     from slipgrasp.core.trace.columns import short_columns
     from slipgrasp.recordings.file.pieces import read_groups
 
@@ -300,14 +300,14 @@ def _cells(column: Column, start: int) -> list[str]:
 def write_npz(result: RunResult, stream: BinaryIO, *, premises: bool = False) -> None:
     """Writes a run as an NPZ file, which `numpy.load` opens without unpickling anything.
 
-    It holds one array per column (`slipgrasp.core.trace.columns`; phases as the numbers -1, 0, 1),
-    and as arrays of one text each, in JSON: ``scenario.json``, ``ending.json`` (outcome, reason,
+    It contains one array per column (`slipgrasp.core.trace.columns`; phases are -1, 0, 1), and
+    arrays with one JSON text each: ``scenario.json``, ``ending.json`` (outcome, reason,
     phase changes, estimates, metrics and warnings), ``units.json`` (column to unit) and
     ``provenance.json``.
 
     Args:
         result: The run.
-        stream: Where the file goes; it must be seekable.
+        stream: The stream to write; it must be seekable.
         premises: Whether to add the assumptions of the theorems (`slipgrasp.core.run.premises`).
 
     Raises:
@@ -345,7 +345,7 @@ def write_parquet(result: RunResult, stream: BinaryIO, *, premises: bool = False
 
     Args:
         result: The run.
-        stream: Where the file goes.
+        stream: The stream to write.
         premises: Whether to add the assumptions of the theorems (`slipgrasp.core.run.premises`).
 
     Raises:
@@ -359,7 +359,7 @@ def write_parquet(result: RunResult, stream: BinaryIO, *, premises: bool = False
 
 
 def write_long_parquet(path: Path, stream: BinaryIO) -> None:
-    """Writes what `write_parquet` writes of a recording, which is read twice for it."""
+    """Writes the same as `write_parquet` while reading a recording twice."""
     from slipgrasp.core.trace.columns import columns_of
     from slipgrasp.recordings.file.pieces import read_ending, read_groups
 
@@ -373,7 +373,7 @@ def _rows_of(column: Column, start: int) -> Column:
 
 
 def _write_groups(run: RunResult, groups: Iterator[list[Column]], stream: BinaryIO) -> None:
-    """Writes groups of rows, of each column the same number, with the documents of a run."""
+    """Writes groups of rows, with the documents of a run; all columns have the same length."""
     from pyarrow import parquet, record_batch
 
     first = next(groups)

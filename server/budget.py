@@ -1,4 +1,4 @@
-"""One account of the memory of everything that grows with a run, and what jobs take of it."""
+"""A budget of memory for jobs whose memory grows with a run."""
 
 from __future__ import annotations
 
@@ -23,38 +23,38 @@ from slipgrasp.server.exceptions import MemoryBusyError, MemoryHeldError, Memory
 
 DEFAULT_BYTES = 600_000_000
 SHARE_OF_MACHINE = 0.5
-"""What all jobs may take together unless `--memory` sets it: the lesser of both."""
+"""Default of the memory of all jobs together: the lesser of both."""
 
 HELD_SHARE = 0.75
-"""How much of the account pages may hold for as long as they show it; the rest is for requests."""
+"""Share of the budget that pages may hold while they show runs; the rest is for requests."""
 
 SMALL_BYTES = 8_000_000
-"""What needs less is never made to wait; it counts all the same."""
+"""Smaller jobs never wait, but count."""
 
 MAX_WAITING = 16
 WAIT_SECONDS = 10.0
 POLL_SECONDS = 0.25
 
 RECORDED_RUN_BYTES = 80_000_000
-"""A run whose samples leave the memory as they are written, however long it is."""
+"""A run whose samples leave the memory when they are written, of any length."""
 
 UNPACKING_BYTES = 24_000_000
-"""The chunk of a recording that is being unpacked, whatever is kept of it."""
+"""The chunk of a recording that is being unpacked."""
 
 MOST_DRAWN_WHOLE = 20_000
-"""Of a run of more samples a figure reads those that it needs."""
+"""A figure of a longer run reads only the samples that it needs."""
 
 SPARE_SAMPLES = 5000
-"""Those of a run besides the ones at its output rate: at events and in slips."""
+"""Samples of a run in addition to the output rate: at events and in slips."""
 
 COLUMN_BYTES = 10
-"""A number of a column that is read, with what its array grows ahead [bytes]."""
+"""A number of a column that is read, with the spare length of its array [bytes]."""
 
 MOST_EXPORTED_WHOLE = 100_000
-"""A recording of more samples becomes a table as it is read."""
+"""A longer recording is written as a table while it is read."""
 
 GROUP_COST = 8.0
-"""Peak of writing a table so, per byte of the rows that are written together."""
+"""Peak memory of this, per byte of the rows that are written together."""
 
 READ_COST = 2.3
 DIFF_COST = 2.0
@@ -62,7 +62,7 @@ DRAW_COST = 5.0
 TABLE_COST = 3.0
 WORK_COST = 1.2
 KEEP_COST = 2.2
-"""Peak of reading, comparing, exporting, drawing and simulating, per byte of samples and ticks."""
+"""Peak memory of reading, comparing, exporting, drawing and simulating, per byte of samples."""
 
 ROW_COST = 1000
 """A run of a study in a map or summary, or in the part of a table written at once."""
@@ -73,9 +73,9 @@ class Need:
     """The memory that a job takes.
 
     Attributes:
-        num_bytes: How much.
-        job: What it is, as the subject of a sentence.
-        cure: What makes it need less, or is done elsewhere; empty if nothing.
+        num_bytes: Its size [bytes].
+        job: The job, as the subject of a sentence.
+        cure: How to reduce it, or where to run it; empty if there is no way.
     """
 
     num_bytes: int
@@ -106,7 +106,7 @@ class Need:
 
     @classmethod
     def to_record_run(cls) -> Need:
-        """Simulating a run whose samples go to its file as they are made."""
+        """Simulating a run whose samples are written to its file at once."""
         return cls(RECORDED_RUN_BYTES, "a run")
 
     @classmethod
@@ -179,7 +179,7 @@ class Need:
 
 
 def default_limit() -> int:
-    """What all jobs may take together where nobody says it [bytes]."""
+    """The default memory of all jobs together [bytes]."""
     machine = machine_memory()
     return min(DEFAULT_BYTES, round(SHARE_OF_MACHINE * machine)) if machine else DEFAULT_BYTES
 
@@ -192,11 +192,11 @@ class Lease:
         self.num_bytes = num_bytes
 
     def keep(self, owner: object, num_bytes: int) -> None:
-        """Has a part of it count on until an object is gone.
+        """Extends a part of the lease until an object is gone.
 
         Args:
             owner: The object, which takes a weak reference.
-            num_bytes: How much it takes; more than was asked for is counted, too.
+            num_bytes: Its memory; may exceed the lease.
         """
         self.num_bytes -= num_bytes
         self._budget.hold(num_bytes)
@@ -204,14 +204,13 @@ class Lease:
 
 
 class MemoryBudget:
-    """The account of memory; safe to use from any thread and any event loop.
+    """A budget of memory; safe to use from any thread and any event loop.
 
-    What does not fit waits for its turn, in the order of asking, for a bounded time. What needs
-    little goes ahead of the others.
+    Jobs that do not fit wait in order, for a bounded time. Small jobs do not wait.
 
     Args:
-        limit: How much all jobs may take together [bytes].
-        patience: How long a job waits [s].
+        limit: Memory of all jobs together [bytes].
+        patience: Longest waiting time of a job [s].
     """
 
     def __init__(self, limit: int, patience: float = WAIT_SECONDS) -> None:
@@ -224,19 +223,19 @@ class MemoryBudget:
 
     @property
     def left(self) -> int:
-        """How much nobody has; below 0 where more is held than was asked for [bytes]."""
+        """Free memory [bytes]; negative if leases were exceeded."""
         return self._left
 
     @property
     def held(self) -> int:
-        """How much pages hold [bytes]."""
+        """Memory that pages hold [bytes]."""
         return self._held
 
     def check(self, need: Need) -> None:
-        """Finds out whether a job can be done at all.
+        """Checks whether a job is possible.
 
         Raises:
-            MemoryLimitError: If it needs more than there is.
+            MemoryLimitError: If it needs more than the limit.
         """
         if need.num_bytes > self.limit:
             raise MemoryLimitError(need.job, need.num_bytes, self.limit, need.cure)
@@ -246,13 +245,13 @@ class MemoryBudget:
         """Reserves the memory of a job while the context lasts; for threads.
 
         Args:
-            need: What it needs.
-            give_up: With it the job waits as long as it takes, and it is asked again and again
-                whether nobody needs the job any more: then that goes on without, to end at once.
+            need: The memory of the job.
+            give_up: If given, the job waits without a time limit, and this function is called
+                repeatedly; if it returns True the job continues without memory, to end at once.
 
         Raises:
-            MemoryLimitError: If it needs more than there is.
-            MemoryBusyError: If there is not as much for some time, or many wait already.
+            MemoryLimitError: If it needs more than the limit.
+            MemoryBusyError: If the memory stays in use for some time, or too many jobs wait.
         """
         turn = self._ask(need, is_patient=give_up is not None)
         lease = Lease(self, need.num_bytes)
@@ -299,16 +298,16 @@ class MemoryBudget:
             soon_free: Memory of pages that is freed once the result is there.
 
         Raises:
-            MemoryLimitError: If it needs more than there is.
+            MemoryLimitError: If it needs more than the limit.
             MemoryBusyError: As `reserve`.
-            MemoryHeldError: If pages hold too much; nobody waits for them.
+            MemoryHeldError: If pages hold too much; the job does not wait for them.
         """
         self.check(need)
         most = round(HELD_SHARE * self.limit)
         if need.num_bytes > most - self._held + soon_free:
-            # Pages that ended may wait in cycles for the collector.
+            # Closed pages may be in reference cycles.
             gc.collect()
-        # Alone, a page may hold all.
+        # A single page may hold everything.
         held = self._held - soon_free
         if held > 0 and need.num_bytes > most - held:
             raise MemoryHeldError(need.num_bytes, held, most)
@@ -341,13 +340,13 @@ class MemoryBudget:
         return turn
 
     def _leave(self, turn: Future[None]) -> bool:
-        """Waits no longer; False if it is its turn already."""
+        """Leaves the queue; False if its turn has come already."""
         with self._lock:
             if turn.done():
                 return False
             turn.cancel()
             self._waiting = deque(entry for entry in self._waiting if entry[1] is not turn)
-            # Others may have waited behind it for less.
+            # Smaller jobs may wait behind it.
             self._give(0)
         return True
 

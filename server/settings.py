@@ -17,7 +17,7 @@ from slipgrasp.server.peers import system_tells
 _ANY_HOSTS = ("0.0.0.0", "::", "")
 _PUBLIC_URL = re.compile(r"https?://([a-z0-9.-]+|\[[0-9a-f:.]+\])(:[0-9]{1,5})?")
 _ROOT_PATH = re.compile(r"(?!/(api|dashboard)(/|$))(/[A-Za-z0-9_~-][A-Za-z0-9._~-]*){1,8}")
-"""Not where our own routes begin: a path would else mean two things."""
+"""Paths below these prefixes are our own routes, and would be ambiguous."""
 
 LEAST_MEMORY = 100_000_000
 """Enough for a run that is recorded [bytes]."""
@@ -27,39 +27,39 @@ LOOPBACK_HOSTS = ("127.0.0.1", "::1", "localhost")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Settings:
-    """Where a server listens, where it keeps its runs, and how much it takes on.
+    """Addresses, folders and limits of a server.
 
     Attributes:
         data_directory: Folder of the recordings.
-        host: Address to listen on; one that is reached from a network wants a token.
-        port: Port to listen on; 0 takes any free one.
+        host: Address to listen on; other addresses than loopback need a token.
+        port: Port to listen on; 0 for any free port.
         wall_limit: Time after which a run ends as ``limit`` [s].
         max_running: Runs simulated at the same time.
         max_waiting: Runs that may wait for their turn; further requests are refused.
-        retry_after: When to come back [s].
-        answer_within: How long a request for a run waits for its end, unless it says [s].
-        max_wait: How long it may wait at most [s].
-        max_body_bytes: Largest request body, but for recordings.
-        max_upload_bytes: Largest recording that may be sent.
+        retry_after: When refused clients may try again [s].
+        answer_within: Default time that a request for a run waits for its end [s].
+        max_wait: Longest time that it may wait [s].
+        max_body_bytes: Largest request body, except for recordings.
+        max_upload_bytes: Largest upload of a recording.
         max_study_body_bytes: Largest request for a study.
         max_study_runs: Runs of a study.
         max_studies_waiting: Studies that may wait for their turn.
         max_event_streams: Streams of events that may be open at the same time.
-        event_heartbeat: After how much silence such a stream says that it is still there [s].
-        study_executor: Who simulates studies (`slipgrasp.core.executors.make_executor`).
-        study_workers: In how many processes; None takes as many as there are processors.
-        quota_bytes: How much the files in the data directory may take; then no run is begun.
-        min_free_bytes: How much must stay free on its disk; likewise.
-        memory_bytes: How much memory runs, recordings, figures and pages may take together; that of
-            the service itself comes on top. None takes 600 MB, or half of the machine if less.
+        event_heartbeat: Time without events after which a stream sends a heartbeat [s].
+        study_executor: Executor of studies (`slipgrasp.core.executors.make_executor`).
+        study_workers: Number of its processes; None for one per processor.
+        quota_bytes: Size of the data directory above which no run starts.
+        min_free_bytes: Free space on its disk below which no run starts.
+        memory_bytes: Memory for runs, recordings, figures and pages together, in addition to
+            that of the service itself. None for 600 MB, or half of the machine's memory if less.
         token: The full token; with None only users who need none are admitted.
         require_token: Whether everyone needs the token, also the user who runs this server.
-        root_path: Path at which a proxy shows it, such as ``/slipgrasp``; mostly empty.
-        public_urls: Where its pages are reached besides, such as ``https://grasp.example``.
-        retention: How much is kept of what nobody has marked; all unless told otherwise.
+        root_path: Path of the server behind a proxy, such as ``/slipgrasp``; usually empty.
+        public_urls: Other URLs of its pages, such as ``https://grasp.example``.
+        retention: Rules for runs without name, tag or notes; by default all are retained.
         metrics: Whether it serves metrics for Prometheus.
-        log_format: What the lines of its log are.
-        exclusive: Whether no other service may use the data directory meanwhile.
+        log_format: Format of its log.
+        exclusive: Whether it locks the data directory against other services.
     """
 
     data_directory: Path
@@ -102,18 +102,18 @@ class Settings:
             raise SettingsError("everyone needs a token, but there is none: give one")
         if self.host in _ANY_HOSTS and not self.public_urls:
             raise SettingsError(
-                f"host is '{self.host}', by which nobody can address this server: say with "
-                "--public-url at which address its pages are reached"
+                f"host is '{self.host}', which is not an address for clients: give the URL of "
+                "its pages with --public-url"
             )
         for url in self.public_urls:
             if not _PUBLIC_URL.fullmatch(url):
                 raise SettingsError(
-                    f"'{url}' is not the address of a server; write it in small letters as "
+                    f"'{url}' is not the URL of a server; write it in lower case as "
                     "https://grasp.example or http://lab7:8020"
                 )
         if self.root_path and not _ROOT_PATH.fullmatch(self.root_path):
             raise SettingsError(
-                f"'{self.root_path}' is no path to show a server at; write it as /slipgrasp, "
+                f"'{self.root_path}' is not a path of a server; write it as /slipgrasp, "
                 f"without a slash at its end, and not below {API_PATH} or {DASHBOARD_PATH}"
             )
         if self.metrics and find_spec("prometheus_client") is None:
@@ -130,24 +130,24 @@ class Settings:
 
     @property
     def needs_token(self) -> bool:
-        """Whether its own user has to show the token, too."""
+        """Whether its own user needs the token too."""
         is_proxied = bool(self.public_urls or self.root_path)
         is_local = self.host in LOOPBACK_HOSTS and not is_proxied
         return self.require_token or not (is_local and system_tells())
 
     @property
     def is_encrypted(self) -> bool:
-        """Whether its pages are reached by HTTPS alone."""
+        """Whether all URLs of its pages use HTTPS."""
         return bool(self.public_urls) and all(u.startswith("https:") for u in self.public_urls)
 
     @property
     def names(self) -> tuple[str, ...]:
-        """What it is called besides the names of loopback and its public addresses."""
+        """Its host name in addition to loopback and its public URLs."""
         if self.host in (*LOOPBACK_HOSTS, *_ANY_HOSTS):
             return ()
         return (f"[{self.host}]" if ":" in self.host else self.host,)
 
     @property
     def storage_limits(self) -> StorageLimits:
-        """How much may be kept."""
+        """Limits of the size of the data directory."""
         return StorageLimits(quota=self.quota_bytes, min_free=self.min_free_bytes)

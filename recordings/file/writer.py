@@ -1,4 +1,4 @@
-"""From a run to its recording, while it goes on or afterwards."""
+"""Writing recordings, during a run or afterwards."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ CHUNK_BYTES = 1 << 18
 MAX_PER_CHUNK = 4096
 
 REGULAR_SUFFIX = ".regular.part"
-"""What a file's name ends with while it is laid out again."""
+"""Suffix of a file while it is laid out again."""
 
 
 def write_recording(
@@ -65,16 +65,16 @@ def write_recording(
     display_rate: float = DISPLAY_RATE,
     part_suffix: str = PART_SUFFIX,
 ) -> None:
-    """Writes a run as an MCAP file, complete or not at all.
+    """Writes a run as an MCAP file, completely or not at all.
 
-    Nothing but the run decides the bytes: no wall clock, host, path or id is inside.
+    The bytes depend only on the run: the file has no wall clock time, host, path or id.
 
     Args:
         result: The run.
         path: The file to write.
         overwrite: Whether an existing file is replaced.
-        display_rate: How often the display topics show hand and object, 0 for never [Hz].
-        part_suffix: What the file's name ends with until it is complete.
+        display_rate: Rate of the display topics, 0 for never [Hz].
+        part_suffix: Suffix of the file until it is complete.
 
     Raises:
         RecordingExistsError: If the file exists and may not be replaced.
@@ -94,21 +94,21 @@ def write_recording(
 
 
 class RecordingWriter:
-    """Writes one recording; leaving its ``with`` block by an error leaves no whole file.
+    """Writes one recording; an error in its ``with`` block leaves no complete file.
 
-    Samples wait until they fill a chunk, so that equal runs give equal files in whatever
-    pieces they come. `flush` writes a chunk before it is full; then the run is laid out again
-    before the file takes its name.
+    Samples are buffered until they fill a chunk, so that equal runs give equal files for any
+    sizes of the appended blocks. `flush` writes a chunk before it is full; the file is then laid
+    out again before it gets its final name.
 
     Args:
         path: The file to write.
-        scenario: What decides the run; it stands in the file before the first sample.
+        scenario: The scenario of the run; it is in the file before the first sample.
         shape: Shape of the samples to come.
-        provenance: What computes the run; this process if None.
+        provenance: The program that computes the run; this process if None.
         overwrite: Whether an existing file is replaced.
-        display_rate: How often the display topics show hand and object, 0 for never [Hz].
-        part_suffix: What the file's name ends with until it is complete.
-        keep_part: Whether an error leaves what was written so far, to be recovered.
+        display_rate: Rate of the display topics, 0 for never [Hz].
+        part_suffix: Suffix of the file until it is complete.
+        keep_part: Whether an error leaves the part that was written, for recovery.
     """
 
     def __init__(
@@ -164,7 +164,7 @@ class RecordingWriter:
 
     @property
     def samples_per_chunk(self) -> int:
-        """How many samples fill a chunk."""
+        """The number of samples of a full chunk."""
         return max(1, CHUNK_BYTES // self._chunks.row_bytes)
 
     def write(
@@ -174,8 +174,8 @@ class RecordingWriter:
 
         Args:
             trace: The next samples.
-            changes: The next phase changes; together with the samples of their times.
-            ticks: The next ticks likewise; None where the run has none recorded.
+            changes: The next phase changes, with the samples of their times.
+            ticks: The next ticks, with the samples of their times; None if the run has none.
 
         Raises:
             RecordingWriteError: If a number is not finite.
@@ -196,7 +196,7 @@ class RecordingWriter:
             self._stream.flush()
 
     def flush(self) -> None:
-        """Writes what waits, so that it outlives this process; the chunk is not a full one."""
+        """Writes buffered samples, so that they outlive this process; the chunk is not full."""
         if len(self._rows):
             self._is_regular = False
             self._write_chunk(self._rows)
@@ -204,11 +204,11 @@ class RecordingWriter:
         self._stream.flush()
 
     def sync(self) -> None:
-        """Has the disk keep what was flushed, so that it outlives a power cut."""
+        """Syncs flushed samples to the disk, so that they outlive a power cut."""
         os.fsync(self._stream.fileno())
 
     def write_ending(self, result: RunResult) -> None:
-        """Writes what waits and how the run ended, and closes the file; nothing can follow."""
+        """Writes buffered samples and the outcome, and closes the file."""
         self._write_rest()
         by_channel = self._container.message_counts
         counts = {topic: by_channel[channel] for topic, channel in self._channels.items()}
@@ -221,9 +221,9 @@ class RecordingWriter:
         self._result = result
 
     def _publish(self, part: Path, path: Path) -> None:
-        """Gives the run its name, in the layout that equal runs have.
+        """Renames the file to its final name, in the layout that equal runs have.
 
-        A process that is killed meanwhile leaves the part, from which the same file is made.
+        If the process is killed meanwhile, the same file can be recovered from the part.
         """
         if self._result is None or self._is_regular:
             part.replace(path)
@@ -233,13 +233,13 @@ class RecordingWriter:
         except RecordingExistsError:
             raise  # Another writer was first.
         except RecordingError:
-            # Where the disk is full or fails, the file that is there already is as good to read.
+            # If the disk is full or fails, the existing file can be read as it is.
             part.replace(path)
         else:
             part.unlink()
 
     def _lay_out(self, part: Path, path: Path, result: RunResult) -> None:
-        """Writes what the part holds in full chunks; it is never in memory as a whole."""
+        """Writes the content of the part in full chunks, without loading it completely."""
         with RecordingWriter(
             path,
             self._scenario,
@@ -254,7 +254,7 @@ class RecordingWriter:
             writer.write_ending(result)
 
     def _begin(self, stream: BinaryIO) -> None:
-        """Writes everything that stands before the first sample."""
+        """Writes everything before the first sample."""
         library = f"slipgrasp {self._provenance.program}"
         self._container = McapContainer(stream, profile=PROFILE, library=library)
         seed = self._scenario.simulation.seed
@@ -302,8 +302,8 @@ class RecordingWriter:
     def _write_chunk(self, rows: NDArray[np.float64]) -> None:
         """Writes samples with the phase changes and ticks before the last of them.
 
-        Where these are too many for one chunk, each of several has samples: what is cut off by a
-        crash is recovered up to the last whole chunk.
+        If these are too many for one chunk, each of several chunks has samples: recovery after a
+        crash ends with the last complete chunk.
         """
         num_changes = sum(change.time < rows[-1, 0] for change in self._changes)
         num_ticks = int(np.searchsorted(self._ticks[:, 0], rows[-1, 0]))

@@ -1,7 +1,7 @@
-"""The folder where runs are kept: one recording and one sidecar per run.
+"""The folder of stored runs: one recording and one sidecar per run.
 
-The recordings alone say what there is; see `slipgrasp.recordings.store.run_files`. Searches go by
-way of `slipgrasp.recordings.store.run_index`.
+The recordings define which runs exist; see `slipgrasp.recordings.store.run_files`. Searches use
+`slipgrasp.recordings.store.run_index`.
 """
 
 from __future__ import annotations
@@ -47,16 +47,16 @@ from slipgrasp.recordings.store.stored_run import StoredRun
 
 DATA_VARIABLE = "SLIPGRASP_DATA"
 UPLOAD_SUFFIX = ".upload.part"
-"""Not that of runs: what is left of an upload is of no use to anyone."""
+"""Another suffix than that of runs: the rest of an upload is of no use."""
 
 SIDECAR_PART = ".json.part"
-"""What is left of a sidecar says no more than the recording, or what was written before."""
+"""The rest of a sidecar adds nothing to the recording, or to the previous sidecar."""
 
 CHECK_BYTES = 1 << 24
 
 READ_SECONDS = 30.0
 READ_SECONDS_PER_BYTE = 1e-6
-"""How long reading what was sent may take; a slow machine needs a tenth of it."""
+"""Time limit for reading an upload; a slow machine needs a tenth of it."""
 PROBE_BYTES = 4096
 
 _logger = logging.getLogger(__name__)
@@ -68,7 +68,7 @@ class Reservation:
 
     Attributes:
         id: The run's name in the store.
-        path: Where its recording is to be written.
+        path: The path of its recording.
     """
 
     id: str
@@ -76,17 +76,17 @@ class Reservation:
 
 
 def default_data_directory() -> Path:
-    """Where runs are kept: ``SLIPGRASP_DATA`` if set, else the platform's folder for data."""
+    """The data folder: ``SLIPGRASP_DATA`` if set, else the platform's folder for data."""
     chosen = os.environ.get(DATA_VARIABLE)
     return Path(chosen) if chosen else Path(platformdirs.user_data_dir("slipgrasp", False))
 
 
 class RecordingStore:
-    """Keeps runs in a folder; safe to use from several threads.
+    """Stores runs in a folder; safe to use from several threads.
 
     Args:
-        folder: The folder; made with the first run.
-        limits: How much may be kept there.
+        folder: The folder; created with the first run.
+        limits: Limits of its size.
     """
 
     def __init__(self, folder: Path, limits: StorageLimits | None = None) -> None:
@@ -97,7 +97,7 @@ class RecordingStore:
         self._change_lock = Lock()
 
     def prepare(self) -> None:
-        """Makes the folder if it is missing, for its owner alone.
+        """Creates the folder if it is missing, readable by its owner alone.
 
         Raises:
             RecordingWriteError: If nothing can be saved there.
@@ -111,11 +111,11 @@ class RecordingStore:
             raise RecordingWriteError(folder, "no permission to write in this folder")
 
     def close(self) -> None:
-        """Closes what the store keeps open; it can still be used."""
+        """Closes open files; the store can still be used."""
         self._index.close()
 
     def reserve(self, incoming: int = 0, *, run_id: str | None = None) -> Reservation:
-        """Finds a place for a run, before it is simulated or sent.
+        """Reserves a place for a run, before it is simulated or sent.
 
         Args:
             incoming: Bytes of its recording, as far as known.
@@ -130,12 +130,12 @@ class RecordingStore:
         return Reservation(run_id, self._files.recording(run_id))
 
     def check_space(self, incoming: int = 0) -> None:
-        """Finds out whether another run can be kept; raises as `reserve`."""
+        """Checks whether another run can be stored; raises as `reserve`."""
         self.prepare()
         self._limits.check(self._files.path, incoming)
 
     def check_writable(self) -> None:
-        """Writes some bytes that nobody sees, and raises as `reserve`.
+        """Writes some bytes as a test, and raises as `reserve`.
 
         Permissions do not show whether a disk has failed, or was mounted again as read-only.
         """
@@ -151,14 +151,14 @@ class RecordingStore:
     ) -> StoredRun:
         """Describes a run whose recording was written at its place.
 
-        Where that cannot be written the run is kept all the same; it is then described by
-        its recording. What a run says of itself is compared with its samples when its file is
-        read, also that of an `Upload`.
+        If the sidecar cannot be written the run is still stored, and its recording describes
+        it. The statements of a run are compared with its samples when its file is read, also
+        for an `Upload`.
 
         Args:
             reservation: The place.
             result: The run; the last of its samples suffice.
-            annotations: What is written about it.
+            annotations: Its name, notes and tags.
 
         Raises:
             RecordingNotFoundError: If its recording was not written, or is gone.
@@ -189,11 +189,11 @@ class RecordingStore:
         return stored
 
     def save(self, result: RunResult) -> StoredRun:
-        """Keeps a run.
+        """Stores a run.
 
         Raises:
-            ContradictoryRecordingError: If it says of itself what its samples do not give.
-            RecordingWriteError: If it cannot be written; then nothing of it is left.
+            ContradictoryRecordingError: If its statements do not follow from its samples.
+            RecordingWriteError: If it cannot be written; nothing of it remains then.
             StorageFullError: If there is no space.
         """
         reservation = self.reserve()
@@ -205,13 +205,13 @@ class RecordingStore:
     def keep(
         self, run_id: str, data: bytes, description: Description, annotations: Annotations
     ) -> StoredRun:
-        """Keeps a recording that was made elsewhere; one of the same id is replaced.
+        """Stores a recording from elsewhere; it replaces one of the same id.
 
         Args:
             run_id: Its id.
             data: The bytes of the file, as `write_recording` makes them.
             description: The description of the run.
-            annotations: What is written about it.
+            annotations: Its name, notes and tags.
 
         Raises:
             RecordingWriteError: If it cannot be written.
@@ -223,14 +223,14 @@ class RecordingStore:
         return self._describe(reservation, description, annotations)
 
     def upload(self, reservation: Reservation) -> Upload:
-        """What takes a recording that is sent; `register` it once it is finished."""
+        """An upload of a recording; `register` it once it is finished."""
         return Upload(reservation.path, self._limits)
 
     def discard_unfinished(self, unfinished: Iterable[Path]) -> None:
-        """Deletes what a service left of uploads and of sidecars when it was killed.
+        """Deletes parts of uploads and of sidecars of a service that was killed.
 
         Args:
-            unfinished: All that it left in the folder.
+            unfinished: All unfinished files in the folder.
         """
         for part in unfinished:
             if not part.name.endswith((UPLOAD_SUFFIX, SIDECAR_PART)):
@@ -245,32 +245,32 @@ class RecordingStore:
         """The runs, newest first.
 
         Args:
-            offset: How many of the newest to leave out.
-            limit: How many to return at most; all if None.
+            offset: Number of the newest runs to skip.
+            limit: Largest number of runs; all if None.
         """
         return self.find(RunQuery(offset=offset, limit=limit)).runs
 
     def find(self, query: RunQuery) -> FoundRuns:
-        """The runs that a search asks for, and how many there are."""
+        """The runs of a search, and their total number."""
         return self._index.find(query)
 
     def begin_listing(self) -> None:
-        """Begins what the first search would wait for: the look over a large folder."""
+        """Starts reading a large folder, for which the first search would wait."""
         self._index.begin()
 
     def note(self, run_id: str) -> None:
-        """Has a run listed at once whose files another process has written."""
+        """Lists a run whose files another process has written."""
         self._index.note(run_id)
 
     def count(self) -> int:
-        """How many runs there are, by the files themselves."""
+        """The number of runs, by the files themselves."""
         return len(self._files.scan())
 
     def get(self, run_id: str) -> StoredRun:
         """One run by its id.
 
         Raises:
-            RecordingNotFoundError: If there is none, whatever the id looks like.
+            RecordingNotFoundError: If there is none, for any text.
         """
         if not self._files.holds(run_id):
             raise RecordingNotFoundError(run_id)
@@ -294,7 +294,7 @@ class RecordingStore:
         tags: Sequence[str] | None = None,
         expected: Collection[str] | None = None,
     ) -> StoredRun:
-        """Changes what is written about a run; what is None stays.
+        """Changes the annotations of a run; None leaves a value unchanged.
 
         Args:
             run_id: The run.
@@ -325,16 +325,16 @@ class RecordingStore:
         return changed
 
     def delete(self, run_id: str, *, expected: Collection[str] | None = None) -> None:
-        """Removes a run for good.
+        """Deletes a run permanently.
 
         Args:
             run_id: The run.
-            expected: Revisions for which it is removed; any if None.
+            expected: Revisions for which it is deleted; any if None.
 
         Raises:
             RecordingNotFoundError: If there is none.
             RecordingChangedError: If the run's revision is none of those expected.
-            RecordingError: If it cannot be removed.
+            RecordingError: If it cannot be deleted.
         """
         with self._change_lock:
             if not self._files.holds(run_id):
@@ -345,16 +345,16 @@ class RecordingStore:
         self._index.note(run_id)
 
     def new_id(self) -> str:
-        """An id that sorts after all that this store has made before."""
+        """An id that sorts after all earlier ids of this store."""
         return self._ids.new(datetime.now(UTC))
 
 
 class Upload:
-    """Takes the bytes of a recording; leaving its ``with`` block early leaves nothing behind.
+    """Receives the bytes of a recording; leaving its ``with`` block early deletes them.
 
     Args:
-        path: Where the recording goes once it is whole and was read without fault.
-        limits: How much there may be.
+        path: The path of the recording once it is complete and was read without error.
+        limits: Limits of the size of the folder.
     """
 
     def __init__(self, path: Path, limits: StorageLimits) -> None:
@@ -377,7 +377,7 @@ class Upload:
         self._stack.__exit__(kind, error, traceback)
 
     def write(self, piece: bytes) -> None:
-        """Takes the next bytes.
+        """Receives the next bytes.
 
         Raises:
             StorageFullError: If there is no space for them.
@@ -393,10 +393,10 @@ class Upload:
             raise RecordingWriteError(self._path, error.strerror or "disk error") from error
 
     def read_size(self) -> RecordingSize:
-        """How much memory the run takes, as what came states it.
+        """The memory that the run needs, as its file states it.
 
         Raises:
-            UploadError: If it is no recording that this program can read.
+            UploadError: If it is not a recording that this program can read.
             RecordingWriteError: If the disk fails.
         """
         part = self._flushed()
@@ -406,11 +406,11 @@ class Upload:
             raise _told_of_upload(error, part) from error
 
     def finish(self) -> RunResult:
-        """Reads what came, and gives the file its name.
+        """Reads the upload, and renames the file.
 
         Raises:
-            UploadError: If it is no whole recording that this program can read, or takes longer
-                to read than any.
+            UploadError: If it is not a complete recording that this program can read, or exceeds
+                the time limit of reading.
             StorageFullError: If there is no space for it.
             RecordingWriteError: If the disk fails.
         """
@@ -430,7 +430,7 @@ class Upload:
         return result
 
     def _flushed(self) -> Path:
-        """What came, as a file that can be read."""
+        """The upload as a readable file."""
         try:
             self._stream.flush()
         except OSError as error:

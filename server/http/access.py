@@ -1,8 +1,8 @@
-"""Who may talk to a port: pages and programs that address it by its name, and are let in.
+"""Access control of a port: checks of the host name, the origin and the sender of requests.
 
-A foreign page in the user's browser can reach loopback ports, directly or by a name that
-it lets point to 127.0.0.1. The ``Host`` header betrays the second, ``Origin`` and
-``Sec-Fetch-Site`` the first. Who may do what is then decided by `slipgrasp.server.http.identity`.
+A foreign page in the user's browser can reach loopback ports directly, or by a host name that
+resolves to 127.0.0.1. The headers ``Origin`` and ``Sec-Fetch-Site`` reveal the first, ``Host`` the
+second. `slipgrasp.server.http.identity` then decides the rights of the sender.
 """
 
 from __future__ import annotations
@@ -32,10 +32,10 @@ from slipgrasp.server.tokens import Right
 
 LOOPBACK_NAMES = ("127.0.0.1", "localhost", "[::1]")
 PAGES = ("/", DOCS_PATH)
-"""What people open, and may open from another site's page."""
+"""Pages that people open, also by a link on another site's page."""
 
 RELAY_TOKEN = secrets.token_urlsafe(32)
-"""What this process shows to ports of its own, which let in nobody else."""
+"""The secret that this process sends to its own ports, which refuse all others."""
 
 _MAX_LOGGED = 200
 _LOOKING = ("GET", "HEAD", "OPTIONS")
@@ -43,7 +43,7 @@ _CHALLENGE = {"WWW-Authenticate": 'Bearer realm="slipgrasp"'}
 
 
 def in_one_line(record: logging.LogRecord) -> bool:
-    """Filter of a logger: an error is named, and its traceback left out."""
+    """A filter of a logger: the name of an error replaces its traceback."""
     if record.exc_info and record.exc_info[1] is not None:
         error = record.exc_info[1]
         words = printable(str(error), _MAX_LOGGED)
@@ -63,9 +63,9 @@ class Rejection:
     """Why a request is refused.
 
     Attributes:
-        status: HTTP status: 400 for a foreign ``Host``, 403 for a foreign page and for what a
-            read-only token does not let do, 401 for somebody unknown.
-        detail: A sentence with the way out.
+        status: HTTP status: 400 for a foreign ``Host``, 403 for a foreign page and for requests
+            that a read-only token does not allow, 401 for an unknown sender.
+        detail: A sentence with a remedy.
     """
 
     status: int
@@ -73,16 +73,16 @@ class Rejection:
 
     @property
     def answer(self) -> Response:
-        """The answer that says so."""
+        """The response with the rejection."""
         headers = _CHALLENGE if self.status == 401 else None
         return problem_response(self.status, self.detail, headers=headers)
 
 
 UNKNOWN = Rejection(
     401,
-    "This server does not know who asks; open the link that it printed when it started, or send "
-    "its token as 'Authorization: Bearer TOKEN'. On its own machine, its user needs none, unless "
-    "it was started to require it of everyone.",
+    "The sender of the request is unknown; open the link that the server printed at its start, or "
+    "send its token as 'Authorization: Bearer TOKEN'. On the same machine its user needs no token, "
+    "unless the server was started with --require-token.",
 )
 READ_ONLY = Rejection(
     403, "This token is read-only; ask the person who started the server for the full token."
@@ -96,17 +96,17 @@ def check_access(
     names: Sequence[str] = (),
     public: Sequence[str] = (),
 ) -> Rejection | None:
-    """Decides whether a request addresses this server, and comes from its own page.
+    """Checks whether a request addresses this server, and comes from its own page.
 
     Args:
         hosts: Values of all ``Host`` headers.
         origins: Values of all ``Origin`` headers; programs send none.
         port: The port the request arrived at.
-        names: Names of this machine besides those of loopback.
-        public: Where else its pages are reached, such as ``https://grasp.example``.
+        names: Names of this machine in addition to loopback.
+        public: Other URLs of its pages, such as ``https://grasp.example``.
 
     Returns:
-        None if the request is welcome.
+        None if the request is accepted.
     """
     own = (
         *(f"http://{authority}" for authority in _authorities((*LOOPBACK_NAMES, *names), port)),
@@ -122,12 +122,12 @@ def check_access(
 
 def _authorities(names: Sequence[str], port: int) -> tuple[str, ...]:
     named = tuple(f"{name}:{port}" for name in names)
-    # Browsers leave the default port out.
+    # Browsers omit the default port.
     return (*named, *names) if port == 80 else named
 
 
 def is_foreign(sites: Sequence[str]) -> bool:
-    """Whether ``Sec-Fetch-Site`` says that another page asks; old browsers and programs send none.
+    """Whether ``Sec-Fetch-Site`` names another page; old browsers and programs do not send it.
 
     Args:
         sites: Values of all such headers.
@@ -136,15 +136,15 @@ def is_foreign(sites: Sequence[str]) -> bool:
 
 
 class AccessGuard:
-    """ASGI middleware: refuses foreign requests before any route or upgrade, adds safe headers.
+    """ASGI middleware that rejects foreign requests before routes and upgrades, and adds headers.
 
-    What follows finds in ``state.right`` what the sender may do.
+    ``state.right`` has the right of the sender.
 
     Args:
-        app: What is guarded.
-        gate: Who may do what.
-        names: Names of this machine besides those of loopback.
-        public: Where else its pages are reached, such as ``https://grasp.example``.
+        app: The guarded application.
+        gate: The rights of senders.
+        names: Names of this machine in addition to loopback.
+        public: Other URLs of its pages, such as ``https://grasp.example``.
     """
 
     def __init__(
@@ -160,7 +160,7 @@ class AccessGuard:
         self._public = public
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Handles one connection; what is neither HTTP nor websocket passes."""
+        """Handles one connection; other protocols than HTTP and websocket pass."""
         if scope["type"] not in ("http", "websocket"):
             await self._app(scope, receive, send)
             return
@@ -176,7 +176,7 @@ class AccessGuard:
         await app(scope, receive, _with_safe_headers(send))
 
     def _check_page(self, scope: Scope, headers: Headers) -> Rejection | None:
-        """Whether a request comes from our own page, or from none."""
+        """Checks that a request comes from our own page, or from none."""
         hosts, origins = headers.getlist("host"), headers.getlist("origin")
         port = scope["server"][1]
         rejection = check_access(hosts, origins, port, self._names, self._public)
@@ -187,7 +187,7 @@ class AccessGuard:
         return Rejection(403, "Another site's page asks; open this address by itself.")
 
     def _check_sender(self, scope: Scope, headers: Headers) -> Rejection | Response | None:
-        """Whether the sender may do what is asked; a link with a token is answered at once."""
+        """Checks the right of the sender; a link with a token is answered at once."""
         path, port = scope["path"], scope["server"][1]
         if path in PAGES and scope.get("method") == "GET":
             query = scope["query_string"].decode("latin-1")
@@ -199,19 +199,19 @@ class AccessGuard:
         right = state["right"] = self._gate.right_of(headers, state.get("connection"), port)
         if right is Right.NOTHING:
             return UNKNOWN
-        # What a page posts to its own session is judged there.
+        # The session checks the messages of its own page.
         may_ask = scope.get("method", "GET") in _LOOKING or path.startswith(f"{SESSIONS_PATH}/")
         return None if right is Right.EVERYTHING or may_ask else READ_ONLY
 
 
 def _may_be_linked(headers: Headers) -> bool:
-    """Whether a link may have been followed on another site's page; not all browsers tell."""
+    """Whether a link on another site's page may have been followed; not all browsers report it."""
     sites = headers.getlist("sec-fetch-site")
     return is_foreign(sites) or (not sites and "text/html" in headers.get("accept", ""))
 
 
 def _is_opening(scope: Scope, headers: Headers) -> bool:
-    """Whether somebody follows a link to one of our pages."""
+    """Whether the request follows a link to one of our pages."""
     told = (headers.get("sec-fetch-mode"), headers.get("sec-fetch-dest"))
     is_reading = scope.get("method") in ("GET", "HEAD")
     return is_reading and scope["path"] in PAGES and told == ("navigate", "document")
@@ -231,13 +231,13 @@ def _with_safe_headers(send: Send) -> Send:
 
 @contextmanager
 def guarded_websocket_listeners() -> Iterator[None]:
-    """Within it, servers opened by the ``websockets`` package let in this process alone.
+    """Restricts servers that the ``websockets`` package opens meanwhile to this process.
 
-    viser opens its port so, answers anyone there and takes no option to change that. What fails
-    there is logged in one line, as most of it is what a client has sent.
+    viser opens its port in this way, answers anyone there, and has no option to change that. Errors
+    there are logged in one line, because most are caused by clients.
 
     Raises:
-        RuntimeError: If no server was opened this way, so that nothing stays open unguarded.
+        RuntimeError: If no server was opened this way, so that no port stays unguarded.
     """
     opened: list[int] = []
     serve = websockets.asyncio.server.serve

@@ -62,24 +62,24 @@ _logger = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True)
 class Load:
-    """How many runs are simulated now, and how many wait for their turn."""
+    """The numbers of running and of waiting runs."""
 
     running: int
     waiting: int
 
 
 class RunService:
-    """Simulates and saves, a few runs at a time.
+    """Simulates and stores runs, a few at a time.
 
     Args:
-        store: Where runs are kept.
-        settings: How much to take on, and for how long.
-        is_ending: Whether the service is about to end: then it takes nothing on, and stops what
-            runs.
+        store: The store of runs.
+        settings: The limits.
+        is_ending: Whether the service is about to end; it then accepts no runs, and stops running
+            ones.
 
     Attributes:
-        memory: The account of memory of all that the server does.
-        preparation: How far the simulation is compiled for this machine.
+        memory: The budget of memory of the server.
+        preparation: The progress of compiling the simulation for this machine.
     """
 
     def __init__(
@@ -93,7 +93,7 @@ class RunService:
         self._settings = settings
         self._is_ending = is_ending
         self._workers = ThreadPoolExecutor(settings.max_running, thread_name_prefix="run")
-        # A run that is stopped before its turn would else wait for it only to end.
+        # A run that is stopped before its turn would otherwise wait for it.
         self._stopper = ThreadPoolExecutor(1, thread_name_prefix="stop")
         self._lock = threading.Lock()
         self._pending: dict[str, PendingRun] = {}
@@ -108,13 +108,13 @@ class RunService:
         self._isolated_runs = IsolatedRuns(settings.wall_limit, settings.max_running)
 
     def start(self) -> None:
-        """Begins to recover what a killed service left, and to load or compile the kernel."""
+        """Starts to recover the runs of a killed service, and to load or compile the kernel."""
         self._recovery.start()
         self.preparation.look()
         threading.Thread(target=self.prepare, name="kernel", daemon=True).start()
 
     def close(self) -> None:
-        """Stops what runs, keeps what it has, and forgets what waits."""
+        """Stops and stores running runs, and drops waiting ones."""
         self._closing.set()
         self._recovery.close()
         self._isolated_runs.close()
@@ -128,22 +128,22 @@ class RunService:
 
     @property
     def recovering(self) -> list[str]:
-        """Runs that a killed service, or a full disk, left and that are still to be recovered."""
+        """Runs of a killed service, or of a full disk, that are still to be recovered."""
         return self._recovery.run_ids
 
     @property
     def is_recovered(self) -> threading.Event:
-        """Set once nothing of a killed service is left to recover."""
+        """Set when all runs of a killed service are recovered."""
         return self._recovery.is_done
 
     @property
     def load(self) -> Load:
-        """How busy the service is."""
+        """The load of the service."""
         with self._lock:
             return Load(self._running, max(len(self._pending) - self._running, 0))
 
     def obstacles(self) -> list[str]:
-        """Why no run can be taken on now, in sentences; empty if one can."""
+        """Reasons why no run can be accepted now, in sentences; empty if one can."""
         waiting = self.load.waiting
         hindered = {
             "the service is about to end": self._is_ending(),
@@ -165,16 +165,16 @@ class RunService:
     def preview(
         self, scenario: Scenario, should_stop: Callable[[], bool] | None = None
     ) -> RunResult:
-        """Simulates in the calling thread and saves nothing.
+        """Simulates in the calling thread, without storing the run.
 
         Args:
             scenario: What to simulate.
-            should_stop: Asked every few milliseconds whether to end the run as ``stopped``.
+            should_stop: Called every few milliseconds; returns whether to stop the run.
 
         Raises:
             ScenarioError: If it cannot be simulated.
-            MemoryLimitError: If its samples need more memory than there is.
-            ServiceBusyError: If there is none for them now.
+            MemoryLimitError: If its samples need more memory than the limit.
+            ServiceBusyError: If the memory is in use.
         """
         check_scenario(scenario)
         self.prepare()
@@ -192,33 +192,33 @@ class RunService:
         return result
 
     def save(self, result: RunResult) -> StoredRun:
-        """Keeps a run.
+        """Stores a run.
 
         Raises:
             RecordingError: If it cannot be written.
-            ServiceBusyError: If there is no memory to write it for some time.
+            ServiceBusyError: If the memory to write it stays in use for some time.
         """
         with self.memory.reserve(Need.to_work_on(result)):
             return self.store.save(result)
 
     def run(self, scenario: Scenario) -> Ended:
-        """Simulates and saves when it is this run's turn; see `submit`."""
+        """Queues a run of a scenario; see `submit`."""
         return self.submit(lambda: scenario).result()
 
     def submit(self, make_scenario: Callable[[], Scenario]) -> PendingRun:
         """Queues a run.
 
         Args:
-            make_scenario: Gives the scenario, or raises what is wrong with it, in the worker.
+            make_scenario: Returns the scenario, or raises its errors, in the worker.
 
         Returns:
-            The run on its way. Its result says where it is kept: None if writing it failed
-            while it went on, which then is ``failed``.
+            The pending run. Its result has the stored run: None if writing it failed during the
+            simulation, which then is ``failed``.
 
         Raises:
             ServiceBusyError: If too many runs are waiting.
             ServiceEndingError: If the service is about to end.
-            MemoryLimitError: If a run needs more memory than there is.
+            MemoryLimitError: If a run needs more memory than the limit.
             StorageFullError: If there is no space for another.
             RunUnrecordableError: If nothing can be written.
         """
@@ -242,10 +242,10 @@ class RunService:
     def submit_once(
         self, make_scenario: Callable[[], Scenario], request: KeyedRequest
     ) -> PendingRun | StoredRun | Description:
-        """Queues a run, or finds the one that the same request has made before.
+        """Queues a run, or finds the one that the same request has created before.
 
-        A run that was deleted, or never begun because the service ended or had no space for its
-        recording, is made again.
+        A run that was deleted, or that did not start because the service ended or the disk was
+        full, is simulated again.
 
         Raises:
             IdempotencyKeyReusedError: If another request had this key.
@@ -265,7 +265,7 @@ class RunService:
             return pending
 
     def look_up(self, run_id: str) -> PendingRun | StoredRun | Description:
-        """A run on its way, one that is kept, or what is known of one that could not be.
+        """A pending run, a stored run, or the failure of a run that was not stored.
 
         Raises:
             RecordingNotFoundError: If there is none.
@@ -278,7 +278,7 @@ class RunService:
         return found
 
     def check_ended(self, run_id: str) -> None:
-        """Refuses what can be done with a run only once it has ended.
+        """Checks that a run has ended.
 
         Raises:
             RunUnfinishedError: If it has not.
@@ -291,7 +291,7 @@ class RunService:
                 raise RunUnfinishedError(run_id)
 
     def get(self, run_id: str) -> StoredRun:
-        """A run that is kept.
+        """A stored run.
 
         Raises:
             RunUnfinishedError: If it has not ended.
@@ -301,7 +301,7 @@ class RunService:
         return self.store.get(run_id)
 
     def stop(self, run_id: str) -> PendingRun | StoredRun | Description:
-        """Ends a run soon and keeps what was simulated; one that has ended stays as it is.
+        """Stops a run and stores its samples; an ended run is not changed.
 
         Raises:
             RecordingNotFoundError: If there is none.
@@ -319,7 +319,7 @@ class RunService:
             pending, unsaved = self._pending.get(run_id), self._unsaved.get(run_id)
         if pending is not None:
             return pending
-        # What a full disk has left of a run may be recovered meanwhile.
+        # A run that a full disk has interrupted may be recovered meanwhile.
         with suppress(RecordingNotFoundError):
             return self.store.get(run_id)
         if isinstance(unsaved, SlipgraspError):
@@ -335,11 +335,11 @@ class RunService:
         try:
             workers.submit(self._run, pending).add_done_callback(partial(self._settle, pending))
         except RuntimeError:
-            # The service is closing, and its workers take nothing any more.
+            # The service is closing, and its workers accept nothing.
             self._forget(pending)
 
     def _run(self, pending: PendingRun) -> Ended | None:
-        """Simulates and records; None if that was begun before, or the service is to end."""
+        """Simulates and records; None if it has started before, or the service is ending."""
         if self._must_stop():
             self._forget(pending)
             return None
@@ -354,7 +354,7 @@ class RunService:
                 self._running -= 1
 
     def _record(self, pending: PendingRun) -> Ended:
-        """Simulates and records at once; what cannot be recorded is not begun."""
+        """Simulates and records at once; a run that cannot be recorded does not start."""
         scenario = pending.make_scenario()
         self.prepare()
 
@@ -374,7 +374,7 @@ class RunService:
     def _simulate(
         self, scenario: Scenario, path: Path, pending: PendingRun
     ) -> tuple[RunResult, str | None]:
-        """The run, and why its recording is not complete; None if it is."""
+        """The run, and the error that made its recording incomplete, if any."""
         should_stop = self._is_not_needed(pending)
         if needs_isolation(scenario):
             return self._isolated_runs.record(scenario, path, should_stop, pending.watch)
@@ -385,7 +385,7 @@ class RunService:
         return lambda: pending.is_to_stop or self._must_stop()
 
     def _settle(self, pending: PendingRun, work: Future[Ended | None]) -> None:
-        """Moves a run that has ended to the finished ones, then notifies who waits."""
+        """Moves a run that has ended to the finished ones, then notifies waiting requests."""
         if work.cancelled():
             self._forget(pending)
         elif (error := work.exception()) is not None:

@@ -1,7 +1,7 @@
-"""Takes studies, runs one after the other, and finds what came of them; knows no HTTP.
+"""Runs studies one after the other, and reads their results; independent of HTTP.
 
-What is done of a study is in its file at once, so that a service that ends, or is killed,
-leaves it to the next one, which goes on behind its last row.
+Finished runs are written to the file of the study at once. If the service ends, or is killed, the
+next service continues after the last row.
 """
 
 from __future__ import annotations
@@ -36,20 +36,20 @@ from slipgrasp.server.studies.recorder import StudyRecorder
 MAX_CHECKS = 4
 MAX_OPENED = 4
 MAX_OPENED_ROWS = 1_000_000
-"""How many studies that have ended are kept in memory, and how many of their runs."""
+"""Number of ended studies in memory, and the total number of their runs."""
 
 _logger = logging.getLogger(__name__)
 
 
 class StudyService:
-    """Takes studies on, one running at a time, and gives what came out of them.
+    """Accepts studies, runs one at a time, and returns their results.
 
     Args:
-        store: Where studies are kept.
-        settings: How much to take on.
-        is_ending: Whether the service is about to end, so that nothing long goes on.
+        store: The store of studies.
+        settings: The limits.
+        is_ending: Whether the service is about to end, so that long work stops.
         wait_for_recordings: Waits for some time, and returns whether all recordings that a killed
-            service left are recovered: a study may be about to write one of them again.
+            service left are recovered: a study may write one of them again.
     """
 
     def __init__(
@@ -72,23 +72,23 @@ class StudyService:
         self._restored = threading.Event()
 
     def start(self) -> None:
-        """Goes on with what another service has left, where no other one can be at it."""
+        """Continues studies of an earlier service, if no other service can be running them."""
         if self._settings.exclusive:
             threading.Thread(target=self._restore, name="studies", daemon=True).start()
         else:
             self._restored.set()
 
     def close(self) -> None:
-        """Leaves what is not finished to the next service."""
+        """Leaves unfinished studies to the next service."""
         self._queue.close()
 
     @property
     def num_unfinished(self) -> int:
-        """How many studies wait or run."""
+        """The number of studies that wait or run."""
         return sum(not live.has_ended for live in self._queue.all().values())
 
     def estimate(self, study: Study) -> tuple[StudyCost, tuple[str, ...]]:
-        """What a study is going to take, and what stands in the way of it."""
+        """The estimated cost of a study, and reasons why it may fail."""
         settings = self._settings
         cost = estimate_cost(study, settings.study_workers or available_processors())
         warnings = [*find_warnings(study)]
@@ -106,11 +106,11 @@ class StudyService:
     def create(
         self, make_study: Callable[[], Study], request: KeyedRequest = UNKEYED
     ) -> StudyStatus:
-        """Takes a study on, or finds the one that the same request has made before.
+        """Accepts a study, or finds the one that the same request has created before.
 
         Args:
-            make_study: Gives the study, or raises what is wrong with it.
-            request: What asks for it.
+            make_study: Returns the study, or raises its errors.
+            request: The request.
 
         Raises:
             ScenarioError: If the study, or one of its runs, is not valid.
@@ -135,7 +135,7 @@ class StudyService:
         return live.status()
 
     def status(self, study_id: str) -> StudyStatus:
-        """How far a study is.
+        """The progress of a study.
 
         Raises:
             StudyNotFoundError: If there is none.
@@ -144,16 +144,16 @@ class StudyService:
         return live.status() if live is not None else self._status_of(self.store.get(study_id))
 
     def find_live(self, study_id: str) -> LiveStudy | None:
-        """A study that waits, runs, or has failed; None if there is none such."""
+        """A study that waits, runs, or has failed; None otherwise."""
         self._restored.wait()
         return self._queue.find(study_id)
 
     def list(self, offset: int, limit: int) -> tuple[list[StudyStatus], int]:
-        """The studies, newest first, and how many there are.
+        """The studies, newest first, and their number.
 
         Args:
-            offset: How many of the newest to leave out.
-            limit: How many to give at most.
+            offset: Number of the newest studies to skip.
+            limit: Largest number of studies.
         """
         self._restored.wait()
         # In this order: a study that ends meanwhile is reported by its runner.
@@ -175,7 +175,7 @@ class StudyService:
         live = self.find_live(study_id)
         if live is not None:
             return live.results
-        # Two that ask at once would read the file twice.
+        # Two requests at once would read the file twice.
         with self._opening:
             self.store.get(study_id)
             results = self._opened.pop(study_id, None)
@@ -191,7 +191,7 @@ class StudyService:
         return len(self._opened) > MAX_OPENED or rows > MAX_OPENED_ROWS
 
     def cancel(self, study_id: str) -> StudyStatus:
-        """Ends a study; what is done stays, and what has ended is left alone.
+        """Ends a study; finished runs are kept, and ended studies are not changed.
 
         Raises:
             StudyNotFoundError: If there is none.
@@ -203,9 +203,9 @@ class StudyService:
         return live.status()
 
     def resume(self, study_id: str) -> StudyStatus:
-        """Goes on with a study that has failed, behind its last row.
+        """Continues a study that has failed, after its last row.
 
-        One that waits or runs is left alone.
+        Waiting and running studies are not changed.
 
         Raises:
             StudyNotFoundError: If there is none.
@@ -220,14 +220,14 @@ class StudyService:
             if status.state is not StudyState.FAILED:
                 raise StudyEndedError(study_id, status.state)
             self._queue.check_capacity()
-            # The file may hold rows that the disk took without saying so.
+            # The file may have rows whose writing was not confirmed.
             live = LiveStudy(status.stored, read_results(self.store.file_of(study_id)))
             self._broken.pop(study_id, None)
             self._queue.add(live)
             return live.status()
 
     def delete(self, study_id: str) -> None:
-        """Removes a study for good; recordings of its runs are runs, and stay.
+        """Deletes a study permanently; recordings of its runs are kept.
 
         Raises:
             StudyNotFoundError: If there is none.
@@ -242,7 +242,7 @@ class StudyService:
             self._opened.pop(study_id, None)
 
     def record_run(self, study_id: str, index: int) -> tuple[StoredRun, bool]:
-        """The recording of a run, and whether it was made now; see `StudyRecorder.record`."""
+        """The recording of a run, and whether it was created now; see `StudyRecorder.record`."""
         results = self.results(study_id)
         return self._recorder.record(self.status(study_id).stored, results, index)
 
@@ -250,7 +250,7 @@ class StudyService:
         return StudyStatus.of(stored, stored.finding or self._broken.get(stored.id, ""))
 
     def _refuse_when_ending(self, share: float) -> None:
-        """Called now and then by what takes long, with the share of it that is done."""
+        """Called repeatedly during long work, with the share that is done."""
         if self._is_ending():
             raise ServiceEndingError
 

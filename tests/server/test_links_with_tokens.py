@@ -137,7 +137,7 @@ def test_a_server_that_listens_everywhere_has_to_know_its_name(tmp_path, host) -
     "url", ["grasp.example", "ftp://x", "http://x/path", "http://u@x", "http://X", "http://x y"]
 )
 def test_what_is_no_public_address_is_refused(tmp_path, url) -> None:
-    with pytest.raises(SettingsError, match="not the address of a server"):
+    with pytest.raises(SettingsError, match="not the URL of a server"):
         Settings(data_directory=tmp_path, token=TOKENS.full, public_urls=(url,))
 
 

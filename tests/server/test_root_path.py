@@ -126,5 +126,5 @@ def test_a_server_at_a_path_knows_nobody_by_his_connection(tmp_path) -> None:
     "path", ["slipgrasp", "/", "/slipgrasp/", "//x", "/..", "/a b", "/api", "/dashboard/x", "/a?b"]
 )
 def test_what_is_no_path_is_refused(tmp_path, path) -> None:
-    with pytest.raises(SettingsError, match="no path to show a server at"):
+    with pytest.raises(SettingsError, match="not a path of a server"):
         Settings(data_directory=tmp_path, root_path=path)

@@ -59,7 +59,7 @@ def test_a_token_that_is_easily_guessed_is_refused_in_one_line(slipgrasp, monkey
     [
         (("--host", "0.0.0.0"), "--public-url"),
         (("--host", "192.0.2.1"), "cannot be used"),
-        (("--public-url", "grasp.example"), "not the address of a server"),
+        (("--public-url", "grasp.example"), "not the URL of a server"),
     ],
 )
 def test_an_address_that_cannot_be_served_is_refused_in_one_line(slipgrasp, arguments, reason):

@@ -1,4 +1,4 @@
-"""What a session shows: one frozen value that the scene and every panel are drawn from."""
+"""The state of a session's screen: one frozen value, from which the scene and panels are drawn."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ from slipgrasp.web.model.study import StudyView
 from slipgrasp.web.model.tour import TOUR, Stop
 
 MOST_ROWS_WITH_PREMISES = 20_000
-"""Rows of a trace that are evaluated again one by one, which takes some ten seconds."""
+"""Most rows of a trace that are evaluated again, which takes some ten seconds."""
 
 Pair = tuple[int, int]
 """Tickets of two runs: the one on the screen, and the ghost."""
@@ -46,9 +46,9 @@ class Comparing:
     """The comparison of two runs.
 
     Attributes:
-        pair: Which runs the findings are about; None if there are none.
+        pair: The compared runs; None without findings.
         findings: Their differences; None if they cannot be compared.
-        message: Why the latest request was not done, or the runs cannot be compared.
+        message: Why the latest request failed, or the runs cannot be compared.
     """
 
     pair: Pair | None = None
@@ -61,8 +61,8 @@ class HowHeavy:
     """How much heavier the object may get.
 
     Attributes:
-        draft: What that is about; None if nobody has asked.
-        words: The answer, or that it is being looked for.
+        draft: The scenario of the request; None if there is none.
+        words: The answer, or a note that it is being computed.
     """
 
     draft: Draft | None = None
@@ -70,7 +70,7 @@ class HowHeavy:
 
 
 class RunStage(StrEnum):
-    """How far the latest request has come."""
+    """The stage of the latest request."""
 
     OPENING = "opening"
     REPLAY = "replay"
@@ -86,13 +86,13 @@ class RunStage(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class RunStatus:
-    """What became of the latest request.
+    """The status of the latest request.
 
     Attributes:
-        stage: How far it has come.
-        messages: What went wrong, a sentence each; while compiling, how much is done.
-        run_id: Where the run is kept, empty unless saved.
-        errors: What is wrong with which field, if the scenario was refused.
+        stage: Its stage.
+        messages: Errors, a sentence each; while compiling, the progress.
+        run_id: The id of the stored run; empty unless saved.
+        errors: Errors by field, if the scenario was refused.
     """
 
     stage: RunStage
@@ -112,9 +112,9 @@ class Shown:
     """A run on the screen.
 
     Attributes:
-        ticket: Which request it answers; another ticket is another run.
+        ticket: The request that it answers; another ticket is another run.
         result: The run.
-        elapsed: How long it was computed [s]; 0 if it was read.
+        elapsed: Computing time [s]; 0 if it was read.
         replay: The recording it was read from, None if it was computed.
         sampler: Reads instants off the run.
     """
@@ -130,7 +130,7 @@ class Shown:
 
     @property
     def name(self) -> str:
-        """What the run is called: as its recording, else by what differs from its preset."""
+        """The name of its recording, or its preset with the differences from it."""
         return self.replay.name if self.replay else self.result.name
 
 
@@ -138,10 +138,10 @@ class Drag(NamedTuple):
     """The object is being dragged.
 
     Attributes:
-        force: With which force, a number per direction [N].
-        playback: Where the play head stood when that began; the force acts from then on.
-        draft: What was asked for then.
-        editing: How the user edited then.
+        force: The force, a number per direction [N].
+        playback: The play head at the start; the force acts from then on.
+        draft: The draft at the start.
+        editing: The state of editing at the start.
     """
 
     force: tuple[float, ...]
@@ -168,8 +168,8 @@ class Ghost:
 
     Attributes:
         shown: The run.
-        label: What it is called: where it comes from.
-        is_chosen: Whether the user chose it to compare with; then it stays when controls move.
+        label: Its name, which shows its origin.
+        is_chosen: Whether the user chose it for a comparison; it then stays when controls move.
     """
 
     shown: Shown
@@ -179,34 +179,34 @@ class Ghost:
 
 @dataclass(frozen=True, eq=False)
 class ViewState:
-    """Everything on the screen of one session, at one moment.
+    """The content of the screen of one session at one moment.
 
     Attributes:
-        draft: What the user is asking for.
-        status: What became of it.
+        draft: The scenario that the user edits.
+        status: The status of its run.
         choice: The time range of a run that is shown.
         ticket: The latest request for a run; answers to an older one come too late.
         opening: The latest request for a recording; answers to an older one come too late.
         shown: The run on the screen.
         ghost: The run that is drawn pale below it.
-        playback: Where the play head stands.
+        playback: The play head.
         run_list: The list of stored runs.
         comparing: The comparison of the run on the screen and the ghost.
-        replay: The recording that was opened last; there is a way back to it.
-        notice: What the page has to say across all panels, empty if nothing.
-        charts: What the user has made of the charts.
-        laws: Runs with every law, while they are looked at.
-        how_heavy: How much heavier the object may get, if that was asked.
-        hint_trials: What came of trying what is suggested.
-        exporting: The file that is being made for the user.
-        editing: How the user edits, and what was asked for before.
-        appearance: How the picture looks.
+        replay: The recording that was opened last, to which the user can return.
+        notice: A message across all panels; empty if there is none.
+        charts: The user's settings of the charts.
+        laws: Runs with every law, while their tab is visible.
+        how_heavy: How much heavier the object may get, if requested.
+        hint_trials: Results of simulating the hints.
+        exporting: The file that is being exported.
+        editing: The state of editing, and earlier drafts.
+        appearance: The appearance of the view.
         page_layout: The size of the page; None until the page has reported it.
-        restored: How often the panels were put back where they were at first.
-        study: The study that is planned, and the one that is followed.
+        restored: How often the layout of the panels was restored.
+        study: The planned study, and the one whose progress is shown.
         premises: The assumptions of the theorems for a run, once requested.
-        tour: Place of the stop of the tour that was visited last, None outside it.
-        drag: How the user drags the object, None while they do not.
+        tour: Index of the last stop of the tour; None outside the tour.
+        drag: The present drag of the object; None without one.
     """
 
     draft: Draft
@@ -237,13 +237,13 @@ class ViewState:
 
     @property
     def stop(self) -> Stop | None:
-        """The stop of the tour that is on the screen; another preset is beside the way."""
+        """The stop of the tour on the screen; None if another preset is shown."""
         stop = None if self.tour is None else TOUR[self.tour]
         return stop if stop is not None and self.draft.origin == stop.preset else None
 
     @property
     def offers_premises(self) -> bool:
-        """Whether the theorems speak of the run on the screen, and nobody has asked yet."""
+        """Whether the theorems apply to the run on the screen, and were not requested yet."""
         if self.shown is None or not has_premises(self.shown.result.scenario):
             return False
         asked = self.premises is not None and self.premises.ticket == self.shown.ticket
@@ -251,7 +251,7 @@ class ViewState:
 
     @property
     def is_as_recorded(self) -> bool:
-        """Whether the recording that was opened last is asked for, with nothing changed."""
+        """Whether the draft equals the recording that was opened last."""
         label = self.replay.label if self.replay else None
         return self.draft.origin == label and not self.draft.is_touched
 
@@ -278,9 +278,9 @@ def show(view: ViewState, shown: Shown, stage: RunStage, *, afresh: bool) -> Vie
     Args:
         view: What is on the screen now.
         shown: The run.
-        stage: How far its request has come with it.
-        afresh: Whether it has nothing to do with what was shown: the play head starts anew.
-            Else it stays where it is, as far as the run goes.
+        stage: The stage of its request.
+        afresh: Whether it is unrelated to the previous run, so that the play head starts anew.
+            Otherwise the play head stays, up to the end of the run.
     """
     playback, choice = view.playback, view.choice
     if playback is None or afresh:
@@ -291,12 +291,12 @@ def show(view: ViewState, shown: Shown, stage: RunStage, *, afresh: bool) -> Vie
 
 
 def _kept_in(window: TimeWindow, playback: Playback, shown: Shown) -> Playback:
-    """The play head in the window of another run; one that rests stays, the window holds it.
+    """The play head in the window of another run; a paused one stays inside the window.
 
-    Else a control that is moved there would from then on act elsewhere.
+    Otherwise a control would act at another time than the user paused at.
     """
     if playback.playing:
-        # Unless the user has chosen a speed, it is the one that suits what is shown.
+        # Unless the user has chosen a speed, it suits the window.
         is_own = playback.speed != speed_for(playback.window)
         speed = playback.speed if is_own else speed_for(window)
         return replace(playback.within(window), speed=speed)
@@ -312,7 +312,7 @@ def replays_of(view: ViewState) -> tuple[Replay, ...]:
 
 
 def show_replay(view: ViewState, recording: Replay) -> ViewState:
-    """Puts a recording on the screen; a run that is still computed is void then."""
+    """Puts a recording on the screen; a run in progress becomes void."""
     ticket, draft, editing = view.ticket + 1, Draft.from_replay(recording), view.editing
     afresh = draft.origin != view.draft.origin
     if view.shown is not None and draft != view.draft:
