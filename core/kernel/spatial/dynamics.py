@@ -9,8 +9,9 @@ M_yaw / radius^2 across its plane. On slides Lambda is the moving mass, and f_0 
 from __future__ import annotations
 
 import numpy as np
+from numba import types
 
-from slipgrasp.core.kernel.compilation.compiler import compiled
+from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Floats, Record
 from slipgrasp.core.kernel.loop.links import joint_friction
 from slipgrasp.core.kernel.numerics.elementary import square
@@ -20,6 +21,8 @@ from slipgrasp.core.kernel.spatial.chain import (
     see_at_tip,
     weigh_chain,
 )
+from slipgrasp.core.kernel.spatial.kinematics import KINEMATICS
+from slipgrasp.core.kernel.spatial.model import HAND, TRUTH
 from slipgrasp.core.kernel.spatial.state import POSITION, SPIN, VELOCITY
 from slipgrasp.core.scenario.chain import MAX_LINKS
 
@@ -89,6 +92,33 @@ def joint_bias(hand: Record, kin: Record, i: int, link: int) -> tuple[float, flo
 
 
 @compiled
+def _see_chain(
+    hand: Record, masses: Floats, kin: Record, i: int, tip_inertia: Floats, tip_bias: Floats
+) -> None:
+    """Lambda and f_0 of chain ``i`` whose links have some masses."""
+    now = kin.chains[i]
+    weigh_chain(hand.chains[i], masses, hand.gravity, now)
+    see_at_tip(now.inverse, now.inertia, now.bias, kin.curvature[i], tip_inertia, tip_bias)
+
+
+# Chains are units of their own, as in `slipgrasp.core.kernel.spatial.kinematics`.
+@compiled_apart(types.void, HAND, TRUTH, KINEMATICS, types.int64, TIP_DYNAMICS)
+def spatial_see_chain(hand: Record, truth: Record, kin: Record, i: int, total: Record) -> None:
+    """Lambda and f_0 of chain ``i``."""
+    _see_chain(hand, truth.link_masses[i], kin, i, total.inertia[i], total.bias[i])
+
+
+@compiled_apart(types.void, HAND, KINEMATICS, types.int64, UNIT_DYNAMICS)
+def spatial_see_links(hand: Record, kin: Record, i: int, unit: Record) -> None:
+    """The same for each link of chain ``i`` with a mass of 1 kg, the others without any."""
+    masses = kin.chains[i].masses
+    for link in range(hand.chains[i].links):
+        for k in range(MAX_LINKS):
+            masses[k] = 1.0 if k == link else 0.0
+        _see_chain(hand, masses, kin, i, unit.inertia[i, link], unit.bias[i, link])
+
+
+@compiled
 def update_unit_dynamics(hand: Record, kin: Record, unit: Record) -> None:
     """Fills ``unit`` for the present positions and velocities."""
     for i in range(hand.num_fingers):
@@ -96,11 +126,7 @@ def update_unit_dynamics(hand: Record, kin: Record, unit: Record) -> None:
             _set_slides(1.0, hand.gravity, unit.inertia[i, 0], unit.bias[i, 0])
             continue
         if hand.kinds[i] == BY_CHAIN:
-            now = kin.chains[i]
-            for link in range(hand.chains[i].links):
-                for k in range(MAX_LINKS):
-                    now.masses[k] = 1.0 if k == link else 0.0
-                _see_chain(hand, now.masses, kin, i, unit.inertia[i, link], unit.bias[i, link])
+            spatial_see_links(hand, kin, i, unit)
             continue
         for link in range(2):
             inertia = joint_inertia(hand, kin, i, link)
@@ -117,8 +143,7 @@ def update_tip_dynamics(hand: Record, truth: Record, kin: Record, total: Record)
             _set_slides(first, hand.gravity * first, total.inertia[i], total.bias[i])
             continue
         if hand.kinds[i] == BY_CHAIN:
-            masses = truth.link_masses[i]
-            _see_chain(hand, masses, kin, i, total.inertia[i], total.bias[i])
+            spatial_see_chain(hand, truth, kin, i, total)
             continue
         a, b = joint_inertia(hand, kin, i, 0), joint_inertia(hand, kin, i, 1)
         c, d = joint_bias(hand, kin, i, 0), joint_bias(hand, kin, i, 1)
@@ -134,16 +159,6 @@ def update_tip_dynamics(hand: Record, truth: Record, kin: Record, total: Record)
             first * c[2] + second * d[2],
         )
         _see_at_tip(kin, i, inertia, bias, total.inertia[i], total.bias[i])
-
-
-@compiled
-def _see_chain(
-    hand: Record, masses: Floats, kin: Record, i: int, tip_inertia: Floats, tip_bias: Floats
-) -> None:
-    """Lambda and f_0 of chain ``i`` whose links have some masses."""
-    now = kin.chains[i]
-    weigh_chain(hand.chains[i], masses, hand.gravity, now)
-    see_at_tip(now.inverse, now.inertia, now.bias, kin.curvature[i], tip_inertia, tip_bias)
 
 
 @compiled

@@ -9,9 +9,10 @@ a chain of joints does is in `slipgrasp.core.kernel.spatial.chain`.
 from __future__ import annotations
 
 import numpy as np
+from numba import types
 from numpy.typing import NDArray
 
-from slipgrasp.core.kernel.compilation.compiler import compiled
+from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Floats, Record
 from slipgrasp.core.kernel.loop.links import LEAST_SINE
 from slipgrasp.core.kernel.numerics.elementary import atan2, square
@@ -20,12 +21,14 @@ from slipgrasp.core.kernel.spatial.chain import (
     BY_LINKS,
     CHAIN_STATE,
     ON_SLIDES,
+    SEED,
     chain_turning,
     moment_at_chain,
     move_chain,
     solve_chain,
 )
 from slipgrasp.core.kernel.spatial.curved_faces import FLAT, bend_bias, follow_face
+from slipgrasp.core.kernel.spatial.model import HAND
 from slipgrasp.core.kernel.spatial.state import (
     ATTITUDE,
     POSITION,
@@ -62,6 +65,47 @@ KINEMATICS = np.dtype(
     ],
     align=True,
 )
+
+
+# Chains and curved faces are units of their own: within the loop of all contacts they would cost
+# every hand, and be compiled into each of its callers.
+@compiled_apart(types.void, HAND, SEED, types.int64, *(types.float64,) * 3, KINEMATICS)
+def spatial_solve_chain(
+    hand: Record, seed: Record, i: int, dx: float, dy: float, dz: float, kin: Record
+) -> None:
+    """Joints of chain ``i``, whose tip is at (dx, dy, dz) from its base and moves."""
+    chain, now, rates = hand.chains[i], kin.chains[i], kin.rates[i]
+    now.target[0], now.target[1], now.target[2] = dx, dy, dz
+    kin.extension[i] = solve_chain(chain, now.target, seed, kin.positions[i], now)
+    kin.clearance[i] = 1.0
+    for k in range(3):
+        rates[k] = 0.0
+        for c in range(3):
+            rates[k] += now.inverse[k, c] * kin.tip_velocities[i, c]
+    move_chain(chain, rates, now, kin.curvature[i])
+
+
+@compiled_apart(types.void, HAND, types.int64, *(types.float64,) * 2, KINEMATICS)
+def spatial_follow_face(hand: Record, i: int, first: float, second: float, kin: Record) -> None:
+    """Bends contact ``i``, at the slips that are given, to its curved face."""
+    face, radius = hand.curved_faces[i], hand.radii[i]
+    follow_face(face, radius, first, second, kin.frames[i], kin.arms[i])
+
+
+@compiled_apart(types.void, HAND, types.int64, *(types.float64,) * 4, KINEMATICS)
+def spatial_bend_bias(
+    hand: Record,
+    i: int,
+    first: float,
+    second: float,
+    speed_x: float,
+    speed_y: float,
+    kin: Record,
+) -> None:
+    """Adds what turns the way of contact ``i`` along its curved face."""
+    slips, speeds = (first, second), (speed_x, speed_y)
+    face, radius = hand.curved_faces[i], hand.radii[i]
+    bend_bias(face, radius, slips, speeds, kin.frames[i], kin.bias[i])
 
 
 @compiled
@@ -110,9 +154,8 @@ def update_kinematics(hand: Record, seeds: NDArray[np.void], state: Record, kin:
             for k in range(3):
                 total += turn[c, k] * hand.anchors[i, k]
             kin.arms[i, c] = total
-        face, radius = hand.curved_faces[i], hand.radii[i]
-        if face != FLAT:
-            follow_face(face, radius, first, second, kin.frames[i], kin.arms[i])
+        if hand.curved_faces[i] != FLAT:
+            spatial_follow_face(hand, i, first, second, kin)
         rx, ry, rz = kin.arms[i, 0], kin.arms[i, 1], kin.arms[i, 2]
         ux = speed_x * kin.frames[i, 0, 0] + speed_y * kin.frames[i, 1, 0]
         uy = speed_x * kin.frames[i, 0, 1] + speed_y * kin.frames[i, 1, 1]
@@ -125,9 +168,8 @@ def update_kinematics(hand: Record, seeds: NDArray[np.void], state: Record, kin:
         kin.bias[i, 0] = wy * gz - wz * gy
         kin.bias[i, 1] = wz * gx - wx * gz
         kin.bias[i, 2] = wx * gy - wy * gx
-        if face != FLAT:
-            slips, speeds = (first, second), (speed_x, speed_y)
-            bend_bias(face, radius, slips, speeds, kin.frames[i], kin.bias[i])
+        if hand.curved_faces[i] != FLAT:
+            spatial_bend_bias(hand, i, first, second, speed_x, speed_y, kin)
         dx = x[POSITION] + rx - hand.bases[i, 0]
         dy = x[POSITION + 1] + ry - hand.bases[i, 1]
         dz = x[POSITION + 2] + rz - hand.bases[i, 2]
@@ -136,7 +178,7 @@ def update_kinematics(hand: Record, seeds: NDArray[np.void], state: Record, kin:
         elif hand.kinds[i] == ON_SLIDES:
             _solve_slides(i, dx, dy, dz, kin)
         else:
-            _solve_chain(hand, seeds[i], i, dx, dy, dz, kin)
+            spatial_solve_chain(hand, seeds[i], i, dx, dy, dz, kin)
 
 
 @compiled
@@ -146,22 +188,6 @@ def _solve_slides(i: int, dx: float, dy: float, dz: float, kin: Record) -> None:
     for c in range(3):
         kin.rates[i, c], kin.curvature[i, c] = kin.tip_velocities[i, c], 0.0
     kin.extension[i] = kin.clearance[i] = 1.0
-
-
-@compiled
-def _solve_chain(
-    hand: Record, seed: Record, i: int, dx: float, dy: float, dz: float, kin: Record
-) -> None:
-    """Joints of chain ``i``, whose tip is at (dx, dy, dz) from its base and moves."""
-    chain, now, rates = hand.chains[i], kin.chains[i], kin.rates[i]
-    now.target[0], now.target[1], now.target[2] = dx, dy, dz
-    kin.extension[i] = solve_chain(chain, now.target, seed, kin.positions[i], now)
-    kin.clearance[i] = 1.0
-    for k in range(3):
-        rates[k] = 0.0
-        for c in range(3):
-            rates[k] += now.inverse[k, c] * kin.tip_velocities[i, c]
-    move_chain(chain, rates, now, kin.curvature[i])
 
 
 @compiled
