@@ -1,6 +1,6 @@
-"""One user's session: a loop that passes intents to its reducers and draws what they make of them.
+"""One user's session: a loop that passes intents to reducers, and draws the resulting state.
 
-Nothing else touches the session's state: callbacks and workers only send intents.
+Only this loop changes the state of the session; callbacks and workers send intents.
 """
 
 from __future__ import annotations
@@ -49,21 +49,21 @@ from slipgrasp.web.workers.saved_runs import SavedRuns
 from slipgrasp.web.workers.worker import Worker
 
 FIRST_PRESET = "paper-case-1"
-"""One that stays held when the object is pulled, the first thing that visitors do."""
+"""The preset of new sessions; its object stays held when a visitor pulls it."""
 _TIME_TO_LEAVE = 1.0
 _logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Services:
-    """What every session of a dashboard shares.
+    """Services that all sessions of a dashboard share.
 
     Attributes:
-        runs: Simulates and saves.
-        saved: Knows which runs are kept already.
-        recordings: Opens recordings, and has the memory for what is made of them.
+        runs: Simulates and stores runs.
+        saved: The runs that are stored already.
+        recordings: Opens recordings, and accounts for their memory.
         studies: Runs studies, one at a time.
-        directory: Knows every session by its key.
+        directory: All sessions by their keys.
         pacer: Lets the sessions that play share the processor.
     """
 
@@ -76,11 +76,11 @@ class Services:
 
 
 class Session:
-    """What one connected browser sees and does.
+    """The session of one connected browser.
 
     Args:
         client: The viewer.
-        services: What it shares with other sessions.
+        services: Services that it shares with other sessions.
         first: The recording to show first; a run of the first preset if None.
     """
 
@@ -122,11 +122,11 @@ class Session:
         )
 
     def start(self) -> None:
-        """Begins to draw, in a thread of its own."""
+        """Starts the loop in a separate thread."""
         self._thread.start()
 
     def close(self) -> None:
-        """Asks the session to end; a run that is being saved still is."""
+        """Asks the session to end; a run that is being saved is completed."""
         self._gone.set()
         self._mailbox.send(Close())
 
@@ -144,7 +144,7 @@ class Session:
         try:
             self._loop(self._open_screen())
         except Exception:
-            # The edge of the thread: one broken session must neither end silently nor spread.
+            # Top level of the thread: a broken session must not end silently, nor affect others.
             # A viewer that leaves in the middle of a frame is no error. The page itself sees
             # that its session is gone, and says so.
             if not self._gone.wait(_TIME_TO_LEAVE):
@@ -175,11 +175,11 @@ class Session:
     def _draw(self, screen: Screen, now: float) -> None:
         playing = self._view.playback is not None and self._view.playback.playing
         if playing and self._view is self._drawn:
-            return  # The next frame is soon there, and whatever depends on the time with it.
+            return  # The next frame follows soon, and updates everything that depends on the time.
         self._drawn = self._view
         began = time.thread_time()
-        # In one piece: the loop that sends would take the interpreter at every message, and
-        # wait for more after the first.
+        # In one batch: otherwise the sending loop would take the interpreter at every message,
+        # and wait for more after the first.
         with self._client.atomic():
             screen.update(self._view)
         self._client.flush()
@@ -195,7 +195,7 @@ class Session:
         return chain.from_iterable(reducer.workers for reducer in self._reducers)
 
     def _wait(self) -> float | None:
-        """How soon the first reducer wants time to pass; None is for as long as it likes."""
+        """The shortest time until a reducer needs the next tick; None if none does."""
         now = time.monotonic()
         waits = [reducer.wait(now, self._view) for reducer in self._reducers]
         return min((wait for wait in waits if wait is not None), default=None)

@@ -22,7 +22,7 @@ FrictionCone = Literal["line", "cone", "pyramid"]
 
 _Entry = TypeVar("_Entry")
 
-Title = Annotated[str, Len(0, 200), Quantity("What this scenario shows, in a sentence.")]
+Title = Annotated[str, Len(0, 200), Quantity("Title of the scenario, a sentence.")]
 Fingers = Annotated[tuple[_Entry, ...], Len(2, MAX_FINGERS)]
 Estimates = Annotated[tuple[Estimate, ...], Len(0, MAX_UNKNOWNS)]
 Pulses = Annotated[tuple[_Entry, ...], Len(0, 100)]

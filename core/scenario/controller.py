@@ -62,7 +62,7 @@ RecognitionTime = Annotated[
     Ge(1e-5),
     Le(0.1),
     Quantity(
-        "How long continuous control keeps its estimated phase where no phase is consistent.",
+        "Time for which continuous control keeps its estimated phase if no phase is consistent.",
         "s",
         typical=(0.0001, 0.01),
         changeable=True,
@@ -83,8 +83,8 @@ Latency = Annotated[
 Prediction = Annotated[
     bool,
     Quantity(
-        "Whether it commands for the state in which its model expects the hand when the torque "
-        "acts, after the latency; otherwise for the measured one.",
+        "Whether the law commands for the state that its model predicts when the torque acts, "
+        "after the latency; otherwise for the measured state.",
         changeable=True,
         used_by=tuple(law.kind for law in _LAWS),
     ),
@@ -94,8 +94,8 @@ LinkMassRatio = Annotated[
     Ge(0.1),
     Le(10.0),
     Quantity(
-        "Masses of the links that the law assumes, over the true ones; 1: it knows its "
-        "hand. Estimated link masses are not scaled.",
+        "Ratio of the link masses that the law assumes to the true ones; 1: no model error. "
+        "Estimated link masses are not scaled.",
         "1",
         typical=(0.8, 1.2),
         changeable=True,
@@ -106,8 +106,8 @@ LinkLengthRatio = Annotated[
     Ge(0.5),
     Le(2.0),
     Quantity(
-        "Lengths of the links that the law assumes, over the true ones; 1: it knows its "
-        "hand. Joint angles are measured, Jacobians follow from the assumed lengths.",
+        "Ratio of the link lengths that the law assumes to the true ones; 1: no model error. "
+        "Joint angles are measured, Jacobians follow from the assumed lengths.",
         "1",
         typical=(0.8, 1.2),
         changeable=True,
@@ -135,8 +135,8 @@ SpatialPositionGain = Annotated[
 PlanarSlipPositionGain = Annotated[
     Gain | tuple[Gain, ...],
     Quantity(
-        "K_p of the slips, K_p2 of the appendix: pulls a slipping contact back to where it "
-        "started, one number or one per contact; 0: only its velocity is to end.",
+        "K_p of the slips, K_p2 of the appendix: pulls a slipping contact back to its initial "
+        "position, one number or one per contact; 0: only damps its velocity.",
         "1/s²",
         typical=(0.0, 400.0),
         changeable=True,
@@ -145,8 +145,8 @@ PlanarSlipPositionGain = Annotated[
 SpatialSlipPositionGain = Annotated[
     Gain | tuple[Gain, ...],
     Quantity(
-        "K_p of the slips, K_p2 of the appendix: pulls a slipping contact back to where it "
-        "started, one number or two per contact; 0: only its velocity is to end.",
+        "K_p of the slips, K_p2 of the appendix: pulls a slipping contact back to its initial "
+        "position, one number or two per contact; 0: only damps its velocity.",
         "1/s²",
         typical=(0.0, 400.0),
         changeable=True,
@@ -243,7 +243,7 @@ MinimumNormalForce = Annotated[
     Ge(0.0),
     Le(1e4),
     Quantity(
-        "Least normal force the grasp force leaves at a contact.",
+        "Smallest normal force that the grasp force leaves at a contact.",
         "N",
         typical=(0.0, 20.0),
         changeable=True,
@@ -254,7 +254,7 @@ MaximumNormalForce = Annotated[
     Ge(1e-3),
     Le(1e6),
     Quantity(
-        "Largest normal force that a law asks of a contact; no limit if left out.",
+        "Largest normal force that a law commands at a contact; no limit if left out.",
         "N",
         typical=(10.0, 200.0),
         changeable=True,
@@ -277,7 +277,7 @@ GripRate = Annotated[
     Ge(0.0),
     Le(1e6),
     Quantity(
-        "how fast the grip grows while a contact slips.",
+        "rate at which the grip force grows while a contact slips.",
         "N/s",
         typical=(50.0, 2000.0),
         changeable=True,
@@ -289,8 +289,8 @@ JawStiffness = Annotated[
     Ge(0.0),
     Le(1e7),
     Quantity(
-        "stiffness with which a jaw is held where the arm carries it, across its closing "
-        "direction; along it that of all jaws together, which centre themselves.",
+        "stiffness of a jaw's position relative to the arm, across its closing direction; along "
+        "it that of all jaws together, which centre themselves.",
         "N/m",
         typical=(1000.0, 50000.0),
         changeable=True,
@@ -302,7 +302,7 @@ JawDamping = Annotated[
     Ge(0.0),
     Le(1e5),
     Quantity(
-        "damping beside the stiffness of a jaw.",
+        "damping of a jaw's position.",
         "N s/m",
         typical=(10.0, 300.0),
         changeable=True,
@@ -338,7 +338,8 @@ SlipStop = Annotated[
     Ge(0.0),
     Le(100.0),
     Quantity(
-        "K_f, deceleration asked of a slipping contact beyond that of K_v, so that its slip ends.",
+        "K_f, commanded deceleration of a slipping contact in addition to K_v, so that its slip "
+        "ends.",
         "m/s²",
         typical=(0.0, 2.0),
         changeable=True,
@@ -350,7 +351,7 @@ Forgetting = Annotated[
     Ge(0.5),
     Le(1.0),
     Quantity(
-        "share of what it knows that it keeps for 1 ms; 1 forgets nothing.",
+        "forgetting factor of the estimator per 1 ms; 1: no forgetting.",
         "1",
         typical=(0.9, 1.0),
         changeable=True,

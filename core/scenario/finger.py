@@ -59,8 +59,8 @@ JointDamping = Annotated[
     Ge(0.0),
     Le(1e3),
     Quantity(
-        "Viscous friction of each joint, torque per joint velocity, of slides in N s/m; no law "
-        "knows of it.",
+        "Viscous friction of each joint, torque per joint velocity, of slides in N s/m; unknown "
+        "to all laws.",
         "N m s",
         typical=(0.0, 1.0),
         changeable=True,
@@ -72,7 +72,7 @@ JointFriction = Annotated[
     Le(1e3),
     Quantity(
         "Dry friction of each joint, full from some 0.01 rad/s on, of slides in N and from some "
-        "0.01 m/s on; no law knows of it.",
+        "0.01 m/s on; unknown to all laws.",
         "N m",
         typical=(0.0, 1.0),
         changeable=True,

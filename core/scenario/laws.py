@@ -156,8 +156,8 @@ CONTROL_LAWS = {
         ),
         ControlLaw(
             kind="gripper",
-            summary="Jaws that close with a force and hold their places sideways while the arm "
-            "moves as desired, like a commercial gripper; it knows its jaws and nothing of the "
+            summary="Jaws that close with a force and hold their lateral positions while the arm "
+            "moves as desired, like a commercial gripper; the law knows its jaws, but not the "
             "object.",
             sampled=True,
             uses_friction=False,

@@ -22,8 +22,8 @@ Time = Annotated[float, Ge(0.0), Le(600.0)]
 Amplitude = Annotated[float, Ge(-10.0), Le(10.0)]
 
 
-MoveTime = Annotated[float, Ge(0.0), Le(600.0), Quantity("When the move begins.", "s")]
-MoveDuration = Annotated[float, Ge(1e-3), Le(600.0), Quantity("How long the move takes.", "s")]
+MoveTime = Annotated[float, Ge(0.0), Le(600.0), Quantity("Start of the motion.", "s")]
+MoveDuration = Annotated[float, Ge(1e-3), Le(600.0), Quantity("Duration of the motion.", "s")]
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
@@ -49,13 +49,15 @@ AccelerationTime = Annotated[
     float,
     Ge(0.0),
     Le(1e3),
-    Quantity("How long it speeds up, and how long it brakes: coast, circle, rotation, shake.", "s"),
+    Quantity(
+        "Duration of the acceleration, and of the braking: coast, circle, rotation, shake.", "s"
+    ),
 ]
 CoastTime = Annotated[
     float,
     Ge(0.0),
     Le(1e3),
-    Quantity("how long it moves at constant speed in between.", "s", used_by=("coast",)),
+    Quantity("duration of the motion at constant speed in between.", "s", used_by=("coast",)),
 ]
 Period = Annotated[
     float,
@@ -67,7 +69,7 @@ Cycles = Annotated[
     float,
     Ge(1e-3),
     Le(1e4),
-    Quantity("how many cycles until it rests.", "1", used_by=("circle", "rotation", "shake")),
+    Quantity("number of cycles.", "1", used_by=("circle", "rotation", "shake")),
 ]
 
 
@@ -102,7 +104,7 @@ class TrajectoryParameters:
         float,
         Ge(-3.2),
         Le(3.2),
-        Quantity("how far it turns before it turns back.", "rad", used_by=("rotation",)),
+        Quantity("angle at which it turns back.", "rad", used_by=("rotation",)),
     ] = 0.3
     amplitude: Annotated[
         tuple[Amplitude, Amplitude, Amplitude],

@@ -66,12 +66,12 @@ FrictionKind = Annotated[
 class Change:
     """A parameter that takes another value at a stated time during the run."""
 
-    time: Annotated[float, Gt(0.0), Le(600.0), Quantity("When it changes.", "s")]
+    time: Annotated[float, Gt(0.0), Le(600.0), Quantity("Time of the change.", "s")]
     parameter: Annotated[str, Len(1, 80), Quantity("Dotted key of the parameter that changes.")]
     value: Annotated[
         bool | float | str | tuple[float, ...],
         AfterValidator(law_kind),
-        Quantity("Its value from then on, in its own unit."),
+        Quantity("Value from then on, in the unit of the parameter."),
     ]
 
 

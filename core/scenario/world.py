@@ -18,21 +18,24 @@ FrictionFactor = Annotated[
     Ge(0.0),
     Le(10.0),
     Quantity(
-        "What the friction of a fingertip on it is multiplied by.",
+        "Factor on the friction of a fingertip on it.",
         "1",
         typical=(0.2, 1.5),
         changeable=True,
     ),
 ]
-PatchStart = Annotated[float, Ge(0.0), Le(600.0), Quantity("When it appears.", "s")]
+PatchStart = Annotated[float, Ge(0.0), Le(600.0), Quantity("Time at which it appears.", "s")]
 PatchEnd = Annotated[
-    float | None, Gt(0.0), Le(600.0), Quantity("When it dries; never if left out.", "s")
+    float | None,
+    Gt(0.0),
+    Le(600.0),
+    Quantity("Time at which it disappears; never if left out.", "s"),
 ]
 ForceError = Annotated[float, Ge(-1e3), Le(1e3)]
 
 
-PulseTime = Annotated[float, Ge(0.0), Le(600.0), Quantity("When it begins.", "s")]
-PulseDuration = Annotated[float, Ge(1e-4), Le(600.0), Quantity("How long it lasts.", "s")]
+PulseTime = Annotated[float, Ge(0.0), Le(600.0), Quantity("Start time.", "s")]
+PulseDuration = Annotated[float, Ge(1e-4), Le(600.0), Quantity("Duration.", "s")]
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
@@ -93,7 +96,7 @@ class SensingParameters:
         Ge(0.0),
         Le(10.0),
         Quantity(
-            "The same of measured velocities (of angles in rad/s).",
+            "Standard deviation of the noise on measured velocities (of angles in rad/s).",
             "m/s",
             typical=(0.0, 0.01),
             changeable=True,
@@ -104,7 +107,7 @@ class SensingParameters:
         Ge(0.0),
         Le(1e3),
         Quantity(
-            "The same of measured accelerations (of angles in rad/s²).",
+            "Standard deviation of the noise on measured accelerations (of angles in rad/s²).",
             "m/s²",
             typical=(0.0, 1.0),
             changeable=True,
@@ -140,8 +143,8 @@ class SensingParameters:
     slip_detector: Annotated[
         Literal["threshold", "cumulative-sum"],
         Quantity(
-            "How slip is detected: a velocity above the threshold for as long as the delay, or a "
-            "sum of velocities that exceeds what noise adds up to.",
+            "Detection of slip: by a velocity above the threshold for the duration of the delay, "
+            "or by a cumulative sum of velocities that exceeds the sum of the noise.",
             changeable=True,
         ),
     ] = "threshold"
@@ -161,7 +164,7 @@ class SensingParameters:
         Ge(0.0),
         Le(1.0),
         Quantity(
-            "How long slip, or its end, must last until it is detected (at the threshold).",
+            "Duration of slip, or of its end, until it is detected (at the threshold).",
             "s",
             typical=(0.0, 0.02),
             changeable=True,

@@ -1,4 +1,4 @@
-"""How a control acts, from the play head on or on the whole run; and undo and redo of it."""
+"""The reach of controls (from the play head on, or the whole run), and undo and redo."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _SAME_GESTURE = 1.5
 
 
 class Turn(NamedTuple):
-    """What undo or redo leads to."""
+    """The result of undo or redo."""
 
     draft: Draft
     history: History
@@ -26,31 +26,31 @@ class History:
 
     Attributes:
         past: Earlier drafts, the latest last.
-        future: Drafts that were taken back, the next one last.
+        future: Undone drafts, the next one last.
     """
 
     past: tuple[Draft, ...] = ()
     future: tuple[Draft, ...] = ()
 
     def with_past(self, present: Draft) -> History:
-        """The history once something new follows the present draft."""
+        """The history after a new draft follows the present one."""
         return History((*self.past, present)[-_REMEMBERED:])
 
     def undo(self, present: Draft) -> Turn | None:
-        """One step back; None where there is none."""
+        """One step back; None if there is none."""
         if not self.past:
             return None
         return Turn(self.past[-1], History(self.past[:-1], (*self.future, present)))
 
     def redo(self, present: Draft) -> Turn | None:
-        """One step forth again; None where there is none."""
+        """One step forward; None if there is none."""
         if not self.future:
             return None
         return Turn(self.future[-1], History((*self.past, present), self.future[:-1]))
 
 
 class Reach(StrEnum):
-    """What a control acts on."""
+    """The reach of a control."""
 
     PLAY_HEAD = "at the play head"
     WHOLE_RUN = "on the whole run"
@@ -62,8 +62,8 @@ class Gesture:
 
     Attributes:
         key: The parameter.
-        time: From when on it acts [s]: where the play head stood when it began.
-        moved_at: When its last value came, on the monotonic clock [s].
+        time: Start of its effect [s]: the play head when the move began.
+        moved_at: Time of its last value, by the monotonic clock [s].
     """
 
     key: str
@@ -71,18 +71,18 @@ class Gesture:
     moved_at: float
 
     def goes_on(self, key: str, now: float) -> bool:
-        """Whether another value of a parameter still belongs to it."""
+        """Whether another value of a parameter belongs to the same move."""
         return key == self.key and now - self.moved_at < _SAME_GESTURE
 
 
 @dataclass(frozen=True, slots=True)
 class LawNote:
-    """What choosing a law set.
+    """The settings of a chosen law.
 
     Attributes:
         kind: The law.
-        settings: What was set with it, in words; empty if nothing was.
-        time: From when on it acts [s].
+        settings: The settings in words; empty if there are none.
+        time: Start of its effect [s].
     """
 
     kind: str
@@ -92,15 +92,15 @@ class LawNote:
 
 @dataclass(frozen=True, slots=True)
 class Editing:
-    """How the user edits.
+    """The state of editing.
 
     Attributes:
-        reach: What a control acts on.
-        history: What was asked for before.
-        gesture: The control moved last, if nothing else happened since.
+        reach: The reach of controls.
+        history: Earlier drafts.
+        gesture: The control that was moved last, if nothing else happened since.
         ghost_due: Whether the run on the screen becomes the ghost of the next one.
-        file_errors: What is wrong with the scenario file that was loaded last.
-        law_note: What the last step set with a law, None if it chose none.
+        file_errors: Errors of the scenario file that was loaded last.
+        law_note: The settings of the law chosen in the last step, None if it chose none.
     """
 
     reach: Reach = Reach.PLAY_HEAD
@@ -111,16 +111,16 @@ class Editing:
     law_note: LawNote | None = None
 
     def begin(self, present: Draft) -> Editing:
-        """Once something new follows the present draft."""
+        """The state after a new draft follows the present one."""
         return Editing(self.reach, self.history.with_past(present), ghost_due=True)
 
     def move(self, present: Draft, key: str, play_head: float, now: float) -> Editing:
-        """Once a control was moved.
+        """The state after a control was moved.
 
         Args:
-            present: What was asked for until then.
+            present: The draft until then.
             key: The parameter of the control.
-            play_head: Where the play head stands [s].
+            play_head: Time of the play head [s].
             now: The monotonic clock [s].
         """
         if self.gesture is not None and self.gesture.goes_on(key, now):
@@ -128,16 +128,16 @@ class Editing:
         return replace(self.begin(present), gesture=Gesture(key, change_time(play_head), now))
 
     def holds(self, key: str, now: float) -> bool:
-        """Whether the user has a control in hand: the program must not move it then."""
+        """Whether the user is moving a control, which the program must not move then."""
         return self.gesture is not None and self.gesture.goes_on(key, now)
 
     def key_in_hand(self, now: float) -> str:
-        """The key of the control that the user has in hand, empty if none."""
+        """The key of the control that the user is moving, empty if none."""
         gesture = self.gesture
         return gesture.key if gesture is not None and self.holds(gesture.key, now) else ""
 
     def apply(self, draft: Draft, value: Value) -> Draft:
-        """The draft once the control in hand took a value."""
+        """The draft after a value of the moving control."""
         assert self.gesture is not None
         if self.reach is Reach.WHOLE_RUN:
             return draft.edited(self.gesture.key, value)

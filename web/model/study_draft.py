@@ -1,4 +1,4 @@
-"""The study that a user drafts: two parameters, their ranges, and what is compared."""
+"""The draft of a study: two parameters, their ranges, and an optional comparison."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ COMPARISONS: Mapping[str, tuple[str, tuple[float | str | bool, ...]]] = {
         if parameter.kind == "boolean" and parameter.changeable
     },
 }
-"""What may be compared on the same values: the key of a setting, and its values, by their name."""
+"""Comparisons by name: the key of a setting, and its values."""
 
 _FIRST_CHOICES = ("object.mass", "fingers.*.friction")
 _ALSO_OFFERED = (
@@ -52,19 +52,19 @@ _ALSO_OFFERED = (
     "pulses.0.moment",
     "pulses.0.moment.0",
 )
-"""Template keys of what cannot change during a run."""
+"""Template keys of parameters that cannot change during a run."""
 
 
 @dataclass(frozen=True, slots=True)
 class AxisDraft:
-    """One of the two parameters that vary, in its unit; nothing of it is validated yet.
+    """One of the two varied parameters, in its unit; not validated yet.
 
     Attributes:
         key: Its dotted key; ``*`` stands for all fingers.
         low: Its first value.
         high: Its last value.
-        count: How many values it takes, both included.
-        is_log: Whether they are spaced evenly in the logarithm.
+        count: Number of values, with both ends.
+        is_log: Whether the values are spaced logarithmically.
     """
 
     key: str
@@ -76,14 +76,14 @@ class AxisDraft:
 
 @dataclass(frozen=True, slots=True)
 class Offer:
-    """A parameter that may vary.
+    """A parameter that can be varied.
 
     Attributes:
         key: Its dotted key; ``*`` stands for all fingers.
-        label: What it is called, with its unit.
+        label: Its name, with its unit.
         text: A sentence about it, with its bounds.
-        low: Where its range begins unless the user says otherwise.
-        high: Where it ends.
+        low: Default start of its range.
+        high: Default end of its range.
     """
 
     key: str
@@ -99,11 +99,11 @@ class Offer:
 
 @dataclass(frozen=True, slots=True)
 class StudyDraft:
-    """What a study is to vary.
+    """The variations of a study.
 
     Attributes:
-        axes: The parameters along the map and up.
-        comparison: Name of what is compared (`COMPARISONS`), or `NO_COMPARISON`.
+        axes: The parameters of the horizontal and the vertical axis of the map.
+        comparison: Name of the comparison (`COMPARISONS`), or `NO_COMPARISON`.
     """
 
     axes: tuple[AxisDraft, AxisDraft]
@@ -111,7 +111,7 @@ class StudyDraft:
 
     @property
     def num_runs(self) -> int:
-        """How many runs that makes."""
+        """The number of runs."""
         combinations = len(COMPARISONS[self.comparison][1]) if self.compares else 1
         return self.axes[0].count * self.axes[1].count * combinations
 
@@ -121,7 +121,7 @@ class StudyDraft:
         return self.comparison in COMPARISONS
 
     def with_axis(self, place: int, axis: AxisDraft) -> StudyDraft:
-        """The draft with another axis, the number of its values within bounds."""
+        """The draft with another axis, whose number of values is within the bounds."""
         bounded = replace(axis, count=min(max(axis.count, MIN_STEPS), MAX_STEPS))
         first, second = self.axes
         return replace(self, axes=(bounded, second) if place == 0 else (first, bounded))
@@ -129,10 +129,10 @@ class StudyDraft:
 
 @lru_cache(maxsize=8)
 def offers_of(scenario: Scenario) -> tuple[Offer, ...]:
-    """The parameters of a scenario that may vary, those of all fingers alike first.
+    """The parameters of a scenario that can be varied; those of all fingers together first.
 
-    What is not allowed at either end of its range is not offered, such as noise with
-    continuous control, nor what the laws of the scenario do not use.
+    Parameters that are invalid at an end of their range, such as noise with continuous
+    control, and parameters that the laws of the scenario do not use are left out.
     """
     names, laws = names_of(scenario), set(kinds_in(scenario))
     definitions = names.definitions
@@ -158,13 +158,13 @@ def _may_vary(parameter: Parameter) -> bool:
 
 
 def _is_left_out(parameter: Parameter) -> bool:
-    """Whether it is a number that could be there, of which it is known where it would lie."""
+    """Whether it is an optional number with a known default range."""
     is_number = parameter.kind == "number" and parameter.typical is not None
     return is_number and parameter.value is None
 
 
 def _is_possible(scenario: Scenario, offer: Offer) -> bool:
-    """Whether both ends of its range make a scenario."""
+    """Whether both ends of its range give a valid scenario."""
     steady = replace(scenario, changes=())
     try:
         for end in (offer.low, offer.high):
@@ -183,11 +183,11 @@ def _offer(scenario: Scenario, key: str, names: ParameterNames) -> Offer:
 
 
 def _range_of(parameter: Parameter, names: ParameterNames) -> tuple[float, float]:
-    """Where a parameter varies unless the user says otherwise."""
+    """The default range of a parameter."""
     if isinstance(parameter.value, float):
         return slider_range(parameter, names.definitions, parameter.value)[:2]
     assert parameter.typical is not None
-    # Friction of stick is at least that of slip.
+    # Static friction is at least kinetic friction.
     sibling = names.definitions.get(parameter.key.replace("static_friction", "friction"))
     least = sibling.value if sibling and isinstance(sibling.value, float) else -math.inf
     low, high = parameter.typical
@@ -195,11 +195,11 @@ def _range_of(parameter: Parameter, names: ParameterNames) -> tuple[float, float
 
 
 def fitted(draft: StudyDraft | None, offers: tuple[Offer, ...]) -> StudyDraft:
-    """The draft as far as a scenario has its parameters; the first that are offered elsewhere.
+    """The draft with parameters of a scenario; missing ones are replaced by the first on offer.
 
     Args:
-        draft: What the user has chosen; None if nothing yet.
-        offers: What the scenario offers, at least two parameters.
+        draft: The user's choice; None if there is none yet.
+        offers: The parameters on offer, at least two.
     """
     if draft is None:
         return StudyDraft((offers[0].axis(), offers[1].axis()))
@@ -211,18 +211,18 @@ def fitted(draft: StudyDraft | None, offers: tuple[Offer, ...]) -> StudyDraft:
 
 
 def comparisons_for(draft: StudyDraft) -> tuple[str, ...]:
-    """What may be compared: settings that no axis varies."""
+    """The comparisons whose settings no axis varies."""
     taken = {axis.key for axis in draft.axes}
     return (NO_COMPARISON, *(name for name, (key, _) in COMPARISONS.items() if key not in taken))
 
 
 def study_of(draft: StudyDraft, scenario: Scenario, origin: str) -> Study:
-    """The study that a draft makes of a scenario.
+    """The study of a draft and a scenario.
 
     Args:
-        draft: What varies.
+        draft: The draft.
         scenario: The base.
-        origin: Name of what the base was made from.
+        origin: Name of the origin of the base.
 
     Raises:
         ScenarioError: With one entry per wrong field, in the words of the page.
@@ -254,7 +254,7 @@ def study_of(draft: StudyDraft, scenario: Scenario, origin: str) -> Study:
 
 
 def _besides(scenario: Scenario, *, is_preset: bool) -> str:
-    """What makes its runs others than those of what the base was made from."""
+    """The differences between the base and its origin."""
     return ", with timed changes" if scenario.changes and not is_preset else ""
 
 

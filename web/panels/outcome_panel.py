@@ -1,4 +1,4 @@
-"""The outcome card: how the run went, in words and in a few numbers."""
+"""The outcome card: the outcome in words, and some numbers."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _TOLD = 2
 
 
 class OutcomePanel:
-    """Shows the outcome card, and a bar while something is computed.
+    """Shows the outcome card, and a progress bar during computations.
 
     Args:
         gui: Where it goes.
@@ -49,7 +49,7 @@ class OutcomePanel:
         )
 
     def update(self, view: ViewState) -> None:
-        """Shows how the latest run went, and what became of the latest request."""
+        """Shows the outcome of the latest run, and the status of the latest request."""
         ticket = view.shown.ticket if view.shown else 0
         how_heavy = view.how_heavy.words if view.how_heavy.draft is view.draft else ""
         tried = view.hint_trials.of(view.draft)
@@ -69,7 +69,7 @@ class OutcomePanel:
 
 
 def welcome_html() -> str:
-    """What one sees, for who is here for the first time; the page's script knows who is not."""
+    """A short introduction for new users; the page's script hides it for others."""
     sticks, forward, backward = (
         f"<b style='color:{word(PHASES[phase])}'>{name}</b>"
         for phase, name in (
@@ -81,7 +81,7 @@ def welcome_html() -> str:
     return (
         "<div class='sg-welcome'>A hand holds an object by friction alone. The close-ups show "
         f"its contacts: {sticks} sticks, {forward} and {backward} slip. "
-        "<b>Pull the object</b> or move a slider, and the run is computed anew at once. "
+        "<b>Pull the object</b> or move a slider: the run is simulated again at once. "
         "<button type='button' data-sg-welcomed title='Does not show this again'>Got it</button>"
         "</div>"
     )
@@ -97,11 +97,11 @@ def outcome_html(
     """The whole card as HTML; everything that could come from outside is escaped.
 
     Args:
-        status: What became of the latest request.
+        status: The status of the latest request.
         shown: The run on the screen.
-        how_heavy: How much heavier its object may get, in words; empty if nobody has asked.
+        how_heavy: How much heavier its object may get, in words; empty unless requested.
         premises: The assumptions of the theorems, as HTML.
-        tried: What came of trying the hint; None while it is tried.
+        tried: The hint after trying it; None while it is tried.
     """
     card = ""
     if shown is not None:
@@ -115,7 +115,7 @@ def outcome_html(
 
 
 def _card_html(result: RunResult, how_heavy: str, premises: str, tried: TriedHint | None) -> str:
-    """What matters most in plain sight; the rest unfolds, and then stays so."""
+    """The main facts; the details unfold, and stay unfolded."""
     outcome = describe_run(result)
     known = describe_knowledge(result.scenario)
     sentences = [text for text in outcome.sentences if text != known]
@@ -131,12 +131,12 @@ def _card_html(result: RunResult, how_heavy: str, premises: str, tried: TriedHin
 
 
 def _knowledge_html(known: str, result: RunResult) -> str:
-    """What the controller was given; bold where that was everything."""
+    """The parameters that the controller knew; bold if it knew all."""
     return _paragraph(f"<b>{escape(known)}</b>" if result.knowledge.told else escape(known), _SMALL)
 
 
 def _first_slip_html(result: RunResult) -> str:
-    """Which fingertip slips first and when, with a way to go there; nothing if none slips."""
+    """The first fingertip to slip, with a link to that time; empty if none slips."""
     trace = result.trace
     slips = trace.phase != ContactPhase.STICK
     if not slips.any():
@@ -145,14 +145,14 @@ def _first_slip_html(result: RunResult) -> str:
     first = slips[trace.times == time].any(axis=0)
     names = [name for name, slid in zip(result.scenario.finger_names, first, strict=True) if slid]
     go = (
-        "<button type='button' class='sg-try' title='Puts the play head there' "
+        "<button type='button' class='sg-try' title='Moves the play head to this time' "
         f"{click_attribute(Seek(time))}>t = {1e3 * time:.4g} ms</button>"
     )
     return f"<p>First to slip: {escape(joined(names))}, at {go}</p>"
 
 
 def _hint_html(outcome: Verdict, tried: TriedHint | None, scenario: Scenario) -> str:
-    """What to try: a button with its effect for each option that helped when it was tried.
+    """Hints: a button with its effect for each option that helped when it was tried.
 
     Until then, and where nothing could be tried, it is a sentence.
     """
@@ -184,13 +184,13 @@ def _tried_html(tried: TriedOption, scenario: Scenario) -> str:
 
 
 def _how_heavy_html(result: RunResult, how_heavy: str) -> str:
-    """The question how much heavier the object may get, of one that is held; or the answer."""
+    """The button that searches for the largest mass of a held object, or the answer."""
     if how_heavy:
         return f"<p role='status'>{escape(how_heavy)}</p>"
     is_poured = any(change.parameter == "object.mass" for change in result.scenario.changes)
     if not result.metrics.held or is_poured:
         return ""
-    hint = "Runs the scenario with heavier and heavier objects; their inertia stays as it is"
+    hint = "Simulates the scenario with heavier and heavier objects of the same inertia"
     return (
         f"<div class='sg-tries'><button type='button' class='sg-try' title='{hint}' "
         f"{click_attribute(AskHowHeavy())}>How much heavier may it get?</button></div>"
@@ -210,11 +210,11 @@ def premises_html(view: ViewState) -> str:
 
 
 def status_html(status: RunStatus, shown: Shown | None) -> str:
-    """What became of the latest request, as HTML."""
+    """The status of the latest request, as HTML."""
     if status.stage is RunStage.COMPILING:
         return _paragraph(
             f"<b>Compiling the simulation for this machine: {' '.join(status.messages)}.</b> "
-            "This is done once; later starts find it ready."
+            "This happens once; later starts load the result."
         )
     if status.stage is RunStage.OPENING:
         return _paragraph("Opening the recording …", _SMALL)
@@ -227,7 +227,7 @@ def status_html(status: RunStatus, shown: Shown | None) -> str:
     if status.stage is RunStage.SIMULATING:
         return _paragraph("Simulating …", _SMALL)
     if status.stage is RunStage.REFUSED:
-        kept = " The picture still shows the last run that worked." if shown else ""
+        kept = " The view still shows the last valid run." if shown else ""
         return box_html("Not simulated", [*map(escape, status.messages), kept])
     if status.stage is RunStage.NOT_SAVED:
         return box_html("Not saved", map(escape, status.messages))
@@ -238,8 +238,8 @@ def status_html(status: RunStatus, shown: Shown | None) -> str:
 
 
 def _replay_html(replay: Replay) -> str:
-    """That nothing was computed, and where the numbers come from."""
-    how = " It is not finished: this is what it holds so far." if replay.is_unfinished else ""
+    """A note that the run is a replay, and its origin."""
+    how = " The recording is not finished yet." if replay.is_unfinished else ""
     program = f"Computed by slipgrasp {escape(replay.result.provenance.program)}."
     return (
         f"<div class='sg-box sg-replay' style='--sg-tone:{css(GHOST)}'>"
@@ -249,7 +249,7 @@ def _replay_html(replay: Replay) -> str:
 
 
 def _warnings_html(result: RunResult) -> str:
-    """What did not end the run but is worth knowing, each with how often and when first."""
+    """Warnings of the run, with their number and their first time."""
     return "".join(
         _paragraph(
             f"Note: {escape(warning.message)} ({_times(warning.count)}, first at "
@@ -265,13 +265,13 @@ def _times(count: int) -> str:
 
 
 def _metrics_html(result: RunResult) -> str:
-    """One row per finger, and how far the object was from where it should be."""
+    """A table with one row per finger, and the tracking error of the object."""
     head = "".join(
         f"<th title='{hint}'>{title}</th>"
         for title, hint in (
-            ("slip path", "Way the fingertip slid on its face"),
+            ("slip path", "Distance that the fingertip slid on its face"),
             ("peak Fₙ", "Largest normal force"),
-            ("least margin", "Least tangential force that was missing for slip, while it stuck"),
+            ("least margin", "Smallest margin of the tangential force to slip, while it stuck"),
         )
     )
     rows = "".join(f"<tr>{row}</tr>" for row in _finger_rows(result))
@@ -303,6 +303,6 @@ def _paragraph(text: str, kind: str = "") -> str:
 
 
 def box_html(title: str, sentences: Iterator[str] | list[str]) -> str:
-    """Something that went wrong: a title, and sentences that are HTML already."""
+    """A box with an error: a title, and sentences in HTML."""
     body = "".join(map(_paragraph, sentences))
     return f"<div class='sg-box' style='--sg-tone:{tone('bad')}'><b>{title}</b>{body}</div>"

@@ -1,4 +1,4 @@
-"""The stored runs: a page of them, and what can be done with the one that is chosen."""
+"""The panel of stored runs: a page of the list, and actions on the selected run."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ _LINKS = (
 
 
 class RecordingsPanel:
-    """Lists the stored runs, newest first, and changes the one that is chosen.
+    """Lists the stored runs, newest first, and edits the selected one.
 
     Args:
         gui: Where it goes.
@@ -46,16 +46,16 @@ class RecordingsPanel:
 
     Attributes:
         rows: The page of the list.
-        chosen: What can be done with the run that is chosen.
+        chosen: The actions on the selected run.
     """
 
     def __init__(self, gui: viser.GuiApi, send: Send) -> None:
         self._gui, self._send = gui, send
         self._text = gui.add_text(
-            "find", "", hint="Lists runs that have this in their title, name or notes."
+            "find", "", hint="Lists runs with this text in their title, name or notes."
         )
         self._outcome = gui.add_dropdown(
-            "outcome", OUTCOME_CHOICES, hint="Lists runs that went this way only."
+            "outcome", OUTCOME_CHOICES, hint="Lists only runs with this outcome."
         )
         for widget in (self._text, self._outcome):
             widget.on_update(self._filter)
@@ -66,7 +66,7 @@ class RecordingsPanel:
         self._open_id = ""
 
     def update(self, view: ViewState) -> None:
-        """Shows a page of the list, which run is chosen, and which is on the screen."""
+        """Shows a page of the list, and marks the selected run and the run on the screen."""
         replay = view.shown.replay if view.shown else None
         open_id = replay.run_id if replay else view.status.run_id
         if (view.run_list, open_id) == (self._run_list, self._open_id):
@@ -81,7 +81,7 @@ class RecordingsPanel:
             element.remove()
 
     async def _filter(self, event: viser.GuiEvent[Any]) -> None:
-        # Runs in the viewer server's event loop, which keeps the order of what is typed.
+        # Runs in the viewer server's event loop, which keeps the order of inputs.
         if event.client_id is not None:
             self._send(FilterRecordings(self._text.value, self._outcome.value))
 
@@ -116,7 +116,7 @@ class _ChosenRun:
                 "Delete …",
                 icon=viser.Icon.TRASH,
                 color="red",
-                hint="Deletes this run and what is written about it for good; asks before.",
+                hint="Deletes this run and its notes permanently, after a confirmation.",
             )
         self.open.on_click(self._open)
         self.compare.on_click(self._compare)
@@ -125,22 +125,22 @@ class _ChosenRun:
     def _add_form(self) -> None:
         with self._gui.add_form("Name and tags", expand_by_default=False) as self.form:
             self.name = self._gui.add_text(
-                "name", "", hint="What to call the run; at most 200 characters. Enter saves it."
+                "name", "", hint="Name of the run; at most 200 characters. Enter saves it."
             )
             self.tags = self._gui.add_text(
-                "tags", "", hint="Words to find it by, with commas between. Enter saves them."
+                "tags", "", hint="Tags, separated by commas. Enter saves them."
             )
             self.notes = self._gui.add_text(
-                "notes", "", multiline=True, hint="Whatever else there is to say about the run."
+                "notes", "", multiline=True, hint="Notes about the run."
             )
             self.save = self._gui.add_button(
-                "Save", color="gray", hint="Keeps name, tags and notes beside the recording."
+                "Save", color="gray", hint="Stores name, tags and notes beside the recording."
             )
         self.save.on_click(lambda _: self.form.submit())
         self.form.on_submit(self._annotate)
 
     def show(self, run: StoredRun | None) -> None:
-        """Shows a run; what a user is writing about it stays unless it has changed."""
+        """Shows a run; text that the user is editing stays unless it has changed elsewhere."""
         before, self._run = self._run, run
         self.folder.visible = run is not None
         if run is None or run == before:
@@ -181,7 +181,7 @@ class _ChosenRun:
 
 
 class RowWords(NamedTuple):
-    """What the list says about a stored run: its name, how it went, what was unknown in it."""
+    """The text of a stored run in the list: name, outcome, unknown parameters."""
 
     label: str
     outcome: str
@@ -191,7 +191,7 @@ class RowWords(NamedTuple):
 
 
 def distinct_names(runs: Sequence[StoredRun]) -> dict[str, str]:
-    """What each run is called in a list, by id: those of one name with when they were saved."""
+    """Names of runs in a list, by id; equal names get the time of saving."""
     told = [(run.display_name, _timed_name(run), f"{run.display_name} · {run.id}") for run in runs]
     counts = Counter(name for names in told for name in set(names))
     return {
@@ -206,7 +206,7 @@ def _timed_name(run: StoredRun) -> str:
 
 
 def row_words(run: StoredRun) -> RowWords:
-    """What the list says about a run; the title of an unreadable one says why."""
+    """The outcome of a run in the list; the title of an unreadable one says why."""
     if not run.summary:
         return RowWords(run.display_name, "unreadable", "bad", run.title)
     outcome, tone_name = _outcome_words(run.summary)
@@ -275,7 +275,7 @@ def _empty_html(run_list: RunList) -> str:
 
 
 def _pager_html(run_list: RunList) -> str:
-    """Which runs these are, and the ways to newer and to older ones."""
+    """The range of the page, and links to newer and older runs."""
     if not run_list.runs:
         return ""
     first = run_list.page * ROWS_PER_PAGE + 1
@@ -294,7 +294,7 @@ def _page_html(words: str, page: int, is_there: bool) -> str:
 
 
 def chosen_html(run: StoredRun) -> str:
-    """What there is to know about a chosen run besides its row, and its files."""
+    """Details of the selected run, and links to its files."""
     address = f"{from_page(API_PATH)}/runs/{escape(run.id)}"
     links = ", ".join(f"<a href='{address}/{file}' download>{word}</a>" for file, word in _LINKS)
     notes = f"<div class='sg-notes'>{escape(run.notes)}</div>" if run.notes else ""
@@ -306,12 +306,14 @@ def chosen_html(run: StoredRun) -> str:
 
 
 def upload_html() -> str:
-    """A button that sends a recording to the server, and a line for what became of it.
+    """A button that uploads a recording, and a line for the result.
 
-    The page's script sends the file to the REST interface, which reads it in full before
-    it is kept; what it answers stands in the line.
+    The page's script sends the file to the REST interface, which reads it completely before
+    it is stored; the line shows the response.
     """
-    hint = "Keeps a recording (MCAP) of slipgrasp from another folder; it is read in full before."
+    hint = (
+        "Uploads a recording (MCAP) of slipgrasp; the server reads it completely before storing it."
+    )
     return (
         "<div class='sg-run-list'><span class='sg-upload' "
         f"data-sg-upload='{from_page(UPLOAD_PATH)}' title='{hint}' "
@@ -332,13 +334,13 @@ def ask_to_confirm(
     answer: str,
     do: Callable[[], None],
 ) -> None:
-    """Asks in a window above everything else.
+    """Asks for a confirmation in a modal window.
 
     Args:
-        gui: Whose page.
+        gui: The page.
         question: Its title.
-        sentences: What it is about, the most important first.
-        answer: The word on the button that does it.
+        sentences: The explanation, the most important sentence first.
+        answer: The label of the button that confirms.
         do: Called if the user confirms.
     """
     modal = gui.add_modal(question)
@@ -356,6 +358,8 @@ def ask_to_confirm(
 
     with modal:
         gui.add_html(f"<div style='padding:0 0.75em 0.75em'><b>{first}</b>{lines}</div>")
-        gui.add_button(answer, color="red", hint="Does it; there is no way back.").on_click(confirm)
-        keep = gui.add_button("Cancel", color="gray", hint="Closes this window; nothing is done.")
+        gui.add_button(answer, color="red", hint="Confirms; this cannot be undone.").on_click(
+            confirm
+        )
+        keep = gui.add_button("Cancel", color="gray", hint="Closes this window without a change.")
         keep.on_click(leave)

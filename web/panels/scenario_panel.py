@@ -1,4 +1,4 @@
-"""The scenario: where it starts from, how controls act, what changes during the run, and undo."""
+"""The scenario panel: presets, the reach of controls, changes during the run, and undo."""
 
 from __future__ import annotations
 
@@ -41,11 +41,11 @@ _REACHES: dict[str, Reach] = {reach.value: reach for reach in Reach}
 
 
 class ScenarioPanel:
-    """Lets the user choose what to start from, take back what was done, and see what changes.
+    """Lets the user choose a preset, undo changes, and see the changes during the run.
 
     Args:
         gui: Where it goes.
-        draft: What is asked for first.
+        draft: The first draft.
         send: Takes the intents.
     """
 
@@ -57,15 +57,15 @@ class ScenarioPanel:
         self.steps = gui.add_button_group(
             "changes",
             tuple(_STEPS),
-            hint=f"Take back the last change ({keys_of(Undo())}), make it again "
-            f"({keys_of(Redo())}), or go back to the scenario as it came.",
+            hint=f"Undo the last change ({keys_of(Undo())}), redo it "
+            f"({keys_of(Redo())}), or restore the original scenario.",
         )
         self.reach = gui.add_dropdown(
             "controls act",
             tuple(_REACHES),
             initial_value=Reach.PLAY_HEAD.value,
-            hint="At the play head: a control changes its value from there on, and the run before "
-            "stays as it is. On the whole run: it has its value from the start. A control law that "
+            hint="At the play head: a control changes its value from there on, and earlier samples "
+            "do not change. On the whole run: the value holds from the start. A control law that "
             "is chosen while the run plays acts on the whole run.",
         )
         self.note = gui.add_html("")
@@ -88,7 +88,7 @@ class ScenarioPanel:
         self._shown: Draft | None = None
 
     def update(self, view: ViewState) -> None:
-        """Shows what is asked for, and how controls act now."""
+        """Shows the draft, and the reach of controls."""
         draft = view.draft
         if draft is not self._shown:
             self._show_origin(view)
@@ -111,8 +111,8 @@ class ScenarioPanel:
             element.remove()
 
     def _connect(self) -> None:
-        # In the viewer server's event loop, where the order of things is kept. Values that
-        # the program sets come without a client; they must not come back.
+        # In the viewer server's event loop, which keeps the order of events. Values that
+        # the program sets have no client, and are ignored.
         async def pass_on(event: viser.GuiEvent[Any]) -> None:
             intent = self._intent(event)
             if event.client_id is not None and intent is not None:
@@ -124,7 +124,7 @@ class ScenarioPanel:
         self.disturbances.on_click(pass_on)
 
     def _intent(self, event: viser.GuiEvent[Any]) -> Intent | None:
-        """What a widget asks for; its value comes from a browser."""
+        """The intent of a widget; its value comes from a browser."""
         if event.target is self.origin:
             return ChoosePreset(self.origin.value)
         if event.target is self.steps:
@@ -142,7 +142,7 @@ class ScenarioPanel:
         return names.index(self.wet.value) - 1 if self.wet.value in names[1:] else None
 
     def _show_origin(self, view: ViewState) -> None:
-        """Names what the controls start from."""
+        """Shows the origin of the controls."""
         opened = (view.replay.label,) if view.replay else ()
         self.origin.options = _origins(view.draft, *opened)
         self.origin.value = view.draft.origin
@@ -153,22 +153,22 @@ class ScenarioPanel:
 
 
 def _what_it_shows(draft: Draft) -> str:
-    return scenario_title(draft.base) or "What the controls start from."
+    return scenario_title(draft.base) or "The scenario from which the controls start."
 
 
 def _origins(draft: Draft, *opened: str) -> tuple[str, ...]:
-    """What the user can start from: what was opened, and the presets."""
+    """The scenarios to choose from: opened files, and the presets."""
     others = dict.fromkeys((draft.origin, *opened))
     return (*(name for name in others if name not in offered_presets()), *offered_presets())
 
 
 def _resting_time(playback: Playback | None) -> float | None:
-    """Where the play head stands, None while it moves [s]."""
+    """The time of the play head, None while it moves [s]."""
     return None if playback is None or playback.playing else change_time(playback.time)
 
 
 def reach_html(reach: Reach, playback: Playback | None) -> str:
-    """What happens when a control is moved now, in a sentence."""
+    """A sentence about the reach of a control that is moved now."""
     time = _resting_time(playback)
     if reach is Reach.WHOLE_RUN or (time is not None and time <= 0.0):
         words = "A control that you move now acts <b>on the whole run</b>."
@@ -193,9 +193,9 @@ def listed_html(draft: Draft, ghost: Ghost | None) -> str:
 
 
 def changes_html(draft: Draft) -> str:
-    """What changes and happens, with a button each that takes it back; nothing if nothing does.
+    """Changes and disturbances, each with a button that removes it; empty without any.
 
-    A law and what was set with it are one thing.
+    A law and the settings that came with it are one entry.
     """
     rows = (
         *(_change_html(draft, change) for change in main_changes(draft)),
@@ -244,6 +244,6 @@ def ghost_html(ghost: Ghost | None) -> str:
 
 
 def _button(label: str, hint: str, intent: Intent) -> str:
-    """A small button that asks for something."""
+    """A small button that sends an intent."""
     named = f" aria-label='{hint}'" if label == "✕" else ""
     return f"<button type='button' title='{hint}'{named} {click_attribute(intent)}>{label}</button>"

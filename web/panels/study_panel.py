@@ -43,7 +43,7 @@ _NO_STUDY = "choose …"
 _NONE: tuple[str, ...] = (_NO_STUDY,)
 _INTRO = (
     f"<div {visible_attribute(SeeStudyDraft)} style='padding:0.5em 0.75em 0;font-size:0.85em'>"
-    "Vary two parameters of the scenario in the editor, and see where the object is held: "
+    "Vary two parameters of the scenario, and map where the object is held: "
     "one run for every pair of values.</div>"
 )
 
@@ -60,8 +60,8 @@ class StudyPanel:
         widen: Makes the panel wider than the others, or as wide again.
 
     Attributes:
-        draft: What the next study varies.
-        map: The study that is followed.
+        draft: The draft of the next study.
+        map: The study on the map.
         known: The studies of the store.
     """
 
@@ -74,7 +74,7 @@ class StudyPanel:
         self._ringed: int | None = None
 
     def update(self, view: ViewState) -> None:
-        """Shows what is planned, or how far the study is; ``view`` is what is on the screen."""
+        """Shows the draft, or the progress of the study; ``view`` is the state of the screen."""
         study, ringed = view.study, _ringed(view)
         if study is self._shown and ringed == self._ringed:
             return
@@ -94,7 +94,7 @@ class StudyPanel:
 
 
 def _ringed(view: ViewState) -> int | None:
-    """The run of the study that is on the screen, if it is."""
+    """The run of the study that is on the screen, if any."""
     study_run, replay = view.study.study_run, view.shown.replay if view.shown else None
     if study_run is None or replay is None or not study_run.run_id:
         return None
@@ -102,7 +102,7 @@ def _ringed(view: ViewState) -> int | None:
 
 
 class _DraftPart:
-    """What the next study varies, what that costs, and the button that runs it.
+    """The draft of the next study, its cost, and the button that starts it.
 
     Args:
         gui: Where it goes.
@@ -118,7 +118,7 @@ class _DraftPart:
         self.run = gui.add_button(
             "Run the study",
             icon=viser.Icon.PLAYER_PLAY,
-            hint="Simulates every pair of values; the results stay in the store.",
+            hint="Simulates every pair of values; the results are stored.",
         )
         self.back = gui.add_button(
             "Back to the map",
@@ -149,7 +149,7 @@ class _DraftPart:
 
 
 class _MapPart:
-    """A study: how far it is, its map, and what can be done with it.
+    """A study: its progress, its map, and its actions.
 
     Args:
         gui: Where it goes.
@@ -169,12 +169,12 @@ class _MapPart:
             "Cancel the study",
             icon=viser.Icon.X,
             color="gray",
-            hint="Ends the study; the runs that are done stay.",
+            hint="Stops the study; finished runs are stored.",
         )
         self.resume = gui.add_button(
             "Go on with the study",
             icon=viser.Icon.PLAYER_PLAY,
-            hint="Simulates the runs that are missing; those that are done stay.",
+            hint="Simulates the missing runs; finished runs are kept.",
         )
         self.map = gui.add_html("")
         self.study_run = StudyRunInputs(gui, send)
@@ -188,7 +188,7 @@ class _MapPart:
         """Shows the study on the screen; without one, or while planning, it hides.
 
         Args:
-            study: What is shown of studies.
+            study: The state of studies.
             ringed: The run that is on the screen, if it is of this study.
         """
         followed = None if study.is_draft_shown else study.followed
@@ -244,7 +244,7 @@ class _KnownStudies:
         self.choice = gui.add_dropdown(
             "studies",
             _NONE,
-            hint="Opens one of the newest studies, also of those made by others.",
+            hint="Opens one of the newest studies, of all users.",
         )
         self.refresh = gui.add_button(
             "Look for new studies",
@@ -256,7 +256,7 @@ class _KnownStudies:
         self.refresh.on_click(lambda _: send(ListStudies()))
 
     def show(self, study: StudyView) -> None:
-        """Lists the studies, that on the screen chosen."""
+        """Lists the studies, with the one on the screen selected."""
         self._ids = {list_label(status): status.stored.id for status in study.listed}
         options = (_NO_STUDY, *self._ids)
         if tuple(self.choice.options) != options:
@@ -280,9 +280,11 @@ class _KnownStudies:
 
 
 def draft_html(study: StudyView) -> str:
-    """What the planned study costs, or why it cannot run."""
+    """The cost of the planned study, or why it cannot run."""
     if study.draft is None:
-        return box_html("Not run", ["Nothing can vary: the law of this scenario is not here."])
+        return box_html(
+            "Not run", ["No parameter can vary: the law of this scenario is not available."]
+        )
     runs = number_words(study.draft.num_runs, "run")
     if study.is_starting:
         text = f"<b>{runs}</b>: being checked …"
@@ -298,7 +300,7 @@ def draft_html(study: StudyView) -> str:
 
 
 def summary_html(followed: Followed, opening: int | None = None, wrong: str = "") -> str:
-    """What a study is about, how far it is, and what came of it so far.
+    """The title, the progress and the present results of a study.
 
     Args:
         followed: The study.
@@ -312,7 +314,9 @@ def summary_html(followed: Followed, opening: int | None = None, wrong: str = ""
         lines.append(_held_html(followed.picture))
         lines.append(f"<div>{escape(describe_knowledge_in(followed.picture.study))}</div>")
     elif not followed.has_map:
-        lines.append("<div>It varies no two parameters in numbers, so there is no map of it.</div>")
+        lines.append(
+            "<div>There is no map, because the study does not vary two numeric parameters.</div>"
+        )
     if opening is not None:
         lines.append(f"<div>Simulating run {opening} again …</div>")
     if wrong:
@@ -327,7 +331,7 @@ def _state_words(followed: Followed) -> str:
 
 
 def _held_html(picture: MapPicture) -> str:
-    """How many held, and what ended most of the others."""
+    """The number of held runs, and the most frequent outcomes of the others."""
     so_far = "" if picture.finished == picture.study.num_runs else " so far"
     held = (
         f"<div style='font-size:1.15em;font-weight:700;color:{tone('good')};margin-top:0.25em'>"
