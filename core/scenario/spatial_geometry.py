@@ -7,6 +7,7 @@ same bits on every machine; angles are for those who look.
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -56,6 +57,7 @@ class SpatialContact(NamedTuple):
     curvatures: Point = (0.0, 0.0)
 
 
+@lru_cache(maxsize=64)
 def spatial_contact(body: SpatialObject, finger: SpatialFinger) -> SpatialContact:
     """The frame in which a fingertip slides on its face.
 

@@ -28,6 +28,7 @@ PHYSICAL_BOUNDS: Mapping[str, tuple[float, float]] = {
 }
 """What an unknown of each kind lies within for hands and objects of usual size, SI units."""
 
+_FINGER = re.compile(r"fingers\.(\d{1,2})\.")
 _FRICTION = re.compile(r"fingers\.(\d{1,2})\.friction")
 
 
@@ -41,9 +42,10 @@ def parse_unknown(scenario: Scenario, key: str) -> Unknown | None:
     if match := _FRICTION.fullmatch(key):
         finger = int(match[1])
         return Unknown("friction", finger, -1) if finger < len(scenario.fingers) else None
-    for finger in range(len(scenario.fingers)):
-        if key in (keys := mass_keys(scenario, finger)):
-            return Unknown("link_mass", finger, keys.index(key))
+    match = _FINGER.match(key)
+    finger = int(match[1]) if match else len(scenario.fingers)
+    if finger < len(scenario.fingers) and key in (keys := mass_keys(scenario, finger)):
+        return Unknown("link_mass", finger, keys.index(key))
     return None
 
 
