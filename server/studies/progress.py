@@ -1,4 +1,4 @@
-"""A study that waits or runs, and how far it is; safe to use from several threads."""
+"""The progress of a study that waits or runs; safe to use from several threads."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ MARK_EVERY = 0.25
 
 
 class StudyState(StrEnum):
-    """Where a study is between its creation and its end."""
+    """The state of a study."""
 
     QUEUED = "queued"
     RUNNING = "running"
@@ -29,24 +29,24 @@ class StudyState(StrEnum):
 
     @property
     def has_ended(self) -> bool:
-        """Whether nothing more will come."""
+        """Whether the study has ended."""
         return self not in (StudyState.QUEUED, StudyState.RUNNING)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StudyStatus:
-    """How far a study is.
+    """The progress of a study.
 
     Attributes:
-        stored: The study as it lies in the store.
-        state: Where it is between its creation and its end.
-        finished: Runs that are done.
-        outcomes: How many of them ended in which way.
-        rate: Runs done in a second, lately; None where it is not running [1/s].
-        time_left: Until it is done; None where that is not known [s].
-        estimate: What it was going to take; None once it has ended.
-        message: Why it ended before it was complete; empty where it did not.
-        warnings: What stood in the way of it when it was created.
+        stored: The study in the store.
+        state: Its state.
+        finished: Number of finished runs.
+        outcomes: Number of finished runs by outcome.
+        rate: Recent number of runs per second; None unless it is running [1/s].
+        time_left: Estimated remaining time; None if unknown [s].
+        estimate: Its estimated cost; None once it has ended.
+        message: Why it ended before it was complete; empty otherwise.
+        warnings: Warnings at its creation.
     """
 
     stored: StoredStudy
@@ -61,11 +61,11 @@ class StudyStatus:
 
     @classmethod
     def of(cls, stored: StoredStudy, finding: str = "") -> Self:
-        """A study that nobody is at: it has ended, or waits for a service that takes it on.
+        """The progress of a study that is not queued: it has ended, or waits for another service.
 
         Args:
-            stored: As it lies in the store.
-            finding: Why it cannot go on; empty if it can.
+            stored: The study in the store.
+            finding: Why it cannot continue; empty if it can.
         """
         if stored.end is None:
             state = StudyState.FAILED if finding else StudyState.QUEUED
@@ -81,7 +81,7 @@ class StudyStatus:
 
 @dataclass(slots=True)
 class _Pace:
-    """How many runs are done in a second, from counts of the last seconds."""
+    """The number of runs per second, from counts of the last seconds."""
 
     marks: deque[tuple[float, int]] = field(default_factory=deque)
 
@@ -103,10 +103,10 @@ class LiveStudy:
     """A study from its creation, or the service's start, to its end.
 
     Args:
-        stored: As it lies in the store.
+        stored: The study in the store.
         results: Its rows so far.
-        cost: What it is going to take; None where that is not known.
-        warnings: What stands in the way of it.
+        cost: Its estimated cost; None if unknown.
+        warnings: Warnings about it.
     """
 
     def __init__(
@@ -131,32 +131,32 @@ class LiveStudy:
 
     @property
     def id(self) -> str:
-        """Its name in the store."""
+        """Its id in the store."""
         return self.stored.id
 
     @property
     def is_cancelled(self) -> bool:
-        """Whether somebody asked to end it."""
+        """Whether its end was requested."""
         return self._cancelled.is_set()
 
     @property
     def is_waiting(self) -> bool:
-        """Whether its turn is still to come."""
+        """Whether it waits for its turn."""
         with self._lock:
             return self._state is StudyState.QUEUED
 
     @property
     def has_ended(self) -> bool:
-        """Whether nothing more will come."""
+        """Whether the study has ended."""
         with self._lock:
             return self._state.has_ended
 
     def cancel(self) -> None:
-        """Asks for its end; what is done stays."""
+        """Requests its end; finished runs are kept."""
         self._cancelled.set()
 
     def begin(self, *also: StudyState) -> bool:
-        """Whether its turn comes with this call: it was waiting, or in one of other states."""
+        """Starts it, and returns whether it was waiting, or in one of the other given states."""
         with self._lock:
             its_turn = self._state in (StudyState.QUEUED, *also)
             if its_turn:
@@ -173,17 +173,17 @@ class LiveStudy:
             self._outcomes[row.outcome.value] += 1
 
     def end(self, state: StudyState, message: str) -> None:
-        """Says how it ended, or that it waits again, for another service.
+        """Sets how it ended, or that it waits for another service.
 
         Args:
             state: How it ended.
-            message: Why, where it is not complete.
+            message: The reason, if it is not complete.
         """
         with self._lock:
             self._state, self._message = state, message
 
     def status(self) -> StudyStatus:
-        """How far it is."""
+        """Its progress."""
         now = time.monotonic()
         with self._lock:
             running = self._state is StudyState.RUNNING

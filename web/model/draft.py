@@ -1,4 +1,4 @@
-"""What the user asks for: a scenario to start from, what was set since, and from when on."""
+"""The draft: a base scenario, and the user's edits, changes and disturbances."""
 
 from __future__ import annotations
 
@@ -35,12 +35,12 @@ _PLACE_OF_CHANGE = re.compile(r"changes\.\d+\.(?P<what>value: |time)")
 
 
 def change_time(play_head: float) -> float:
-    """The time of a change that is made where the play head stands: to the microsecond [s]."""
+    """The time of a change at the play head, rounded to a microsecond [s]."""
     return round(play_head, _DECIMALS_OF_TIME)
 
 
 def offered_presets() -> tuple[str, ...]:
-    """Names of the presets that one can start from, those in space last."""
+    """Names of the presets, spatial ones last."""
     return (*preset_names(), *spatial_preset_names())
 
 
@@ -49,7 +49,7 @@ class TimedEdit:
     """A parameter that takes another value during the run; the value may be out of bounds.
 
     Attributes:
-        time: When it does [s].
+        time: Time of the change [s].
         key: Dotted key of the parameter.
         value: Its value from then on.
     """
@@ -61,14 +61,14 @@ class TimedEdit:
 
 @dataclass(frozen=True, slots=True)
 class Draft:
-    """A scenario to start from, and what was set since.
+    """A base scenario, and the user's edits.
 
     Attributes:
         origin: Name of the preset, label of the recording, or of the file.
         base: The scenario of it.
-        edits: Values set since for the whole run, by dotted key; any may be out of bounds.
-        changes: What changes during the run, in order of time.
-        disturbances: What happens to the object: pushes, then low-friction patches.
+        edits: Values of the user for the whole run, by dotted key; they may be out of bounds.
+        changes: Timed changes, in order of time.
+        disturbances: Pushes, then low-friction patches.
     """
 
     origin: str
@@ -79,7 +79,7 @@ class Draft:
 
     @classmethod
     def starting_from(cls, origin: str, scenario: Scenario) -> Draft:
-        """The scenario as it comes, with its own timed changes and disturbances."""
+        """A scenario without edits, with its own timed changes and disturbances."""
         return cls(
             origin,
             scenario,
@@ -89,13 +89,13 @@ class Draft:
 
     @classmethod
     def from_preset(cls, name: str) -> Draft:
-        """The preset as it comes.
+        """A preset without edits.
 
         Raises:
             ScenarioError: If there is none of that name.
         """
         if name not in offered_presets():
-            # A name comes from a browser; a path must not be opened for it.
+            # A name comes from a browser, and must not be opened as a path.
             known = ", ".join(offered_presets())
             message = f"there is no preset of that name; presets: {known}"
             raise ScenarioError(
@@ -110,35 +110,35 @@ class Draft:
 
     @property
     def is_touched(self) -> bool:
-        """Whether it is no longer as it came."""
+        """Whether it has edits."""
         return self != self.reset()
 
     @property
     def touched(self) -> frozenset[str]:
-        """The parameters that were set: for the whole run, from some time on, of disturbances."""
+        """The edited parameters: for the whole run, from some time on, of disturbances."""
         of_disturbances = (key for key, _ in disturbance_values(self.disturbances))
         return frozenset((*self.edits, *(change.key for change in self.changes), *of_disturbances))
 
     def reset(self) -> Draft:
-        """The draft as it came."""
+        """The draft without edits."""
         return Draft.starting_from(self.origin, self.base)
 
     def edited(self, key: str, value: Value) -> Draft:
-        """The draft with a value that holds on the whole run."""
+        """The draft with a value for the whole run."""
         kept = tuple(change for change in self.changes if change.key != key)
         if is_of_disturbance(key):
             return replace(self, changes=kept)._with_disturbance_edited(key, value)
         return replace(self, edits={**self.edits, key: value}, changes=kept)
 
     def edited_from(self, time: float, key: str, value: Value) -> Draft:
-        """The draft with a value that holds from some time on, until its next change.
+        """The draft with a value from some time on, until its next change.
 
-        A value that holds there anyway needs no change; a change of the same parameter at
-        the same time is replaced.
+        If the value holds there already no change is added; a change of the same parameter
+        at the same time is replaced.
 
         Args:
-            time: When it begins [s]; at 0 the run starts with it.
-            key: Dotted key; what cannot change during a run is set for the whole of it.
+            time: Start of the value [s]; at 0 the run starts with it.
+            key: Dotted key; parameters that cannot change during a run are set for the whole run.
             value: The value.
         """
         if not self.is_changeable(key):
@@ -158,11 +158,11 @@ class Draft:
         return replace(self, changes=kept)
 
     def without_changes(self) -> Draft:
-        """The draft in which nothing changes or happens during the run."""
+        """The draft without timed changes and disturbances."""
         return replace(self, changes=(), disturbances=())
 
     def with_disturbance(self, disturbance: Disturbance) -> Draft:
-        """The draft in which one thing more happens."""
+        """The draft with one more disturbance."""
         same = [each for each in self.disturbances if each.place == disturbance.place]
         others = [each for each in self.disturbances if each.place != disturbance.place]
         grown = [*same, disturbance]
@@ -170,12 +170,12 @@ class Draft:
         return replace(self, disturbances=tuple(ordered))
 
     def without_disturbance(self, index: int) -> Draft:
-        """The draft without one of its disturbances; the same if there is no such."""
+        """The draft without one of its disturbances; unchanged if there is none such."""
         kept = tuple(each for i, each in enumerate(self.disturbances) if i != index)
         return replace(self, disturbances=kept)
 
     def is_changeable(self, key: str) -> bool:
-        """Whether a parameter may change during the run; those of disturbances do as a whole."""
+        """Whether a parameter may change during the run; disturbances change as a whole."""
         if is_of_disturbance(key):
             return False
         if is_of_law(key):
@@ -199,7 +199,7 @@ class Draft:
         return _plain(_definitions(self.base)[key].value)
 
     def _law_parameter(self, time: float, key: str) -> Value:
-        """What a parameter of a custom law is unless it is set: as the law declares it."""
+        """The default of a parameter of a custom law, as the law declares it."""
         name, given = key.removeprefix(f"{LAW_PARAMETERS}."), self.base.controller.parameters
         if name in given:
             return given[name]
@@ -208,21 +208,21 @@ class Draft:
         return next((parameter.value for parameter in declared if parameter is not None), None)
 
     def num_changes_until(self, time: float) -> int:
-        """How many of its changes have happened at some time [s]."""
+        """The number of its changes up to some time [s]."""
         return sum(change.time <= time for change in self.changes)
 
     def scenario(self) -> Scenario:
-        """The scenario that is asked for.
+        """The scenario of the draft.
 
         Raises:
-            ScenarioError: With every value that is not allowed, and its limit.
+            ScenarioError: With every invalid value, and its limit.
         """
         happening = dict(disturbance_values(self.disturbances))
         changing = dict(self._change_entries())
         return with_values(_calm(self.base), {**happening, **self.edits, **changing})
 
     def key_of(self, error: FieldError) -> str:
-        """The parameter that an error in the draft is about: a change stands for what it sets."""
+        """The parameter of an error in the draft; for a change the parameter that it sets."""
         head, _, rest = error.field.partition(".")
         index = rest.partition(".")[0]
         if head == "changes" and index.isdecimal() and int(index) < len(self.changes):
@@ -251,7 +251,7 @@ def is_of_law(key: str) -> bool:
 
 
 def error_words(error: FieldError) -> str:
-    """What is wrong with a value that the user set, wherever in the scenario it ended up."""
+    """The error of a value that the user set, anywhere in the scenario."""
     place = _PLACE_OF_CHANGE.match(error.message)
     if place is None:
         return error.message
@@ -261,13 +261,13 @@ def error_words(error: FieldError) -> str:
 
 @lru_cache(maxsize=32)
 def _definitions(base: Scenario) -> dict[str, Parameter]:
-    """Every parameter of a scenario that controls start from."""
+    """All parameters of a base scenario."""
     return parameter_definitions(base)
 
 
 @lru_cache(maxsize=32)
 def _calm(base: Scenario) -> Scenario:
-    """A scenario in which nothing changes or happens during the run."""
+    """A scenario without timed changes and disturbances."""
     return replace(base, changes=(), pulses=(), patches=())
 
 

@@ -1,4 +1,4 @@
-"""The reducer of runs: what is asked for is simulated, shown, and saved once it rests."""
+"""The reducer of runs: simulates the draft, shows the run, and stores it after a pause."""
 
 from __future__ import annotations
 
@@ -35,11 +35,11 @@ _GHOST_LABEL = "the run before"
 
 
 def is_save_due(stage: RunStage, rested: float) -> bool:
-    """Whether the run on the screen is to be kept now.
+    """Whether to store the run on the screen now.
 
     Args:
-        stage: How far the latest request has come.
-        rested: How long ago a control was moved last [s].
+        stage: The stage of the latest request.
+        rested: Time since the last move of a control [s].
     """
     return stage is RunStage.PREVIEW and rested >= _REST_BEFORE_SAVING
 
@@ -74,12 +74,12 @@ class RunReducer(Reducer):
         self._waiting_since: float | None = None
 
     def start(self, view: ViewState) -> ViewState:
-        """Asks for the run of the first draft as soon as time passes."""
+        """Requests the run of the first draft at the first tick."""
         self._asked = None if self._simulates_first else view.draft
         return view
 
     def reduce(self, intent: Intent, view: ViewState) -> ViewState:
-        """Shows what the worker answers, unless it comes too late."""
+        """Shows the worker's answer, unless it comes too late."""
         match intent:
             case RunFinished() | RunRefused() | RunSaved() | SaveFailed():
                 return view if intent.ticket != view.ticket else self._answered(intent, view)
@@ -99,7 +99,7 @@ class RunReducer(Reducer):
         return view
 
     def wait(self, now: float, view: ViewState) -> float | None:
-        """At once for a new draft; a while where something is computed or is to be saved."""
+        """Immediately for a new draft; later if a run is computed or to be stored."""
         if view.draft is not self._asked:
             return 0.0
         if self._waiting_since is not None and self.expects_answer(now):
@@ -108,7 +108,7 @@ class RunReducer(Reducer):
         return _POLL_INTERVAL if busy else None
 
     def expects_answer(self, now: float) -> bool:
-        """Most runs take a few milliseconds: a picture without theirs would only delay it."""
+        """Most runs take a few milliseconds; a frame without the result would only delay it."""
         return self._waiting_since is not None and now - self._waiting_since < _SHORT_RUN
 
     def _answered(
@@ -127,7 +127,7 @@ class RunReducer(Reducer):
                 return with_status(view, RunStatus(RunStage.NOT_SAVED, (message,)))
 
     def _show(self, shown: Shown, view: ViewState) -> ViewState:
-        """Shows a run; the one on the screen stays as a ghost where a gesture began with it."""
+        """Shows a run; the previous one becomes the ghost if a gesture began with it."""
         afresh = view.draft.base is not self._base
         self._base = view.draft.base
         ghost = None if afresh and not (view.ghost and view.ghost.is_chosen) else view.ghost
@@ -138,7 +138,7 @@ class RunReducer(Reducer):
         return show(view, shown, RunStage.PREVIEW, afresh=afresh)
 
     def _ask(self, now: float, view: ViewState) -> ViewState:
-        """Asks for the run of the draft; an older one that is still computed is void then."""
+        """Requests the run of the draft, which replaces an older request."""
         self._asked_at = now
         if view.is_as_recorded:
             view = self._replay(view)
@@ -157,7 +157,7 @@ class RunReducer(Reducer):
         return view
 
     def _replay(self, view: ViewState) -> ViewState:
-        """Shows the recording that the draft is of, unless it is on the screen just now."""
+        """Shows the recording of the draft, unless it is on the screen already."""
         on_screen = view.shown is not None and view.shown.ticket == view.ticket
         if on_screen and view.status.stage is RunStage.REPLAY:
             return view

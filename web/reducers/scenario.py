@@ -1,4 +1,4 @@
-"""The reducer of the scenario: what the user asks for, and what was asked for before."""
+"""The reducer of the scenario: the draft, and its history."""
 
 from __future__ import annotations
 
@@ -51,12 +51,12 @@ from slipgrasp.web.model.view import Drag, RunStatus, Shown, ViewState, with_sta
 from slipgrasp.web.reducers.reducer import Reducer
 
 _POURED = 1.5
-"""What a pour multiplies mass and inertia by."""
+"""Factor of mass and inertia of a pour."""
 _DIGITS = 6
 
 
 class ScenarioReducer(Reducer):
-    """Edits the draft; the reducer of runs sees that it is another one and simulates it."""
+    """Edits the draft; the reducer of runs notices a new draft and simulates it."""
 
     takes: ClassVar[tuple[type[Intent], ...]] = (
         SetParameter,
@@ -80,7 +80,7 @@ class ScenarioReducer(Reducer):
     )
 
     def reduce(self, intent: Intent, view: ViewState) -> ViewState:
-        """Makes the draft that is asked for."""
+        """Applies an intent to the draft."""
         if isinstance(intent, ChoosePreset | ResetScenario) and view.editing.file_errors:
             view = replace(view, editing=replace(view.editing, file_errors=()))
         match intent:
@@ -119,7 +119,7 @@ class ScenarioReducer(Reducer):
 
 
 def _simplified(draft: Draft, intent: Intent) -> Draft:
-    """The draft after something was taken back."""
+    """The draft after a removal."""
     match intent:
         case RemoveChange(moment, key) if key == LAW:
             return without_law_change(draft, moment)
@@ -136,7 +136,7 @@ def _simplified(draft: Draft, intent: Intent) -> Draft:
 
 
 def _disturbed(view: ViewState, intent: AddDisturbance) -> Draft:
-    """The draft in which something happens where the play head stands."""
+    """The draft with a disturbance at the play head."""
     if view.shown is None or view.playback is None:
         return view.draft
     draft, moment = view.draft, change_time(view.playback.time)
@@ -152,9 +152,9 @@ def _disturbed(view: ViewState, intent: AddDisturbance) -> Draft:
 
 
 def _dragged(view: ViewState, force: tuple[float, ...]) -> ViewState:
-    """The view while the object is dragged; as it is if there is nothing to push.
+    """The view while the object is dragged; unchanged if there is nothing to push.
 
-    The play head rests where the push ends, so that what it does is seen beside the run before.
+    The play head rests at the end of the push, so that its effect is visible beside the ghost.
     """
     shown, playback = view.shown, view.playback
     if shown is None or playback is None:
@@ -171,7 +171,7 @@ def _dragged(view: ViewState, force: tuple[float, ...]) -> ViewState:
 
 
 def _let_go(view: ViewState, force: tuple[float, ...]) -> ViewState:
-    """The view with the push that the object was dragged for; what played goes on."""
+    """The view with the push of a drag; playing continues."""
     drag = view.drag
     if drag is not None and len(force) != len(drag.force):
         force = (0.0,) * len(drag.force)
@@ -186,7 +186,7 @@ def _push_of(drag: Drag) -> Disturbance:
 
 
 def _pushed(view: ViewState, drag: Drag, push: Disturbance) -> ViewState:
-    """The view with the push of a drag instead of what it was before: all are one step of undo."""
+    """The view with the latest push of a drag; the whole drag is one step of undo."""
     if not any(drag.force):
         return replace(view, draft=drag.draft, editing=drag.editing)
     draft, editing = drag.draft.with_disturbance(push), drag.editing.begin(drag.draft)
@@ -198,7 +198,7 @@ def _pushed(view: ViewState, drag: Drag, push: Disturbance) -> ViewState:
 
 
 def _wetted(draft: Draft, shown: Shown, moment: float, contact: int | None) -> Draft:
-    """The draft with a low-friction patch where a fingertip of the run on the screen is."""
+    """The draft with a low-friction patch at a fingertip of the run on the screen."""
     trace = shown.result.trace
     spot = locate(trace.times, moment)
     contacts = range(len(draft.base.fingers))
@@ -227,9 +227,9 @@ def _moved(view: ViewState, intent: SetParameter, now: float) -> ViewState:
 
 
 def _tried(view: ViewState, words: str) -> ViewState:
-    """The view in which what the card suggests is set on the whole run, as one step.
+    """The view with a hint of the card applied to the whole run, as one step.
 
-    Only what was tried on this very draft is offered, and done.
+    Only hints that were tried on this draft are offered.
     """
     tried = view.hint_trials.of(view.draft)
     if view.shown is None or tried is None:
@@ -244,9 +244,9 @@ def _tried(view: ViewState, words: str) -> ViewState:
 
 
 def _with_law(view: ViewState, kind: Value, *, on_all: bool = False) -> ViewState:
-    """The view with another law and its settings, and what those are in words.
+    """The view with another law and its settings, and a note about these.
 
-    A law that is chosen while the run plays acts on all of it: nobody aims at an instant then.
+    A law that is chosen while the run plays acts on the whole run.
     """
     if not isinstance(kind, str) or kind not in law_names():
         return view
@@ -262,13 +262,13 @@ def _with_law(view: ViewState, kind: Value, *, on_all: bool = False) -> ViewStat
 
 
 def _with_law_note(view: ViewState, before: Draft, kind: str, time: float) -> ViewState:
-    """The view that says what came with a law that was chosen from some time on [s]."""
+    """The view with a note about the settings of a law that acts from some time on [s]."""
     note = LawNote(kind, set_words(before, view.draft, time), time)
     return replace(view, editing=replace(view.editing, law_note=note))
 
 
 def _with_draft(view: ViewState, draft: Draft) -> ViewState:
-    """The view with another draft, as one step of undo; what is still being opened is void."""
+    """The view with another draft, as one step of undo; pending recordings become void."""
     if draft == view.draft and view.shown is not None:
         return view
     editing = view.editing.begin(view.draft)
@@ -276,7 +276,7 @@ def _with_draft(view: ViewState, draft: Draft) -> ViewState:
 
 
 def _turned(view: ViewState, turn: Turn | None) -> ViewState:
-    """The view after undo or redo; the very same one where there is nothing to do."""
+    """The view after undo or redo; unchanged if there is no such step."""
     if turn is None:
         return view
     editing = replace(
@@ -306,7 +306,7 @@ def _visited(view: ViewState, place: int) -> ViewState:
 
 
 def _loaded(view: ViewState, name: str, content: bytes) -> ViewState:
-    """The view with the scenario of a file, or with what is wrong with it."""
+    """The view with the scenario of a file, or with its errors."""
     label = f"file {shortened(name)}"
     try:
         draft = Draft.starting_from(label, scenario_from_toml(content, label))

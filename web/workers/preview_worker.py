@@ -1,4 +1,4 @@
-"""The thread that simulates and saves for one session."""
+"""The thread that simulates and stores runs of one session."""
 
 from __future__ import annotations
 
@@ -38,14 +38,14 @@ class _Save:
 
 
 def is_outdated(newer_waits: bool, elapsed: float) -> bool:
-    """Whether to give up a run because a newer one waits.
+    """Whether to cancel a run because a newer one waits.
 
-    A run that takes a moment is finished all the same: a control that is dragged without a
-    pause would else never show anything.
+    Short runs are always completed; otherwise dragging a control without a pause would
+    never show a result.
 
     Args:
         newer_waits: Whether a newer scenario waits to be simulated.
-        elapsed: How long the run has been going on [s].
+        elapsed: Computing time of the run so far [s].
     """
     return newer_waits and elapsed > _PATIENCE
 
@@ -71,19 +71,19 @@ class PreviewWorker(Worker):
         self._thread.start()
 
     def simulate(self, ticket: int, scenario: Scenario) -> None:
-        """Asks for a run; one that still waits, or takes long, is given up for it."""
+        """Requests a run; it replaces one that waits, or that takes long."""
         with self._wake:
             self._simulation = _Simulate(ticket, scenario)
             self._wake.notify()
 
     def save(self, ticket: int, result: RunResult) -> None:
-        """Asks to keep a run."""
+        """Requests to store a run."""
         with self._wake:
             self._save = _Save(ticket, result)
             self._wake.notify()
 
     def close(self) -> None:
-        """Gives up what goes on; a run that is to be kept is still saved."""
+        """Cancels the present run; runs to be stored are still saved."""
         with self._wake:
             self._closed = True
             self._wake.notify()
@@ -100,12 +100,12 @@ class PreviewWorker(Worker):
                 else:
                     self._keep(job)
             except Exception:
-                # The edge of the thread: one failure must neither end it nor leave a user waiting.
+                # Top level of the thread: a failure must not end it, nor leave a user waiting.
                 _logger.exception("a run of the dashboard failed")
                 self._send(SaveFailed(job.ticket, _INTERNAL_ERROR))
 
     def _next(self) -> _Simulate | _Save | None:
-        """The next thing to do, runs first; None when closed and everything is saved."""
+        """The next task, runs first; None when closed and everything is saved."""
         with self._wake:
             self._wake.wait_for(lambda: self._closed or self._simulation or self._save)
             job: _Simulate | _Save | None = None if self._closed else self._simulation
