@@ -387,5 +387,5 @@ def test_a_run_has_one_law_of_ones_own_at_most():
     register_law(Counting)
     register_law(Late)
     change = Change(time=0.1, parameter="controller.kind", value="late")
-    with pytest.raises(ScenarioError, match="one law that is not built in"):
+    with pytest.raises(ScenarioError, match="memory for one custom law"):
         simulate(replace(of_law("counting", SHORT), changes=(change,)))

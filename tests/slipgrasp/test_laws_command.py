@@ -68,7 +68,7 @@ def test_a_law_of_a_file_runs_is_recorded_and_verifies_without_it(capsys):
     Path("law.py").write_text(f"{LAW}# A comment.\n", encoding="utf-8")
     assert main(["verify", "run.mcap", "--law", "law.py:Carry"]) == 1
     told = capsys.readouterr().out
-    assert "another version of its law ran, and gave the same samples" in told
+    assert "another version of the law ran, with the same samples" in told
     assert "its code was run as well" not in told
 
 

@@ -143,7 +143,7 @@ def test_a_recording_of_a_law_that_is_not_here_is_shown(
     assert panel.control(LAW).value == "squeeze"
     panel.remove()
     assert offers_of(result.scenario) == ()
-    assert "law of this scenario is not here" in draft_html(StudyView())
+    assert "law of this scenario is not available" in draft_html(StudyView())
 
 
 def test_what_a_law_tells_has_a_chart_with_its_unit_and_sentence(first: Draft) -> None:

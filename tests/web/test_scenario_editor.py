@@ -179,7 +179,7 @@ def test_a_typed_number_counts_to_the_last_digit_and_a_wrong_one_is_explained_be
     assert field is not None
     assert sentence is not None
     assert 0.0 <= sentence["y"] - (field["y"] + field["height"]) < 25.0
-    assert page.get_by_text("last run that worked").count() == 1
+    assert page.get_by_text("last valid run").count() == 1
     set_number(page, INERTIA, "0.0123456789")
     wrong.wait_for(state="detached")
     wait_until(lambda: newest(store).inertia == 0.0123456789, "no recording was saved")

@@ -184,7 +184,7 @@ def test_the_card_of_a_refused_scenario_keeps_the_last_run(case_1: RunResult) ->
     card = outcome_html(RunStatus.refused(error), Shown(1, case_1, 0.02))
     assert "Not simulated" in card
     assert "object.mass is -1" in card
-    assert "last run that worked" in card
+    assert "last valid run" in card
     assert "Held" in card
 
 
@@ -198,7 +198,7 @@ def test_nothing_from_outside_becomes_markup() -> None:
 def test_the_card_explains_the_first_compilation() -> None:
     card = outcome_html(RunStatus(RunStage.COMPILING, ("40% done, about 50 s to go",)), None)
     assert "Compiling the simulation for this machine: 40% done, about 50 s to go." in card
-    assert "This is done once" in card
+    assert "This happens once" in card
 
 
 def test_the_card_tells_what_matters_most_and_unfolds_the_rest(case_2: RunResult) -> None:
