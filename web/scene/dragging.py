@@ -14,8 +14,9 @@ from slipgrasp.web.model.intents.scenario import DragObject, LetGo
 
 _DIGITS = 2
 """Of the largest part of a force; the others are shown as finely."""
-_GENTLE = 0.25
-"""An arrow as long as the way of the mouse would mean far more than a finger pushes with."""
+_GENTLE = 0.08
+"""Length of the arrow over the way of the mouse. A longer one would mean that a short way of the
+mouse is a force that no grasp withstands: the object would be lost at the first try."""
 
 
 class Draggable(NamedTuple):
