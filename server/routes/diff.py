@@ -49,7 +49,7 @@ def diff_runs(
 def draw_diff(
     query: Annotated[DiffFigureQuery, Query()], service: RunServiceDep, memory: MemoryDep
 ) -> Response:
-    """Two runs over each other, their difference below.
+    """A figure of two runs and their difference.
 
     Runs of more than 20 000 samples are drawn from the samples at which something happens or a
     curve is least or greatest.

@@ -16,7 +16,7 @@ router = APIRouter(tags=["health"])
 
 
 class HealthPublic(BaseModel):
-    """Whether the service is up, and how busy."""
+    """The status and the load of the service."""
 
     status: Literal["ok"]
     version: str
@@ -34,7 +34,7 @@ class HealthPublic(BaseModel):
 
 
 class ReadyPublic(BaseModel):
-    """The service takes runs."""
+    """The service accepts runs."""
 
     status: Literal["ready"]
     recovering: int = Field(
@@ -45,7 +45,7 @@ class ReadyPublic(BaseModel):
 
 @router.get("/health")
 async def read_health(service: RunServiceDep) -> HealthPublic:
-    """Answers as long as the service does, with how busy it is."""
+    """Answers while the service runs, with its load."""
     load, (share, seconds_left) = service.load, service.preparation.look()
     return HealthPublic(
         status="ok",
@@ -61,7 +61,7 @@ async def read_health(service: RunServiceDep) -> HealthPublic:
 
 @router.get("/ready", responses=ProblemPublic.responses((503,)))
 def read_ready(service: RunServiceDep) -> ReadyPublic:
-    """Answers 200 if a run that is sent now is taken and can be kept, else 503 with the reasons.
+    """Answers 200 if the service can accept and store a run, else 503 with the reasons.
 
     It writes some bytes into the data folder to find out.
     """

@@ -54,7 +54,7 @@ async def upload_recording(
     response: Response,
     name: Annotated[RunName, Query(description="what to call it", examples=["from the lab"])] = "",
 ) -> RunPublic:
-    """Keep a recording that another data folder holds; it is read in full before."""
+    """Upload a recording; the server reads it completely before storing it."""
     if slots.locked():
         raise ServiceBusyError(MAX_UPLOADS, RETRY_AFTER, "recordings are being sent already")
     async with slots:
@@ -82,7 +82,7 @@ async def _receive(
 
 
 async def _larger(pieces: AsyncIterator[bytes]) -> AsyncGenerator[bytes]:
-    """Gathers pieces until they are worth a thread's while."""
+    """Collects pieces until they are large enough for a thread."""
     waiting = bytearray()
     async for piece in pieces:
         waiting += piece

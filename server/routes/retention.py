@@ -22,7 +22,7 @@ _Bytes = Annotated[int | None, Query(ge=0, le=10**18, description="how many byte
 
 
 class RetentionRulesPublic(BaseModel):
-    """How much is kept of what nobody has named, tagged or written notes about."""
+    """Retention rules for runs without a name, a tag or notes."""
 
     keep_days: float | None
     keep_runs: int | None
@@ -36,7 +36,7 @@ class RetentionRulesPublic(BaseModel):
 
 
 class ExpiredRunPublic(BaseModel):
-    """A run that would go."""
+    """A run to be deleted."""
 
     id: str
     display_name: str
@@ -58,7 +58,7 @@ class ExpiredRunPublic(BaseModel):
 
 
 class RetentionPublic(BaseModel):
-    """The rules, and what would go by them now, newest first."""
+    """The rules, and the runs that they delete now, newest first."""
 
     rules: RetentionRulesPublic
     data: list[ExpiredRunPublic]
@@ -73,7 +73,7 @@ def read_retention(
     keep_runs: _Count = None,
     keep_bytes: _Bytes = None,
 ) -> RetentionPublic:
-    """The runs that the server deletes the next time, at most an hour from now; deletes nothing.
+    """The runs that the server deletes next, within an hour; this request deletes nothing.
 
     With parameters all that would go by other rules. The server's own are set when it is started;
     by them no more than a tenth of the folder goes at once.

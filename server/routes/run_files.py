@@ -53,7 +53,7 @@ _TABLE_PROBLEMS = (404, 409, 422, 503, 507)
 def read_signals(
     stored: StoredRunDep, columns: ColumnsDep, reads: RecordingReadsDep
 ) -> StreamingResponse:
-    """What was recorded of a run, column by column; an event gives two values at one time."""
+    """The recorded columns of a run; an event has two values at one time."""
     pieces = reads.in_threads(encode_columns(stored.id, columns))
     return StreamingResponse(pieces, media_type="application/json")
 
@@ -65,7 +65,7 @@ def read_signals(
     responses=download_responses(BINARY, problems=(404, 409)),
 )
 def read_recording_file(stored: StoredRunDep, asked: DownloadRequestDep) -> Response:
-    """The MCAP file, whole or a part of it."""
+    """The MCAP file, or a range of it."""
     try:
         tag, file = file_tag(stored.path), stored.path.open
         name = stored.file_name("mcap")

@@ -79,7 +79,7 @@ async def create_run(
     stopping: StoppingDep,
     idempotency_key: IdempotencyKey = "",
 ) -> Response:
-    """Simulate a scenario and keep the run, also where physics, or a limit, ends it early.
+    """Simulate a scenario and store the run, also if physics, or a limit, ends it early.
 
     A run that takes longer than about two seconds is answered with 202 before it has ended;
     it goes on, whether somebody asks for it or not. A server that stops meanwhile answers with the
@@ -95,7 +95,7 @@ async def create_run(
 
 @router.get("", responses=ProblemPublic.responses((422,)))
 def list_runs(query: RunsQueryDep, service: RunServiceDep, request: Request) -> RunsPublic:
-    """The saved runs that are asked for, the newest first unless told otherwise."""
+    """Search the stored runs, by default newest first."""
     found = service.store.find(query.to_query())
     links = page_links(str(request.url), query.offset, query.limit, found.count)
     return RunsPublic.from_found(found, links)
@@ -120,7 +120,7 @@ async def read_run(
         str | None, Header(description="answer 304 if the run's `ETag` is still this one")
     ] = None,
 ) -> Response:
-    """A run without its signals; its `ETag` is what a change may depend on.
+    """A run without its signals; use its `ETag` for conditional changes.
 
     One that has not ended is answered with 202; with `Prefer: wait=10` that takes up to
     10 s, and is the run itself if it ends meanwhile.
@@ -139,7 +139,7 @@ async def read_run(
 async def stop_run(
     run_id: str, service: RunServiceDep, preference: WaitPreferenceDep, stopping: StoppingDep
 ) -> Response:
-    """End a run now and keep what was simulated; one that has ended stays as it is."""
+    """Stop a run and store its samples; an ended run is not changed."""
     found = await run_in_threadpool(service.stop, run_id)
     if isinstance(found, PendingRun):
         await wait_until_done(found.future, preference.seconds, stopping)
@@ -158,7 +158,7 @@ async def update_run(
     response: Response,
     if_match: _IfMatch = None,
 ) -> RunPublic:
-    """Change name, notes or tags of a run; the recording stays as it is."""
+    """Change name, notes or tags of a run; the recording does not change."""
     annotate = partial(service.store.annotate, run_id, **update.changes())
     stored = await run_in_threadpool(annotate, expected=expected_revisions(if_match))
     response.headers["ETag"] = entity_tag(stored)
@@ -167,14 +167,14 @@ async def update_run(
 
 @router.delete("/{run_id}", status_code=204, responses=ProblemPublic.responses((404, 409, 412)))
 def delete_run(run_id: EndedRunIdDep, service: RunServiceDep, if_match: _IfMatch = None) -> None:
-    """Delete a run for good: its recording and all that is written about it."""
+    """Delete a run permanently, with its recording, name, notes and tags."""
     service.store.delete(run_id, expected=expected_revisions(if_match))
 
 
 def _begin(
     service: RunService, request: RunCreate, key: str
 ) -> PendingRun | StoredRun | Description:
-    """Finds out what is wrong with a scenario before it waits for its turn."""
+    """Validates a scenario before it is queued."""
     scenario = request.to_scenario()
     check_scenario(scenario)
     if not key:
@@ -190,7 +190,7 @@ def _answer(
     status: int,
     if_none_match: str | None = None,
 ) -> Response:
-    """A run as it is now, with the status where it has ended."""
+    """The present state of a run, with the status code if it has ended."""
     if isinstance(found, PendingRun):
         if not found.done():
             return _answer_pending(service, found, preference)

@@ -22,14 +22,14 @@ router = APIRouter(tags=["scenarios"])
 
 @router.get("/presets")
 def list_presets() -> PresetsPublic:
-    """The scenarios that come with the program."""
+    """The built-in scenarios."""
     data = [PresetSummary.from_name(name) for name in all_preset_names()]
     return PresetsPublic(data=data, count=len(data))
 
 
 @router.get("/presets/{name}", responses=ProblemPublic.responses((404,)))
 def read_preset(name: str) -> PresetPublic:
-    """A preset with its whole scenario, ready to be edited and posted."""
+    """A preset with its complete scenario, ready to be edited and posted."""
     if name not in all_preset_names():
         raise HTTPException(404)
     summary = PresetSummary.from_name(name)

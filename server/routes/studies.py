@@ -45,7 +45,7 @@ async def create_study(
     response: Response,
     idempotency_key: IdempotencyKey = "",
 ) -> StudyPublic:
-    """Take on a study: every run is checked before, and simulated when its turn comes."""
+    """Create a study: the server checks every run, and simulates them in turn."""
 
     def create() -> StudyPublic:
         make_study = partial(read_study, body, settings.max_study_runs)
@@ -63,7 +63,7 @@ async def create_study(
     openapi_extra=json_body(StudyDocument),
 )
 async def estimate_study(body: StudyBodyDep, service: StudyServiceDep) -> StudyEstimatePublic:
-    """Count the runs of a study and find out what it would take; nothing of it is kept."""
+    """Estimate the number of runs and the cost of a study, without creating it."""
 
     def estimate() -> StudyEstimatePublic:
         study = read_study(body, MAX_RUNS)
@@ -77,7 +77,7 @@ async def estimate_study(body: StudyBodyDep, service: StudyServiceDep) -> StudyE
 def list_studies(
     query: Annotated[StudiesQuery, Query()], service: StudyServiceDep, request: Request
 ) -> StudiesPublic:
-    """The studies, the newest first."""
+    """The studies, newest first."""
     found, count = service.list(query.offset, query.limit)
     data = [StudyPublic.from_status(status) for status in found]
     links = page_links(str(request.url), query.offset, query.limit, count)
@@ -95,7 +95,7 @@ def list_studies(
 def read_study_status(
     study_id: str, service: StudyServiceDep, request: Request, response: Response
 ) -> StudyPublic | Response:
-    """A study: what it is, and how far."""
+    """A study and its progress."""
     study = StudyPublic.from_status(service.status(study_id))
     tag = tag_of(study.model_dump_json())
     if is_known(tag, request.headers.get("if-none-match")):
@@ -110,7 +110,7 @@ def read_study_status(
     responses=ProblemPublic.responses((404,)),
 )
 def cancel_study(study_id: str, service: StudyServiceDep) -> StudyPublic:
-    """End a study within a second; what is done stays. One that has ended is left alone."""
+    """Stop a study within a second; finished runs are kept. An ended study is not changed."""
     return StudyPublic.from_status(service.cancel(study_id))
 
 
@@ -120,11 +120,11 @@ def cancel_study(study_id: str, service: StudyServiceDep) -> StudyPublic:
     responses=ProblemPublic.responses((404, 409, 422, 503)),
 )
 def resume_study(study_id: str, service: StudyServiceDep) -> StudyPublic:
-    """Go on with a study that has failed, behind its last row. One that goes on is left alone."""
+    """Continue a failed study after its last row. A running study is not changed."""
     return StudyPublic.from_status(service.resume(study_id))
 
 
 @router.delete("/{study_id}", status_code=204, responses=ProblemPublic.responses((404, 409)))
 def delete_study(study_id: str, service: StudyServiceDep) -> None:
-    """Delete a study that has ended, for good; recordings of its runs are runs, and stay."""
+    """Delete an ended study permanently; recordings of its runs are kept."""
     service.delete(study_id)

@@ -54,7 +54,7 @@ async def stream_study_events(
     rows: Annotated[bool, Query(description="send the new rows of the results too")] = False,
     last_event_id: LastEventId = "",
 ) -> Response:
-    """Server-sent events: progress, new rows if they are asked for, and the end.
+    """Server-sent events: progress, new rows on request, and the end.
 
     The id of an event is how many runs it knows of. A client that comes back with
     `Last-Event-ID` receives the events since then.
@@ -77,7 +77,7 @@ async def stream_study_events(
 
 
 async def _pause(stopping: asyncio.Event, seconds: float) -> bool:
-    """Waits, but not beyond the life of the server, which then is True."""
+    """Waits; returns True early if the server ends."""
     try:
         async with asyncio.timeout(seconds):
             return await stopping.wait()

@@ -60,7 +60,7 @@ router = APIRouter(prefix="/studies/{study_id}", tags=["studies"])
 def read_study_results(
     results: StudyResultsDep, query: Annotated[ResultsQuery, Query()], request: Request
 ) -> Response:
-    """One row per run that is done, page by page, also while the study runs."""
+    """Rows of finished runs, in pages, also while the study runs."""
     try:
         rows, count = results.rows(
             query.offset,
@@ -90,14 +90,14 @@ def _wrong_sort(sort: str, error: QueryError) -> InvalidRequestError:
 
 @router.get("/summary", responses=ProblemPublic.responses((404, 422, 503)))
 def read_study_summary(results: StudyResultsDep, memory: MemoryDep) -> StudySummaryPublic:
-    """How many runs ended in which way, and how the metrics are spread."""
+    """Numbers of runs by outcome, and statistics of the metrics."""
     with memory.reserve(Need.for_rows(results.num_rows)):
         return StudySummaryPublic.from_summary(results.summary())
 
 
 @router.get("/comparison", responses=ProblemPublic.responses((404, 422, 503)))
 def read_study_comparison(results: StudyResultsDep, memory: MemoryDep) -> StudyComparisonPublic:
-    """What crossed values, such as those of a controller, did on the same samples."""
+    """A comparison of crossed values, such as settings of a controller, on the same samples."""
     with memory.reserve(Need.for_rows(results.num_rows)):
         return StudyComparisonPublic.from_comparison(results.compare_combinations())
 
@@ -116,7 +116,7 @@ def record_study_run(
     service: StudyServiceDep,
     response: Response,
 ) -> RunPublic:
-    """Make a row a recording: simulated again, and checked bit for bit against the study."""
+    """Rebuild the recording of a row: simulate it again, and check it against the study."""
     stored, is_new = service.record_run(study_id, index)
     run = RunPublic.from_stored(stored)
     response.headers["Location"] = run.links["self"]
@@ -137,7 +137,7 @@ def read_study_results_as_csv(
     cache: FileCacheDep,
     memory: MemoryDep,
 ) -> Response:
-    """One row per run that is done; numbers with all their digits."""
+    """Rows of finished runs; numbers have all their digits."""
     write = _utf8(results.write_csv)
     return _table(cache, memory, study_id, results, "csv", CSV, write).answer(asked)
 
@@ -155,7 +155,7 @@ def read_study_results_as_json(
     cache: FileCacheDep,
     memory: MemoryDep,
 ) -> Response:
-    """The rows of all runs that are done, with the units of their columns."""
+    """Rows of all finished runs, with the units of their columns."""
     write = _utf8(results.write_json)
     return _table(cache, memory, study_id, results, "json", JSON, write).answer(asked)
 
@@ -173,7 +173,7 @@ def read_study_results_as_parquet(
     cache: FileCacheDep,
     memory: MemoryDep,
 ) -> Response:
-    """All rows that are done as a table with units; its metadata has the study itself."""
+    """Rows of all finished runs as a table with units; its metadata contain the study."""
     write = results.write_parquet
     return _table(cache, memory, study_id, results, "parquet", PARQUET, write).answer(asked)
 
@@ -190,7 +190,7 @@ def draw_study_map_as_svg(
     cache: FileCacheDep,
     memory: MemoryDep,
 ) -> Response:
-    """Where the object is held, and how it is lost, over two of the varied parameters."""
+    """A map of outcomes over two of the varied parameters."""
     return _map(study_id, results, query, cache, memory, "svg").answer(asked)
 
 
@@ -206,7 +206,7 @@ def draw_study_map_as_png(
     cache: FileCacheDep,
     memory: MemoryDep,
 ) -> Response:
-    """Where the object is held, and how it is lost, over two varied parameters, in pixels."""
+    """A map of outcomes over two of the varied parameters, in pixels."""
     return _map(study_id, results, query, cache, memory, "png").answer(asked)
 
 
@@ -247,7 +247,7 @@ def _table(
     media_type: str,
     write: Callable[[BinaryIO, int], None],
 ) -> Download:
-    """Rows are only ever added: the study and their number decide every byte."""
+    """A download of results; rows are only added, so their number determines the tag."""
     count = results.num_rows
     tag = tag_of(study_id, count, ending)
 
