@@ -53,7 +53,7 @@ def test_the_first_lesson_by_keyboard(visitors: Visitors) -> None:
     page.keyboard.press("]")
     wait_until(lambda: told(page)["time"] == pytest.approx(0.1129, abs=2e-3), "no event")
     expect(card).to_contain_text("Both fingertips slipped")
-    expect(card).to_contain_text("friction 1.2 where there is 0.25")
+    expect(card).to_contain_text("friction as 1.2; it is 0.25")
     page.keyboard.press("Space")
     wait_until(lambda: told(page)["playing"], "Space does not play")
     page.keyboard.press("Space")
