@@ -34,11 +34,11 @@ def spatial_mobility(model: Record, state: Record, work: Record) -> None:
     for i in range(n):
         _set_columns(model, work, i)
     for a in range(ROWS * n):
-        for b in range(ROWS * n):
+        for b in range(a + 1):
             total = 0.0
             for k in range(6):
                 total += torsion.wrenches[a, k] * torsion.responses[b, k]
-            torsion.mobility[a, b] = total
+            torsion.mobility[a, b] = torsion.mobility[b, a] = total
         total = 0.0
         for k in range(6):
             total += torsion.wrenches[a, k] * torsion.fall[k]
@@ -120,19 +120,19 @@ def _add_finger(model: Record, state: Record, work: Record, i: int) -> None:
         for other in range(ROWS):
             b = torsion.pulls[first + other]
             torsion.mobility[a, first + other] += px * b[0] + py * b[1] + pz * b[2]
-    _update_gyration(model, state, work, i)
-    torsion.offset[first + TURN] += model.hand.eccentricities[i] * torsion.gyration[i]
+    e = model.hand.eccentricities[i]
+    torsion.offset[first + TURN] += e * spin_bias(model, state, work, i)
 
 
 @compiled
-def _update_gyration(model: Record, state: Record, work: Record, i: int) -> None:
-    """N . J_omega' q' + (omega x n) . (omega_f - omega)."""
+def spin_bias(model: Record, state: Record, work: Record, i: int) -> float:
+    """N . J_omega' q' + (omega x n) . (omega_f - omega) [rad/s^2]."""
     kin, x = work.kin, state.x
     wx, wy, wz = x[SPIN], x[SPIN + 1], x[SPIN + 2]
     nx, ny, nz = kin.frames[i, 2, 0], kin.frames[i, 2, 1], kin.frames[i, 2, 2]
     fx, fy, fz, bx, by, bz = tip_turning(model.hand, kin, i)
     fx, fy, fz = fx - wx, fy - wy, fz - wz
-    work.torsion.gyration[i] = (
+    return (
         nx * bx
         + ny * by
         + nz * bz
