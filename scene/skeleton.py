@@ -31,6 +31,7 @@ from slipgrasp.core.scenario.spatial import SpatialFinger, SpatialScenario
 from slipgrasp.core.scenario.spatial_geometry import spatial_contact
 from slipgrasp.core.scenario.spatial_geometry import tip_at_start as spatial_tip_at_start
 from slipgrasp.scene import rotations
+from slipgrasp.scene.pads import Pad, pad_of
 from slipgrasp.scene.states import States
 
 Values = NDArray[np.float64]
@@ -71,12 +72,14 @@ class Contact(NamedTuple):
         axes: The axes of the contact frame in the object's frame, as columns, ``(3, 3)``.
         dimensions: d: the frame's axis d - 1 (from 0) points into the object.
         on_slides: Whether its finger is on slides, and never turns.
+        pad: Of a soft fingertip; None of a hard one.
     """
 
     anchor: Values
     axes: Values
     dimensions: int
     on_slides: bool = False
+    pad: Pad | None = None
 
     @property
     def inward(self) -> Values:
@@ -152,7 +155,8 @@ def _contact(scenario: Scenario, i: int) -> Contact:
     if isinstance(scenario, SpatialScenario):
         told = spatial_contact(scenario.object, scenario.fingers[i])
         axes = (np.negative(told.tangent_x), np.negative(told.tangent_y), told.normal)
-        return Contact(np.array(told.anchor), np.column_stack(axes), 3, i in scenario.slides)
+        at, on_slides = np.array(told.anchor), i in scenario.slides
+        return Contact(at, np.column_stack(axes), 3, on_slides, pad_of(scenario, i))
     flat = contact_frame(scenario.object, scenario.fingers[i])
     (tx, ty), (nx, ny) = flat.tangent, flat.normal
     axes = np.column_stack([(-tx, -ty, 0.0), (nx, ny, 0.0), _Z])
