@@ -29,6 +29,7 @@ PARTS = {
     "claims": "two claims about the composite law, shown or refuted",
     "outcomes": "whether 20 000 random runs end truly, and against a truth of tight tolerance",
     "hands-in-space": "whether 10 000 random spatial hands end truly, inside their cones",
+    "soft-grasps": "whether 5 000 random soft grasps end truly, inside their limit surfaces",
     "hints": "whether 600 hints of random runs, pressed, do what they say",
     "portability": "whether a run has the same bits under other machine code and in WebAssembly",
     "front-ends": "cost per tick of a law in every front end, beside MuJoCo with a controller",
@@ -46,7 +47,7 @@ PARTS = {
     "dashboard": "edits, updates and memory of the dashboard under one and many viewers",
     "replay-seek": "scrubbing through a stored minute in the dashboard",
 }
-SEEDED = ("outcomes", "hands-in-space", "hints", "long-runs", "soak")
+SEEDED = ("outcomes", "hands-in-space", "soft-grasps", "hints", "long-runs", "soak")
 ONLY_IF_NAMED = ("soak",)
 
 
@@ -65,6 +66,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         parser.error(f"--seed N is for {', '.join(SEEDED)}")
     if options.minutes is not None and "soak" not in names:
         parser.error("--minutes N is for soak")
+    if options.count is not None and "soft-grasps" not in names:
+        parser.error("--count N is for soft-grasps")
     if options.cells is not None and "robustness" not in names:
         parser.error("--cells FILE is for robustness")
     prepare_kernel()
@@ -88,8 +91,9 @@ def _options_of(name: str, options: argparse.Namespace) -> dict[str, Any]:
     """The arguments of the command line that a part receives besides its output."""
     seed = {"seed": options.seed} if name in SEEDED and options.seed is not None else {}
     minutes = {"minutes": options.minutes} if name == "soak" and options.minutes else {}
+    count = {"count": options.count} if name == "soft-grasps" and options.count else {}
     cells = {"cells": options.cells} if name == "robustness" else {}
-    return seed | minutes | cells
+    return seed | minutes | count | cells
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -110,6 +114,9 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument(
         "--minutes", type=float, metavar="N", help="how long soak lasts (default: 60)"
+    )
+    parser.add_argument(
+        "--count", type=int, metavar="N", help="how many soft grasps are drawn (default: 5000)"
     )
     parser.add_argument(
         "--cells", type=Path, metavar="FILE", help="keep what robustness measures in this file"

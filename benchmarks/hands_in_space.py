@@ -3,7 +3,7 @@
 Runs are drawn so that every two levels of all that can be set meet, and judged by their traces and
 by the same runs with a finer output (half of them); where no phases agree, or a
 contact can only open under a new torque, an independent search looks for an answer
-(`tests.references.spatial_instant`).
+(`tests.references.spatial_instant`, of soft fingertips `tests.references.soft_instant`).
 
 `python -m benchmarks.hands_in_space INDEX [--seed N]` prints a single run as a scenario file, and
 what is wrong with it.
@@ -12,6 +12,7 @@ what is wrong with it.
 from __future__ import annotations
 
 import argparse
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -25,7 +26,7 @@ from benchmarks.outcome_checks import (
     ledger_error,
     simulate_runs,
 )
-from benchmarks.outcomes import SEED, judge_many, tabulate
+from benchmarks.outcomes import SEED, Judge, judge_many, tabulate
 from benchmarks.random_runs import PAIRS_IN_SPACE, draw
 from benchmarks.report import Table
 from slipgrasp.core.run.result import RunResult
@@ -81,7 +82,7 @@ def find_missed_in_space(
 
 
 def _outside_friction(run: RunResult) -> float:
-    """The largest excess over cone or pyramid, or distance from it in slip, relative.
+    """The largest excess over cone, pyramid or limit surface, or distance in slip, relative.
 
     Rows are those that `benchmarks.outcome_checks` looks at in the plane. Where forces are known
     no better than the rounding of the state allows, what that may change is no excess.
@@ -93,7 +94,7 @@ def _outside_friction(run: RunResult) -> float:
     rows = np.arange(len(trace)) > 0
     if run.outcome.ended_by_physics:
         rows &= trace.times < run.end_time
-    forces = trace.tangential_force.reshape(*trace.phase.shape, 2)[rows]
+    forces = friction_of(run)[rows]
     phases = trace.phase[rows].astype(float)
     normal = trace.normal_force[rows]
     bound = (trace.friction_coefficient[rows] * normal)[:, :, None]
@@ -112,7 +113,8 @@ def _outside_friction(run: RunResult) -> float:
         off = np.linalg.norm(forces - against, axis=2, keepdims=True)
         excess = np.where(slips, off, size - bound)
     scale = (1.0 + np.linalg.norm(forces, axis=2) + np.abs(normal))[:, :, None]
-    for k in np.flatnonzero((excess > OUTSIDE_CONE * scale).any(axis=(1, 2))):
+    soft = eccentricities(scenario).any()
+    for k in np.flatnonzero((excess > OUTSIDE_CONE * scale).any(axis=(1, 2)) & ~soft):
         gamma = np.where((phases[k] != 0.0)[:, None], directions[k], 0.0)
         excess[k] -= force_rounding(run, int(np.flatnonzero(rows)[k]), gamma)
     worst = float((excess / scale).max(initial=0.0))
@@ -140,21 +142,44 @@ def _directions(run: RunResult, phases: np.ndarray, rows: np.ndarray) -> np.ndar
     """Where contacts slip to, ``(rows, n, 2)``: by phase, or by slip velocity where it is one.
 
     On the cone a slip that has just begun keeps the direction of its beginning for a while; there
-    that of the force is taken, which leaves its size to be judged.
+    that of the force is taken, which leaves its size to be judged. So it is of soft fingertips.
     """
     if run.scenario.simulation.friction == "pyramid":
         signs = np.where(phases == 0.0, 0.0, phases - 7.0)
         first = np.round(signs / 3.0)
         return np.stack([first, signs - 3.0 * first], axis=2)
-    trace = run.trace[rows]
-    velocity = trace.slip_velocity.reshape(*phases.shape, 2)
-    force = trace.tangential_force.reshape(*phases.shape, 2)
+    velocity, force = slide_of(run)[rows], friction_of(run)[rows]
     speed = np.linalg.norm(velocity, axis=2, keepdims=True)
     pull = -force / np.maximum(np.linalg.norm(force, axis=2, keepdims=True), 1e-300)
+    if eccentricities(run.scenario).any():
+        return pull
     return np.where(speed >= SURE_SPEED, velocity / np.maximum(speed, SURE_SPEED), pull)
 
 
 SURE_SPEED = 1e-7  # [m/s]
+
+
+def eccentricities(scenario: Scenario) -> np.ndarray:
+    """Greatest moment over greatest tangential force of every contact, 0 of a point, ``(n,)``."""
+    assert isinstance(scenario, SpatialScenario)
+    return np.array([finger.eccentricity for finger in scenario.fingers])
+
+
+def friction_of(run: RunResult) -> np.ndarray:
+    """(F_x, F_y), of a hand with soft fingertips (F_x, F_y, F_tau / e), ``(rows, n, 2 or 3)``."""
+    trace, e = run.trace, eccentricities(run.scenario)
+    forces = trace.tangential_force.reshape(*trace.phase.shape, 2)
+    if not e.any():
+        return forces
+    moments = np.divide(trace.torsional_moment, e, out=np.zeros(trace.phase.shape), where=e > 0.0)
+    return np.dstack((forces, moments))
+
+
+def slide_of(run: RunResult) -> np.ndarray:
+    """The velocities against which these are, (s_x', s_y') and e psi'."""
+    trace, e = run.trace, eccentricities(run.scenario)
+    velocities = trace.slip_velocity.reshape(*trace.phase.shape, 2)
+    return np.dstack((velocities, e * trace.spin_velocity)) if e.any() else velocities
 
 
 def _untrue_ends(run: RunResult, held: np.ndarray) -> dict[str, float]:
@@ -163,10 +188,22 @@ def _untrue_ends(run: RunResult, held: np.ndarray) -> dict[str, float]:
     ends_so = run.outcome is Outcome.INCONSISTENT or (run.outcome is Outcome.SEPARATED and by_jump)
     if not ends_so:
         return {}
-    from tests.references.spatial_instant import find_closed_answer
+    from tests.references import soft_instant, spatial_instant
 
-    found = find_closed_answer(run, held) is not None
+    if eccentricities(run.scenario).any():
+        found = soft_instant.has_closed_answer(soft_instant.problem_at_end(run.scenario))
+    else:
+        found = spatial_instant.find_closed_answer(run, held) is not None
     return {run.outcome.value: 1.0} if found else {}
+
+
+def print_judged(scenario: Scenario, judge: Judge, checks: Mapping[str, Check]) -> None:
+    """Prints a scenario file, how its run ended, and which checks it misses by how much."""
+    judgement = judge(scenario, twice=True)
+    print(scenario_to_toml(scenario))
+    print(f"# {judgement.outcome}")
+    for name, by in judgement.missed.items():
+        print(f"# {checks[name].text}: {by:g} {checks[name].unit}".rstrip())
 
 
 def main() -> None:
@@ -178,12 +215,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=SEED)
     options = parser.parse_args()
     prepare_kernel()
-    scenario = draw(PAIRS_IN_SPACE, options.seed, options.index)
-    judgement = judge_in_space(scenario)
-    print(scenario_to_toml(scenario))
-    print(f"# {judgement.outcome}")
-    for name, by in judgement.missed.items():
-        print(f"# {CHECKS_IN_SPACE[name].text}: {by:g} {CHECKS_IN_SPACE[name].unit}".rstrip())
+    print_judged(draw(PAIRS_IN_SPACE, options.seed, options.index), judge_in_space, CHECKS_IN_SPACE)
 
 
 if __name__ == "__main__":

@@ -240,7 +240,7 @@ def ledger_error(trace: Trace, share: float = LEDGER_SHARE) -> float:
     return missing if missing > max(LEDGER, share * greatest) else 0.0
 
 
-def velocity_jump(trace: Trace, same: float = VELOCITY_JUMP) -> float:
+def velocity_jump(trace: Trace, same: float | np.ndarray = VELOCITY_JUMP) -> float:
     """The largest difference of a velocity between rows at one time [m/s, rad/s]; 0 if allowed.
 
     Forces and accelerations jump at events; no impulse acts on anything.

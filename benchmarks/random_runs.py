@@ -18,6 +18,7 @@ from slipgrasp.core.scenario.loading import load_scenario, with_values
 AT_ENDS, ON_BOUNDS, ANYWHERE = "any, at the ends of ranges", "theorem 4, on its bounds", "any"
 IN_SPACE = "in space, at the ends of ranges"
 PAIRS, PAIRS_IN_SPACE = "everything, in pairs", "everything in space, in pairs"
+SOFT_GRASPS = "soft grasps"
 
 MAX_STEPS = 200_000
 MASS, FRICTION = (0.5, 2.0), (0.15, 0.6)
@@ -144,6 +145,13 @@ def _in_space(seed: int, index: int) -> Scenario:
     return draw_hand_in_space(f"{seed} {index}", AtEnds)
 
 
+def _soft_grasps(seed: int, index: int) -> Scenario:
+    """Spatial hands of every kind of finger, with soft fingertips."""
+    from tests.core.drawn_soft_grasps import draw_soft_grasp
+
+    return draw_soft_grasp(f"{seed} {index}")
+
+
 POPULATIONS: dict[str, Callable[[int, int], Scenario]] = {
     PAIRS: _in_pairs,
     PAIRS_IN_SPACE: _pairs_in_space,
@@ -151,4 +159,5 @@ POPULATIONS: dict[str, Callable[[int, int], Scenario]] = {
     ON_BOUNDS: _on_bounds,
     ANYWHERE: _anywhere,
     IN_SPACE: _in_space,
+    SOFT_GRASPS: _soft_grasps,
 }

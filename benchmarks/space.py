@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -13,26 +14,32 @@ from benchmarks.mujoco_replay import measure_differences
 from benchmarks.replay import DURATION, STEPS
 from benchmarks.report import Table, judge
 from benchmarks.speed import profile_runs, race_mujoco
+from benchmarks.timing import median_seconds
+from slipgrasp.core.kernel.compilation.records import Record
 from slipgrasp.core.kernel.spatial.command import spatial_command
 from slipgrasp.core.kernel.spatial.flow import spatial_plant
 from slipgrasp.core.kernel.spatial.learning import spatial_learn
 from slipgrasp.core.kernel.spatial.selection import spatial_select
 from slipgrasp.core.run.simulation import Simulation
+from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 
 CASE = "spatial-prism"
 ROUNDS = 15
 CALLS = 100_000
+SOFT_CASE, PAD_RADIUS = "spatial-composite", 0.015  # [m]
 
 _ALONE = (1.0, 2.0)  # target and aim against MuJoCo alone
 _NUMPY = 2.5  # target against MuJoCo with a controller in NumPy
 _EVALUATION = 5.0  # target of one evaluation of the plant [us]
 _MOMENTS = {"slipping": 0.05, "sticking": 1.0}  # [s]
+_SOFT = 2.0  # target: soft over hard fingertips
+_SOFT_MOMENTS = {"slipping": 0.002, "sticking": 0.5}  # [s]
 
 
 def run(_docs: Path | None = None) -> list[Table]:
-    """The tables ``space-speed``, ``space-profile``, ``space-units`` and ``space-mujoco``."""
-    return [*measure_cost(), measure_units(), measure_motion()]
+    """The tables ``space-speed``, ``-profile``, ``-units``, ``-soft`` and ``space-mujoco``."""
+    return [*measure_cost(), measure_units(), measure_soft(), measure_motion()]
 
 
 def measure_cost(rounds: int = ROUNDS, duration: float = 7.0) -> tuple[Table, Table]:
@@ -77,10 +84,7 @@ _PARTS: dict[str, Any] = {
 
 
 def _time_units(moment: float, calls: int) -> dict[str, float]:
-    simulation = Simulation(with_values(load_scenario(CASE), {"simulation.duration": moment}))
-    while not simulation.finished:
-        simulation.advance()
-    model, run = simulation._model, simulation._run
+    model, run = _at(load_scenario(CASE), moment)
     held = (model, run.discrete, run.step.start, run.work)
     arguments = {
         "plant": held,
@@ -91,18 +95,58 @@ def _time_units(moment: float, calls: int) -> dict[str, float]:
     return {part: _time_calls(unit, arguments[part], calls) for part, unit in _PARTS.items()}
 
 
+def _at(scenario: Scenario, moment: float) -> tuple[Record, Record]:
+    """The model and the run of a scenario that ends at a moment [s]."""
+    simulation = Simulation(with_values(scenario, {"simulation.duration": moment}))
+    while not simulation.finished:
+        simulation.advance()
+    return simulation._model, simulation._run
+
+
 def _time_calls(unit: Any, arguments: tuple[Any, ...], calls: int) -> float:
     """Mean CPU time of a call from compiled code [us]."""
+    repeat = _repeated(unit)
+    repeat(1, arguments)
+    start = time.process_time()
+    repeat(calls, arguments)
+    return 1e6 * (time.process_time() - start) / calls
+
+
+def _repeated(unit: Any) -> Callable[[int, tuple[Any, ...]], None]:
+    """Calls of a unit from compiled code, so many with the same arguments."""
 
     @numba.njit
     def repeat(count: int, arguments: tuple[Any, ...]) -> None:
         for _ in range(count):
             unit(*arguments)
 
-    repeat(1, arguments)
-    start = time.process_time()
-    repeat(calls, arguments)
-    return 1e6 * (time.process_time() - start) / calls
+    return repeat
+
+
+def measure_soft(calls: int = CALLS // 10, rounds: int = ROUNDS) -> Table:
+    """CPU time of the plant with soft and with hard fingertips at the same states, in turns.
+
+    Args:
+        calls: Over how many calls each turn is averaged.
+        rounds: How often each has its turn.
+    """
+    hard, repeat, rows, worst = load_scenario(SOFT_CASE), _repeated(spatial_plant), [], 0.0
+    pads = {f"fingers.{i}.pad_radius": PAD_RADIUS for i in range(len(hard.fingers))}
+    for words, moment in _SOFT_MOMENTS.items():
+        works: dict[str, Callable[[], None]] = {}
+        for name, scenario in (("hard", hard), ("soft", with_values(hard, pads))):
+            model, run = _at(scenario, moment)
+            arguments = (model, run.discrete, run.step.start, run.work)
+            works[name] = partial(repeat, calls, arguments)
+        times = median_seconds(works, rounds, time.thread_time)
+        ratio = times["soft"] / times["hard"]
+        cells = (f"{1e6 * times[name] / calls:.2f}" for name in ("hard", "soft"))
+        rows.append((words, *cells, f"{ratio:.2f}"))
+        worst = max(worst, ratio)
+    met = "met" if worst <= _SOFT else "missed"
+    note = f"Soft fingertips take {worst:.2f} times as long at most; target {_SOFT:g}: {met}."
+    heads = (f"{SOFT_CASE}, the plant, three contacts", "hard [us]", "soft [us]", "ratio")
+    return Table("space-soft", heads, tuple(rows), (note,))
 
 
 def measure_motion(steps: Sequence[float] = STEPS, duration: float = DURATION) -> Table:

@@ -2,7 +2,8 @@
 
 The spot first touched is in the middle and t_x points up. Around the fingertip lies what
 friction cannot leave, all of one size: a disc on the cone, a square in the pyramid; the line in it
-is the friction on the object.
+is the friction on the object. The pad of a soft fingertip is a disc as large as it is, with a line
+that turns with the fingertip.
 """
 
 from __future__ import annotations
@@ -25,7 +26,8 @@ from slipgrasp.figures.hand_motion import HandMotion
 from slipgrasp.figures.panels import lighter
 from slipgrasp.figures.slip_planes import in_plane
 from slipgrasp.figures.style import paint
-from slipgrasp.recordings.palette import CONE, MARK, MUTED, OBJECT, PHASES
+from slipgrasp.recordings.palette import CONE, JOINT, MARK, MUTED, OBJECT, PHASES
+from slipgrasp.scene.skeleton import contacts_of
 from slipgrasp.scene.states import States, drawable
 
 Values = NDArray[np.float64]
@@ -41,6 +43,8 @@ _LEAST_SLIP = 1e-6  # that is drawn as large as the lens [m]
 class _Parts(NamedTuple):
     face: Circle
     cross: Line2D
+    pad: Circle
+    hand: Line2D
     limit: Polygon
     way: Line2D
     friction: Line2D
@@ -61,7 +65,15 @@ class MovingLens:
 
     def __init__(self, figure: Figure, result: RunResult, contact: int, motion: HandMotion) -> None:
         trace, states = result.trace, motion.states
-        self._scale = _REACH / max(float(np.abs(trace.slip).max()), _LEAST_SLIP)
+        contacts = contacts_of(result.scenario)
+        pads = [each.pad.radius for each in contacts if each.pad is not None]
+        extent = float(np.abs(trace.slip).max()) + max(pads, default=0.0)
+        self._scale = _REACH / max(extent, _LEAST_SLIP)
+        pad = contacts[contact].pad
+        self._radius = 0.0 if pad is None else self._scale * pad.radius
+        self._hands = np.zeros_like(states.slip[:, contact])
+        if pad is not None:
+            self._hands = self._scale * pad.hand(states)[:, ::-1]
         self._way = self._scale * drawable(in_plane(trace.slip, contact))
         self._spots = self._scale * states.slip[:, contact, ::-1]
         self._slid = motion.slip[:, contact]
@@ -82,11 +94,13 @@ class MovingLens:
     def _add_parts(self) -> _Parts:
         """All of it moves, from back to front, so that it covers the fingers."""
         face = Circle((0.0, 0.0), 1.0, fc=paint(lighter(OBJECT, 0.4)), lw=0.0, zorder=10.0)
+        pad = Circle((0.0, 0.0), self._radius, alpha=0.4, lw=1.0, zorder=10.15)
         limit = Polygon(self._outline, fc=paint(lighter(CONE, 0.75)), ec=paint(CONE), lw=0.8)
         limit.set(alpha=0.7, zorder=10.2)
         rim = Circle((0.0, 0.0), 1.0, fill=False, lw=2.0, zorder=10.6)
-        for patch in (face, limit, rim):
+        for patch in (face, pad, limit, rim):
             self._axes.add_patch(patch)
+        pad.set_visible(self._radius > 0.0)
 
         def line(zorder: float, **style: Any) -> Line2D:
             (drawn,) = self._axes.plot([], [], zorder=zorder, **style)
@@ -95,12 +109,13 @@ class MovingLens:
         cross = line(10.1, color=paint(lighter(MUTED, 0.4)), linewidth=0.5)
         cross.set_data([-1.0, 1.0, np.nan, 0.0, 0.0], [0.0, 0.0, np.nan, -1.0, 1.0])
         way = line(10.3, color=paint(PHASES[ContactPhase.SLIP]), linewidth=2.0)
+        hand = line(10.35, color=paint(JOINT), linewidth=1.2, visible=self._radius > 0.0)
         friction = line(10.4, color=paint(CONE), linewidth=1.8)
         tip = line(10.5, marker="o", markersize=4.5, mec=paint(MARK), mew=0.6)
         words = self._axes.text(
             0.0, -0.63, "", ha="center", va="center", fontsize=7.5, linespacing=0.9, zorder=10.7
         )
-        return _Parts(face, cross, limit, way, friction, tip, rim, words)
+        return _Parts(face, cross, pad, hand, limit, way, friction, tip, rim, words)
 
     @property
     def artists(self) -> tuple[Artist, ...]:
@@ -114,6 +129,8 @@ class MovingLens:
         parts.rim.set_edgecolor(colour)
         parts.tip.set_markerfacecolor(colour)
         parts.tip.set_data(*spot[:, None])
+        parts.pad.set(center=spot, facecolor=colour, edgecolor=colour)
+        parts.hand.set_data(*np.stack([spot, spot + self._hands[frame]]).T)
         parts.limit.set_xy(spot + self._outline)
         parts.way.set_data(*np.concatenate([self._way[: self._rows[frame]], spot[None]]).T)
         parts.friction.set_data(*np.stack([spot, spot + _LIMIT * self._share[frame]]).T)

@@ -18,6 +18,7 @@ from slipgrasp.core.scenario.spatial import SpatialFinger
 from slipgrasp.core.scenario.spatial_geometry import friction_outline
 from slipgrasp.core.trace.types import ContactPhase
 from slipgrasp.scene import rotations, skeleton
+from slipgrasp.scene.pads import Pad
 from slipgrasp.scene.skeleton import Contact, Moving
 from slipgrasp.scene.states import States
 
@@ -28,6 +29,10 @@ LONGEST_ARROW = 100.0
 
 _TAPER = 0.7
 _ARC_PIECES = 24
+PAD_THICKNESS = 0.25
+"""Of the disc that stands for a soft fingertip, in radii of the ball behind it."""
+PAD_POINTER = 1.35
+"""How far its hand reaches, in its radius: so it is seen from all sides."""
 _LEAST_GRAVITY = 1.0
 
 
@@ -376,7 +381,14 @@ def _contact(scenario: Scenario, contact: Contact, i: int, sizes: Sizes) -> Iter
         return states.phases[:, i]
 
     front = np.array([0.0, 0.0, sizes.front])
-    yield Ball(phase, -sizes.tip_radius * contact.inward, sizes.tip_radius)
+    pad = contact.pad
+    thickness = 0.0 if pad is None else PAD_THICKNESS * sizes.tip_radius
+    yield Ball(phase, -(sizes.tip_radius + thickness) * contact.inward, sizes.tip_radius)
+    if pad is not None:
+        outer = -thickness * contact.inward
+        yield Rod(phase, outer, 0.0 * outer, (pad.radius, pad.radius))
+        hand = partial(_pad_hand, contact, pad)
+        yield Lines(Role.JOINT, hand, np.array([[0, 1]]), 0.6 * sizes.thickness)
     yield Arrow(
         phase,
         front,
@@ -422,6 +434,12 @@ def _cone_lines(scenario: Scenario, contact: Contact, i: int, sizes: Sizes, fron
     edges = np.column_stack([np.zeros(len(rim), int), index])
     around = edges[:0] if is_flat else np.column_stack([index, np.roll(index, -1)])
     return Lines(Role.CONE, points, np.concatenate([edges, around]), sizes.thickness)
+
+
+def _pad_hand(contact: Contact, pad: Pad, states: States) -> Values:
+    """From the middle of a pad beyond its edge, ``(n, 2, 3)``."""
+    end = -PAD_POINTER * contact.across(pad.hand(states))
+    return np.stack([np.zeros_like(end), end], axis=1)
 
 
 def _first_touch(contact: Contact, i: int, front: Values, states: States) -> Values:

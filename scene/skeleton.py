@@ -33,6 +33,7 @@ from slipgrasp.core.scenario.spatial import SpatialFinger, SpatialScenario
 from slipgrasp.core.scenario.spatial_geometry import spatial_contact
 from slipgrasp.core.scenario.spatial_geometry import tip_at_start as spatial_tip_at_start
 from slipgrasp.scene import rotations
+from slipgrasp.scene.pads import Pad, pad_of
 from slipgrasp.scene.states import States
 
 Values = NDArray[np.float64]
@@ -74,6 +75,7 @@ class Contact(NamedTuple):
         dimensions: d: the frame's axis d - 1 (from 0) points into the object.
         on_slides: Whether its finger is on slides, and never turns.
         curvatures: Of the face along its d - 1 tangents [1/m].
+        pad: Of a soft fingertip; None of a hard one.
     """
 
     anchor: Values
@@ -81,6 +83,7 @@ class Contact(NamedTuple):
     dimensions: int
     on_slides: bool = False
     curvatures: tuple[float, ...] = (0.0, 0.0)
+    pad: Pad | None = None
 
     @property
     def inward(self) -> Values:
@@ -180,7 +183,8 @@ def _contact(scenario: Scenario, i: int) -> Contact:
         told = spatial_contact(scenario.object, scenario.fingers[i])
         axes = (np.negative(told.tangent_x), np.negative(told.tangent_y), told.normal)
         anchor, on_slides = np.array(told.anchor), i in scenario.slides
-        return Contact(anchor, np.column_stack(axes), 3, on_slides, told.curvatures)
+        frame, pad = np.column_stack(axes), pad_of(scenario, i)
+        return Contact(anchor, frame, 3, on_slides, told.curvatures, pad)
     flat = contact_frame(scenario.object, scenario.fingers[i])
     (tx, ty), (nx, ny) = flat.tangent, flat.normal
     axes = np.column_stack([(-tx, -ty, 0.0), (nx, ny, 0.0), _Z])

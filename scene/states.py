@@ -30,6 +30,8 @@ class States(NamedTuple):
         normal_force: Shape ``(n, contacts)`` [N].
         friction: Friction coefficients, shape ``(n, contacts)``.
         phases: Numbers of the phases, shape ``(n, contacts)``.
+        spin: Angles by which soft fingertips have turned, shape ``(n, contacts)`` [rad].
+        torsional_moment: Of each on the object, about its outward normal, likewise [N m].
     """
 
     times: Values
@@ -42,6 +44,8 @@ class States(NamedTuple):
     normal_force: Values
     friction: Values
     phases: NDArray[np.int8]
+    spin: Values
+    torsional_moment: Values
 
 
 def states_of(samples: Trace) -> States:
@@ -65,6 +69,8 @@ def states_of(samples: Trace) -> States:
         normal_force=samples.normal_force,
         friction=samples.friction_coefficient,
         phases=samples.phase,
+        spin=of_pads(samples.spin, contacts),
+        torsional_moment=of_pads(samples.torsional_moment, contacts),
     )
 
 
@@ -81,6 +87,11 @@ def states_at(trace: Trace, times: Values) -> States:
     states = states_of(Trace.from_rows(trace.shape, np.stack(between, axis=1)))
     held = states_of(Trace.from_rows(trace.shape, rows[last]))
     return states._replace(friction=held.friction, phases=held.phases)
+
+
+def of_pads(values: Values, contacts: int) -> Values:
+    """A signal of soft fingertips ``(n, contacts)``; 0 where a hand has none."""
+    return values if values.shape[-1] else np.zeros((*values.shape[:-1], contacts))
 
 
 def drawable(values: NDArray[Any]) -> NDArray[Any]:

@@ -39,6 +39,11 @@ _COUNTED_IN_SPACE = (
         "softened",
         "a part of the demand that only huge forces would have given was given up",
     ),
+    (
+        "torsion_split",
+        "soft contacts can twist the object against each other, and no equation says how far; "
+        "the least moments were taken, and such contacts creep",
+    ),
 )
 
 _GRASP_CODE = "grasp_outside_cones"

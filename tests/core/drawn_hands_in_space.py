@@ -45,6 +45,16 @@ def draw_hand_in_space(
             without them all else is the same.
     """
     rng = source(f"hand in space {seed}")
+    mapping, faces = draw_mapping(rng)
+    if whole:
+        add_patches_and_more(rng, mapping, faces)
+    scenario = scenario_from_mapping(mapping)
+    assert isinstance(scenario, SpatialScenario)
+    return scenario
+
+
+def draw_mapping(rng: Random) -> tuple[dict[str, Any], tuple[str, ...]]:
+    """A scenario as nested keys, and the faces of its object that fingers touch."""
     n = rng.choice((2, 3, 4))
     body, faces = draw_body(rng, n)
     start = draw_start(rng)
@@ -64,15 +74,16 @@ def draw_hand_in_space(
             "friction": rng.choice(("cone", "pyramid")),
         },
     }
-    if whole:
-        mapping["patches"] = [_patch(rng, faces) for _ in range(rng.choice((0, 0, 1, 2)))]
-        for i, finger in enumerate(mapping["fingers"]):
-            finger["static_friction"] = _static_friction(rng, i, mapping)
-        if rng.choice((False, False, False, True)):
-            mapping["controller"] |= _grip(rng, mapping["controller"]["maximum_normal_force"])
-    scenario = scenario_from_mapping(mapping)
-    assert isinstance(scenario, SpatialScenario)
-    return scenario
+    return mapping, faces
+
+
+def add_patches_and_more(rng: Random, mapping: dict[str, Any], faces: tuple[str, ...]) -> None:
+    """Adds patches, static friction and PD control to a scenario."""
+    mapping["patches"] = [_patch(rng, faces) for _ in range(rng.choice((0, 0, 1, 2)))]
+    for i, finger in enumerate(mapping["fingers"]):
+        finger["static_friction"] = _static_friction(rng, i, mapping)
+    if rng.choice((False, False, False, True)):
+        mapping["controller"] |= _grip(rng, mapping["controller"]["maximum_normal_force"])
 
 
 def draw_start(rng: Random) -> tuple[float, ...]:
@@ -113,16 +124,14 @@ def draw_finger(
     aside = 0.04 if faces.count(faces[i]) == 2 else 0.0
     is_first = faces.index(faces[i]) == i
     offset = rng.uniform(-0.03, 0.03), rng.uniform(-0.03, 0.03) + (-aside if is_first else aside)
-    touching = SpatialFinger(base=(0.0, 0.0, 0.0), face=faces[i], contact_offset=offset)
-    contact = spatial_contact(SpatialObject(**body), touching)
     lengths = rng.uniform(0.7, 1.2), rng.uniform(0.7, 1.2)
-    R = rotation_matrix((start[3], start[4], start[5], start[6]))
-    away = -_turned(R, contact.normal) + [rng.uniform(-0.3, 0.3) for _ in range(3)]
+    touched, normal = touched_point(body, faces[i], offset, start)
+    away = -normal + [rng.uniform(-0.3, 0.3) for _ in range(3)]
     if faces[i] == "bottom":
         # Never right below: the axis of its yaw would go through the tip.
         away[:2] += rng.choice((-0.6, 0.6)), rng.choice((-0.6, 0.6))
     reach = rng.uniform(0.6, 0.85) * sum(lengths)
-    base = np.array(start[:3]) + _turned(R, contact.anchor) + reach * away / _length(away)
+    base = touched + reach * away / _length(away)
     return {
         "face": faces[i],
         "base": base.tolist(),
@@ -134,6 +143,16 @@ def draw_finger(
         "link_centre_fractions": (rng.uniform(0.3, 0.7), rng.uniform(0.3, 0.7)),
         "link_inertia_fractions": (rng.uniform(0.05, 0.15), rng.uniform(0.05, 0.15)),
     }
+
+
+def touched_point(
+    body: dict[str, Any], face: str, offset: tuple[float, float], start: tuple[float, ...]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Where a fingertip touches the object at the start [m], and the normal into it."""
+    touching = SpatialFinger(base=(0.0, 0.0, 0.0), face=face, contact_offset=offset)
+    contact = spatial_contact(SpatialObject(**body), touching)
+    R = rotation_matrix((start[3], start[4], start[5], start[6]))
+    return np.array(start[:3]) + _turned(R, contact.anchor), _turned(R, contact.normal)
 
 
 def _grip(rng: Random, most: float | None) -> dict[str, Any]:

@@ -15,6 +15,8 @@ from slipgrasp.core.kernel.spatial.state import (
     parts_of,
 )
 from slipgrasp.core.kernel.spatial.torsion import spatial_keep_stick
+from slipgrasp.core.kernel.spatial.torsion_equations import spatial_mobility
+from slipgrasp.core.kernel.spatial.torsion_layout import ROWS
 from slipgrasp.core.kernel.spatial.workspace import DISCRETE, SLIP, STICK, WORKSPACE
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.custom_laws import forget
@@ -140,6 +142,21 @@ def test_the_spin_acceleration_is_the_difference_quotient_of_the_spin_velocity(
 
 @pytest.mark.parametrize("phases", PHASES)
 @pytest.mark.parametrize(("n", "seed"), [(2, 0), (3, 0), (3, 1), (4, 0)])
+def test_forces_and_accelerations_agree_in_contact_space_too(n, seed, phases):
+    hand = Hand(n, seed, phases)
+    work, torsion = hand.work, hand.work.torsion
+    forces = np.column_stack((work.forces[:n, :2], work.moments[:n], work.forces[:n, 2]))
+    stated = np.column_stack((work.slip_acceleration[:n], work.spin_acceleration[:n], np.zeros(n)))
+    call(spatial_mobility, hand.model, hand.state, work)
+    G, c = torsion.mobility[: ROWS * n, : ROWS * n], torsion.offset[: ROWS * n]
+    np.testing.assert_allclose(G, G.T, atol=1e-12 * np.abs(G).max())
+    found = (G @ forces.ravel() + c).reshape(n, ROWS)
+    scale = np.abs(G).max() * np.abs(forces).max() + np.abs(c).max()
+    np.testing.assert_allclose(found, stated, atol=1e-12 * scale)
+
+
+@pytest.mark.parametrize("phases", PHASES)
+@pytest.mark.parametrize(("n", "seed"), [(2, 0), (3, 0), (3, 1), (4, 0)])
 def test_friction_lies_on_its_ball_where_a_contact_slips_and_against_the_slip(n, seed, phases):
     hand = Hand(n, seed, phases)
     work, parts = hand.work, parts_of(hand.state, n)
@@ -213,6 +230,22 @@ def test_a_box_turns_between_the_jaws_of_a_gripper_too():
     assert np.abs(run.trace.energy_residual).max() < 1e-8
 
 
+def test_a_slip_that_turns_back_stops_and_begins_at_one_time():
+    """Continuous control: 2.303 rad at 0.8297 s, and for good 1.382737 rad at 2.237505 s."""
+    run = simulate(soft_box(0.003, 1e-3, 2.4))
+    trace, changes = run.trace, run.phase_changes
+    farthest = float(trace.times[np.abs(trace.spin[:, 0]).argmax()])
+    assert farthest == pytest.approx(0.8297, abs=2e-3)
+    assert np.abs(trace.spin[:, 0]).max() == pytest.approx(2.303, abs=5e-3)
+    turning = [(c.time, c.from_phase, c.to_phase) for c in changes if c.contact == 0][1:3]
+    assert turning == [(pytest.approx(farthest, abs=1e-3), 2, 0), (turning[0][0], 0, 2)]
+    assert last_stops(run)[0] == pytest.approx(2.237505, rel=2e-3)
+    assert abs(run.metrics.spin_end[0]) == pytest.approx(1.382737, rel=5e-3)
+    assert run.metrics.slip_path[0] == pytest.approx(5.967204e-3, rel=5e-3)
+    assert run.metrics.phase_change_count == len(changes)
+    assert excess(run) < 1e-9
+
+
 @pytest.mark.parametrize(("eccentricity", "turns"), [(0.011, True), (0.0115, False)])
 def test_the_box_turns_only_where_friction_cannot_hold_its_moment(eccentricity, turns):
     """The border is e = 11.26 mm."""
@@ -264,7 +297,16 @@ def test_a_law_that_holds_presses_as_hard_as_load_and_moment_ask(law, eccentrici
     # Nothing turns the object about the line of the contacts but a slip.
     assert run.trace.input_rank[-1] == 5.0
     assert run.trace.controllability[-1, 3] < 1e-3
-    assert not run.warnings
+    # Both contacts turn about one line: nothing says which of them carries the moment.
+    (warning,) = run.warnings
+    assert (warning.code, warning.count, warning.first_time) == ("torsion_split", 1, 0.0)
+
+
+def test_the_moment_of_a_single_pad_is_determined():
+    values = {"simulation.duration": 0.1, "fingers.0.pad_radius": 0.015}
+    run = simulate(with_values(load_scenario("spatial-composite"), values))
+    assert run.outcome is Outcome.COMPLETED
+    assert "torsion_split" not in {warning.code for warning in run.warnings}
 
 
 def test_a_custom_law_sees_spins_and_moments():

@@ -4,15 +4,22 @@ import io
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
+from numpy.testing import assert_allclose
 
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.figures.hand_motion import motion_of
+from slipgrasp.figures.moving_lens import MovingLens
+from slipgrasp.figures.style import paper_style
 from slipgrasp.recordings.export import write_csv
 from slipgrasp.recordings.file.reader import read_recording
 from slipgrasp.recordings.file.schemas import format_of
 from slipgrasp.recordings.file.versions import SOFT_FORMAT, SPATIAL_FORMAT
 from slipgrasp.recordings.file.writer import write_recording
 from slipgrasp.recordings.store.run_query import FIGURES
+from slipgrasp.scene.parts import PAD_POINTER
+from tests.recordings.reading_display import read_topic, shown_rows
 
 pytestmark = pytest.mark.slow
 
@@ -28,6 +35,12 @@ def short(pad_radius):
 @pytest.fixture(scope="module")
 def soft_run():
     return short(0.015)
+
+
+@pytest.fixture(scope="module")
+def pivot():
+    values = {"simulation.duration": 0.5}
+    return simulate(with_values(load_scenario("parallel-gripper"), values))
 
 
 def test_a_run_with_soft_fingertips_reads_back_bit_for_bit(soft_run, same_run, tmp_path):
@@ -49,6 +62,41 @@ def test_a_run_with_points_keeps_its_format_and_has_no_spins(tmp_path):
     assert not back.trace.absent
     assert back.metrics.spin_path == ()
     assert "spin_path_0" not in back.metrics.flattened()
+
+
+def test_foxglove_shows_a_pad_as_a_disc_with_a_line_that_turns(pivot, tmp_path):
+    write_recording(pivot, tmp_path / "run.mcap")
+    scenes = [scene for _, _, _, scene in read_topic(tmp_path / "run.mcap", "/scene")]
+    samples = shown_rows(pivot)
+    for row in (0, len(scenes) - 1):
+        contact = next(each for each in scenes[row].entities if each.id == "contact_0")
+        assert [(each.size.x, each.size.y) for each in contact.cylinders[:1]] == [(0.03, 0.03)]
+        start, end = contact.lines[0].points
+        spin = samples.spin[row, 0]
+        assert (start.x, start.y, start.z, end.z) == (0.0, 0.0, 0.0, 0.0)
+        reach = PAD_POINTER * 0.015
+        assert_allclose((end.x, end.y), (-reach * np.cos(spin), -reach * np.sin(spin)), atol=1e-12)
+    assert abs(spin) > 0.1
+
+
+def test_moving_pictures_show_the_pad_of_a_soft_fingertip(pivot):
+    times = np.array([0.0, pivot.end_time])
+    with paper_style():
+        lens = MovingLens(Figure(), pivot, 1, motion_of(pivot, times))
+    _, _, pad, hand = lens.artists[:4]
+    ends = []
+    for frame in range(2):
+        lens.place(frame)
+        assert pad.get_visible() and hand.get_visible()
+        points = np.column_stack(hand.get_data())
+        assert_allclose(points[0], pad.center)
+        ends.append((points[1] - points[0]) / pad.radius)
+    spin = pivot.trace.spin[-1, 1]
+    assert_allclose(ends, [(0.0, 1.0), (np.sin(spin), np.cos(spin))], atol=1e-12)
+    hard = short(0.0)
+    with paper_style():
+        lens = MovingLens(Figure(), hard, 0, motion_of(hard, times[:1]))
+    assert not any(part.get_visible() for part in lens.artists[2:4])
 
 
 def test_the_short_table_has_the_spins_contact_by_contact(soft_run):

@@ -224,3 +224,44 @@ def test_sizes_grow_with_the_hand(runs):
         before, after = parts.sizes_of(run.scenario), parts.sizes_of(larger)
         assert after.mark == pytest.approx(2.0 * before.mark)
         assert after.tip_radius == pytest.approx(2.0 * before.tip_radius)
+
+
+@pytest.fixture(scope="module")
+def pivot():
+    values = {"simulation.duration": 1.3}
+    return simulate(with_values(load_scenario("parallel-gripper"), values))
+
+
+def test_the_hand_of_a_pad_on_jaws_that_do_not_turn_keeps_its_direction_in_the_world(pivot):
+    states = states_of(pivot.trace)
+    poses = world_poses(frames_of(pivot.scenario), states)
+    assert np.abs(states.spin).max() > 0.7
+    for name in map(skeleton.contact_name, range(2)):
+        shapes = entity(pivot.scenario, name).shapes
+        (disc,) = (each for each in shapes if isinstance(each, Rod))
+        (hand,) = (each for each in shapes if isinstance(each, Lines) and each.paint is Role.JOINT)
+        assert disc.radii == (0.015, 0.015)
+        middle, end = np.moveaxis(hand.points(states), 1, 0)
+        assert_allclose(middle, 0.0)
+        assert_allclose(np.linalg.norm(end, axis=1), parts.PAD_POINTER * 0.015)
+        turned = np.einsum("nij,nj->ni", poses[name][1], end)
+        assert_allclose(turned, turned[:1].repeat(len(turned), axis=0), atol=1e-5)
+
+
+def test_beside_the_moment_of_a_pad_friction_is_as_large_as_the_tangential_force_in_slip(pivot):
+    states = states_of(pivot.trace)
+    for i, contact in enumerate(contacts_of(pivot.scenario)):
+        slips = states.phases[:, i] != ContactPhase.STICK
+        limit = states.friction[:, i] * states.normal_force[:, i]
+        left = contact.pad.left_by_moment(limit, states)
+        size = np.linalg.norm(states.tangential_force[:, i], axis=1)
+        assert slips.sum() > 100
+        assert_allclose(left[slips], size[slips], rtol=1e-6)
+        assert (left >= size * (1.0 - 1e-6)).all()
+
+
+def test_hard_fingertips_have_no_pads(runs):
+    for run in runs:
+        states = states_of(run.trace)
+        assert all(contact.pad is None for contact in contacts_of(run.scenario))
+        assert states.spin.shape == states.phases.shape and not states.spin.any()

@@ -132,6 +132,36 @@ def test_marks_have_the_colour_of_their_phase_and_friction_its_rim(
     scene.remove()
 
 
+def test_the_pad_of_a_soft_fingertip_is_a_disc_whose_hand_turns_with_it(
+    viewer_server: ViewerServer, prism: RunResult
+) -> None:
+    run = simulate(with_values(load_scenario("parallel-gripper"), {"simulation.duration": 0.6}))
+    scene, sampler, pad = Scene(viewer_server), Sampler(run.trace), 0.015
+    layout = scene.show(run)
+    radius = layout.magnification * pad
+    assert 0.3 * layout.lens_radius < radius < layout.lens_radius
+    for time in (0.0, 0.55):
+        sample = sampler.at(time)
+        scene.update(sample)
+        spin = float(sample.spin[0])
+        start, end = node(viewer_server, f"{LENS}/tip/pad-hand").points[0]
+        # Seen from outside a positive spin is clockwise.
+        clock = radius * np.array([np.sin(spin), np.cos(spin)])
+        np.testing.assert_allclose((end - start)[[0, 2]], clock, atol=1e-6)
+        _, end = node(viewer_server, f"{OBJECT}/contact0/tip/pad-hand").points[0]
+        np.testing.assert_allclose(end[:2], -1.35 * pad * clock[::-1] / radius, atol=1e-6)
+    assert abs(spin) > 0.2
+    for name in (f"{LENS}/tip/pad", "/space/object/contact0/tip/pad"):
+        assert tuple(node(viewer_server, name).color) == PHASES[ContactPhase.SLIP]
+    friction, _ = node(viewer_server, f"{LENS}/tip/arrows").points
+    rim = float(node(viewer_server, f"{LENS}/tip/cone/inside").scale[0])
+    assert np.linalg.norm(friction[1] - friction[0]) == pytest.approx(rim, rel=1e-4)
+    scene.show(prism)
+    scene.update(Sampler(prism.trace).at(DURING))
+    assert viewer_server.scene.get_handle_by_name(f"{LENS}/tip/pad") is None
+    scene.remove()
+
+
 def test_friction_has_a_square_in_the_pyramid_on_face_and_lens(
     viewer_server: ViewerServer, prism: RunResult
 ) -> None:

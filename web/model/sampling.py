@@ -38,6 +38,8 @@ class Sample:
         friction: True friction coefficient of each contact.
         joint_positions: Joint angles, shape ``(fingers, joints)`` [rad]; positions of slides [m].
         estimates: Estimates of the unknown parameters.
+        spin: Angle by which each fingertip has turned on its face [rad]; none of hard ones.
+        torsional_moment: Of each on the object [N m], likewise.
     """
 
     time: float
@@ -53,6 +55,8 @@ class Sample:
     friction: Values
     joint_positions: Values
     estimates: Values
+    spin: Values
+    torsional_moment: Values
 
 
 class Spot(NamedTuple):
@@ -132,6 +136,8 @@ class Sampler:
             friction=trace.friction_coefficient[spot.row],
             joint_positions=spot.read(trace.joint_position).reshape(-1, shape.joints_per_finger),
             estimates=spot.read(trace.estimates),
+            spin=spot.read(trace.spin),
+            torsional_moment=spot.read(trace.torsional_moment),
         )
 
 

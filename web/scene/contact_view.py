@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from slipgrasp.core.trace.types import ContactPhase
 from slipgrasp.recordings.palette import CONE, PHASES, Rgb
-from slipgrasp.scene.parts import force_in
+from slipgrasp.scene.pads import Pad
+from slipgrasp.scene.parts import PAD_POINTER, PAD_THICKNESS, force_in, prism
 from slipgrasp.scene.skeleton import Contact
 from slipgrasp.scene.states import States
 from slipgrasp.web.model.colours import BELIEVED_CONE, CONE_INSIDE, glow
@@ -131,10 +132,13 @@ class ContactView:
         self._add_fingertip(f"{name}/tip")
         self._cone = scene.add_frame(f"{name}/tip/cone", show_axes=False)
         self._add_cone(f"{name}/tip/cone")
+        if contact.pad is not None:
+            self._add_pad(contact.pad)
         self._phase: ContactPhase | None = None
         self._drawn: tuple[int, int | None] | None = None
         self._path: Trail | None = None
         self._follow_tip = Follower(detail, self._draw_tip)
+        self._follow_hand = Follower(detail, self._draw_hand)
         self._follow_trail = Follower(detail, self._draw_trail)
         self._follow_arrows = Follower(detail, self._draw_arrows)
 
@@ -158,6 +162,8 @@ class ContactView:
             self._colour(phase)
         self._slip = states.slip[0, i]
         self._follow_tip.follow(marks.tip)
+        if self._contact.pad is not None:
+            self._follow_hand.follow(PAD_POINTER * self._contact.pad.hand(states)[0])
         self._path = trail
         self._follow_trail.follow(self.magnification * trail.extent)
         force = np.stack([np.zeros(3), self._within(marks.tip, marks.force)])
@@ -199,6 +205,10 @@ class ContactView:
         if self._contact.is_curved:
             self._tip.wxyz = self._contact.turned(self._slip)
 
+    def _draw_hand(self, hand: Points) -> None:
+        end = -self._contact.across(hand)
+        self._hand.points = np.stack([np.zeros(3), end])[None].astype(np.float32)
+
     def _draw_trail(self, _extent: Points) -> None:
         assert self._path is not None, "it is drawn by update"
         pieces = _ARC_PIECES if self._flat and self._contact.is_curved else 1
@@ -235,6 +245,23 @@ class ContactView:
             head_radius=2.6 * sizes.shaft_radius,
             head_length=5.0 * sizes.shaft_radius,
         )
+
+    def _add_pad(self, pad: Pad) -> None:
+        """A disc between the face and the ball, and a line that turns with the fingertip."""
+        sizes, inward = self._sizes, self._contact.inward
+        thickness = PAD_THICKNESS * sizes.tip_radius
+        solid = prism(circle(pad.radius), 0.5 * thickness)
+        self._disc = self._scene.add_mesh_simple(
+            f"{self._name}/tip/pad",
+            solid.points.astype(np.float32),
+            solid.indices.astype(np.uint32),
+            color=CONE,
+            flat_shading=True,
+            position=-0.5 * thickness * inward,
+        )
+        self._hand = self._lines("tip/pad-hand", CONE, 0.35 * sizes.tip_radius)
+        for node in (self._ball, self._halo):
+            node.position = -(sizes.tip_radius + thickness) * inward
 
     def _add_cone(self, name: str) -> None:
         """The cone in which the force on the object stays: around the inward normal."""
@@ -289,6 +316,8 @@ class ContactView:
         """Gives every mark the colour of the phase; halo and motion show that it slips."""
         colour = PHASES[phase]
         self._ball.color = colour
+        if self._contact.pad is not None:
+            self._disc.color = colour
         self._halo.colors = np.array(colour, dtype=np.uint8)
         self._arrows.colors = np.array([glow(colour)] * 2, dtype=np.uint8)
         self._halo.visible = phase is not ContactPhase.STICK

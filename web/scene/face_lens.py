@@ -5,6 +5,10 @@ slip (s_x, s_y) stands at (right, up) = (s_y, s_x). The path of the fingertip is
 fingertip lies what friction cannot leave, a disc on the cone and a square in the pyramid: as large
 as the largest friction that the contact can give now; the arrow in it is the friction on the
 object. While the fingertip slips, that arrow ends on the rim, and the slip velocity continues it.
+
+Of a soft fingertip the pad is a disc as large as it is, in the colour of its phase. The dark line
+in it turns with the fingertip, the pale one shows how it lay at the start; friction is as large as
+the limit surface allows beside the moment.
 """
 
 from __future__ import annotations
@@ -23,13 +27,14 @@ from slipgrasp.web.scene.images import SceneImage, add_image_in_plane, round_pat
 from slipgrasp.web.scene.layout import FullScale, SceneLayout, nice_at_least
 from slipgrasp.web.scene.lens_frame import LensFrame
 from slipgrasp.web.scene.marks import Trail
-from slipgrasp.web.scene.shapes import extrude, lift, polyline, position
+from slipgrasp.web.scene.shapes import circle, extrude, lift, polyline, position
 from slipgrasp.web.scene.surfaces import Surfaces
 
 Points = NDArray[np.float64]
 
 _SPEED_LENGTH = 0.32
 _FINE_LINE = 0.018
+_PAD_CORNERS, _PAD_OPACITY = 48, 0.35
 
 
 class FaceLens:
@@ -60,15 +65,18 @@ class FaceLens:
         detail: Detail,
     ) -> None:
         self._index, self._outline, self._radius = index, rim, layout.lens_radius
+        self._pad = contact.pad
         self._scene, self._name, self._surfaces = scene, name, surfaces
         patch = SceneImage(round_patch(surfaces.object), 2.0 * self._radius)
         add_image_in_plane(scene, f"{name}/face", patch, np.zeros(2), -0.01)
         self._grid = self._lines("grid", surfaces.object_edge, _FINE_LINE)
-        self.surround = LensFrame(scene, name, self._radius, finger, surfaces, detail)
+        turns = self._pad is not None
+        self.surround = LensFrame(scene, name, self._radius, finger, surfaces, detail, turns=turns)
         self._add_marks()
         self._phase: ContactPhase | None = None
         self._path: Trail | None = None
         self._follow_tip = Follower(detail, self._draw_tip)
+        self._follow_hand = Follower(detail, self._draw_hand)
         self._follow_limit = Follower(detail, self._draw_limit)
         self._follow_arrows = Follower(detail, self._draw_arrows)
 
@@ -76,7 +84,10 @@ class FaceLens:
         """Sets how much larger than life the lens shows slip, and how large friction."""
         self._magnification, self._limit_scale = layout.magnification, layout.disc_scale
         self._draw_grid()
-        for follower in (self._follow_tip, self._follow_limit, self._follow_arrows):
+        if self._pad is not None:
+            self._draw_pad(self._magnification * self._pad.radius)
+        followers = self._follow_tip, self._follow_hand, self._follow_limit, self._follow_arrows
+        for follower in followers:
             follower.forget()
 
     def show_cone(self, visible: bool) -> None:
@@ -102,7 +113,11 @@ class FaceLens:
         self._follow_tip.follow(self._magnification * states.slip[0, i, ::-1])
         normal = max(float(states.normal_force[0, i]), 0.0)
         limits = np.array([float(states.friction[0, i]), believed or 0.0])
-        self._follow_limit.follow(self._limit_scale * normal * limits.clip(0.0))
+        limit = normal * limits.clip(0.0)
+        if self._pad is not None:
+            self._follow_hand.follow(self._magnification * self._pad.hand(states)[0, ::-1])
+            limit = self._pad.left_by_moment(limit[None], states)[0]
+        self._follow_limit.follow(self._limit_scale * limit)
         friction = -self._limit_scale * states.tangential_force[0, i, ::-1]
         speed = _SPEED_LENGTH * self._radius / full.speed * states.slip_velocity[0, i, ::-1]
         slips = phase is not ContactPhase.STICK
@@ -120,6 +135,8 @@ class FaceLens:
         scene, name, radius = self._scene, self._name, self._radius
         self._way = self._lines("way", PHASES[ContactPhase.SLIP], 0.05)
         self._tip = scene.add_frame(f"{name}/tip", show_axes=False)
+        if self._pad is not None:
+            self._add_pad()
         self._cone = scene.add_frame(f"{name}/tip/cone", show_axes=False)
         inside = extrude(self._outline, 0.011, 0.012)
         self._inside = scene.add_mesh_simple(
@@ -140,6 +157,23 @@ class FaceLens:
             head_length=5.0 * shaft,
         )
 
+    def _add_pad(self) -> None:
+        disc = extrude(circle(1.0, _PAD_CORNERS), 0.006, 0.007)
+        self._disc = self._scene.add_mesh_simple(
+            f"{self._name}/tip/pad", *disc, color=CONE, opacity=_PAD_OPACITY, flat_shading=True
+        )
+        self._pad_edge = self._lines("tip/pad-edge", CONE, 0.025)
+        self._start_hand = self._lines("tip/pad-start", self._surfaces.object_edge, 0.02)
+        self._hand = self._lines("tip/pad-hand", self._surfaces.joint, 0.045)
+
+    def _draw_pad(self, radius: float) -> None:
+        self._disc.scale = (radius, 1.0, radius)
+        self._pad_edge.points = polyline(circle(radius, _PAD_CORNERS), 0.008, closed=True)
+        self._start_hand.points = lift(np.array([[[0.0, 0.0], [0.0, radius]]]), 0.018)
+
+    def _draw_hand(self, hand: Points) -> None:
+        self._hand.points = lift(np.stack([np.zeros(2), hand])[None], 0.03)
+
     def _draw_grid(self) -> None:
         """A cross through the point touched first, with ticks at round slips."""
         step = nice_at_least(0.15 * self._radius / self._magnification)
@@ -155,6 +189,9 @@ class FaceLens:
     def _colour(self, phase: ContactPhase) -> None:
         colour = PHASES[phase]
         self._ball.color = colour
+        if self._pad is not None:
+            self._disc.color = colour
+            self._pad_edge.colors = np.array(glow(colour), dtype=np.uint8)
         self._arrows.colors = np.array([glow(CONE), glow(colour)], dtype=np.uint8)
 
     def _draw_tip(self, slip: Points) -> None:

@@ -97,12 +97,13 @@ def lay_out(result: RunResult, *, whole_hand: bool = False) -> SceneLayout:
     places = place_lenses(low, high, count)
     slip = np.linalg.norm(trace.slip.reshape(len(trace), count, -1), axis=2)
     radius = _SLIP_SHARES[scenario.space] * places.radius
+    pads = [each.pad.radius for each in skeleton.contacts_of(scenario) if each.pad is not None]
     limit = max(float(trace.friction_coefficient.max() * full.force), 1e-3)
     return SceneLayout(
         plane=plane,
         lens_centres=places.centres,
         lens_radius=places.radius,
-        magnification=lens_magnification(float(slip.max()), radius),
+        magnification=lens_magnification(float(slip.max()) + max(pads, default=0.0), radius),
         full=full,
         disc_scale=_DISC_SHARE * places.radius / nice_at_least(limit),
         low=places.low,
@@ -177,7 +178,8 @@ def lens_magnification(largest_slip: float, radius: float) -> float:
     """The round magnification at which the largest slip fills most of the lens's half.
 
     Args:
-        largest_slip: Largest displacement along a face in the run [m].
+        largest_slip: Largest displacement along a face in the run, with the pad of a soft fingertip
+            around it [m].
         radius: Radius of the lens [m].
     """
     wanted = _LENS_SHARE * radius / max(largest_slip, 1e-9)

@@ -39,6 +39,7 @@ class LensFrame:
         finger: What the finger is called.
         surfaces: Colours.
         detail: How finely it is drawn.
+        turns: Whether it shows by how much the fingertip has turned, as a soft one does.
     """
 
     def __init__(
@@ -49,8 +50,11 @@ class LensFrame:
         finger: str,
         surfaces: Surfaces,
         detail: Detail,
+        *,
+        turns: bool = False,
     ) -> None:
         self._scene, self._name, self._surfaces = scene, name, surfaces
+        self._turns = turns
         self._radius, self._detail = radius, detail
         self._rim = self._add_rim()
         self._titles = [
@@ -80,7 +84,10 @@ class LensFrame:
             self._show_phase(phase)
         if self._detail.with_numbers:
             force = math.hypot(*states.tangential_force[0, i], states.normal_force[0, i])
-            self._tell_numbers(float(np.linalg.norm(states.slip[0, i])), force, pale_slip)
+            slip = length_words(float(np.linalg.norm(states.slip[0, i])))
+            if self._turns:
+                slip += f", {math.degrees(abs(float(states.spin[0, i]))):.0f}°"
+            self._tell_numbers(slip, force, pale_slip)
 
     def _show_phase(self, phase: ContactPhase) -> None:
         slips = phase is not ContactPhase.STICK
@@ -93,9 +100,9 @@ class LensFrame:
         text = f"{magnification:g} : 1, ticks {1e3 * tick:g} mm"
         self._add_words("scale", text, places.SCALE_PLACE, places.SCALE_HEIGHT)
 
-    def _tell_numbers(self, slip: float, force: float, pale_slip: float | None) -> None:
+    def _tell_numbers(self, slip: str, force: float, pale_slip: float | None) -> None:
         told = [
-            f"slip {length_words(slip)}",
+            f"slip {slip}",
             f"force {force:.1f} N",
             "" if pale_slip is None else f"pale {length_words(abs(pale_slip))}",
         ]

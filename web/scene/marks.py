@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.trace.types import ContactPhase
 from slipgrasp.recordings.palette import PHASES
-from slipgrasp.scene.states import States, in_three_dimensions
+from slipgrasp.scene.states import States, in_three_dimensions, of_pads
 from slipgrasp.web.model.colours import glow
 from slipgrasp.web.model.sampling import Sample
 from slipgrasp.web.scene.layout import FullScale, SceneLayout
@@ -105,6 +105,8 @@ def states_of(sample: Sample) -> States:
         normal_force=sample.normal_force[None],
         friction=sample.friction[None],
         phases=np.array([sample.phases], np.int8),
+        spin=of_pads(sample.spin[None], len(sample.phases)),
+        torsional_moment=of_pads(sample.torsional_moment[None], len(sample.phases)),
     )
 
 

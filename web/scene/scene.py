@@ -257,7 +257,7 @@ class _Views:
 def _shape(scenario: Scenario) -> object:
     """What the nodes depend on; the same for runs that differ in masses or gains alone."""
     fingers = tuple(
-        (f.kind, f.link_lengths, f.base, f.face, f.contact_offset, f.elbow, _chain_of(f))
+        (f.kind, f.link_lengths, f.base, f.face, f.contact_offset, f.elbow, _spatial_parts(f))
         for f in scenario.fingers
     )
     corners = parts.outline_of(scenario).tobytes()
@@ -265,14 +265,14 @@ def _shape(scenario: Scenario) -> object:
     return (fingers, body, scenario.trajectory.start, scenario.friction_cone == "pyramid")
 
 
-def _chain_of(finger: object) -> object:
-    """What a chain looks like; nothing of a planar finger."""
+def _spatial_parts(finger: object) -> object:
+    """What a chain and a pad look like; nothing of a planar finger."""
     if not isinstance(finger, SpatialFinger):
         return None
     joints = [
         (j.kind, j.place, j.attitude, j.axis, j.follows, j.ratio, j.offset) for j in finger.joints
     ]
-    return finger.attitude, finger.tip, *joints
+    return finger.attitude, finger.tip, *joints, finger.pad_radius, finger.pad_pressure
 
 
 def _make_views(

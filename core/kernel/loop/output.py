@@ -160,17 +160,23 @@ def log_changes(model: Record, run: Record, outlet: Record) -> bool:
         before, after = run.old.phases[i], run.discrete.phases[i]
         if before == after:
             continue
-        entry = run.num_changes
-        outlet.changes[entry, 0], outlet.changes[entry, 1] = now, i
-        outlet.changes[entry, 2], outlet.changes[entry, 3] = before, after
-        run.num_changes += 1
-        slot = run.all_changes % model.numerics.chatter_changes
+        slot = (run.all_changes - run.turns) % model.numerics.chatter_changes
         chatters = chatters or now - outlet.history[slot] < window
         outlet.history[slot] = now
-        run.all_changes += 1
-        if after == 0:
-            run.last_stick = now
+        log_change(run, outlet, i, before, after)
     return chatters
+
+
+@compiled
+def log_change(run: Record, outlet: Record, i: int, before: int, after: int) -> None:
+    """Logs that contact ``i`` has another phase."""
+    entry = run.num_changes
+    outlet.changes[entry, 0], outlet.changes[entry, 1] = run.now, i
+    outlet.changes[entry, 2], outlet.changes[entry, 3] = before, after
+    run.num_changes += 1
+    run.all_changes += 1
+    if after == 0:
+        run.last_stick = run.now
 
 
 @compiled

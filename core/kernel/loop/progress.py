@@ -12,8 +12,8 @@ from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Layout, Recor
 from slipgrasp.core.scenario import MAX_CHATTER_CHANGES, MAX_DIAGNOSTICS, MAX_UNKNOWNS
 
 # Warnings, counted with their first time.
-AMBIGUITIES, HOLDS, CLAMPED, SATURATED, FREE_ROTATION, RESTARTS, SOFTENED = range(7)
-NUM_WARNINGS = 7
+AMBIGUITIES, HOLDS, CLAMPED, SATURATED, FREE_ROTATION, RESTARTS, SOFTENED, TORSION_SPLIT = range(8)
+NUM_WARNINGS = 8
 
 MAX_WAITING = 128
 ROWS_PER_STEP = 10_001  # of the longest step at the highest rate of output
@@ -89,6 +89,7 @@ def progress_layout(parts: Sequence[tuple[str, Layout]], num_joints: int) -> Lay
         ("begun", np.int64),  # 1 once the present stretch has begun
         ("num_changes", np.int64),  # in the buffer
         ("all_changes", np.int64),
+        ("turns", np.int64),  # of them: a contact stops and slips on another way at once
         ("last_stick", np.float64),  # time of the last change to stick; -inf if none [s]
         ("warning_counts", np.int64, (NUM_WARNINGS,)),
         ("warning_times", np.float64, (NUM_WARNINGS,)),  # first of each [s]
@@ -135,3 +136,10 @@ def warn(run: Record, code: int) -> None:
     if run.warning_counts[code] == 0:
         run.warning_times[code] = run.now
     run.warning_counts[code] += 1
+
+
+@compiled
+def warn_once(run: Record, code: int) -> None:
+    """Gives a warning of what lasts, with the time at which it began."""
+    if run.warning_counts[code] == 0:
+        warn(run, code)

@@ -26,7 +26,7 @@ from slipgrasp.core.kernel.loop.status import (
 )
 from slipgrasp.core.kernel.loop.ticks import next_command, next_tick
 from slipgrasp.core.kernel.spatial.dynamics import stored_energy
-from slipgrasp.core.kernel.spatial.flow import SURE_SPEED, spatial_plant
+from slipgrasp.core.kernel.spatial.flow import SURE_CREEP, SURE_SPEED, spatial_plant
 from slipgrasp.core.kernel.spatial.guards import (
     PER_CONTACT,
     PHASE,
@@ -59,13 +59,18 @@ from slipgrasp.core.kernel.spatial.steps import (
     stop_in_patch,
 )
 from slipgrasp.core.kernel.spatial.tick import control_tick, spatial_apply
-from slipgrasp.core.kernel.spatial.torsion import begins_slip, contacts_creep, spatial_keep_stick
+from slipgrasp.core.kernel.spatial.torsion import (
+    begins_slip,
+    contacts_creep,
+    let_resting_stick,
+    spatial_keep_stick,
+)
+from slipgrasp.core.kernel.spatial.torsion_equations import spin_of
 from slipgrasp.core.kernel.spatial.torsion_onset import rests_again
 from slipgrasp.core.kernel.spatial.ways import friction_margin, parts_of_way, way_speed
 from slipgrasp.core.kernel.spatial.workspace import STICK
 
-# What has crept in stick has a velocity before it slips, not in its direction.
-SURE_CREEP = 1e-6  # [m/s]
+LEAST_TURN = 0.1  # share of spin in a slip, from which on that gives its speed
 STOPS_TOO, STOPS_WITHIN = 1e-7, 1e-8  # slips that end with another one [m/s, s]
 
 
@@ -81,18 +86,26 @@ def _thaw(model: Record, run: Record) -> bool:
             sure = SURE_CREEP if creeps else SURE_SPEED
             if way_speed(model, run.step.start, i, way) >= sure:
                 discrete.frozen[i, way] = 0
-                _align(model, run, i, way)
+                if model.soft == 0:
+                    _align(model, run, i, way)
                 found = True
     return found
 
 
 @compiled
 def _align(model: Record, run: Record, i: int, way: int) -> None:
-    """Gives a slip the direction that it was taken for, so that no force jumps."""
-    speed = way_speed(model, run.step.start, i, way)
+    """Gives a slip the direction that it was taken for, so that no force jumps.
+
+    The spin of a soft contact is that of its hand, and heavy: the slip follows it.
+    """
+    state, direction = run.step.start, run.discrete.directions[i]
+    speed = way_speed(model, state, i, way)
+    if model.soft == 1 and abs(direction[2]) > LEAST_TURN:
+        by_spin = spin_of(model, state, run.work, i) / direction[2]
+        speed = by_spin if by_spin > 0.0 else speed
     for part in parts_of_way(model, way):
         at = velocity_at(model.num_fingers, i, part)
-        run.step.start.x[at] = speed * run.discrete.directions[i, part]
+        state.x[at] = speed * direction[part]
 
 
 @compiled
@@ -113,6 +126,8 @@ def spatial_event(model: Record, run: Record, outlet: Record) -> int:
     _point_onsets(model, run)
     count_stall(run)
     keep_old(model, run)
+    if model.soft == 1:
+        let_resting_stick(model, discrete, state, discrete.directions, True)
     status = find_end(model, run, PER_CONTACT)
     if status == RUNNING:
         status = find_limited(model, run)
@@ -170,19 +185,36 @@ def _cut(model: Record, run: Record, size: float) -> float:
 
 @compiled
 def _finish_step(model: Record, run: Record, outlet: Record, _t_stop: float, _reaches: bool) -> int:
-    """Slips that are fast enough have their own direction; those that came to nothing stick."""
-    _point_onsets(model, run)
-    if model.soft == 1 and rests_again(model, run.discrete, run.step):
-        return _let_rest(model, run, outlet)
-    thaws = _thaw(model, run)
+    """Slips that are fast enough have their own direction."""
     if model.soft == 1:
-        spatial_keep_stick(model, run.discrete, run.step.start, run.work)
-    if thaws:
+        return _finish_soft_step(model, run, outlet)
+    if _thaw(model, run):
         spatial_plant(model, run.discrete, run.step.start, run.work)
-        if model.soft == 1 and _is_overcome(model, run):
-            return _let_rest(model, run, outlet)
         restart(model, run)
     return RUNNING
+
+
+@compiled
+def _finish_soft_step(model: Record, run: Record, outlet: Record) -> int:
+    """The same where fingertips are soft; what has begun to slip and rests sticks again."""
+    discrete, start, changes = run.discrete, run.step.start, begins_slip(model, run.discrete)
+    if changes:
+        _point_onsets(model, run)
+        keep_old(model, run)
+        if rests_again(model, discrete, run.step):
+            return _select_again(model, run, outlet)
+        changes = let_resting_stick(model, discrete, start, discrete.directions, False)
+        changes = _thaw(model, run) or changes
+    spatial_keep_stick(model, discrete, start, run.work)
+    if not changes:
+        return RUNNING
+    for i in range(model.num_fingers):
+        if run.old.frozen[i, 0] == 1 and discrete.frozen[i, 0] == 0 and discrete.slips[i, 0] == 1.0:
+            _align(model, run, i, 0)
+    spatial_plant(model, discrete, start, run.work)
+    if _is_overcome(model, run):
+        return _select_again(model, run, outlet)
+    return _finish_phases(model, run, outlet, RUNNING)
 
 
 @compiled
@@ -197,13 +229,21 @@ def _is_overcome(model: Record, run: Record) -> bool:
 
 
 @compiled
-def _let_rest(model: Record, run: Record, outlet: Record) -> int:
-    """Selects phases anew: no soft contact has begun to slip after all, or another has to."""
-    keep_old(model, run)
+def _select_again(model: Record, run: Record, outlet: Record) -> int:
+    """Selects phases: no soft contact has begun to slip after all, or another one has to."""
     forget_leaving(model, run)
-    status = settle(model, run)
+    return _finish_phases(model, run, outlet, settle(model, run))
+
+
+@compiled
+def _finish_phases(model: Record, run: Record, outlet: Record, status: int) -> int:
+    """The end of a step after which soft contacts may have other phases.
+
+    No row shows the phases before: what rests did not slip any more, and what is overcome did not
+    stick.
+    """
     if status != RUNNING or phases_changed(model, run):
-        return finish_jump(model, run, outlet, status, True)
+        return finish_jump(model, run, outlet, status, status != RUNNING)
     restart(model, run)
     return RUNNING
 

@@ -11,10 +11,10 @@ import numpy as np
 from numba import types
 
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
-from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Record
+from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Floats, Record
 from slipgrasp.core.kernel.numerics.dense import factor_dense, solve_dense
-from slipgrasp.core.kernel.numerics.elementary import square
 from slipgrasp.core.kernel.spatial.model import MODEL
+from slipgrasp.core.kernel.spatial.newton import make_newton
 from slipgrasp.core.kernel.spatial.plant import object_bias
 from slipgrasp.core.kernel.spatial.state import STATE
 from slipgrasp.core.kernel.spatial.torsion_contacts import (
@@ -25,7 +25,6 @@ from slipgrasp.core.kernel.spatial.torsion_layout import FREE, MOVING, NORMAL, R
 from slipgrasp.core.kernel.spatial.ways import axes_of
 from slipgrasp.core.kernel.spatial.workspace import DISCRETE, MAX_FORCES, WORKSPACE
 
-NEWTON_STEPS, FULL_STEPS, NEWTON_ERROR = 100, 30, 1e-12
 # Random starts of Newton's method: for the only bounds there are, for one of many choices of them.
 MANY_STARTS, FEW_STARTS = 64, 8
 
@@ -34,6 +33,7 @@ SELECTION_ROOM = np.dtype(
     [
         ("free", np.int64, (MAX_FINGERS, 2)),  # of a way: 1 where the slip velocity is zero
         ("leaving", np.int64, (MAX_FINGERS, 2)),  # 1 where a force on its cone is about to leave it
+        ("stopped", np.int64, (MAX_FINGERS,)),  # 1 where a slip has just ended
         ("bounds", np.float64, (MAX_FINGERS, 2)),  # friction that a free way has at most
         ("concerned", np.int64),  # contact for which nothing is consistent, -1 if none
         ("restarts", np.int64),  # of Newton's method
@@ -153,7 +153,7 @@ def times(
 
 
 @compiled
-def _set_rows(model: Record, discrete: Record, room: Record, i: int) -> None:
+def _set_rows(model: Record, directions: Floats, room: Record, i: int) -> None:
     """Rows of Newton's matrix for contact ``i``, residuals in newtons with sign changed."""
     mobility, first = room.mobility, 3 * i
     scale = 1.0 / max(mobility[first, first], mobility[first + 1, first + 1])
@@ -161,7 +161,7 @@ def _set_rows(model: Record, discrete: Record, room: Record, i: int) -> None:
     for way in range(model.ways):
         if room.free[i, way] == 0:
             for axis in axes_of(model, way):
-                _set_row_of_slip(model, discrete, room, i, axis)
+                _set_row_of_slip(model, directions, room, i, axis)
         elif model.ways == 2:
             _set_row_of_pyramid(model, room, i, way)
         else:
@@ -177,9 +177,9 @@ def _set_row_at_rest(model: Record, room: Record, row: int, scale: float) -> Non
 
 
 @compiled
-def _set_row_of_slip(model: Record, discrete: Record, room: Record, i: int, axis: int) -> None:
+def _set_row_of_slip(model: Record, directions: Floats, room: Record, i: int, axis: int) -> None:
     """A slip goes on: F_t = -mu F_n g."""
-    first, g, mu = 3 * i, discrete.directions[i, axis], model.truth.friction[i]
+    first, g, mu = 3 * i, directions[i, axis], model.truth.friction[i]
     row, force = first + axis, room.force
     for b in range(3 * model.num_fingers):
         room.matrix[row, b] = 0.0
@@ -238,32 +238,19 @@ def _set_rows_of_cone(model: Record, room: Record, i: int, scale: float) -> None
     right[first + 1] = -(force[first + 1] - radius * e1)
 
 
+@compiled
+def _mobility(room: Record, a: int, b: int) -> float:
+    """An entry of G."""
+    return room.mobility[a, b]
+
+
+_newton = make_newton(3, _mobility, _set_rows)
+
+
 @compiled_apart(types.int64, MODEL, DISCRETE, SELECTION_ROOM)
 def spatial_newton(model: Record, discrete: Record, room: Record) -> int:
     """Newton's method from the forces in ``room``; 1 if it has converged."""
-    n = model.num_fingers
-    size = 3 * n
-    for trial in range(NEWTON_STEPS):
-        worst, scale = 0.0, 0.0
-        for a in range(size):
-            total = room.offset[a]
-            for b in range(size):
-                total += room.mobility[a, b] * room.force[b]
-            room.opening[a] = total
-            scale += square(room.force[a])
-        for i in range(n):
-            _set_rows(model, discrete, room, i)
-            for k in range(3):
-                worst = max(worst, abs(room.right[3 * i + k]))
-        if worst <= NEWTON_ERROR * (1.0 + np.sqrt(scale)):
-            return 1
-        if not worst < np.inf or not abs(factor_dense(room.matrix, size, room.order)) > 0.0:
-            return 0
-        solve_dense(room.matrix, size, room.order, room.right, room.step)
-        share = 1.0 if trial < FULL_STEPS else 0.5
-        for a in range(size):
-            room.force[a] += share * room.step[a]
-    return 0
+    return _newton(model, discrete.directions, room)
 
 
 @compiled
@@ -318,8 +305,11 @@ def _solve_soft_contacts(
     """The same where fingertips are soft; the solution is put where that of points stands."""
     n, torsion, seed = model.num_fingers, work.torsion, 12345
     for i in range(n):
-        torsion.kinds[i] = FREE if room.free[i, 0] == 1 else MOVING
-        torsion.bounds[i] = room.bounds[i, 0]
+        is_free = room.free[i, 0] == 1
+        torsion.kinds[i] = FREE if is_free or discrete.frozen[i, 0] == 1 else MOVING
+        torsion.bounds[i] = room.bounds[i, 0] if is_free else model.truth.friction[i]
+        for part in range(NORMAL):
+            torsion.slides[i, part] = discrete.directions[i, part]
     for start in range(starts + 1):
         seed = _begin_newton(model, work, room, start, seed)
         if start < first:
@@ -331,7 +321,7 @@ def _solve_soft_contacts(
                 torsion.force[ROWS * i + axis] = room.force[3 * i + axis]
             torsion.force[ROWS * i + TURN] = work.moments[i] if start == 0 else 0.0
             torsion.force[ROWS * i + NORMAL] = room.force[3 * i + 2]
-        if spatial_soft_newton(model, discrete, torsion) == 1:
+        if spatial_soft_newton(model, torsion) == 1:
             room.start = start
             for i in range(n):
                 _take_soft_solution(torsion, room, i)

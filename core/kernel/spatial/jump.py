@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from slipgrasp.core.kernel.compilation.compiler import compiled
 from slipgrasp.core.kernel.compilation.records import Record
-from slipgrasp.core.kernel.loop.output import log_changes, pass_output_times
-from slipgrasp.core.kernel.loop.progress import FIRST_STEP, RESTARTS, warn
+from slipgrasp.core.kernel.loop.output import log_change, log_changes, pass_output_times
+from slipgrasp.core.kernel.loop.progress import FIRST_STEP, RESTARTS, TORSION_SPLIT, warn, warn_once
 from slipgrasp.core.kernel.loop.status import (
     CHATTERING,
     INCONSISTENT,
@@ -18,6 +18,8 @@ from slipgrasp.core.kernel.spatial.flow import set_derivative, set_directions
 from slipgrasp.core.kernel.spatial.guards import PER_CONTACT, arm_guards
 from slipgrasp.core.kernel.spatial.run import copy_discrete, emit, leave_slip
 from slipgrasp.core.kernel.spatial.selection import NONE_REGULAR, OPENS, SELECTED, spatial_select
+from slipgrasp.core.kernel.spatial.torsion import contacts_creep, let_resting_stick
+from slipgrasp.core.kernel.spatial.workspace import STICK
 
 
 @compiled
@@ -44,6 +46,8 @@ def settle(model: Record, run: Record) -> int:
     for _ in range(run.selection.restarts):
         warn(run, RESTARTS)
     if verdict == SELECTED:
+        if model.soft == 1 and contacts_creep(run.work.torsion):
+            warn_once(run, TORSION_SPLIT)
         return RUNNING
     run.concerned = run.selection.concerned
     if verdict == OPENS:
@@ -55,20 +59,59 @@ def settle(model: Record, run: Record) -> int:
 def keep_old(model: Record, run: Record) -> None:
     """Keeps what holds before a jump, directions of slips included: a selection may end them."""
     copy_discrete(model, run.discrete, run.old)
+    if model.soft == 1:
+        for k in range(model.num_states):
+            run.old_state.x[k] = run.step.start.x[k]
+        return
     set_directions(model, run.discrete, run.step.start, run.old.directions)
     for i in range(model.num_fingers):
         for way in range(model.ways):
-            # Of a soft contact 2: it has that direction, and does not just begin to slip.
-            run.old.frozen[i, way] = int(run.discrete.slips[i, way]) * (1 + model.soft)
+            run.old.frozen[i, way] = int(run.discrete.slips[i, way])
+
+
+@compiled
+def emit_old(model: Record, run: Record, outlet: Record) -> None:
+    """Appends the row before a jump that has already happened."""
+    if model.soft == 0:
+        emit(model, run, outlet, run.old)
+        return
+    state, discrete = run.step.start, run.row.discrete
+    swap_states(model, state, run.old_state)
+    copy_discrete(model, run.old, discrete)
+    let_resting_stick(model, discrete, state, discrete.directions, True)
+    emit(model, run, outlet, discrete)
+    swap_states(model, state, run.old_state)
+
+
+@compiled
+def swap_states(model: Record, state: Record, other: Record) -> None:
+    """Each becomes what the other was."""
+    for k in range(model.num_states):
+        value = state.x[k]
+        state.x[k] = other.x[k]
+        other.x[k] = value
+
+
+@compiled
+def _log_stops(model: Record, run: Record, outlet: Record) -> None:
+    """Logs the stops of contacts that slip on at once, another way: their onset comes after it."""
+    for i in range(model.num_fingers):
+        if run.selection.stopped[i] == 1 and run.discrete.phases[i] != STICK:
+            log_change(run, outlet, i, run.old.phases[i], STICK)
+            run.old.phases[i] = STICK
+            run.turns += 1
+        run.selection.stopped[i] = 0
 
 
 @compiled
 def finish_jump(model: Record, run: Record, outlet: Record, status: int, before: bool) -> int:
     """Writes the rows before and after, logs phase changes and prepares the flow that follows."""
     if before:
-        emit(model, run, outlet, run.old)
+        emit_old(model, run, outlet)
     if status != RUNNING:
         return status
+    if model.soft == 1:
+        _log_stops(model, run, outlet)
     chatters = log_changes(model, run, outlet)
     leave_slip(model, run, outlet, 0)
     emit(model, run, outlet, run.discrete)

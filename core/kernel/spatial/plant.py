@@ -128,7 +128,6 @@ def _add_finger(kin: Record, dynamics: Record, system: Record, i: int) -> None:
     """Adds H^T (Lambda - Lambda T K^-1 e^T Lambda) H to Sigma."""
     full = dynamics.inertia[i]
     sigma, inverse = system.sigma, system.inverse[i]
-    rx, ry, rz = kin.arms[i, 0], kin.arms[i, 1], kin.arms[i, 2]
     # Columns of what is left of Lambda; a column of Lambda' H is (l, then r x row of Lambda').
     for b in range(3):
         first = inverse[0, 0] * system.felt[i, 0, b] + inverse[0, 1] * system.felt[i, 1, b]
@@ -139,22 +138,37 @@ def _add_finger(kin: Record, dynamics: Record, system: Record, i: int) -> None:
                 - system.moved[i, 0, a] * first
                 - system.moved[i, 1, a] * second
             )
-        lx, ly, lz = system.right[0], system.right[1], system.right[2]
-        # Column b of Lambda' acts on v_b and, through w x r, on the spin.
-        mx, my, mz = ry * lz - rz * ly, rz * lx - rx * lz, rx * ly - ry * lx
-        column = (lx, ly, lz, mx, my, mz)
-        for a in range(6):
-            value = column[a]
-            sigma[a, b] += value
-            if b == 0:
-                sigma[a, 4] += value * rz
-                sigma[a, 5] -= value * ry
-            elif b == 1:
-                sigma[a, 5] += value * rx
-                sigma[a, 3] -= value * rz
-            else:
-                sigma[a, 3] += value * ry
-                sigma[a, 4] -= value * rx
+        _add_column(kin, sigma, i, b, system.right[0], system.right[1], system.right[2])
+
+
+@compiled
+def _add_column(
+    kin: Record, sigma: Floats, i: int, b: int, lx: float, ly: float, lz: float
+) -> None:
+    """Adds column b of Lambda', which acts on v_b and, through w x r, on the spin."""
+    rx, ry, rz = kin.arms[i, 0], kin.arms[i, 1], kin.arms[i, 2]
+    mx, my, mz = ry * lz - rz * ly, rz * lx - rx * lz, rx * ly - ry * lx
+    column = (lx, ly, lz, mx, my, mz)
+    for a in range(6):
+        value = column[a]
+        sigma[a, b] += value
+        if b == 0:
+            sigma[a, 4] += value * rz
+            sigma[a, 5] -= value * ry
+        elif b == 1:
+            sigma[a, 5] += value * rx
+            sigma[a, 3] -= value * rz
+        else:
+            sigma[a, 3] += value * ry
+            sigma[a, 4] -= value * rx
+
+
+@compiled
+def tip_inertia_columns(kin: Record, inertia: Floats, sigma: Floats, i: int) -> None:
+    """Adds H^T Lambda H of a contact that sticks to Sigma."""
+    for b in range(3):
+        first, second, third = _ENTRIES[0, b], _ENTRIES[1, b], _ENTRIES[2, b]
+        _add_column(kin, sigma, i, b, inertia[first], inertia[second], inertia[third])
 
 
 @compiled

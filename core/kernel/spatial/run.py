@@ -48,6 +48,7 @@ PROGRESS = progress_layout(
         ("step", STEP),
         ("discrete", DISCRETE),
         ("old", DISCRETE),
+        ("old_state", STATE),  # before a jump, where fingertips are soft
         ("work", WORKSPACE),
         ("selection", SELECTION_ROOM),
         ("guards", GUARDS),

@@ -23,6 +23,7 @@ from slipgrasp.core.kernel.spatial.contact_problem import (
 )
 from slipgrasp.core.kernel.spatial.enumeration import REST_FORCE, spatial_enumerate
 from slipgrasp.core.kernel.spatial.flow import (
+    SURE_CREEP,
     SURE_SPEED,
     set_derivative,
     spatial_phases,
@@ -30,7 +31,12 @@ from slipgrasp.core.kernel.spatial.flow import (
 )
 from slipgrasp.core.kernel.spatial.model import MODEL
 from slipgrasp.core.kernel.spatial.state import ATTITUDE, STATE, velocity_at
-from slipgrasp.core.kernel.spatial.torsion import begin_contact_problem, spatial_keep_stick
+from slipgrasp.core.kernel.spatial.torsion import (
+    INSTANT,
+    begin_contact_problem,
+    let_resting_stick,
+    spatial_keep_stick,
+)
 from slipgrasp.core.kernel.spatial.ways import (
     axes_of,
     friction_margin,
@@ -44,7 +50,7 @@ from slipgrasp.core.kernel.spatial.workspace import DISCRETE, WORKSPACE
 
 SELECTED, NONE_CONSISTENT, OPENS, NONE_REGULAR = range(4)
 PROBE_TIME, MARGIN_SLOPE = 1e-6, 1e-5
-INSTANT = 1e-9  # of creep, while phases are selected [s]
+LEAVING_SHARE = 1e-3  # of its bound, by which creep may lessen a force that has just reached it
 AGREEMENT = 1e-6  # of Newton's forces and those of the reduced form [N], and share
 
 
@@ -59,10 +65,12 @@ def _free_contacts(model: Record, discrete: Record, state: Record, room: Record)
             # A slower one takes another direction at once: within 1e-8 s of 1 m/s^2 across it.
             # What sticks may creep, where its moment is undetermined.
             sticks = model.soft == 1 and discrete.slips[i, way] == 0.0
-            free = speed < SURE_SPEED or sticks
+            begins = model.soft == 1 and discrete.frozen[i, way] == 1 and 0.0 < speed < SURE_CREEP
+            free = (speed < SURE_SPEED or sticks) and not begins
+            room.stopped[i] = 1 if model.soft == 1 and free and not sticks else 0
             room.free[i, way] = 1 if free else 0
             room.bounds[i, way] = model.truth.static_friction[i]
-            discrete.frozen[i, way] = 0
+            discrete.frozen[i, way] = 1 if begins else 0
             for axis in axes_of(model, way):
                 discrete.slips[i, axis] = 0.0 if free else 1.0
             for part in parts_of_way(model, way):
@@ -99,9 +107,11 @@ def _opens(n: int, work: Record, room: Record) -> int:
 
 
 @compiled
-def _is_near(work: Record, room: Record, i: int, way: int) -> bool:
+def _is_near(model: Record, work: Record, room: Record, i: int, way: int) -> bool:
     """Whether what is free sticks with its force on the bound of friction."""
     band = FORCE_BAND * (1.0 + work.forces[i, 2])
+    if model.soft == 1 and room.leaving[i, way] == 1:
+        band = LEAVING_SHARE * work.forces[i, 2]
     return room.free[i, way] == 1 and room.margins[i, way] <= band
 
 
@@ -113,7 +123,7 @@ def _find_leaving(
     n, doubtful = model.num_fingers, False
     for i in range(n):
         for way in range(model.ways):
-            near = _is_near(work, room, i, way)
+            near = _is_near(model, work, room, i, way)
             room.leaving[i, way] = room.leaving[i, way] if near else 0
             doubtful = doubtful or (near and room.leaving[i, way] == 0)
     if doubtful:
@@ -140,7 +150,7 @@ def _probe_slopes(
             after = friction_margin(model, discrete, work, i, way)
             slope = (after - room.margins[i, way]) / PROBE_TIME
             least = -MARGIN_SLOPE * (1.0 + work.forces[i, 2])
-            if _is_near(work, room, i, way) and slope < least:
+            if _is_near(model, work, room, i, way) and slope < least:
                 room.leaving[i, way] = 1
     spatial_plant(model, discrete, state, work)
 
@@ -202,7 +212,7 @@ def _loosen_overcome(model: Record, work: Record, room: Record) -> bool:
     found = False
     for i in range(model.num_fingers):
         for way in range(model.ways):
-            if has_static_excess(model, i) and _is_near(work, room, i, way):
+            if has_static_excess(model, i) and _is_near(model, work, room, i, way):
                 room.bounds[i, way] = model.truth.friction[i]
                 found = True
     return found
@@ -281,7 +291,8 @@ def _take_way(model: Record, discrete: Record, room: Record, i: int, way: int) -
     z, fz = room.spins[i], room.moments[i]
     force, cone = _size(model, way, fx, fy, fz), room.bounds[i, way] * normal
     accelerates = mass * _size(model, way, x, y, z) > REST_FORCE * (1.0 + normal)
-    is_on_cone = force >= cone * (1.0 - FORCE_BAND) and force > 0.0
+    share = FORCE_BAND if model.soft == 0 or room.leaving[i, way] == 0 else LEAVING_SHARE
+    is_on_cone = force >= cone * (1.0 - share) and force > 0.0
     if is_on_cone and (accelerates or room.leaving[i, way] == 1):
         _begin_slip(model, discrete, i, way, -fx, -fy, -fz)
     elif accelerates:
@@ -327,8 +338,11 @@ def _find_closed(model: Record, discrete: Record, work: Record, room: Record) ->
 
 @compiled
 def _choose_bounds(model: Record, room: Record, choice: int) -> bool:
-    """Friction of slip for the ways that are bits of ``choice``; False if any has no other one."""
-    truth, has_excess = model.truth, False
+    """Friction of slip for the ways that are bits of ``choice``; False if any has no other one.
+
+    Soft contacts may have another solution with the only friction there is.
+    """
+    truth, has_excess = model.truth, model.soft == 1
     for i in range(model.num_fingers):
         for way in range(model.ways):
             is_loose = (choice >> (model.ways * i + way)) & 1 == 1
@@ -349,7 +363,8 @@ def _is_held(model: Record, discrete: Record, work: Record, room: Record) -> boo
     first, status = 0, OPENS
     while status != NONE_CONSISTENT:
         _let_rest(model, discrete, room)
-        status = spatial_answer(model, discrete, work, room, first, FEW_STARTS)
+        starts = FEW_STARTS if model.soft == 0 else MANY_STARTS
+        status = spatial_answer(model, discrete, work, room, first, starts)
         if status == SELECTED and _keeps_static_bounds(model, discrete, room):
             return True
         first = room.start + 1
@@ -397,6 +412,21 @@ def _agrees(model: Record, work: Record, room: Record) -> bool:
     return True
 
 
+@compiled
+def _let_rest_stick(
+    model: Record, discrete: Record, state: Record, work: Record, room: Record
+) -> None:
+    """Lets soft contacts stick that begin to slip and rest, beside others that go on.
+
+    The next step tells of one whose force has just reached its bound.
+    """
+    for i in range(model.num_fingers):
+        if room.leaving[i, 0] == 1:
+            return
+    if model.soft == 1 and let_resting_stick(model, discrete, state, work.gamma, False):
+        spatial_phases(model, discrete, state, work)
+
+
 @compiled_apart(types.int64, MODEL, DISCRETE, STATE, WORKSPACE, SELECTION_ROOM)
 def spatial_select(
     model: Record, discrete: Record, state: Record, work: Record, room: Record
@@ -419,9 +449,10 @@ def spatial_select(
         return NONE_REGULAR
     status = _let_stick(model, discrete, state, work, room)
     if status == SELECTED:
+        _let_rest_stick(model, discrete, state, work, room)
         return status
     if model.soft == 1:
-        begin_contact_problem(model, state, work.torsion, INSTANT)
+        begin_contact_problem(model, state, work, INSTANT)
     else:
         spatial_contacts(model, state, work, room)
     if status == NONE_CONSISTENT:
@@ -433,6 +464,7 @@ def spatial_select(
         if not _let_overcome(model, discrete, work, room):
             break
         spatial_phases(model, discrete, state, work)
+    _let_rest_stick(model, discrete, state, work, room)
     if not work.system.determinant > 0.0:
         return NONE_REGULAR
     return SELECTED if _agrees(model, work, room) else NONE_CONSISTENT

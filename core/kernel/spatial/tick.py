@@ -21,18 +21,20 @@ from slipgrasp.core.kernel.spatial.chain import BY_CHAIN, renew_seed
 from slipgrasp.core.kernel.spatial.command import spatial_believe, spatial_command
 from slipgrasp.core.kernel.spatial.flow import spatial_plant
 from slipgrasp.core.kernel.spatial.jump import (
+    emit_old,
     finish_jump,
     forget_leaving,
     keep_old,
     restart,
     settle,
+    swap_states,
 )
 from slipgrasp.core.kernel.spatial.kinematics import torques_to_forces, update_kinematics
 from slipgrasp.core.kernel.spatial.learning import spatial_learn
 from slipgrasp.core.kernel.spatial.model import MODEL
 from slipgrasp.core.kernel.spatial.own_law import look
 from slipgrasp.core.kernel.spatial.prediction import spatial_predict
-from slipgrasp.core.kernel.spatial.run import LAYOUTS, OUTLET, PROGRESS, copy_discrete, emit
+from slipgrasp.core.kernel.spatial.run import LAYOUTS, OUTLET, PROGRESS, copy_discrete
 from slipgrasp.core.kernel.spatial.sensing import (
     detect_slip,
     measure,
@@ -189,25 +191,11 @@ def _command_ahead(model: Record, run: Record) -> int:
     add_up_impulses(model, run)
     spatial_predict(model, senses, run.work, ahead)
     pass_breaks(model.motion, discrete, then)
-    _swap(model, senses.measured, ahead.state)
+    swap_states(model, senses.measured, ahead.state)
     status = spatial_command(model, discrete, then, senses, run.work)
-    _swap(model, senses.measured, ahead.state)
+    swap_states(model, senses.measured, ahead.state)
     discrete.piece = now
     return status
-
-
-@compiled
-def _swap(model: Record, state: Record, other: Record) -> None:
-    for k in range(model.num_states):
-        value = state.x[k]
-        state.x[k] = other.x[k]
-        other.x[k] = value
-
-
-@compiled
-def _emit_before(model: Record, run: Record, outlet: Record) -> None:
-    """The row of the state before a jump that has already happened."""
-    emit(model, run, outlet, run.old)
 
 
 @compiled
@@ -245,7 +233,7 @@ control_tick = make_control_tick(
     sense=_sense,
     show=spatial_look,
     evaluate_law=_evaluate_law,
-    emit_before=_emit_before,
+    emit_before=emit_old,
     learn=_learn,
     settle=_settle,
     finish=_finish,

@@ -1,7 +1,7 @@
 """The plant where fingertips are soft: which contacts turn, and with which moments.
 
-It solves the equations of `slipgrasp.core.kernel.spatial.torsion_equations` for the phases of the
-contacts, keeps stick exact, and begins slips.
+It solves the equations of `slipgrasp.core.kernel.spatial.torsion_phases`, keeps stick exact, and
+begins slips by those of `slipgrasp.core.kernel.spatial.torsion_equations`.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from numba import types
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import Floats, Record
 from slipgrasp.core.kernel.numerics.dense import diagonalise, factor_dense, solve_dense
-from slipgrasp.core.kernel.spatial.contact_problem import inverse_of, times
+from slipgrasp.core.kernel.spatial.contact_problem import times
 from slipgrasp.core.kernel.spatial.model import MODEL
 from slipgrasp.core.kernel.spatial.state import (
     STATE,
@@ -22,12 +22,30 @@ from slipgrasp.core.kernel.spatial.state import (
 )
 from slipgrasp.core.kernel.spatial.torsion_contacts import spatial_soft_newton
 from slipgrasp.core.kernel.spatial.torsion_equations import spatial_mobility, spin_of
-from slipgrasp.core.kernel.spatial.torsion_layout import FREE, NORMAL, ROWS, STUCK, TURN
+from slipgrasp.core.kernel.spatial.torsion_layout import FREE, MOVING, NORMAL, ROWS, STUCK, TURN
+from slipgrasp.core.kernel.spatial.torsion_phases import (
+    along_normal,
+    along_tangent,
+    assemble_phases,
+    load_phases,
+    prepare_pads,
+    press_object,
+    pull_object,
+    slip_forces,
+    solve_phases,
+    spin_rest,
+    take_slip,
+    take_stick,
+    turn_mobility,
+    twist_of,
+)
+from slipgrasp.core.kernel.spatial.ways import name_phase, size_with_spin
 from slipgrasp.core.kernel.spatial.workspace import DISCRETE, SLIP, STICK, WORKSPACE
 
 UNDETERMINED = 1e-3  # share of the mobility of one turn, below which moments are not determined
 CREEP = 3e-8  # of spins that no determined moment stops, times e, per F_tau / e [m/(N s)]
-ONSET = 1e-6  # after which what begins to slip has the velocity that its friction is against [s]
+INSTANT = 5e-6  # after which friction of what begins to slip is against its velocity [s]
+AT_ONCE = 1e-9  # the same where that is rest [s]
 AT_REST = 1e-9  # share of its bound by which the friction of a contact at rest is less
 EXACT = 1e-14  # a spin velocity times e that counts as none [m/s]
 
@@ -39,83 +57,40 @@ def _holds_turn(model: Record, discrete: Record, i: int) -> bool:
 
 
 @compiled
-def factor_phases(model: Record, discrete: Record, gamma: Floats, torsion: Record) -> float:
-    """Factors the equations of the present phases in which the moments of stick are given.
-
-    Args:
-        model: Constants of the run.
-        discrete: Phases.
-        gamma: Directions of slip; without them what slips has no friction.
-        torsion: With G.
-
-    Returns:
-        Their determinant over that of the diagonal, positive while regular.
-    """
-    n, size, scale = model.num_fingers, ROWS * model.num_fingers, 1.0
-    for i in range(n):
-        first = ROWS * i
-        for row in range(ROWS):
-            a = first + row
-            is_given = row == TURN or (row < NORMAL and discrete.phases[i] != STICK)
-            for b in range(size):
-                torsion.matrix[a, b] = 0.0 if is_given else torsion.mobility[a, b]
-            if is_given:
-                torsion.matrix[a, a] = 1.0
-            if row < NORMAL and discrete.phases[i] != STICK:
-                slope = model.truth.friction[i] * gamma[i, row]
-                has_part = torsion.mobility[a, a] > 0.0
-                torsion.matrix[a, first + NORMAL] = slope if has_part else 0.0
-            scale *= torsion.matrix[a, a]
-    return factor_dense(torsion.matrix, size, torsion.order) / scale
-
-
-@compiled
-def find_modes(model: Record, discrete: Record, torsion: Record) -> None:
-    """The moments of stick by their mobility, and how all forces follow from them.
+def find_modes(model: Record, discrete: Record, work: Record) -> None:
+    """The moments of stick by their mobility, and how the object moves by them.
 
     Where contacts hold the object against the turning of their fingers alone, as two opposed ones
-    do, some moments move nothing: they are undetermined, and come last.
+    do, some moments move nothing: they are undetermined, and come last. Sigma is factored.
     """
-    n, count = model.num_fingers, 0
-    for i in range(n):
-        if not _holds_turn(model, discrete, i):
-            continue
-        for a in range(ROWS * n):
-            torsion.right[a] = 0.0
-        torsion.right[ROWS * i + TURN] = 1.0
-        solve_dense(torsion.matrix, ROWS * n, torsion.order, torsion.right, torsion.follows[count])
-        torsion.holders[count] = i
-        count += 1
+    torsion, count, largest = work.torsion, 0, 0.0
+    torsion.some_slip = 0
+    for i in range(model.num_fingers):
+        if discrete.phases[i] != STICK:
+            torsion.some_slip = 1
+        if _holds_turn(model, discrete, i):
+            solve_phases(torsion, torsion.twists[i], torsion.moves[count])
+            largest = max(largest, turn_mobility(model, work, i))
+            torsion.holders[count] = i
+            count += 1
     torsion.num_holders = count
     for k in range(count):
         for j in range(count):
-            torsion.turns[k, j] = _row_times(n, torsion, torsion.holders[k], torsion.follows[j])
+            torsion.turns[k, j] = twist_of(torsion, torsion.holders[k], torsion.moves[j])
     for k in range(count):
         for j in range(count):
             torsion.symmetric[k, j] = 0.5 * (torsion.turns[k, j] + torsion.turns[j, k])
             torsion.modes[k, j] = 1.0 if k == j else 0.0
     diagonalise(torsion.symmetric, torsion.modes, count)
-    _put_determined_first(torsion, count)
+    _put_determined_first(torsion, count, UNDETERMINED * largest)
 
 
 @compiled
-def _row_times(n: int, torsion: Record, i: int, force: Floats) -> float:
-    """The turn row of G of contact ``i`` times all forces."""
-    total, a = 0.0, ROWS * i + TURN
-    for b in range(ROWS * n):
-        total += torsion.mobility[a, b] * force[b]
-    return total
-
-
-@compiled
-def _put_determined_first(torsion: Record, count: int) -> None:
+def _put_determined_first(torsion: Record, count: int, least: float) -> None:
     """Sorts the modes, with their mobilities on the diagonal of ``symmetric``."""
-    largest, determined = 0.0, 0
+    determined = 0
     for k in range(count):
-        a = ROWS * torsion.holders[k] + TURN
-        largest = max(largest, torsion.mobility[a, a])
-    for k in range(count):
-        if not torsion.symmetric[k, k] > UNDETERMINED * largest:
+        if not torsion.symmetric[k, k] > least:
             continue
         for row in range(count):
             value = torsion.modes[row, determined]
@@ -147,6 +122,20 @@ def _find_moments(torsion: Record) -> None:
                 moved += torsion.turns[k, j] * torsion.held[j]
             total -= torsion.modes[k, row] * moved
         torsion.small_right[row] = total
+        # With all contacts in stick the modes are those of the mobility itself.
+        torsion.amounts[row] = total / torsion.symmetric[row, row]
+    if torsion.some_slip == 1:
+        _mix_modes(torsion)
+    for k in range(count):
+        for mode in range(determined):
+            torsion.held[k] += torsion.modes[k, mode] * torsion.amounts[mode]
+
+
+@compiled
+def _mix_modes(torsion: Record) -> None:
+    """The same amounts where slips make the mobility of the moments asymmetric."""
+    count, determined = torsion.num_holders, torsion.num_determined
+    for row in range(determined):
         for column in range(determined):
             total = 0.0
             for k in range(count):
@@ -158,9 +147,6 @@ def _find_moments(torsion: Record) -> None:
     solve_dense(
         torsion.small, determined, torsion.small_order, torsion.small_right, torsion.amounts
     )
-    for k in range(count):
-        for mode in range(determined):
-            torsion.held[k] += torsion.modes[k, mode] * torsion.amounts[mode]
 
 
 @compiled
@@ -176,9 +162,10 @@ def _set_creep(model: Record, state: Record, work: Record) -> None:
 
 
 @compiled
-def begin_contact_problem(model: Record, state: Record, torsion: Record, h: float) -> None:
-    """Takes the velocities over a time ``h`` and the creep of the present modes into G and c."""
-    n = model.num_fingers
+def begin_contact_problem(model: Record, state: Record, work: Record, h: float) -> None:
+    """G and c with the velocities over a time ``h`` and the creep of the present modes."""
+    n, torsion = model.num_fingers, work.torsion
+    spatial_mobility(model, state, work)
     add_velocities(n, state, torsion, 1.0 / h)
     for i in range(n):
         for j in range(n):
@@ -202,31 +189,68 @@ def add_velocities(n: int, state: Record, torsion: Record, share: float) -> None
 @compiled_apart(types.void, MODEL, DISCRETE, STATE, WORKSPACE)
 def spatial_soft_phases(model: Record, discrete: Record, state: Record, work: Record) -> None:
     """Accelerations and contact forces in the present phases, with directions in ``gamma``."""
-    n, torsion, size = model.num_fingers, work.torsion, ROWS * model.num_fingers
-    spatial_mobility(model, state, work)
-    work.system.determinant = factor_phases(model, discrete, work.gamma, torsion)
-    find_modes(model, discrete, torsion)
-    for i in range(n):
-        for row in range(ROWS):
-            at_rest = row == NORMAL or (row != TURN and discrete.phases[i] == STICK)
-            a = ROWS * i + row
-            torsion.right[a] = -torsion.offset[a] if at_rest else 0.0
-    solve_dense(torsion.matrix, size, torsion.order, torsion.right, torsion.force)
+    torsion = work.torsion
+    prepare_pads(model, state, work)
+    work.system.determinant = assemble_phases(model, discrete, work.gamma, work)
+    load_phases(model, discrete, state, work)
+    solve_phases(torsion, torsion.load, torsion.motion)
+    find_modes(model, discrete, work)
     for k in range(torsion.num_holders):
         i = torsion.holders[k]
-        torsion.wanted[k] = torsion.offset[ROWS * i + TURN] + _row_times(
-            n, torsion, i, torsion.force
-        )
+        torsion.wanted[k] = twist_of(torsion, i, torsion.motion) + spin_rest(model, work, i)
     _set_creep(model, state, work)
     _find_moments(torsion)
+    _add_moments(torsion)
+    for k in range(6):
+        work.acceleration[k] = torsion.motion[k]
+    for i in range(model.num_fingers):
+        if discrete.phases[i] == STICK:
+            creeps = creeps_in_stick(model, discrete, torsion, i)
+            take_stick(model, work, i, _moment_of(torsion, i), creeps)
+        else:
+            take_slip(model, work, i)
+    if begins_slip(model, discrete):
+        _take_as_start(model, work)
+        begin_slips(model, discrete, state, work, INSTANT, True)
+        if _all_rest(model, discrete, work):
+            # What creeps brings them to rest, but not at once.
+            begin_slips(model, discrete, state, work, AT_ONCE, True)
+
+
+@compiled
+def _all_rest(model: Record, discrete: Record, work: Record) -> bool:
+    """Whether all contacts that begin to slip rest."""
+    for i in range(model.num_fingers):
+        if discrete.frozen[i, 0] == 1 and not is_short(work.gamma, i):
+            return False
+    return True
+
+
+@compiled
+def _add_moments(torsion: Record) -> None:
+    """Adds what the moments of stick do to the motion of the object."""
+    for j in range(torsion.num_holders):
+        for k in range(6):
+            torsion.motion[k] += torsion.held[j] * torsion.moves[j, k]
+
+
+@compiled
+def _moment_of(torsion: Record, i: int) -> float:
+    """F_tau / e of a contact that sticks [N]."""
     for k in range(torsion.num_holders):
-        for a in range(size):
-            torsion.force[a] += torsion.held[k] * torsion.follows[k, a]
-    for i in range(n):
-        if discrete.phases[i] != STICK:
-            _put_on_surface(model, work, i)
-    if not begins_slip(model, discrete) or not begin_slips(model, discrete, state, work, ONSET):
-        take_forces(model, discrete, work)
+        if torsion.holders[k] == i:
+            return torsion.held[k]
+    return 0.0
+
+
+@compiled
+def _take_as_start(model: Record, work: Record) -> None:
+    """Puts the forces where Newton's method starts."""
+    for i in range(model.num_fingers):
+        first, torsion = ROWS * i, work.torsion
+        torsion.force[first], torsion.force[first + 1] = work.forces[i, 0], work.forces[i, 1]
+        torsion.force[first + TURN] = work.moments[i]
+        torsion.force[first + NORMAL] = work.forces[i, 2]
 
 
 @compiled
@@ -241,7 +265,9 @@ def begins_slip(model: Record, discrete: Record) -> bool:
 
 
 @compiled
-def begin_slips(model: Record, discrete: Record, state: Record, work: Record, h: float) -> bool:
+def begin_slips(
+    model: Record, discrete: Record, state: Record, work: Record, h: float, at_once: bool
+) -> bool:
     """Forces while slips begin, against the velocities after a time ``h``; False if there are none.
 
     Args:
@@ -251,21 +277,32 @@ def begin_slips(model: Record, discrete: Record, state: Record, work: Record, h:
         work: With G and c, and the forces from which Newton's method starts; directions of slip
             become those against which the forces are, shorter than 1 where a contact rests.
         h: Short time [s].
+        at_once: Whether the friction of slips that go on is against their present velocities.
     """
     n, torsion = model.num_fingers, work.torsion
     for i in range(n):
-        torsion.kinds[i] = STUCK if discrete.phases[i] == STICK else FREE
+        goes_on = at_once and discrete.frozen[i, 0] == 0
+        torsion.kinds[i] = MOVING if goes_on else FREE
+        if discrete.phases[i] == STICK:
+            torsion.kinds[i] = STUCK
         torsion.bounds[i] = model.truth.friction[i]
+        for part in range(NORMAL):
+            torsion.slides[i, part] = work.gamma[i, part]
     _find_modes_of_all(model, discrete, work)
-    begin_contact_problem(model, state, torsion, h)
-    solved = spatial_soft_newton(model, discrete, torsion) == 1
+    begin_contact_problem(model, state, work, h)
+    solved = spatial_soft_newton(model, torsion) == 1
     add_velocities(n, state, torsion, -1.0 / h)
     if not solved:
         return False
+    for i in range(n):
+        if torsion.kinds[i] == FREE:
+            _point(work, i)
+        elif torsion.kinds[i] == MOVING:
+            _put_on_surface(model, work, i)
     take_forces(model, discrete, work)
     for i in range(n):
-        if discrete.phases[i] != STICK:
-            _point(model, state, work, i, h)
+        if torsion.kinds[i] == FREE:
+            _hold_at_rest(model, state, work, i, h)
     return True
 
 
@@ -275,23 +312,75 @@ def _find_modes_of_all(model: Record, discrete: Record, work: Record) -> None:
     for i in range(model.num_fingers):
         if discrete.frozen[i, 0] == 1:
             discrete.phases[i] = STICK
-    factor_phases(model, discrete, work.gamma, work.torsion)
-    find_modes(model, discrete, work.torsion)
+    assemble_phases(model, discrete, work.gamma, work)
+    find_modes(model, discrete, work)
     for i in range(model.num_fingers):
         if discrete.frozen[i, 0] == 1:
             discrete.phases[i] = SLIP
 
 
 @compiled
-def _point(model: Record, state: Record, work: Record, i: int, h: float) -> None:
+def _point(work: Record, i: int) -> None:
     """The direction that the friction of contact ``i`` is against."""
-    n, torsion, first, size = model.num_fingers, work.torsion, ROWS * i, 0.0
-    bound = torsion.bounds[i] * torsion.force[first + NORMAL]
-    for part in range(NORMAL):
-        work.gamma[i, part] = -torsion.force[first + part] / bound
-        size += work.gamma[i, part] * work.gamma[i, part]
-    if size < 1.0 - AT_REST:
-        # To rounding it has this acceleration.
+    torsion, first = work.torsion, ROWS * i
+    bound, opening = torsion.bounds[i] * torsion.force[first + NORMAL], torsion.opening
+    if bound > 0.0:
+        for part in range(NORMAL):
+            work.gamma[i, part] = -torsion.force[first + part] / bound
+        return
+    # Without friction it slips as it is pushed.
+    size = size_with_spin(opening[first], opening[first + 1], opening[first + 2])
+    for part in range(NORMAL if size > 0.0 else 0):
+        work.gamma[i, part] = opening[first + part] / size
+
+
+@compiled
+def is_short(directions: Floats, i: int) -> bool:
+    """Whether the friction of contact ``i``, which begins to slip, is less than its bound.
+
+    Then it rests.
+    """
+    x, y, z = directions[i, 0], directions[i, 1], directions[i, 2]
+    return x * x + y * y + z * z < 1.0 - AT_REST
+
+
+@compiled
+def let_resting_stick(
+    model: Record, discrete: Record, state: Record, directions: Floats, all_may: bool
+) -> bool:
+    """Lets contacts stick that begin to slip and rest; whether there are any.
+
+    Args:
+        model: Constants of the run.
+        discrete: Phases.
+        state: What sticks gets no slip velocity.
+        directions: That friction is against, shorter than 1 of what rests.
+        all_may: Whether they stick too if no other goes on.
+    """
+    rests = goes_on = False
+    for i in range(model.num_fingers):
+        if discrete.frozen[i, 0] == 1:
+            is_at_rest = is_short(directions, i)
+            rests, goes_on = rests or is_at_rest, goes_on or not is_at_rest
+    if not rests or not (goes_on or all_may):
+        return False
+    for i in range(model.num_fingers):
+        if discrete.frozen[i, 0] == 1 and is_short(directions, i):
+            discrete.frozen[i, 0] = 0
+            for axis in range(2):
+                discrete.slips[i, axis] = 0.0
+                state.x[slip_velocity_at(model.num_fingers, i, axis)] = 0.0
+            for part in range(NORMAL):
+                discrete.directions[i, part] = 0.0
+            name_phase(model, discrete, i)
+    return True
+
+
+@compiled
+def _hold_at_rest(model: Record, state: Record, work: Record, i: int, h: float) -> None:
+    """Gives contact ``i`` the acceleration that it has to rounding, if it rests after ``h``."""
+    n = model.num_fingers
+    if is_short(work.gamma, i):
         for axis in range(2):
             work.slip_acceleration[i, axis] = -state.x[velocity_at(n, i, axis)] / h
         work.spin_acceleration[i] = -state.x[velocity_at(n, i, 2)] / h
@@ -355,6 +444,7 @@ def spatial_keep_stick(model: Record, discrete: Record, state: Record, work: Rec
     """Stops the spin of contacts that stick by an impulse, and updates the spin of the others.
 
     In stick psi' = 0 is kept by psi'' = 0 alone, and where a slip ends only its state is set to 0.
+    The steps in which slips begin take what turns in stick into account by themselves.
 
     Args:
         model: Constants of the run.
@@ -370,12 +460,14 @@ def spatial_keep_stick(model: Record, discrete: Record, state: Record, work: Rec
     for i in range(n):
         if _holds_turn(model, discrete, i):
             largest = max(largest, abs(spin_of(model, state, work, i)))
-    torsion.num_holders = torsion.num_determined = 0
-    if largest > EXACT:
+    begins = begins_slip(model, discrete)
+    if largest > EXACT and not begins:
         _stop_spins(model, discrete, state, work)
         changed = 1
     for i in range(n):
-        turns = discrete.phases[i] != STICK or creeps_in_stick(model, discrete, torsion, i)
+        turns = discrete.phases[i] != STICK or begins
+        if largest > EXACT and creeps_in_stick(model, discrete, torsion, i):
+            turns = True
         spin, at = spin_of(model, state, work, i) if turns else 0.0, spin_velocity_at(n, i)
         if x[at] != spin:
             x[at], changed = spin, 1
@@ -385,28 +477,24 @@ def spatial_keep_stick(model: Record, discrete: Record, state: Record, work: Rec
 @compiled
 def _stop_spins(model: Record, discrete: Record, state: Record, work: Record) -> None:
     """The impulse on what sticks and all normals after which no determined mode turns."""
-    n, x, torsion, size = model.num_fingers, state.x, work.torsion, ROWS * model.num_fingers
-    factor_phases(model, discrete, torsion.no_slide, torsion)
-    find_modes(model, discrete, torsion)
+    n, x, torsion = model.num_fingers, state.x, work.torsion
+    assemble_phases(model, discrete, torsion.no_slide, work)
+    find_modes(model, discrete, work)
     for k in range(torsion.num_holders):
         torsion.wanted[k] = spin_of(model, state, work, torsion.holders[k])
         torsion.amounts[k] = 0.0
     _find_moments(torsion)
-    for a in range(size):
-        torsion.step[a] = 0.0
-        for k in range(torsion.num_holders):
-            torsion.step[a] += torsion.held[k] * torsion.follows[k, a]
-    for a in range(size):
-        for k in range(6):
-            x[VELOCITY + k] += torsion.step[a] * torsion.responses[a, k]
+    for k in range(6):
+        torsion.motion[k] = 0.0
+    _add_moments(torsion)
+    for k in range(6):
+        x[VELOCITY + k] += torsion.motion[k]
     for i in range(n):
         if discrete.phases[i] == STICK:
             continue
+        _, dx, dy, dz = slip_forces(work, torsion.motion, i, 0.0, 0.0, 0.0)
         for axis in range(2):
-            total, a = 0.0, ROWS * i + axis
-            for b in range(size):
-                total += torsion.mobility[a, b] * torsion.step[b]
-            x[slip_velocity_at(n, i, axis)] += total
+            x[slip_velocity_at(n, i, axis)] += along_tangent(work.kin, i, axis, dx, dy, dz)
 
 
 @compiled
@@ -415,34 +503,28 @@ def respond_to_tip_force(model: Record, discrete: Record, work: Record, i: int, 
 
     ``work`` has the equations of the present phases factored, and the modes.
     """
-    n, torsion, size = model.num_fingers, work.torsion, ROWS * model.num_fingers
-    unit = (1.0 if axis == 0 else 0.0, 1.0 if axis == 1 else 0.0, 1.0 if axis == 2 else 0.0)
-    ax, ay, az = times(inverse_of(work.dynamics.inertia[i]), unit[0], unit[1], unit[2])
-    for a in range(size):
-        torsion.right[a] = torsion.pushed[a] = 0.0
-    for row in range(ROWS):
-        a, pull = ROWS * i + row, torsion.pulls[ROWS * i + row]
-        torsion.pushed[a] = -(pull[0] * ax + pull[1] * ay + pull[2] * az)
-        if row == NORMAL or (row != TURN and discrete.phases[i] == STICK):
-            torsion.right[a] = -torsion.pushed[a]
-    solve_dense(torsion.matrix, size, torsion.order, torsion.right, torsion.step)
+    n, torsion = model.num_fingers, work.torsion
+    x, y, z = (1.0 if axis == 0 else 0.0), (1.0 if axis == 1 else 0.0), (1.0 if axis == 2 else 0.0)
+    for k in range(6):
+        torsion.load[k] = 0.0
+    if discrete.phases[i] == STICK:
+        pull_object(work, i, x, y, z)
+    else:
+        x, y, z = times(torsion.tip_mobilities[i], x, y, z)
+        press_object(work, i, along_normal(work.kin, i, x, y, z) / torsion.gives[i])
+    solve_phases(torsion, torsion.load, torsion.motion)
     for k in range(torsion.num_holders):
-        holder = torsion.holders[k]
-        pushed = torsion.pushed[ROWS * holder + TURN]
-        torsion.wanted[k] = pushed + _row_times(n, torsion, holder, torsion.step)
+        torsion.wanted[k] = twist_of(torsion, torsion.holders[k], torsion.motion)
         torsion.amounts[k] = 0.0
     _find_moments(torsion)
-    for k in range(torsion.num_holders):
-        for a in range(size):
-            torsion.step[a] += torsion.held[k] * torsion.follows[k, a]
+    _add_moments(torsion)
     for k in range(6):
-        torsion.responding[k] = 0.0
-        for a in range(size):
-            torsion.responding[k] += torsion.step[a] * torsion.responses[a, k]
-    for k in range(2 * n):
-        a = ROWS * (k // 2) + k % 2
-        total = torsion.pushed[a]
-        for b in range(size):
-            total += torsion.mobility[a, b] * torsion.step[b]
-        slips = discrete.phases[k // 2] != STICK
-        torsion.responding[6 + k] = total if slips else 0.0
+        torsion.responding[k] = torsion.motion[k]
+    for j in range(n):
+        slips, own = discrete.phases[j] != STICK, 1.0 if i == j else 0.0
+        dx = dy = dz = 0.0
+        if slips:
+            _, dx, dy, dz = slip_forces(work, torsion.motion, j, own * x, own * y, own * z)
+        for tangent in range(2):
+            moved = along_tangent(work.kin, j, tangent, dx, dy, dz)
+            torsion.responding[6 + 2 * j + tangent] = moved

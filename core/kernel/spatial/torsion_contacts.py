@@ -7,14 +7,12 @@ three rows of a contact.
 
 from __future__ import annotations
 
-import numpy as np
 from numba import types
 
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
-from slipgrasp.core.kernel.compilation.records import Record
-from slipgrasp.core.kernel.numerics.dense import factor_dense, solve_dense
-from slipgrasp.core.kernel.numerics.elementary import square
+from slipgrasp.core.kernel.compilation.records import Floats, Record
 from slipgrasp.core.kernel.spatial.model import MODEL
+from slipgrasp.core.kernel.spatial.newton import make_newton
 from slipgrasp.core.kernel.spatial.torsion_layout import (
     FREE,
     MOVING,
@@ -24,9 +22,6 @@ from slipgrasp.core.kernel.spatial.torsion_layout import (
     TURN,
 )
 from slipgrasp.core.kernel.spatial.ways import size_with_spin
-from slipgrasp.core.kernel.spatial.workspace import DISCRETE
-
-NEWTON_STEPS, FULL_STEPS, NEWTON_ERROR = 100, 30, 1e-12
 
 
 @compiled
@@ -64,7 +59,7 @@ def _set_row_of_force(n: int, torsion: Record, a: int, wanted: float) -> None:
 
 
 @compiled
-def _set_rows(model: Record, discrete: Record, torsion: Record, i: int) -> None:
+def _set_rows(model: Record, slides: Floats, torsion: Record, i: int) -> None:
     """Rows of Newton's matrix for contact ``i``, residuals in newtons with sign changed."""
     n, first, kind = model.num_fingers, ROWS * i, torsion.kinds[i]
     scale = 1.0 / contact_mobility(torsion, i)
@@ -72,7 +67,7 @@ def _set_rows(model: Record, discrete: Record, torsion: Record, i: int) -> None:
     if kind == MOVING:
         friction, normal = model.truth.friction[i], torsion.force[first + NORMAL]
         for row in range(NORMAL):
-            part = friction * discrete.directions[i, row]
+            part = friction * slides[i, row]
             _set_row_of_force(n, torsion, first + row, -part * normal)
             torsion.matrix[first + row, first + NORMAL] = part
     elif kind == FREE:
@@ -115,36 +110,16 @@ def _set_rows_of_ball(n: int, torsion: Record, i: int, scale: float) -> None:
         torsion.right[a] = -(force[a] - radius * e)
 
 
-@compiled_apart(types.int64, MODEL, DISCRETE, TORSION)
-def spatial_soft_newton(model: Record, discrete: Record, torsion: Record) -> int:
+_newton = make_newton(ROWS, _mobility, _set_rows)
+
+
+@compiled_apart(types.int64, MODEL, TORSION)
+def spatial_soft_newton(model: Record, torsion: Record) -> int:
     """Newton's method from the forces in ``torsion``; 1 if it has converged.
 
     Args:
         model: Constants of the run.
-        discrete: Directions of contacts that are moving.
-        torsion: With the contact problem, kinds and bounds; ``opening`` becomes w
-            with what creeps and the velocities that c may have.
+        torsion: With the contact problem, kinds, bounds and directions of slip; ``opening`` becomes
+            w with what creeps and the velocities that c may have.
     """
-    n = model.num_fingers
-    size = ROWS * n
-    for trial in range(NEWTON_STEPS):
-        worst, scale = 0.0, 0.0
-        for a in range(size):
-            total = torsion.offset[a]
-            for b in range(size):
-                total += _mobility(torsion, a, b) * torsion.force[b]
-            torsion.opening[a] = total
-            scale += square(torsion.force[a])
-        for i in range(n):
-            _set_rows(model, discrete, torsion, i)
-        for a in range(size):
-            worst = max(worst, abs(torsion.right[a]))
-        if worst <= NEWTON_ERROR * (1.0 + np.sqrt(scale)):
-            return 1
-        if not worst < np.inf or not abs(factor_dense(torsion.matrix, size, torsion.order)) > 0.0:
-            return 0
-        solve_dense(torsion.matrix, size, torsion.order, torsion.right, torsion.step)
-        share = 1.0 if trial < FULL_STEPS else 0.5
-        for a in range(size):
-            torsion.force[a] += share * torsion.step[a]
-    return 0
+    return _newton(model, torsion.slides, torsion)

@@ -35,11 +35,11 @@ def spatial_mobility(model: Record, state: Record, work: Record) -> None:
     for i in range(n):
         _set_columns(model, work, i)
     for a in range(ROWS * n):
-        for b in range(ROWS * n):
+        for b in range(a + 1):
             total = 0.0
             for k in range(6):
                 total += torsion.wrenches[a, k] * torsion.responses[b, k]
-            torsion.mobility[a, b] = total
+            torsion.mobility[a, b] = torsion.mobility[b, a] = total
         total = 0.0
         for k in range(6):
             total += torsion.wrenches[a, k] * torsion.fall[k]
@@ -121,19 +121,22 @@ def _add_finger(model: Record, state: Record, work: Record, i: int) -> None:
         for other in range(ROWS):
             b = torsion.pulls[first + other]
             torsion.mobility[a, first + other] += px * b[0] + py * b[1] + pz * b[2]
-    _update_gyration(model, state, work, i)
-    torsion.offset[first + TURN] += model.hand.eccentricities[i] * torsion.gyration[i]
+    e = model.hand.eccentricities[i]
+    torsion.offset[first + TURN] += e * spin_bias(model, state, work, i)
 
 
 @compiled
-def _update_gyration(model: Record, state: Record, work: Record, i: int) -> None:
-    """N . J_omega' q' + n' . (omega_f - omega), n' being omega x n, and R n_o' on a curved face."""
+def spin_bias(model: Record, state: Record, work: Record, i: int) -> float:
+    """N . J_omega' q' + n' . (omega_f - omega) [rad/s^2].
+
+    n' is omega x n, and R n_o' more on a curved face.
+    """
     kin, x = work.kin, state.x
     wx, wy, wz = x[SPIN], x[SPIN + 1], x[SPIN + 2]
     nx, ny, nz = kin.frames[i, 2, 0], kin.frames[i, 2, 1], kin.frames[i, 2, 2]
     fx, fy, fz, bx, by, bz = tip_turning(model.hand, kin, i)
     fx, fy, fz = fx - wx, fy - wy, fz - wz
-    work.torsion.gyration[i] = (
+    bias = (
         nx * bx
         + ny * by
         + nz * bz
@@ -146,7 +149,8 @@ def _update_gyration(model: Record, state: Record, work: Record, i: int) -> None
         n = model.num_fingers
         speeds = x[slip_velocity_at(n, i, 0)], x[slip_velocity_at(n, i, 1)]
         rx, ry, rz = normal_rate(face, model.hand.radii[i], speeds, kin.frames[i])
-        work.torsion.gyration[i] += rx * fx + ry * fy + rz * fz
+        bias += rx * fx + ry * fy + rz * fz
+    return bias
 
 
 @compiled

@@ -24,9 +24,19 @@ TORSION = np.dtype(
         ("mobility", np.float64, (MAX_WRENCH, MAX_WRENCH)),  # G
         ("offset", np.float64, (MAX_WRENCH,)),  # c
         ("creep", np.float64, (MAX_FINGERS, MAX_FINGERS)),  # of turns, in the contact problem
+        ("twists", np.float64, (MAX_FINGERS, 6)),  # m, wrench per F_tau / e in stick
+        ("presses", np.float64, (MAX_FINGERS, 6)),  # w, wrench per F_n in slip
+        ("tip_mobilities", np.float64, (MAX_FINGERS, 6)),  # Lambda^-1 where a contact slips
+        ("yields", np.float64, (MAX_FINGERS, 3)),  # Lambda^-1 q
+        ("gives", np.float64, (MAX_FINGERS,)),  # d
+        ("free", np.float64, (MAX_FINGERS, 3)),  # force in stick, acceleration in slip, by joints
+        ("sigma", np.float64, (6, 6)),  # LU factors
+        ("sigma_order", np.int64, (6,)),
+        ("load", np.float64, (6,)),
+        ("motion", np.float64, (6,)),
         ("num_holders", np.int64),  # contacts that stick and resist turning
         ("holders", np.int64, (MAX_FINGERS,)),
-        ("follows", np.float64, (MAX_FINGERS, MAX_WRENCH)),  # all forces per F_tau / e of each
+        ("moves", np.float64, (MAX_FINGERS, 6)),  # Sigma^-1 m of each
         ("turns", np.float64, (MAX_FINGERS, MAX_FINGERS)),  # e psi'' per F_tau / e of these
         ("symmetric", np.float64, (MAX_FINGERS, MAX_FINGERS)),  # the same made symmetric, diagonal
         ("modes", np.float64, (MAX_FINGERS, MAX_FINGERS)),  # its eigenvectors, column by column
@@ -34,6 +44,7 @@ TORSION = np.dtype(
         ("wanted", np.float64, (MAX_FINGERS,)),  # e psi'' without moments
         ("amounts", np.float64, (MAX_FINGERS,)),  # of every mode [N]
         ("held", np.float64, (MAX_FINGERS,)),  # F_tau / e of the holders [N]
+        ("some_slip", np.int64),  # 1 where some contact slips
         ("small", np.float64, (MAX_FINGERS, MAX_FINGERS)),
         ("small_right", np.float64, (MAX_FINGERS,)),
         ("small_order", np.int64, (MAX_FINGERS,)),
@@ -45,7 +56,7 @@ TORSION = np.dtype(
         ("order", np.int64, (MAX_WRENCH,)),
         ("kinds", np.int64, (MAX_FINGERS,)),  # of contacts in the contact problem
         ("bounds", np.float64, (MAX_FINGERS,)),  # friction that a free contact has at most
-        ("pushed", np.float64, (MAX_WRENCH,)),  # w per tip force, without contact forces
+        ("slides", np.float64, (MAX_FINGERS, 3)),  # directions of those that are moving
         ("responding", np.float64, (6 + 2 * MAX_FINGERS,)),  # accelerations per tip force
         ("no_slide", np.float64, (MAX_FINGERS, 3)),  # 0: directions of slip without friction
     ],

@@ -19,9 +19,9 @@ from slipgrasp.core.kernel.spatial.flow import set_derivative, spatial_plant
 from slipgrasp.core.kernel.spatial.guards import sample_guards
 from slipgrasp.core.kernel.spatial.kinematics import update_kinematics
 from slipgrasp.core.kernel.spatial.selection import normalise
-from slipgrasp.core.kernel.spatial.torsion import AT_REST, begin_slips
+from slipgrasp.core.kernel.spatial.torsion import begin_slips, is_short
 from slipgrasp.core.kernel.spatial.torsion_layout import NORMAL
-from slipgrasp.core.kernel.spatial.ways import size_with_spin
+from slipgrasp.core.kernel.spatial.torsion_phases import prepare_pads
 
 
 @compiled
@@ -31,8 +31,7 @@ def rests_again(model: Record, discrete: Record, step: Record) -> bool:
     for i in range(model.num_fingers):
         if discrete.frozen[i, 0] == 0:
             continue
-        x, y, z = step.directions[i, 0], step.directions[i, 1], step.directions[i, 2]
-        if size_with_spin(x, y, z) >= 1.0 - AT_REST:
+        if not is_short(step.directions, i):
             return False
         found = True
     return found
@@ -47,7 +46,7 @@ def onset_step(model: Record, discrete: Record, h: float, step: Record, work: Re
     if not h > 0.0:
         return False
     spatial_plant(model, discrete, step.start, work)
-    if not begin_slips(model, discrete, step.start, work, h):
+    if not begin_slips(model, discrete, step.start, work, h, False):
         return False
     for i in range(model.num_fingers):
         for part in range(NORMAL):
@@ -59,11 +58,13 @@ def onset_step(model: Record, discrete: Record, h: float, step: Record, work: Re
         step.end.x[j] = step.start.x[j] + h * first.x[j]
     normalise(step.end)
     update_kinematics(model.hand, discrete.seeds, step.end, work.kin)
+    prepare_pads(model, step.end, work)
     set_derivative(model, step.end, second, work)
     for j in range(model.num_states):
         mean.x[j] = 0.5 * (first.x[j] + second.x[j])
         step.end.x[j] = step.start.x[j] + h * mean.x[j]
     normalise(step.end)
+    spatial_plant(model, discrete, step.end, work)
     for row in range(1, last + 1):
         for j in range(model.num_states):
             step.slopes[row].x[j] = mean.x[j]

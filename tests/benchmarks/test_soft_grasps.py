@@ -1,0 +1,62 @@
+"""A small sample of `benchmarks.soft_grasps`, and its checks on runs that they must refuse."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from benchmarks.hands_in_space import eccentricities
+from benchmarks.random_runs import SOFT_GRASPS, draw
+from benchmarks.soft_grasps import find_missed_of_soft, judge_soft_grasp
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario.loading import load_scenario, with_values
+
+pytestmark = pytest.mark.slow
+
+SEED, COUNT = 3, 20
+
+
+@pytest.fixture(scope="module")
+def run():
+    """A box that turns between two pads, and stops."""
+    return simulate(with_values(load_scenario("parallel-gripper"), {"simulation.duration": 1.3}))
+
+
+def missed(run):
+    """Names of the checks that a run misses."""
+    return set(find_missed_of_soft(run, None, np.zeros((2, 3))))
+
+
+def test_random_soft_grasps_end_truly():
+    drawn = [draw(SOFT_GRASPS, SEED, index) for index in range(COUNT)]
+    judgements = [judge_soft_grasp(run, twice=index % 4 == 0) for index, run in enumerate(drawn)]
+    assert not {index: j for index, j in enumerate(judgements) if j.missed}
+    assert len({judgement.outcome for judgement in judgements}) >= 2
+
+
+def test_draws_have_all_kinds_of_fingers_pads_and_laws():
+    drawn = [draw(SOFT_GRASPS, SEED, index) for index in range(60)]
+    kinds = {frozenset(finger.kind for finger in scenario.fingers) for scenario in drawn}
+    assert {frozenset({kind}) for kind in ("links", "slides", "chain")} < kinds
+    assert max(map(len, kinds)) > 1
+    assert {len(scenario.fingers) for scenario in drawn} == {2, 3, 4}
+    assert len({scenario.controller.kind for scenario in drawn}) == 5
+    hard = [(eccentricities(scenario) == 0.0).sum() for scenario in drawn]
+    assert all(scenario.has_soft_fingers for scenario in drawn)
+    assert 0 in hard and max(hard) > 0
+    pressures = {finger.pad_pressure for scenario in drawn for finger in scenario.fingers}
+    assert pressures == {"even", "hertz"}
+
+
+def test_a_run_as_it_should_be_misses_no_check(run):
+    assert not missed(run)
+
+
+@pytest.mark.parametrize("slips", [False, True])
+def test_a_moment_off_its_limit_surface_is_found(run, slips):
+    trace, e = run.trace, eccentricities(run.scenario)
+    row = np.flatnonzero((trace.phase[:, 0] != 0) == slips)[-5]
+    moments = trace.torsional_moment.copy()
+    bound = e[0] * trace.friction_coefficient[row, 0] * trace.normal_force[row, 0]
+    moments[row, 0] = bound * (1.0 + 1e-7)
+    assert "cone" in missed(replace(run, trace=replace(trace, torsional_moment=moments)))
