@@ -191,7 +191,7 @@ class FaceLens:
         self._ball.color = colour
         if self._pad is not None:
             self._disc.color = colour
-            self._pad_edge.colors = np.array(glow(colour), dtype=np.uint8)
+            self._pad_edge.colors = np.array(colour, dtype=np.uint8)
         self._arrows.colors = np.array([glow(CONE), glow(colour)], dtype=np.uint8)
 
     def _draw_tip(self, slip: Points) -> None:

@@ -24,6 +24,7 @@ _MARGIN_LOW = np.array([0.24, 0.26])
 _MARGIN_HIGH = np.array([0.24, 0.1])
 _LENS_SHARE = 0.64
 _SLIP_SHARES = {PLANAR: 1.0, SPATIAL: 0.62}  # of the lens
+_PAD_SHARE = 1.4  # of the lens, where the pad of a soft fingertip is drawn around it
 _DISC_SHARE = 0.5
 _LARGEST_MAGNIFICATION = 200.0
 _LENS_DEPTH = 0.12
@@ -96,8 +97,9 @@ def lay_out(result: RunResult, *, whole_hand: bool = False) -> SceneLayout:
     low, high = (_hand_box if whole_hand else _grasp_box)(result, plane)
     places = place_lenses(low, high, count)
     slip = np.linalg.norm(trace.slip.reshape(len(trace), count, -1), axis=2)
-    radius = _SLIP_SHARES[scenario.space] * places.radius
     pads = [each.pad.radius for each in skeleton.contacts_of(scenario) if each.pad is not None]
+    radius = _PAD_SHARE if pads else _SLIP_SHARES[scenario.space]
+    radius *= places.radius
     limit = max(float(trace.friction_coefficient.max() * full.force), 1e-3)
     return SceneLayout(
         plane=plane,
