@@ -306,7 +306,7 @@ def test_single_verdicts_of_the_printed_law_change_with_what_should_not_matter()
     assert rows[0][2] == "–"
     changed = {words: float(share.split()[0]) for words, _, share in rows[1:]}
     assert changed["steps of 0.5 ms at most"] > 2.0
-    assert changed["believed mass 1e-9 kg larger"] > 2.0
+    assert changed["estimated mass 1e-9 kg larger"] > 2.0
 
 
 @pytest.mark.parametrize("sweep", SWEEPS)

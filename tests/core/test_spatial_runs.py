@@ -504,7 +504,10 @@ def test_two_runs_are_equal_to_the_last_bit():
 
 @pytest.mark.parametrize("name", spatial_preset_names())
 def test_a_run_claims_nothing_that_its_samples_do_not_say(name):
-    result = simulate(with_values(load_scenario(name), {"simulation.duration": 0.6}))
+    scenario = load_scenario(name)
+    pulses = [pulse.time for pulse in scenario.pulses]
+    duration = max([0.6, *(time + 0.3 for time in pulses)])
+    result = simulate(with_values(scenario, {"simulation.duration": duration}))
     assert contradictions_of(result) == ()
     assert (np.diff(result.trace.dissipated_energy) >= -1e-12).all()
     trace = result.trace

@@ -261,7 +261,7 @@ def test_a_row_becomes_a_recording_that_is_what_the_study_computed(study, comman
     row = read_results("done/study.mcap").row(17)
     assert row["recording"] is None
     assert state_hash(read_recording("run.mcap")) == row["state_hash"]
-    assert "The same" in command("verify", "run.mcap").out
+    assert "Equal: " in command("verify", "run.mcap").out
     assert (
         "already exists"
         in command(*("rebuild", "done/study.mcap", "3", "--output", "run.mcap"), status=2).err
@@ -273,7 +273,7 @@ def test_a_row_becomes_a_run_of_the_data_folder_by_default(study, command):
     path = Path(command("rebuild", "done/study.mcap", "0").out.strip())
 
     assert path.parent == Path("data").absolute()
-    assert "The same" in command("verify", path.stem).out
+    assert "Equal: " in command("verify", path.stem).out
 
 
 def test_a_run_that_is_not_there_is_refused(study, command):

@@ -37,8 +37,8 @@ def test_the_border_is_that_of_the_margin_command() -> None:
     numbers = re.findall(r"[\d.]*\d", words)
     held_at, times, offset, lost_at = map(float, numbers[:4])
     assert words.startswith(
-        f"Held up to {held_at} kg, {times} times its mass, there {offset:g} mm from where it was "
-        f"wanted. With {lost_at} kg: "
+        f"Held up to {held_at} kg, {times} times its mass, there {offset:g} mm from its "
+        f"target. With {lost_at} kg: "
     )
     assert times == held_at
     assert held_at < lost_at < 1.01 * held_at
