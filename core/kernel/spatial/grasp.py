@@ -30,6 +30,7 @@ from slipgrasp.core.kernel.spatial.grasp_limits import (
     PER_CONTACT,
     allowed,
     exists,
+    gradient_of,
     limit,
     part_at,
     set_force,
@@ -65,9 +66,9 @@ def spatial_origin(grasp: Record, n: int, num_rows: int) -> None:
     for k in range(size):
         grasp.origin[k] = 0.0
         grasp.step[k] = 1.0
-    rank = soft = 0
+    rank, soft, least = 0, 0, square(RANK_SHARE) * largest
     for p in range(num_rows):
-        if not grasp.right[p] > square(RANK_SHARE) * largest:
+        if not grasp.right[p] > least:
             continue
         rank += 1
         strength = np.sqrt(grasp.right[p])
@@ -93,7 +94,7 @@ def spatial_origin(grasp: Record, n: int, num_rows: int) -> None:
         basis[best] = 1.0
         # Once is enough: of the freest unit vector at least 1 / 3n of its square is left.
         for p in range(num_rows):
-            if grasp.right[p] > square(RANK_SHARE) * largest:
+            if grasp.right[p] > least:
                 _remove(basis, rows[p], size)
         for earlier in range(soft, j):
             _remove(basis, grasp.basis[earlier], size)
@@ -192,17 +193,17 @@ def _set_conditions(grasp: Record, n: int, free: int) -> int:
         for b in range(free):
             matrix[a, b] = 1.0 if a == b else 0.0
         right[a] = -grasp.point[a]
-    row = free
+    row, end = free, free + _count_active(grasp, n)
     for c in range(PER_CONTACT * n):
         if grasp.active[c] == 0:
             continue
-        multiplier = grasp.multipliers[c]
+        multiplier, gradient = grasp.multipliers[c], gradient_of(grasp, c)
         for a in range(free):
-            slope = slope_of_limit(grasp, c, a)
+            slope = slope_of_limit(grasp, c, gradient, a)
             matrix[a, row] = -slope
             matrix[row, a] = slope
             right[a] += multiplier * slope
-        for other in range(free, free + _count_active(grasp, n)):
+        for other in range(free, end):
             matrix[row, other] = 0.0
         right[row] = -limit(grasp, c)
         if c % PER_CONTACT == FRICTION and grasp.ways == 1:

@@ -75,14 +75,30 @@ def gradient_entry(grasp: Record, c: int, k: int) -> float:
 
 
 @compiled
-def slope_of_limit(grasp: Record, c: int, j: int) -> float:
-    """Derivative of limit ``c`` along free number ``j``."""
-    i, total = c // PER_CONTACT, 0.0
-    for k in range(3):
-        total += gradient_entry(grasp, c, k) * grasp.basis[j, 3 * i + k]
+def gradient_of(grasp: Record, c: int) -> tuple[float, float, float, float]:
+    """Derivatives of limit ``c`` along the force of its contact, and along its moment."""
+    i, along_moment = c // PER_CONTACT, 0.0
     if grasp.soft == 1 and c % PER_CONTACT == FRICTION:
-        k = part_at(grasp, i, 2)
-        total -= grasp.force[k] / max(tangential(grasp, i, 0), 1e-300) * grasp.basis[j, k]
+        along_moment = -grasp.force[part_at(grasp, i, 2)] / max(tangential(grasp, i, 0), 1e-300)
+    return (
+        gradient_entry(grasp, c, 0),
+        gradient_entry(grasp, c, 1),
+        gradient_entry(grasp, c, 2),
+        along_moment,
+    )
+
+
+@compiled
+def slope_of_limit(
+    grasp: Record, c: int, gradient: tuple[float, float, float, float], j: int
+) -> float:
+    """Derivative of limit ``c``, which has some gradient, along free number ``j``."""
+    i, basis = c // PER_CONTACT, grasp.basis
+    total = 0.0 + gradient[0] * basis[j, 3 * i]
+    total += gradient[1] * basis[j, 3 * i + 1]
+    total += gradient[2] * basis[j, 3 * i + 2]
+    if grasp.soft == 1 and c % PER_CONTACT == FRICTION:
+        total += gradient[3] * basis[j, part_at(grasp, i, 2)]
     return total
 
 
