@@ -17,6 +17,7 @@ from slipgrasp.recordings.exceptions import RecordingWriteError
 from slipgrasp.server.exceptions import ServiceBusyError
 from slipgrasp.server.http import file_cache
 from slipgrasp.server.http.file_cache import FileCache
+from slipgrasp.server.runs import recovery
 from tests.server.raw_http import exchange
 from tests.server.running import run_to_end
 from tests.server.serving import RunningServer
@@ -155,7 +156,9 @@ def test_a_recording_that_is_deleted_while_it_is_sent_arrives_whole(
         received = b"".join(answer.iter_bytes())
     assert len(received) == run["size"]
     assert client.get(f"/runs/{run['id']}/recording").status_code == 404
-    assert [r for r in caplog.records if r.levelno >= logging.WARNING] == []
+    warnings = [r for r in caplog.records if r.levelno >= logging.WARNING]
+    # The service may recover, at this moment, what other tests have left of their runs.
+    assert [r for r in warnings if r.name != recovery.__name__] == []
 
 
 def test_a_run_that_is_gone_has_no_tables_though_they_were_made(client) -> None:
