@@ -182,7 +182,7 @@ def test_a_law_that_the_server_was_started_with_has_controls_signals_and_branche
     page.get_by_role("tab", name="Estimates", exact=True).click()
     head = page.locator("[data-sg-chart=law-grip]")
     value = head.locator("[data-sg-value]")
-    expect(head).to_contain_text("Grip, as the law tells [N]")
+    expect(head).to_contain_text("Grip, as the law reports it [N]")
     expect(value).to_have_text("30.00")
     pause_at(page, 0.2)
     overwrite(number_field(page, "grip [N]"), "75")
