@@ -104,7 +104,7 @@ def test_picture_charts_and_clip_arrive_as_files(page: Page, tmp_path: Path) -> 
         download.value.save_as(path)
         contents[path.name] = path.read_bytes()
     assert list(contents) == [
-        "slipgrasp-paper-case-2-50ms.png",
+        "slipgrasp-paper-case-2-view-50ms.png",
         "slipgrasp-paper-case-2-charts.svg",
         "slipgrasp-paper-case-2-clip.html",
     ]
