@@ -197,8 +197,23 @@ def _untrue_ends(run: RunResult, held: np.ndarray) -> dict[str, float]:
     return {run.outcome.value: 1.0} if found else {}
 
 
-def print_judged(scenario: Scenario, judge: Judge, checks: Mapping[str, Check]) -> None:
-    """Prints a scenario file, how its run ended, and which checks it misses by how much."""
+def print_judged(program: str, population: str, judge: Judge, checks: Mapping[str, Check]) -> None:
+    """Prints a run as a scenario file, how it ended, and which checks it misses by how much.
+
+    Args:
+        program: The module that is run; its arguments are the index of the run and a seed.
+        population: From which it is drawn.
+        judge: Judges it.
+        checks: What is checked.
+    """
+    parser = argparse.ArgumentParser(
+        prog=f"python -m {program}", description="Prints one run, and what is wrong with it."
+    )
+    parser.add_argument("index", type=int)
+    parser.add_argument("--seed", type=int, default=SEED)
+    options = parser.parse_args()
+    prepare_kernel()
+    scenario = draw(population, options.seed, options.index)
     judgement = judge(scenario, twice=True)
     print(scenario_to_toml(scenario))
     print(f"# {judgement.outcome}")
@@ -206,17 +221,5 @@ def print_judged(scenario: Scenario, judge: Judge, checks: Mapping[str, Check]) 
         print(f"# {checks[name].text}: {by:g} {checks[name].unit}".rstrip())
 
 
-def main() -> None:
-    """Prints one run as a scenario file, and what is wrong with it."""
-    parser = argparse.ArgumentParser(
-        prog="python -m benchmarks.hands_in_space", description=main.__doc__
-    )
-    parser.add_argument("index", type=int)
-    parser.add_argument("--seed", type=int, default=SEED)
-    options = parser.parse_args()
-    prepare_kernel()
-    print_judged(draw(PAIRS_IN_SPACE, options.seed, options.index), judge_in_space, CHECKS_IN_SPACE)
-
-
 if __name__ == "__main__":
-    main()
+    print_judged("benchmarks.hands_in_space", PAIRS_IN_SPACE, judge_in_space, CHECKS_IN_SPACE)

@@ -10,7 +10,6 @@ what is wrong with it.
 
 from __future__ import annotations
 
-import argparse
 import re
 from pathlib import Path
 
@@ -27,11 +26,10 @@ from benchmarks.hands_in_space import (
 )
 from benchmarks.outcome_checks import Check, Judgement, ledger_error, simulate_runs, velocity_jump
 from benchmarks.outcomes import SEED, judge_many, tabulate
-from benchmarks.random_runs import SOFT_GRASPS, draw
+from benchmarks.random_runs import SOFT_GRASPS
 from benchmarks.report import Table
 from slipgrasp.core.exceptions import ScenarioError
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.core.run.simulator import prepare_kernel
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import with_values
 
@@ -134,17 +132,5 @@ def _is_refused(scenario: Scenario, law: str) -> bool:
     return False
 
 
-def main() -> None:
-    """Prints one run as a scenario file, and what is wrong with it."""
-    parser = argparse.ArgumentParser(
-        prog="python -m benchmarks.soft_grasps", description=main.__doc__
-    )
-    parser.add_argument("index", type=int)
-    parser.add_argument("--seed", type=int, default=SEED)
-    options = parser.parse_args()
-    prepare_kernel()
-    print_judged(draw(SOFT_GRASPS, options.seed, options.index), judge_soft_grasp, CHECKS_OF_SOFT)
-
-
 if __name__ == "__main__":
-    main()
+    print_judged("benchmarks.soft_grasps", SOFT_GRASPS, judge_soft_grasp, CHECKS_OF_SOFT)
