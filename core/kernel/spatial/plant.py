@@ -56,20 +56,26 @@ def assemble(
         system: Where it is written.
     """
     world_inertia(kin, truth.inertias, system.body)
-    sigma, body = system.sigma, system.body
-    for a in range(6):
-        for b in range(6):
-            sigma[a, b] = 0.0
-    for a in range(3):
-        sigma[a, a] = truth.object_mass
-    sigma[3, 3], sigma[3, 4], sigma[3, 5] = body[0], body[1], body[2]
-    sigma[4, 3], sigma[4, 4], sigma[4, 5] = body[1], body[3], body[4]
-    sigma[5, 3], sigma[5, 4], sigma[5, 5] = body[2], body[4], body[5]
+    sigma = system.sigma
+    set_body_inertia(truth.object_mass, system.body, sigma)
     determinant = 1.0
     for i in range(truth.num_fingers):
         determinant *= _eliminate_slips(kin, dynamics, truth, slips, gamma, system, i)
         _add_finger(kin, dynamics, system, i)
     system.determinant = determinant * factor_dense(sigma, 6, system.order)
+
+
+@compiled
+def set_body_inertia(mass: float, body: Floats, sigma: Floats) -> None:
+    """Sets Sigma to the inertia of the object alone, ``body`` in world axes about its centre."""
+    for a in range(6):
+        for b in range(6):
+            sigma[a, b] = 0.0
+    for a in range(3):
+        sigma[a, a] = mass
+    sigma[3, 3], sigma[3, 4], sigma[3, 5] = body[0], body[1], body[2]
+    sigma[4, 3], sigma[4, 4], sigma[4, 5] = body[1], body[3], body[4]
+    sigma[5, 3], sigma[5, 4], sigma[5, 5] = body[2], body[4], body[5]
 
 
 @compiled

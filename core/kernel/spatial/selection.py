@@ -418,7 +418,7 @@ def _let_rest_stick(
 ) -> None:
     """Lets soft contacts stick that begin to slip and rest, beside others that go on.
 
-    The next step tells of one whose force has just reached its bound.
+    One whose force has just reached its bound is left to the next step.
     """
     for i in range(model.num_fingers):
         if room.leaving[i, 0] == 1:

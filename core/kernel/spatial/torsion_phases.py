@@ -20,7 +20,12 @@ from slipgrasp.core.kernel.numerics.dense import factor_dense, solve_dense
 from slipgrasp.core.kernel.spatial.contact_problem import inverse_of, times
 from slipgrasp.core.kernel.spatial.dynamics import multiply, world_inertia
 from slipgrasp.core.kernel.spatial.kinematics import moment_at_tip
-from slipgrasp.core.kernel.spatial.plant import object_bias, tip_inertia_columns, to_contact_frame
+from slipgrasp.core.kernel.spatial.plant import (
+    object_bias,
+    set_body_inertia,
+    tip_inertia_columns,
+    to_contact_frame,
+)
 from slipgrasp.core.kernel.spatial.torsion_equations import spin_bias
 from slipgrasp.core.kernel.spatial.torsion_layout import NORMAL
 from slipgrasp.core.kernel.spatial.workspace import STICK
@@ -62,15 +67,8 @@ def assemble_phases(model: Record, discrete: Record, gamma: Floats, work: Record
     Returns:
         Its determinant over that of the object's inertia, positive while regular.
     """
-    truth, sigma, body = model.truth, work.torsion.sigma, work.system.body
-    for a in range(6):
-        for b in range(6):
-            sigma[a, b] = 0.0
-    for a in range(3):
-        sigma[a, a] = truth.object_mass
-    sigma[3, 3], sigma[3, 4], sigma[3, 5] = body[0], body[1], body[2]
-    sigma[4, 3], sigma[4, 4], sigma[4, 5] = body[1], body[3], body[4]
-    sigma[5, 3], sigma[5, 4], sigma[5, 5] = body[2], body[4], body[5]
+    truth, sigma = model.truth, work.torsion.sigma
+    set_body_inertia(truth.object_mass, work.system.body, sigma)
     regular = 1.0
     for k in range(3):
         regular /= truth.object_mass * truth.inertias[k]
