@@ -104,7 +104,7 @@ class LensFrame:
         told = [
             f"slip {slip}",
             f"force {force:.1f} N",
-            "" if pale_slip is None else f"pale {length_words(abs(pale_slip))}",
+            "" if pale_slip is None else f"ghost {length_words(abs(pale_slip))}",
         ]
         for k, line in enumerate(self._lines):
             if told[k] != self._told[k]:
