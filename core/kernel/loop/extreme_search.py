@@ -93,8 +93,10 @@ def least_inside(
         if not value < ends:
             place = 0 if sign * start < sign * end else final
     if place in (0, final):
-        # Nothing tells of a kink of the law between the start and the next node.
-        if place == final and not _may_turn_inside(model, step, j):
+        # Nothing tells of a kink of the law between an end and the next node; while torques are
+        # held, there is none.
+        held = model.law.period > 0.0
+        if place == final and held and not _may_turn_inside(model, step, j):
             return np.inf
         share = BESIDE if place == 0 else 1.0 - BESIDE
         value = sign * value_inside(model, run, h, j, share)
