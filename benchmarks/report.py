@@ -1,7 +1,8 @@
-"""Tables of results: printed as text, and kept in the documentation between marks."""
+"""Tables of results: printed as text, kept in the documentation between marks or as CSV files."""
 
 from __future__ import annotations
 
+import csv
 import math
 import re
 from collections.abc import Iterable
@@ -70,7 +71,9 @@ def update_page(path: Path, tables: Iterable[Table]) -> None:
     """Replaces what a page says between the marks of these tables.
 
     Args:
-        path: Markdown file with ``<!-- NAME -->`` and ``<!-- end NAME -->`` around each table.
+        path: Markdown file with ``<!-- NAME -->`` and ``<!-- end NAME -->`` around each table. If
+            the first mark is ``<!-- data: NAME -->``, the rows are written to the file
+            ``data/NAME.csv`` next to the page, which has a link and the notes.
         tables: The new tables.
 
     Raises:
@@ -78,13 +81,50 @@ def update_page(path: Path, tables: Iterable[Table]) -> None:
     """
     text = path.read_text(encoding="utf-8")
     for table in tables:
-        first, last = f"<!-- {table.name} -->", f"<!-- end {table.name} -->"
-        place = re.compile(f"{re.escape(first)}.*?{re.escape(last)}", re.DOTALL)
-        if not place.search(text):
+        place = re.search(mark(table.name), text, re.DOTALL)
+        if place is None:
             raise ValueError(f"{path} has no marks for '{table.name}'")
-        block = f"{first}\n{_format_markdown(table)}\n{last}"
-        text = place.sub(lambda _, block=block: block, text)
+        if place["data"]:
+            _write_csv(data_file(path, table.name), table)
+        body = _format_link(table) if place["data"] else _format_markdown(table)
+        block = f"{place['first']}\n{body}\n{place['last']}"
+        text = text[: place.start()] + block + text[place.end() :]
     path.write_text(text, encoding="utf-8")
+
+
+def mark(name: str) -> str:
+    """Regular expression of the place of a table in a page; ``data`` if its rows are in a file."""
+    name = re.escape(name)
+    return rf"(?P<first><!-- (?P<data>data: )?{name} -->)(?P<body>.*?)(?P<last><!-- end {name} -->)"
+
+
+def data_file(page: Path, name: str) -> Path:
+    """The CSV file of a table whose rows are not in its page."""
+    return page.parent / "data" / f"{name}.csv"
+
+
+def read_table(page: Path, name: str) -> list[list[str]]:
+    """Heads and rows of a table of a page, or of its data file."""
+    place = re.search(mark(name), page.read_text(encoding="utf-8"), re.DOTALL)
+    if place is None:
+        raise ValueError(f"{page} has no marks for '{name}'")
+    if place["data"]:
+        with data_file(page, name).open(encoding="utf-8", newline="") as file:
+            return list(csv.reader(file))
+    lines = [line for line in place["body"].splitlines() if line.startswith("|")]
+    cells = [[cell.strip() for cell in line.strip("|").split(" | ")] for line in lines]
+    return [cells[0], *cells[2:]]
+
+
+def _write_csv(file: Path, table: Table) -> None:
+    file.parent.mkdir(exist_ok=True)
+    with file.open("w", encoding="utf-8", newline="") as stream:
+        csv.writer(stream, lineterminator="\n").writerows((table.heads, *table.rows))
+
+
+def _format_link(table: Table) -> str:
+    link = f"[{table.name}.csv](data/{table.name}.csv)"
+    return "\n" + " ".join([f"All {len(table.rows)} rows: {link}.", *table.notes]) + "\n"
 
 
 def _align(cells: Iterable[str], widths: list[int]) -> str:
