@@ -68,34 +68,34 @@ def format_share(part: int, whole: int) -> str:
 
 
 def update_page(path: Path, tables: Iterable[Table]) -> None:
-    """Replaces what a page says between the marks of these tables.
+    """Replaces what a page has of these tables.
 
     Args:
-        path: Markdown file with ``<!-- NAME -->`` and ``<!-- end NAME -->`` around each table. If
-            the first mark is ``<!-- data: NAME -->``, the rows are written to the file
-            ``data/NAME.csv`` next to the page, which has a link and the notes.
+        path: Markdown file with ``<!-- NAME -->`` and ``<!-- end NAME -->`` around each table, or
+            with a line ``All N rows: [NAME.csv](data/NAME.csv).``: then the rows are written to
+            that file, and the line ends with the notes.
         tables: The new tables.
 
     Raises:
-        ValueError: If the page has no such marks.
+        ValueError: If the page has no place for a table.
     """
     text = path.read_text(encoding="utf-8")
     for table in tables:
-        place = re.search(mark(table.name), text, re.DOTALL)
+        place = re.search(place_of(table.name), text, re.DOTALL | re.MULTILINE)
         if place is None:
             raise ValueError(f"{path} has no marks for '{table.name}'")
-        if place["data"]:
+        if place["line"]:
             _write_csv(data_file(path, table.name), table)
-        body = _format_link(table) if place["data"] else _format_markdown(table)
-        block = f"{place['first']}\n{body}\n{place['last']}"
+        block = _format_line(table) if place["line"] else _format_markdown(table)
         text = text[: place.start()] + block + text[place.end() :]
     path.write_text(text, encoding="utf-8")
 
 
-def mark(name: str) -> str:
-    """Regular expression of the place of a table in a page; ``data`` if its rows are in a file."""
+def place_of(name: str) -> str:
+    """Regular expression of a table in a page: its ``body``, or the ``line`` with its file."""
     name = re.escape(name)
-    return rf"(?P<first><!-- (?P<data>data: )?{name} -->)(?P<body>.*?)(?P<last><!-- end {name} -->)"
+    line = rf"^All \d+ rows: \[{name}\.csv\]\(data/{name}\.csv\)\.[^\n]*$"
+    return rf"<!-- {name} -->(?P<body>.*?)<!-- end {name} -->|(?P<line>{line})"
 
 
 def data_file(page: Path, name: str) -> Path:
@@ -105,10 +105,11 @@ def data_file(page: Path, name: str) -> Path:
 
 def read_table(page: Path, name: str) -> list[list[str]]:
     """Heads and rows of a table of a page, or of its data file."""
-    place = re.search(mark(name), page.read_text(encoding="utf-8"), re.DOTALL)
+    text = page.read_text(encoding="utf-8")
+    place = re.search(place_of(name), text, re.DOTALL | re.MULTILINE)
     if place is None:
         raise ValueError(f"{page} has no marks for '{name}'")
-    if place["data"]:
+    if place["line"]:
         with data_file(page, name).open(encoding="utf-8", newline="") as file:
             return list(csv.reader(file))
     lines = [line for line in place["body"].splitlines() if line.startswith("|")]
@@ -122,9 +123,9 @@ def _write_csv(file: Path, table: Table) -> None:
         csv.writer(stream, lineterminator="\n").writerows((table.heads, *table.rows))
 
 
-def _format_link(table: Table) -> str:
+def _format_line(table: Table) -> str:
     link = f"[{table.name}.csv](data/{table.name}.csv)"
-    return "\n" + " ".join([f"All {len(table.rows)} rows: {link}.", *table.notes]) + "\n"
+    return " ".join([f"All {len(table.rows)} rows: {link}.", *table.notes])
 
 
 def _align(cells: Iterable[str], widths: list[int]) -> str:
@@ -135,4 +136,5 @@ def _align(cells: Iterable[str], widths: list[int]) -> str:
 def _format_markdown(table: Table) -> str:
     rule = ("---", *("--:" for _ in table.heads[1:]))
     lines = [f"| {' | '.join(cells)} |" for cells in (table.heads, rule, *table.rows)]
-    return "\n".join(["", *lines, "", *(f"{note}\n" for note in table.notes)])
+    block = "\n".join(["", *lines, "", *(f"{note}\n" for note in table.notes)])
+    return f"<!-- {table.name} -->\n{block}\n<!-- end {table.name} -->"

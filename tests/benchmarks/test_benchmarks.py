@@ -25,7 +25,7 @@ from benchmarks.mujoco_hold import hold_by_actuators, hold_by_numpy
 from benchmarks.mujoco_replay import replay_in_mujoco
 from benchmarks.mujoco_torques import stepping
 from benchmarks.recording import measure_recording
-from benchmarks.report import Table, mark, read_table, update_page
+from benchmarks.report import Table, place_of, read_table, update_page
 from benchmarks.speed import compare_speed, profile
 from benchmarks.study import make_study
 from benchmarks.study_load import run_over_rest
@@ -252,14 +252,11 @@ def test_page_keeps_everything_outside_the_marks(tmp_path):
         update_page(page, [Table("b", ("x",), ())])
 
 
-def test_rows_of_a_marked_table_go_into_a_file(tmp_path):
+def test_rows_of_a_table_go_into_the_file_that_the_page_names(tmp_path):
     page = tmp_path / "page.md"
-    page.write_text("before\n<!-- data: a -->\nold\n<!-- end a -->\nafter\n")
+    page.write_text("before\n\nAll 9 rows: [a.csv](data/a.csv). Missed.\n\nafter\n")
     update_page(page, [Table("a", ("x", "y"), (("one", "1, 2"),), ("Met.",))])
-    assert page.read_text() == (
-        "before\n<!-- data: a -->\n\nAll 1 rows: [a.csv](data/a.csv). Met.\n\n"
-        "<!-- end a -->\nafter\n"
-    )
+    assert page.read_text() == ("before\n\nAll 1 rows: [a.csv](data/a.csv). Met.\n\nafter\n")
     assert (tmp_path / "data" / "a.csv").read_text() == 'x,y\none,"1, 2"\n'
     assert read_table(page, "a") == [["x", "y"], ["one", "1, 2"]]
 
@@ -287,8 +284,6 @@ def test_pages_have_a_place_for_the_tables_of_every_part():
     )
     pages = (PAGE, *(PAGE.with_name(name) for name in others))
     text = "".join(page.read_text() for page in pages)
-    moved = re.findall(r"<!-- data: (\S+) -->", text)
-    assert [name for name in moved if not (PAGE.parent / "data" / f"{name}.csv").exists()] == []
     names = {*PARTS, "setting", "profile", "bombs"} - {
         "scaling",
         "space",
@@ -309,7 +304,7 @@ def test_pages_have_a_place_for_the_tables_of_every_part():
     names |= {"robustness-outcomes"}
     names |= {"robustness-noise", "robustness-latency", "outcomes-endings", "outcomes-truth"}
     for name in names:
-        assert re.search(mark(name), text, re.DOTALL), name
+        assert re.search(place_of(name), text, re.DOTALL | re.MULTILINE), name
 
 
 def test_unknown_part_is_refused_with_the_known_ones(capsys):
