@@ -70,7 +70,7 @@ def test_the_claims_are_told_with_their_numbers():
         f"{median['switches, predicts']:.0f} mm with switching",
         f"it holds {expected['1']} % at 1 mm/s and {expected['2']} % at 2 mm/s",
         f"it holds {known['10']} and {sums['10']} %",
-        f"Holding holds {min(holding)} % and more",
+        f"holding holds {min(holding)} % and more",
         f"switching {min(switching)} to {max(switching)} %",
         f"{min(aware)} to {max(aware):.0f} % with it, {min(unaware)} to {max(unaware)} % without",
     ]
@@ -82,7 +82,7 @@ def test_the_claims_are_told_with_their_numbers():
     assert {sums[mm] for mm in ("0.5", "1", "2", "3", "5")} == {100.0}
     heavy = "2, links 10 % too heavy in the model"
     fall = [held(hands[row]["30 ms: switches"]) for row in ("2 fingers", heavy)]
-    assert missing("docs/robustness.md", ["falls from {} to {} %".format(*fall)]) == []
+    assert missing("docs/robustness.md", ["it falls from {} to {} %".format(*fall)]) == []
     assert held(hands[heavy]["30 ms: holds"]) == 100.0
 
 
