@@ -72,8 +72,8 @@ def update_page(path: Path, tables: Iterable[Table]) -> None:
 
     Args:
         path: Markdown file with ``<!-- NAME -->`` and ``<!-- end NAME -->`` around each table, or
-            with a line ``All N rows: [NAME.csv](data/NAME.csv).``: then the rows are written to
-            that file, and the line ends with the notes.
+            with a line ``Data: [NAME.csv](data/NAME.csv).``: then the rows are written to that
+            file, and the line ends with the notes.
         tables: The new tables.
 
     Raises:
@@ -94,7 +94,7 @@ def update_page(path: Path, tables: Iterable[Table]) -> None:
 def place_of(name: str) -> str:
     """Regular expression of a table in a page: its ``body``, or the ``line`` with its file."""
     name = re.escape(name)
-    line = rf"^All \d+ rows: \[{name}\.csv\]\(data/{name}\.csv\)\.[^\n]*$"
+    line = rf"^Data: \[{name}\.csv\]\(data/{name}\.csv\)\.[^\n]*$"
     return rf"<!-- {name} -->(?P<body>.*?)<!-- end {name} -->|(?P<line>{line})"
 
 
@@ -125,7 +125,7 @@ def _write_csv(file: Path, table: Table) -> None:
 
 def _format_line(table: Table) -> str:
     link = f"[{table.name}.csv](data/{table.name}.csv)"
-    return " ".join([f"All {len(table.rows)} rows: {link}.", *table.notes])
+    return " ".join([f"Data: {link}.", *table.notes])
 
 
 def _align(cells: Iterable[str], widths: list[int]) -> str:

@@ -254,9 +254,9 @@ def test_page_keeps_everything_outside_the_marks(tmp_path):
 
 def test_rows_of_a_table_go_into_the_file_that_the_page_names(tmp_path):
     page = tmp_path / "page.md"
-    page.write_text("before\n\nAll 9 rows: [a.csv](data/a.csv). Missed.\n\nafter\n")
+    page.write_text("before\n\nData: [a.csv](data/a.csv). Missed.\n\nafter\n")
     update_page(page, [Table("a", ("x", "y"), (("one", "1, 2"),), ("Met.",))])
-    assert page.read_text() == ("before\n\nAll 1 rows: [a.csv](data/a.csv). Met.\n\nafter\n")
+    assert page.read_text() == ("before\n\nData: [a.csv](data/a.csv). Met.\n\nafter\n")
     assert (tmp_path / "data" / "a.csv").read_text() == 'x,y\none,"1, 2"\n'
     assert read_table(page, "a") == [["x", "y"], ["one", "1, 2"]]
 
