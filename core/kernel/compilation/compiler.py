@@ -9,7 +9,7 @@ which the law is inlined, to edit a docstring recompiles nothing.
 
 With the environment variable SLIPGRASP_KERNEL=python nothing is compiled: Python runs the kernel,
 thousands of times slower and with the same bits, so that a debugger stops in it
-and a coverage report counts its lines.
+and a coverage report counts its lines. With SLIPGRASP_KERNEL=webassembly wasmtime runs it.
 """
 
 from __future__ import annotations
@@ -34,6 +34,7 @@ from numba.core.compiler_lock import global_compiler_lock
 from numba.core.registry import cpu_target
 
 from slipgrasp.core.kernel.compilation.cache import (
+    IN_WEBASSEMBLY,
     INTERPRETED,
     ROOT_VARIABLE,
     cache_root,
@@ -192,6 +193,9 @@ def prepare_units(report: Callable[[float], None] | None = None) -> None:
 
 def _load_units(tell: Callable[[], None]) -> None:
     """Loads every unit, compiling what is not kept; calls ``tell`` before each."""
+    if IN_WEBASSEMBLY:
+        _load_webassembly()
+        return
     second = _start_second_process() if len(_missing_units()) > _FEW_UNITS else None
     for unit in all_units():
         if unit.entry is None:
@@ -200,6 +204,16 @@ def _load_units(tell: Callable[[], None]) -> None:
     if second is not None:
         second.kill()
         second.wait()
+
+
+def _load_webassembly() -> None:
+    """Makes wasmtime run every unit; what is not kept is compiled and linked first."""
+    from slipgrasp.core.kernel.compilation.foreign import Wasmtime
+    from slipgrasp.core.kernel.compilation.webassembly import kept_file
+
+    engine = Wasmtime(kept_file())
+    for unit in all_units():
+        unit.entry = engine.enter(unit)
 
 
 def share_ready() -> float:
