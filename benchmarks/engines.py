@@ -22,7 +22,7 @@ from slipgrasp.core.kernel.planar.run import OUTLET, PROGRESS
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
 
-SCRIPT = Path(__file__).parents[1] / "docs" / "webassembly.js"
+SCRIPT = Path(__file__).parents[1] / "web" / "standalone" / "kernel.js"
 
 # Steps of a run in one call.
 STEPS = 1000

@@ -162,6 +162,19 @@ def transport_html(playback: Playback, choice: WindowChoice) -> str:
         playback: The play head.
         choice: The time range of the run that is shown.
     """
+    return (
+        f'<div class="sg-transport">{moves_html(playback)}'
+        f'<span class="sg-group">{_windows_html(choice)}</span>'
+        '<span class="sg-group"><button type="button" data-sg-copy-link '
+        'title="Copies a link to this run at this time, for any browser of this machine">'
+        "Copy link</button>"
+        '<button type="button" data-sg-help aria-label="Keys" title="All keys (?)">?</button>'
+        "</span></div>"
+    )
+
+
+def moves_html(playback: Playback) -> str:
+    """Buttons to play, step and jump, exact time, and speed."""
     play = "pause" if playback.playing else "play"
     moves = "".join(
         (
@@ -174,17 +187,8 @@ def transport_html(playback: Playback, choice: WindowChoice) -> str:
             _icon_button("end", "End", GoToEdge(1)),
         )
     )
-    return (
-        '<div class="sg-transport">'
-        f'<span class="sg-group">{moves}</span>'
-        f"{_time_html(playback)}{_speed_html(playback)}"
-        f'<span class="sg-group">{_windows_html(choice)}</span>'
-        '<span class="sg-group"><button type="button" data-sg-copy-link '
-        'title="Copies a link to this run at this time, for any browser of this machine">'
-        "Copy link</button>"
-        '<button type="button" data-sg-help aria-label="Keys" title="All keys (?)">?</button>'
-        "</span></div>"
-    )
+    times = f"{_time_html(playback)}{_speed_html(playback)}"
+    return f'<span class="sg-group">{moves}</span>{times}'
 
 
 def _icon_button(icon: str, label: str, intent: Intent) -> str:
@@ -223,18 +227,19 @@ def _speed_html(playback: Playback) -> str:
 def _windows_html(choice: WindowChoice) -> str:
     return "".join(
         (
-            _window_button("slip", choice is WindowChoice.SLIP, ChooseWindow(WindowChoice.SLIP)),
-            _window_button(
+            window_button("slip", choice is WindowChoice.SLIP, ChooseWindow(WindowChoice.SLIP)),
+            window_button(
                 "whole run",
                 choice is WindowChoice.WHOLE,
                 ChooseWindow(WindowChoice.WHOLE),
             ),
-            _window_button("closer", choice is WindowChoice.CLOSER, Zoom()),
+            window_button("closer", choice is WindowChoice.CLOSER, Zoom()),
         )
     )
 
 
-def _window_button(label: str, is_chosen: bool, intent: Intent) -> str:
+def window_button(label: str, is_chosen: bool, intent: Intent) -> str:
+    """A button that shows another time range of the run."""
     hints = {
         "slip": "Shows the time range in which contacts slip",
         "whole run": "Shows the run from its start to its end",

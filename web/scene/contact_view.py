@@ -88,7 +88,7 @@ def cone_edge(contact: Contact, friction: float, rim: Points, slant: float) -> P
         rim: Tangential directions in shares of the friction, shape ``(k, d - 1)``.
         slant: Distance of the edge from the tip where a share is 1 [m].
     """
-    return slant / math.hypot(1.0, friction) * (contact.inward + friction * contact.across(rim))
+    return slant / np.hypot(1.0, friction) * (contact.inward + friction * contact.across(rim))
 
 
 class ContactView:
@@ -170,7 +170,7 @@ class ContactView:
         # Where nothing slips, the second arrow hides in the first.
         motion = force if phase is ContactPhase.STICK else marks.motion
         self._follow_arrows.follow(np.stack([force, motion]))
-        self._open(float(states.friction[0, i]), believed)
+        self._open(states.friction[0, i], believed)
 
     def show_cone(self, visible: bool) -> None:
         """Whether the friction cone is drawn."""
@@ -194,8 +194,10 @@ class ContactView:
 
     def _within(self, tip: Points, arrow: Points) -> Points:
         """An arrow from the fingertip, as much of it as fits into the lens."""
+        if math.isinf(self._reach):
+            return arrow
         length = math.hypot(*arrow.tolist())
-        if length == 0.0 or math.isinf(self._reach):
+        if length == 0.0:
             return arrow
         limit = distance_to_circle(tip, arrow / length, self._reach)
         return min(1.0, limit / length) * arrow

@@ -82,9 +82,9 @@ class GhostView:
         position, turn = (each[0] for each in poses[skeleton.OBJECT])
         self._follow_edges.follow(position + self._corners @ turn.T)
         links = [f.name for f in self._frames if "/link_" in f.name or f.name.endswith("/tip")]
-        points = np.array([poses[name][0][0] for name in links])
+        points = np.stack([poses[name][0][0] for name in links])
         self._follow_links.follow(points.reshape(len(self._own), -1, 3))
-        for i, ring in self._rings.items():
+        for i, ring in self._rings.items() if self._lens_root.visible else ():
             ring.update(magnification * states.slip[0, i])
 
     def pale_slip(self, states: States, index: int) -> float | None:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 import viser
@@ -32,7 +33,20 @@ from slipgrasp.web.scene.section_lens import SectionLens
 from slipgrasp.web.scene.shapes import circle, extrude, position
 from slipgrasp.web.scene.surfaces import Surfaces, surfaces_for
 
-Stage = viser.ClientHandle | viser.ViserServer
+
+class Stage(Protocol):
+    """What has a scene: a viewer, whose scene is its own, or a whole server."""
+
+    @property
+    def scene(self) -> viser.SceneApi:
+        """The scene."""
+        ...
+
+    def atomic(self) -> AbstractContextManager[None]:
+        """What is sent within it arrives together."""
+        ...
+
+
 Points = NDArray[np.float64]
 
 
@@ -70,13 +84,16 @@ class Scene:
     """Shows runs, one after another; the nodes are made once per shape of hand and object.
 
     Args:
-        stage: Where the nodes go: one viewer, whose scene is its own, or a whole server.
+        stage: Where the nodes go.
         drag: Hears how the object is dragged; None where nobody can.
+        detail: How finely it is drawn.
     """
 
-    def __init__(self, stage: Stage, drag: ObjectDrag | None = None) -> None:
+    def __init__(
+        self, stage: Stage, drag: ObjectDrag | None = None, detail: Detail | None = None
+    ) -> None:
         self._stage, self._drag = stage, drag
-        self._appearance, self._detail = Appearance(), Detail()
+        self._appearance, self._detail = Appearance(), detail or Detail()
         self._views: _Views | None = None
         self._view_shape: object = None
         self._ghost: GhostView | None = None
@@ -172,7 +189,7 @@ class Scene:
     def _views_of(self, scenario: Scenario, layout: SceneLayout) -> _Views:
         """The nodes for a hand, made anew only for another shape, other colours or other lenses."""
         places = (layout.lens_radius, layout.lens_centres.tobytes())
-        shape = (_shape(scenario), self._appearance.dark, places)
+        shape = (shape_of(scenario), self._appearance.dark, places)
         if self._views is None or self._view_shape != shape:
             self.remove()
             surfaces = surfaces_for(dark=self._appearance.dark)
@@ -202,7 +219,7 @@ class Scene:
             if self._ghost is not None:
                 self._ghost.show(visible=False, lenses=False)
             return
-        shape = _shape(ghost.scenario)
+        shape = shape_of(ghost.scenario)
         if self._ghost is None or self._ghost_shape != shape:
             if self._ghost is not None:
                 self._ghost.remove()
@@ -254,7 +271,7 @@ class _Views:
             mark.update(states, i, run.full, run.believed(sample, i), trails[i])
 
 
-def _shape(scenario: Scenario) -> object:
+def shape_of(scenario: Scenario) -> object:
     """What the nodes depend on; the same for runs that differ in masses or gains alone."""
     fingers = tuple(
         (f.kind, f.link_lengths, f.base, f.face, f.contact_offset, f.elbow, _spatial_parts(f))

@@ -34,7 +34,6 @@ from numba.core.compiler_lock import global_compiler_lock
 from numba.core.registry import cpu_target
 
 from slipgrasp.core.kernel.compilation.cache import (
-    IN_WEBASSEMBLY,
     INTERPRETED,
     ROOT_VARIABLE,
     cache_root,
@@ -99,6 +98,7 @@ def _link(code: bytes) -> int:
 
 
 _UNITS: dict[str, Unit] = {}
+_BACKENDS: list[Callable[[], Callable[[Unit], Callable[..., Any]]]] = []
 _DECLARED: dict[Callable[..., Any], tuple[Any, ...]] = {}
 
 
@@ -193,8 +193,10 @@ def prepare_units(report: Callable[[float], None] | None = None) -> None:
 
 def _load_units(tell: Callable[[], None]) -> None:
     """Loads every unit, compiling what is not kept; calls ``tell`` before each."""
-    if IN_WEBASSEMBLY:
-        _load_webassembly()
+    if _BACKENDS:
+        enter = _BACKENDS[-1]()
+        for unit in all_units():
+            unit.entry = enter(unit)
         return
     second = _start_second_process() if len(_missing_units()) > _FEW_UNITS else None
     for unit in all_units():
@@ -206,14 +208,13 @@ def _load_units(tell: Callable[[], None]) -> None:
         second.wait()
 
 
-def _load_webassembly() -> None:
-    """Makes wasmtime run every unit; what is not kept is compiled and linked first."""
-    from slipgrasp.core.kernel.compilation.foreign import Wasmtime
-    from slipgrasp.core.kernel.compilation.webassembly import kept_file
+def choose_backend(make: Callable[[], Callable[[Unit], Callable[..., Any]]]) -> None:
+    """Lets another engine run the units that are loaded from now on.
 
-    engine = Wasmtime(kept_file())
-    for unit in all_units():
-        unit.entry = engine.enter(unit)
+    Args:
+        make: Gives what `entered_by` takes, once units are needed.
+    """
+    _BACKENDS.append(make)
 
 
 def share_ready() -> float:

@@ -152,8 +152,10 @@ class _Output(NamedTuple):
         """The parts of its buffers that are in use.
 
         Args:
-            row: Numbers of a row.
+            row: Numbers of a row; 0 of a run that has none, whose counts may not be set yet.
         """
+        if row == 0:
+            return
         tick = self.kind.fields["ticks"].type.shape[0] // (TICKS_BEFORE_PAUSE + 1)
         for name, length in (("rows", row), ("ticks", tick)):
             count = _long(self.here + self.kind.fields[f"num_{name}"].offset)

@@ -14,7 +14,7 @@ import os
 import subprocess
 import sys
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +24,7 @@ from llvmlite import binding
 from slipgrasp.core.exceptions import SlipgraspError
 from slipgrasp.core.kernel.compilation.cache import code_path, read_code, write_code
 from slipgrasp.core.kernel.compilation.compiler import Unit, all_units
+from slipgrasp.core.kernel.compilation.foreign import Wasmtime
 from slipgrasp.core.kernel.loop.status import LEFT_FACE, REACHED, RUNNING
 from slipgrasp.core.kernel.planar import advance as _all_that_is_called  # noqa: F401
 from slipgrasp.core.kernel.planar.model import MODEL
@@ -126,6 +127,16 @@ def kept_file(exports: Sequence[str] = ()) -> Path:
         build(temporary, exports)
         temporary.replace(path)
     return path
+
+
+def in_wasmtime() -> Callable[[Unit], Callable[..., Any]]:
+    """The units that are declared so far as wasmtime runs them.
+
+    Raises:
+        MissingPackageError: If wasmtime is not installed.
+        LinkError: If the linker is not installed, or fails.
+    """
+    return Wasmtime(kept_file()).enter
 
 
 def object_code(unit: Unit) -> bytes:
