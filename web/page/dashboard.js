@@ -5,6 +5,7 @@
 //   clock.js          everything that shows where the play head stands
 //   keyboard.js       the keys, and their list
 //   charts.js         values and marks in the charts, and zoom by dragging over them
+//   close_ups.js      the close-ups over the scene, which overlay.js draws from what viser_view.js reads
 //   picture.js        the picture of the scene as a file
 //   page_layout.js    the size of the page
 //   numbers.js        numbers as people write them, where viser would read others
@@ -21,6 +22,7 @@ import { watchSessionState } from "./session_state.js";
 import { startBanner } from "./banner.js";
 import { startCharts } from "./charts.js";
 import { startClock } from "./clock.js";
+import { startCloseUps } from "./close_ups.js";
 import { startFolds } from "./folds.js";
 import { startGestures } from "./gestures.js";
 import { startKeyboard } from "./keyboard.js";
@@ -39,6 +41,7 @@ startLink();
 startClock();
 startGestures();
 startCharts();
+startCloseUps();
 startPicture();
 startUploads();
 startFolds();
