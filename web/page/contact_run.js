@@ -123,9 +123,13 @@ function reached(run, i, row, [slip]) {
 function stations({ arrays: { slip }, rows, count, facts }, i) {
   const step = facts.reach / POINTS_ACROSS;
   const found = [0];
+  let last = [slip[2 * i], slip[2 * i + 1]];
   for (let row = 1; row < rows; row += 1) {
-    const [now, last] = [row, found.at(-1)].map((each) => 2 * (each * count + i));
-    if (Math.hypot(slip[now] - slip[last], slip[now + 1] - slip[last + 1]) > step) found.push(row);
+    const now = 2 * (row * count + i);
+    const [x, y] = [slip[now] - last[0], slip[now + 1] - last[1]];
+    if (x * x + y * y <= step * step) continue;
+    found.push(row);
+    last = [slip[now], slip[now + 1]];
   }
   return found;
 }
