@@ -134,15 +134,6 @@ def test_low_friction_patches_are_on_the_face_of_those_who_touch_it(prism: RunRe
     assert others == [[], []]
 
 
-@pytest.fixture(scope="module")
-def blank(browser: Browser, dashboard: RunningServer) -> Iterator[Page]:
-    """A page without any script, that may load the modules of the dashboard."""
-    page = browser.new_page(bypass_csp=True)
-    page.goto(f"{dashboard.url}{STATIC_PATH}/icon.svg")
-    yield page
-    page.close()
-
-
 def drawn(
     page: Page, result: RunResult, contact: int, time: float, ghost: RunResult | None = None
 ) -> dict[str, Any]:

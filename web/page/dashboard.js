@@ -1,5 +1,6 @@
 // What the dashboard adds to viser's page. One module per concern:
 //   session_state.js  the state of the session, and the play head as it moves
+//   pace.js           how the play head moves while the session is silent
 //   post.js           brings what the user does to the session
 //   gestures.js       clicks, inputs, and the hand on the strip below the scene
 //   clock.js          everything that shows where the play head stands
