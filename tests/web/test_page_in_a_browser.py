@@ -83,6 +83,9 @@ def test_the_page_shows_the_run_and_its_hash(open_page: Open) -> None:
     assert sha256_of(page) == native_sha256() == page.locator("#sg-sha256").text_content()
     assert "Completed at 7 s" in page.locator(".sg-outcome").first.inner_text()
     assert page.locator(".sg-lane rect").count() == 4
+    close_up = page.locator(".sg-close-up").first
+    assert "Left SLIPS" in (close_up.text_content() or "")
+    assert "slip 1.46 mm" in (close_up.text_content() or "")
     # Fingertips that slip are orange and pink.
     wait_until(lambda: shows(page, (230, 100, 0)) and shows(page, (225, 120, 190)), "no hand")
     hide_warning(page)

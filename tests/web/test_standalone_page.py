@@ -20,6 +20,8 @@ from slipgrasp.server.viewer.server import ViewerServer
 from slipgrasp.web.charts.charts import contact_charts, tracking_charts
 from slipgrasp.web.model.appearance import Appearance
 from slipgrasp.web.model.sampling import Sampler, locate
+from slipgrasp.web.scene.close_ups import arrays_of
+from slipgrasp.web.scene.layout import lay_out, reach_and_tick
 from slipgrasp.web.scene.scene import Scene
 from slipgrasp.web.standalone.controls import DEFAULT, ControlError, controls_of
 from slipgrasp.web.standalone.kernel_data import PageError, run_data, segments_of
@@ -60,7 +62,7 @@ def row_of(result, row, extremes):
     return found
 
 
-def arrays_of(result, time, names):
+def read_at(result, time, names):
     """What the formulas of the scene read at a time."""
     spot = locate(result.trace.times, time)
     rows = result.trace.to_rows()
@@ -97,7 +99,7 @@ def test_the_formulas_give_what_the_scene_of_the_dashboard_draws(name):
 
 
 def check_instant(result, program, scene_data, drawn, time):
-    names = {**arrays_of(result, time, "lmabw"), **arrays_of(result, time, "LMABW")}
+    names = {**read_at(result, time, "lmabw"), **read_at(result, time, "LMABW")}
     values = evaluated(program, **names)
     phases = Sampler(result.trace).at(time).phases
     chosen = [*scene_data["common"], *scene_data["ghost"]]
@@ -110,6 +112,20 @@ def check_instant(result, program, scene_data, drawn, time):
         allowed = 2e-3 if "/cone/" in each["node"] else 1e-6
         found = values[each["places"]]
         assert found == pytest.approx(wanted, rel=1e-6, abs=allowed), (time, each["node"])
+
+
+def test_close_ups_have_the_arrays_of_the_dashboard():
+    result = simulate(short("paper-case-2"))
+    look = look_of(result, ())
+    told = look.data["closeUps"]
+    arrays = arrays_of(result, None, lay_out(result))
+    assert {name for name, _ in told["arrays"]} == set(arrays) - {"times", "phase", "held"}
+    for name, length in told["arrays"]:
+        assert arrays[name][0].size == length, name
+    assert told["held"] == pytest.approx(arrays["held"].ravel())
+    largest = float(np.abs(result.trace.slip).max())
+    scale = next(scale for scale in told["scales"] if scale[0] >= largest)
+    assert tuple(scale[1:]) == reach_and_tick(result.scenario, largest)
 
 
 def test_charts_show_the_lines_of_the_dashboard():

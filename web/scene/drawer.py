@@ -16,9 +16,9 @@ from slipgrasp.scene import parts, rotations
 from slipgrasp.scene.parts import Role
 from slipgrasp.scene.skeleton import Frame, Moving
 from slipgrasp.scene.states import States
+from slipgrasp.web.model.surfaces import Surfaces
 from slipgrasp.web.scene.detail import Detail
 from slipgrasp.web.scene.shapes import dashed_edges, rounded_bar, turned_profile
-from slipgrasp.web.scene.surfaces import Surfaces
 
 Values = NDArray[np.float64]
 

@@ -1,4 +1,4 @@
-"""The upright plane that the first look at a hand is along; lenses stand in it."""
+"""The upright plane that the first look at a hand is along."""
 
 from __future__ import annotations
 

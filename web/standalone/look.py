@@ -47,7 +47,8 @@ from slipgrasp.web.model.view import Shown
 from slipgrasp.web.panels.playback_panel import caption_html, moves_html, window_button
 from slipgrasp.web.panels.strip import strip_html
 from slipgrasp.web.scene.camera import FIELD_OF_VIEW, frame_box
-from slipgrasp.web.scene.layout import SceneLayout
+from slipgrasp.web.scene.close_ups import CLOCK, PACKET, arrays_of, facts_of
+from slipgrasp.web.scene.layout import SceneLayout, reach_and_tick
 from slipgrasp.web.scene.scene import Scene
 from slipgrasp.web.screen import apply_theme
 from slipgrasp.web.standalone.controls import Control
@@ -61,7 +62,7 @@ _USUAL = (1440, 900)
 _NARROW = 1000
 _GHOST_ROOT = "/ghost"
 _PUSH = "/push"
-_LENSES = "/lenses"  # close-ups of the contacts, which are hidden
+_REACHES = np.geomspace(1e-6, 1.0, 1201)  # slips for which the scale of close-ups is listed [m]
 _HELP = (
     '<span class="sg-group"><button type="button" data-sg-help aria-label="Keys" '
     'title="All keys (?)">?</button></span>'
@@ -156,6 +157,7 @@ class Capture:
             "html": {name: handle._impl.uuid for name, handle in self._html.items()},
             "controls": self._control_data(),
             "charts": self._chart_data(),
+            "closeUps": self._close_up_data(),
             "panels": {
                 "two": two,
                 "one": one,
@@ -186,20 +188,19 @@ class Capture:
             f"export const frame={self._frame_formula};\n"
             f"export const lines={{{lines}}};\n"
             f"export const camera={self._camera_formula()};\n"
+            f"export const closeUps={self._close_up_formula};\n"
         )
 
     def _show_scene(self) -> SceneLayout:
         """The scene at the start of the run, with the nodes of a ghost."""
-        layout = self._scene.show(
-            self._result, self._result, Appearance(dark=self._dark, lenses=False)
-        )
+        layout = self._scene.show(self._result, self._result, Appearance(dark=self._dark))
         start = Sampler(self._result.trace).at(0.0)
         self._scene.update(start, start)
         return layout
 
     def _frame_camera(self) -> None:
         camera, layout = self._server.initial_camera, self._layout
-        framing = frame_box(*layout.corners(lenses=False), Picture(800, 600), layout.plane)
+        framing = frame_box(*layout.corners(lenses=True), Picture(800, 600), layout.plane)
         camera.fov = FIELD_OF_VIEW
         camera.up = (0.0, 0.0, 1.0)
         camera.position, camera.look_at = framing.position, framing.look_at
@@ -274,20 +275,53 @@ class Capture:
 
     def _line_formulas(self) -> dict[str, str]:
         """Per chart a function from a row to the values of its lines."""
-        shape, found = self._result.trace.shape, {}
-        row = inputs("a", shape.num_columns)[None]
-        _know(row, shape, ContactPhase.STICK)
-        traced = replace(self._result, trace=Trace.from_rows(shape, row))
-        for chart in _charts(traced):
+        found = {}
+        for chart in _charts(self._traced_result()):
             program = Program()
             places = [program.add(line.values) for line in chart.lines]
             found[chart.key] = program.to_javascript("a", [place for (place,) in places])
         return found
 
+    def _close_up_data(self) -> dict[str, Any]:
+        """What close-ups show of every run, their scales by the largest slip, and their arrays."""
+        scenario, appearance = self._result.scenario, Appearance()
+        node = self._scene.object_node
+        scales: list[tuple[float, float, float]] = []
+        for slip in _REACHES.tolist():
+            reach, tick = reach_and_tick(scenario, slip)
+            if scales and scales[-1][1] == reach:
+                scales.pop()
+            scales.append((slip, reach, tick))
+        arrays, places, program = self._traced_arrays(), [], Program()
+        for name, values in arrays.items():
+            found = program.add(values)
+            places += found
+            arrays[name] = np.array(len(found))
+        self._close_up_formula = program.to_javascript("a", places)
+        return {
+            "facts": facts_of(self._result, self._result, self._layout, appearance, node),
+            "held": self._layout.held.ravel().tolist(),
+            "scales": scales,
+            "arrays": [[name, int(length)] for name, length in arrays.items()],
+        }
+
+    def _traced_arrays(self) -> dict[str, NDArray[Any]]:
+        """Arrays of close-ups whose numbers follow from each row alone."""
+        known = ("times", "phase", "held")
+        arrays = arrays_of(self._traced_result(), None, self._layout)
+        return {name: values for name, values in arrays.items() if name not in known}
+
+    def _traced_result(self) -> RunResult:
+        """The run with a single row, which is not known."""
+        shape = self._result.trace.shape
+        row = inputs("a", shape.num_columns)[None]
+        _know(row, shape, ContactPhase.STICK)
+        return replace(self._result, trace=Trace.from_rows(shape, row))
+
     def _camera_formula(self) -> str:
         """A function from width, height and covered height of a picture to the camera [m]."""
         width, height, covered = inputs("p", 3)
-        low, high = self._layout.corners(lenses=False)
+        low, high = self._layout.corners(lenses=True)
         framing = frame_box(low, high, Picture(width, height, covered), self._layout.plane)
         program = Program()
         places = program.add(np.array([*framing.position, *framing.look_at], dtype=object))
@@ -302,7 +336,8 @@ class Capture:
         # Sticking first, too: each phase then differs from the one before, and is drawn anew.
         phases = [ContactPhase.STICK, *self._slipping(), ContactPhase.STICK]
         by_phase = {phase: self._assignments(phase) for phase in phases}
-        common = [each for each in by_phase[ContactPhase.STICK] if each.contact is None]
+        drawn = by_phase[ContactPhase.STICK]
+        common = [each for each in drawn if each.contact is None and each.node != CLOCK]
 
         def plain(chosen: Iterable[Assignment]) -> list[dict[str, Any]]:
             return [_plain(each, program) for each in chosen]
@@ -313,8 +348,8 @@ class Capture:
             "common": plain(each for each in common if not _is_pale(each)),
             "fingers": [
                 {
-                    phase.value: plain(each for each in drawn if each.contact == i)
-                    for phase, drawn in by_phase.items()
+                    phase.value: plain(each for each in found if each.contact == i)
+                    for phase, found in by_phase.items()
                 }
                 for i in range(len(self._result.scenario.fingers))
             ],
@@ -416,7 +451,7 @@ def _transports(playback: Playback) -> dict[str, str]:
 
 
 def _transport(playback: Playback, choice: WindowChoice, *, playing: bool) -> str:
-    whole = ChooseWindow(WindowChoice.WHOLE)
+    whole, head = ChooseWindow(WindowChoice.WHOLE), replace(playback, playing=playing, pace=None)
     windows = "".join(
         (
             window_button("whole run", choice is WindowChoice.WHOLE, whole),
@@ -424,7 +459,7 @@ def _transport(playback: Playback, choice: WindowChoice, *, playing: bool) -> st
         )
     )
     return (
-        f'<div class="sg-transport">{moves_html(replace(playback, playing=playing))}'
+        f'<div class="sg-transport">{moves_html(head, with_pace=False)}'
         f'<span class="sg-group">{windows}</span>{_HELP}</div>'
     )
 
@@ -436,7 +471,8 @@ def _sent(server: viser.ViserServer) -> list[Any]:
     for message in list(buffer.message_from_id.values()):
         arrays: list[memoryview] = []
         plain = message.as_serializable_dict(arrays)
-        if _LENSES not in plain.get("name", ""):
+        # The page itself computes what close-ups show.
+        if plain.get("name") not in (PACKET, CLOCK):
             messages.append(_with_arrays(plain, arrays))
     return _ordered(messages)
 

@@ -7,11 +7,13 @@ import { startKeyboard } from "./keyboard.js";
 import { startNames } from "./names.js";
 import { onFrame, watchSessionState } from "./session_state.js";
 import { readAddress, writeAddress } from "./address.js";
+import { contactRun } from "./close_up_run.js";
 import { cameraMessages, load } from "./page_data.js";
 import { playRun, startPlayback } from "./playback.js";
 import { onIntent } from "./post.js";
 import { Rows } from "./rows.js";
 import { SceneFeed } from "./scene_feed.js";
+import { drawCloseUps } from "./viser_view.js";
 import { cardHtml, checkHtml, endedHtml, stripHtml, waitingHtml } from "./words.js";
 
 const PICTURES_BEFORE_START = 3;
@@ -23,6 +25,7 @@ let data = null;
 let own = null;
 let ghost = null;
 let scene = null;
+let contacts = null;
 let worker = null;
 let requests = 0;
 let shownAt = -Infinity;
@@ -51,7 +54,7 @@ async function start() {
   scene = new SceneFeed(data.scene);
   startPlayback(data, address.time, showPlayback);
   for (const begin of [startClock, startGestures, startCharts, startKeyboard, startNames]) begin();
-  for (const each of [draw, read, frameCamera]) onFrame(each);
+  for (const each of [draw, read, frameCamera, drawContacts]) onFrame(each);
   watchSessionState();
   if (own !== null) show();
 }
@@ -137,6 +140,7 @@ function show() {
   setHtml("strip", stripHtml(data, own, ghost, timeRange));
   const none = new Set();
   viewer.feed(data.charts.map(({ key, uuid, columns }) => update(uuid, { data: columns(own, ghost, hidden.get(key) ?? none) })));
+  contacts = contactRun(data.closeUps, own, ghost);
   [drawnAt, readAt] = [NaN, -Infinity];
   document.documentElement.dataset.sgSha256 = own.sha256;
 }
@@ -161,6 +165,10 @@ function draw(time) {
   viewer.feed(scene.messages(own.at(time), ghost?.at(time) ?? null));
 }
 
+function drawContacts(time) {
+  if (contacts !== null) drawCloseUps({ top: 0, bottom: covered }, { run: contacts, time });
+}
+
 function read(time) {
   const now = performance.now();
   if (own === null || now - readAt < READ_EVERY_MS) return;
@@ -172,6 +180,7 @@ function read(time) {
 }
 
 let framed = "";
+let covered = 0;
 let pictures = 0;
 
 /** Puts the camera in front of the hand whenever the size of the picture changes. */
@@ -181,7 +190,7 @@ function frameCamera() {
   const strip = document.querySelector(".sg-transport");
   const panel = strip?.closest("[data-floating-window]") ?? strip?.closest(".mantine-Paper-root");
   const above = panel ? canvas.bottom - panel.getBoundingClientRect().top : 0;
-  const covered = above > 0 && above < 0.6 * canvas.height ? above : 0;
+  covered = above > 0 && above < 0.6 * canvas.height ? above : 0;
   const seen = [canvas.width, canvas.height, covered].map(Math.round);
   if (String(seen) !== framed) {
     const { width: message, margin } = data.panels;

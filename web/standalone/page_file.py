@@ -19,12 +19,14 @@ from slipgrasp.web.model.intents.playback import (
     ChangeSpeed,
     ChooseWindow,
     GoToEdge,
+    GoToNextSlip,
     JumpToEvent,
     Step,
     TogglePlay,
     Zoom,
 )
 from slipgrasp.web.model.playback import WindowChoice
+from slipgrasp.web.page.colours import colours_html
 from slipgrasp.web.page.keys import keys_html
 from slipgrasp.web.standalone.controls import controls_of
 from slipgrasp.web.standalone.kernel_data import check_for_page, kernel_file, run_data
@@ -32,10 +34,13 @@ from slipgrasp.web.standalone.look import look_of
 
 _DASHBOARD, _OWN = "slipgrasp.web.page", "slipgrasp.web.standalone"
 _MODULES = {
-    _DASHBOARD: ("charts", "clock", "gestures", "keyboard", "names", "session_state"),
+    _DASHBOARD: (
+        *("charts", "clock", "close_up", "close_up_places", "contact_run", "gestures", "keyboard"),
+        *("names", "overlay", "pace", "projection", "session_state", "viser_view"),
+    ),
     _OWN: (
-        *("address", "page", "page_data", "playback", "post", "rows", "scene_feed"),
-        "words",
+        *("address", "close_up_run", "page", "page_data", "playback", "post", "rows"),
+        *("scene_feed", "words"),
     ),
 }
 _STYLES = {
@@ -44,7 +49,8 @@ _STYLES = {
 }
 _KEYS = (
     *(ChangeSpeed(-1), ChangeSpeed(1), GoToEdge(-1), GoToEdge(1), JumpToEvent(-1)),
-    *(JumpToEvent(1), Step(-1), Step(1), TogglePlay(), ChooseWindow(WindowChoice.WHOLE), Zoom()),
+    *(JumpToEvent(1), GoToNextSlip(), Step(-1), Step(1), TogglePlay()),
+    *(ChooseWindow(WindowChoice.WHOLE), Zoom()),
 )
 _IMPORT = re.compile(r'from "\./(\w+)\.js"')
 
@@ -80,6 +86,7 @@ def write_page(
             _import_map(look.formulas),
             f"<style>{_styles()}</style>",
             keys_html(_KEYS),
+            colours_html(),
         )
     )
     body = "".join(

@@ -4,7 +4,7 @@ import { hold, timeNow } from "./session_state.js";
 
 const CLOSER = 4;
 const SHORTEST = 1e-3; // [s]
-const ready = { session: "", ready: true, run: "", charts: "", notice: "", lecture: false };
+const ready = { session: "", ready: true, run: "", charts: "", notice: "", lecture: false, pace: null };
 const element = document.createElement("i");
 let given = null;
 let duration = 0;
@@ -40,6 +40,11 @@ function takeIntents() {
   onIntent("jump-to-event", ({ direction }) => {
     const times = run.changes.map((change) => change.time);
     seek(neighbour([0, ...times, run.end], timeNow(), direction));
+  });
+  onIntent("go-to-next-slip", () => {
+    const onsets = run.changes.filter(({ phase }) => phase !== 0).map((change) => change.time);
+    const later = onsets.find((time) => time > timeNow() + 1e-12);
+    if (onsets.length > 0) seek(later ?? onsets[0]);
   });
   onIntent("go-to-edge", ({ direction }) => seek(direction > 0 ? playback.end : playback.start));
   onIntent("set-speed", ({ name }) => write({ time: timeNow(), speed: given.speeds[name] }));
