@@ -6,7 +6,7 @@ const ARRAYS = { "<f4": Float32Array, "<f8": Float64Array, "|u1": Uint8Array, "<
 
 /** Data, first messages in the colours of the theme, and bytes of the kernel. */
 export async function load(dark) {
-  const [text, kernel] = await Promise.all(["sg-data", "sg-kernel"].map(unpack));
+  const [text, kernel] = await Promise.all(["sg-data", "sg-kernel"].map(window.slipgrasp.unpack));
   const data = JSON.parse(new TextDecoder().decode(text));
   const messages = dark ? replaced(data.messages, data.dark) : data.messages;
   const charts = data.charts.map((chart) => ({
@@ -38,12 +38,6 @@ function replaced(value, parts) {
   if ("" in parts) return parts[""];
   if (Array.isArray(value)) return value.map((inner, k) => replaced(inner, parts[k]));
   return Object.fromEntries(Object.entries(value).map(([key, inner]) => [key, replaced(inner, parts[key])]));
-}
-
-async function unpack(id) {
-  const packed = bytesOf(document.getElementById(id).textContent);
-  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
-  return new Uint8Array(await new Response(stream).arrayBuffer());
 }
 
 function bytesOf(text) {

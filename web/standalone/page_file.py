@@ -52,7 +52,6 @@ _KEYS = (
     *(JumpToEvent(1), GoToNextSlip(), Step(-1), Step(1), TogglePlay()),
     *(ChooseWindow(WindowChoice.WHOLE), Zoom()),
 )
-_IMPORT = re.compile(r'from "\./(\w+)\.js"')
 
 
 def write_page(
@@ -83,7 +82,6 @@ def write_page(
         (
             f"<title>{escape(result.name)} – slipgrasp</title>",
             f"<script>{_text(_OWN, 'boot.js')}</script>",
-            _import_map(look.formulas),
             f"<style>{_styles()}</style>",
             keys_html(_KEYS),
             colours_html(),
@@ -94,7 +92,8 @@ def write_page(
             _plain("sg-worker", _worker()),
             _plain("sg-data", _packed(json.dumps(data, separators=(",", ":")).encode())),
             _plain("sg-kernel", _packed(kernel_file())),
-            '<script type="module">import "sg/page.js";</script>',
+            _plain("sg-modules", _packed(_modules(look.formulas))),
+            f"<script>{_text(_OWN, 'loader.js')}</script>",
         )
     )
     before, end, after = with_head(viewer_page(), head).rpartition(b"</body>")
@@ -102,20 +101,12 @@ def write_page(
     return result
 
 
-def _import_map(formulas: str) -> str:
-    """The modules as addresses that hold them, by names that they import each other by."""
+def _modules(formulas: str) -> bytes:
+    """The scripts by their names, as JSON."""
     texts = {
         name: _text(package, f"{name}.js") for package, names in _MODULES.items() for name in names
     }
-    addresses = {
-        f"sg/{name}.js": _address(_IMPORT.sub(r'from "sg/\1.js"', text))
-        for name, text in {**texts, "formulas": formulas}.items()
-    }
-    return f'<script type="importmap">{json.dumps({"imports": addresses})}</script>'
-
-
-def _address(script: str) -> str:
-    return f"data:text/javascript;base64,{base64.b64encode(script.encode()).decode()}"
+    return json.dumps({**texts, "formulas": formulas}).encode()
 
 
 def _worker() -> str:
