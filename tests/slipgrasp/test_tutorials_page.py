@@ -115,7 +115,7 @@ def reader(tmp_path, monkeypatch) -> Iterator[Reader]:
     found.end()
 
 
-@pytest.mark.parametrize("name", ["get-started", "tutorials", "answers", "lessons"])
+@pytest.mark.parametrize("name", ["get-started", "tutorials", "answers", "lessons", "page"])
 def test_what_is_printed_is_what_the_page_says(reader, name):
     page = (DOCS / f"{name}.md").read_text(encoding="utf-8")
     for port in PORTS:

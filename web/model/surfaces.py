@@ -18,8 +18,8 @@ class Surfaces(NamedTuple):
         ground: The floor below.
         object: The object.
         object_edge: Its outline.
-        lens: The background of a lens.
-        leader: Lines from the contacts to their lenses.
+        lens: The background of a close-up.
+        leader: Lines from the contacts to their close-ups.
         pale: The hand and object of another run, for comparison.
         pale_edge: Their outlines.
         ink: Words.
