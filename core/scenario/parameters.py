@@ -315,7 +315,7 @@ def _parameter(
 ) -> Parameter:
     facts = _facts_of(base, quantity, extras)
     if quantity.choices:
-        return Parameter(key=key, value=value, **facts | {"choices": quantity.choices()})
+        facts = {**facts, "choices": quantity.choices()}
     return Parameter(key=key, value=value, **facts)
 
 

@@ -72,7 +72,7 @@ def _numbers_of(part: type) -> dict[str, Any]:
     }
 
 
-def _most(extras: list[Any]) -> int:
+def _most(extras: Sequence[Any]) -> int:
     """How many entries a list may have."""
     bounds = [extra.max_length for extra in extras if isinstance(extra, annotated_types.Len)]
     return bounds[0] or MAX_UNKNOWNS if bounds else MAX_UNKNOWNS
