@@ -14,6 +14,7 @@ from slipgrasp.cli import (
     export,
     figures,
     hands,
+    import_data,
     laws,
     margin,
     prune,
@@ -103,7 +104,7 @@ def _make_parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action=_Version)
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
     for command in (
-        *(run, margin, study, rebuild, replay, diff, verify),
+        *(run, margin, study, rebuild, import_data, replay, diff, verify),
         *(export, figures, recover, prune, scenarios, hands, laws, serve),
     ):
         command.add_command(commands)
