@@ -63,7 +63,7 @@ class NoRunError(RecordingError):
     def __init__(self, name: str) -> None:
         super().__init__(
             f"'{_shown(name)}' holds measured data, and no run; 'slipgrasp diff' compares it with "
-            "a run, 'slipgrasp export' writes it as a table"
+            "a run, 'slipgrasp fit' explains it, 'slipgrasp export' writes it as a table"
         )
 
 

@@ -13,6 +13,7 @@ from slipgrasp.cli import (
     diff,
     export,
     figures,
+    fit,
     hands,
     import_data,
     laws,
@@ -104,7 +105,7 @@ def _make_parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action=_Version)
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
     for command in (
-        *(run, margin, study, rebuild, import_data, replay, diff, verify),
+        *(run, margin, study, rebuild, import_data, fit, replay, diff, verify),
         *(export, figures, recover, prune, scenarios, hands, laws, serve),
     ):
         command.add_command(commands)

@@ -166,7 +166,7 @@ def test_bad_input_is_refused_in_a_sentence_and_leaves_no_file(
     assert [path.name for path in tmp_path.iterdir()] == ["data.csv"]
 
 
-def test_a_stated_unit_is_believed_whatever_the_size(tmp_path):
+def test_a_stated_unit_is_taken_whatever_the_size(tmp_path):
     found = imported(tmp_path, "t_s,x\n0,52\n1,53\n", {"t": "t_s", "x": "x:m"})
 
     assert found.column("x").tolist() == [52.0, 53.0]
