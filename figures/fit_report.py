@@ -167,9 +167,9 @@ def _changes(problem: FitProblem, report: FitReport) -> str:
         for p in problem.parameters
     ]
     edges = ", ".join(report.on_limit)
-    told = f"At the end of its range: {edges}." if edges else "None is at the end of its range."
+    limits = f"At the end of its range: {edges}." if edges else "None is at the end of its range."
     heads = ("parameter", "in the scenario", "in the best run", "range from", "to", "unit")
-    return _table(heads, rows) + f"<p>{escape(told)}</p>"
+    return _table(heads, rows) + f"<p>{escape(limits)}</p>"
 
 
 def _measurement(problem: FitProblem, report: FitReport) -> str:

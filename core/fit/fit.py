@@ -258,10 +258,8 @@ def _named(problem: FitProblem, found: Minimum) -> dict[str, float]:
 
 
 def _predict(problem: FitProblem, best: Minimum, name: str, data: Observations) -> HeldOut:
-    """What the best run says of other data."""
-    keys = [p.key for p in problem.parameters if not p.nuisance]
-    other = replace(FitProblem.make(problem.scenario, keys, data), parameters=problem.parameters)
-    objective = Objective(other)
+    """The residuals of the best run on other data."""
+    objective = Objective(problem.with_data(data))
     residuals = objective.residuals(best.shares).reshape(data.values.shape)
     signals = tuple(_residuals(data, residuals))
     final = residuals[-1] * data.sigmas
@@ -371,6 +369,6 @@ def _contacts(run: RunResult) -> tuple[ContactInformation, ...]:
 
 
 def sampled_at(problem: FitProblem, report: FitReport) -> Floats:
-    """What the sensors would have measured of the best run, shape ``(samples, signals)``."""
+    """The signals of the best run without noise, shape ``(samples, signals)``."""
     values = [report.best[parameter.key] for parameter in problem.parameters]
     return problem.sample(run_at(problem, values), values)

@@ -1,11 +1,11 @@
-"""What a fit asks: a scenario, its free parameters, measured signals with their noise."""
+"""The problem of a fit: a scenario, its free parameters, measured signals with their noise."""
 
 from __future__ import annotations
 
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -209,6 +209,14 @@ class FitProblem:
             raise FitError(message)
         return cls(scenario=_as_long(scenario, data), parameters=tuple(wanted), data=data)
 
+    def with_data(self, data: Observations) -> FitProblem:
+        """The same scenario and parameters for other data, as long as these.
+
+        Raises:
+            ScenarioError: If the scenario cannot be as long as the data.
+        """
+        return replace(self, scenario=_as_long(self.scenario, data), data=data)
+
     @cached_property
     def start(self) -> Floats:
         """The values of the scenario as shares of the ranges."""
@@ -220,12 +228,12 @@ class FitProblem:
         return tuple(parameter.value_at(share) for parameter, share in pairs)
 
     def scenario_values(self, values: Sequence[float]) -> dict[str, float]:
-        """What values of the parameters set in the scenario, by dotted key."""
+        """The values that are set in the scenario, by dotted key."""
         pairs = zip(self.parameters, values, strict=True)
         return {parameter.key: value for parameter, value in pairs if not parameter.nuisance}
 
     def sample(self, run: RunResult, values: Sequence[float]) -> Floats:
-        """What the sensors would have measured of a run, without noise.
+        """The signals of a run as the sensors measure them, without noise.
 
         Args:
             run: The run at these values.

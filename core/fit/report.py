@@ -10,7 +10,7 @@ from slipgrasp.core.fit.profile import ParameterClass
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FittedParameter:
-    """What the data say of one parameter.
+    """The estimate of one parameter, and its limits.
 
     Attributes:
         key: Dotted key.

@@ -1,4 +1,4 @@
-"""The journal of a fit: what every run gave, so that a fit that was killed continues.
+"""The journal of a fit: the results of its runs, from which a fit that was killed continues.
 
 A fit asks for the same runs in the same order whenever it is made, so one that starts again finds
 those that were simulated in its journal, and ends with the same bits. Once the fit is complete
@@ -38,7 +38,7 @@ SYNC_INTERVAL = 1.0
 
 
 class Journal:
-    """What the runs of a fit gave, by the values of their parameters, in a file that grows.
+    """The sampled signals of the runs of a fit, by their parameters, in a file that grows.
 
     Args:
         path: The file; what a killed process left of the same fit is continued.

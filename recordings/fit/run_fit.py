@@ -147,7 +147,7 @@ def _write_study(
 
 
 def _digest(problem: FitProblem, options: FitOptions) -> str:
-    """What decides a fit: everything that it is given, and the numerics."""
+    """The digest of all inputs of a fit, and of the numerics."""
     data = [problem.data, *(each for _, each in options.held_out)]
     described = {
         "scenario": problem.scenario.to_mapping(),

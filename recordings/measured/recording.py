@@ -1,4 +1,4 @@
-"""What a measured recording holds, and its file: one MCAP topic with a number per signal.
+"""Measured recordings and their files: one MCAP topic with a number per signal.
 
 The file has the container, the message layout and the checksums of recorded runs, and a profile
 of its own. It has no scenario: nothing was simulated.

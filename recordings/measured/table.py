@@ -57,4 +57,4 @@ MEASURED_TABLES: dict[str, Callable[[MeasuredRecording, BinaryIO], None]] = {
     "parquet": write_measured_parquet,
     "npz": write_measured_npz,
 }
-"""What a measured recording can be written as, by the name of the export format."""
+"""The writers of measured recordings by the name of the export format."""

@@ -238,8 +238,8 @@ def _write_page(arguments: argparse.Namespace, problem: FitProblem, report: FitR
 
 def _lines(report: FitReport) -> Iterator[str]:
     per_value = report.chi_squared / max(report.degrees_of_freedom, 1.0)
-    told = "the noise explains the rest" if report.explains else "more than the noise explains"
-    yield f"chi-squared per degree of freedom {per_value:.4g}: {told}"
+    found = "the noise explains the rest" if report.explains else "more than the noise explains"
+    yield f"chi-squared per degree of freedom {per_value:.4g}: {found}"
     starts = report.starts
     yield (
         f"{starts.same_minimum} of {starts.count} starts reached the minimum; "
