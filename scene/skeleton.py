@@ -112,10 +112,6 @@ class Contact(NamedTuple):
         turns = np.cross(-_AXES[: self.dimensions - 1], self.inward)
         return rotations.from_vectors(turned_by(self.curvatures, slips) @ turns)
 
-    def flattened(self) -> Contact:
-        """The same contact on a face that is rolled out flat."""
-        return self._replace(curvatures=(0.0, 0.0))
-
 
 def base_frame(finger: int) -> str:
     """The frame at the first joint of a finger."""

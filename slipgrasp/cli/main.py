@@ -18,6 +18,7 @@ from slipgrasp.cli import (
     import_data,
     laws,
     margin,
+    page,
     prune,
     rebuild,
     recover,
@@ -106,7 +107,7 @@ def _make_parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
     for command in (
         *(run, margin, study, rebuild, import_data, fit, replay, diff, verify),
-        *(export, figures, recover, prune, scenarios, hands, laws, serve),
+        *(export, page, figures, recover, prune, scenarios, hands, laws, serve),
     ):
         command.add_command(commands)
     return parser

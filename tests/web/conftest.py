@@ -22,6 +22,7 @@ from slipgrasp.recordings.store.store import RecordingStore
 from slipgrasp.recordings.store.stored_run import StoredRun
 from slipgrasp.server.viewer.server import ViewerServer
 from slipgrasp.web.app import create_dashboard_app
+from slipgrasp.web.page.routes import STATIC_PATH
 from tests import waiting
 from tests.server.serving import RunningServer, patient_settings, serve
 from tests.web.driving import pause
@@ -84,6 +85,15 @@ def dashboard(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningServe
     settings = patient_settings(tmp_path_factory.mktemp("dashboard"))
     with serve(settings, create_dashboard_app(settings)) as running:
         yield running
+
+
+@pytest.fixture(scope="module")
+def blank(browser: Browser, dashboard: RunningServer) -> Iterator[Page]:
+    """A page without any script, that may load the modules of the dashboard."""
+    page = browser.new_page(bypass_csp=True)
+    page.goto(f"{dashboard.url}{STATIC_PATH}/icon.svg")
+    yield page
+    page.close()
 
 
 @dataclass

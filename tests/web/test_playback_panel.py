@@ -89,8 +89,8 @@ def test_every_button_asks_for_something_that_the_session_knows(
 ) -> None:
     html = transport_html(replace(playback_of(view), playing=playing), WindowChoice.CLOSER)
     asked = [json.loads(text) for text in asked_by(html, "data-sg-intent")]
-    assert len(asked) == 10
-    assert len(PageGestures.model_validate(asked).intents()) == 10
+    assert len(asked) == 11
+    assert len(PageGestures.model_validate(asked).intents()) == 11
 
 
 def test_a_typed_time_and_a_chosen_speed_become_intents(view: ViewState) -> None:
@@ -137,6 +137,7 @@ def test_the_session_state_tells_all_the_script_needs_and_is_quiet_while_nothing
         "start": playback_of(view).window.start,
         "end": playback_of(view).window.end,
         "speed": playback_of(view).speed,
+        "pace": None,
         "playing": False,
     }
     playing = replace(playback_of(view), playing=True)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 
 import numpy as np
@@ -16,31 +15,21 @@ from slipgrasp.scene.skeleton import contacts_of
 from slipgrasp.web.model.colours import glow
 from slipgrasp.web.model.page_layout import Picture
 from slipgrasp.web.model.sampling import Sample, Sampler
+from slipgrasp.web.scene.boxes import box_around, with_close_ups
 from slipgrasp.web.scene.camera import FIELD_OF_VIEW, Framing, frame_box, stands_at
 from slipgrasp.web.scene.contact_view import ContactMarks, cone_edge, contact_marks
-from slipgrasp.web.scene.images import lens_background, lettering
 from slipgrasp.web.scene.layout import (
     FullScale,
+    close_up_reach,
     lay_out,
-    lens_magnification,
     nice_at_least,
     nice_at_most,
-)
-from slipgrasp.web.scene.lens_places import (
-    NUMBER_LINES,
-    NUMBERS_HEIGHT,
-    NUMBERS_PLACE,
-    TITLE_HEIGHT,
-    TITLE_PLACE,
-    box_around,
-    place_lenses,
 )
 from slipgrasp.web.scene.marks import MarkSizes, sizes_on_hand, states_of, trail_of
 from slipgrasp.web.scene.shapes import (
     Mesh,
     circle,
     dashed_edges,
-    distance_to_circle,
     extrude,
     fan,
     lift,
@@ -52,9 +41,9 @@ SIZES = MarkSizes(0.02, 0.02, 0.1, 0.1, 0.05, 0.005, 0.005, 0.05)
 LOW, HIGH = np.array([0.0, 0.0]), np.array([3.0, 2.0])
 
 
-def marks_of(result: RunResult, sample: Sample, index: int, scale: float = 1.0) -> ContactMarks:
+def marks_of(result: RunResult, sample: Sample, index: int) -> ContactMarks:
     contact = contacts_of(result.scenario)[index]
-    return contact_marks(contact, index, states_of(sample), scale, SIZES, FullScale(30.0, 1.0))
+    return contact_marks(contact, index, states_of(sample), SIZES, FullScale(30.0, 1.0))
 
 
 def test_the_trail_leads_from_the_first_touch_to_the_fingertip(case_2: RunResult) -> None:
@@ -75,7 +64,7 @@ def test_the_fingertip_and_its_trail_follow_a_round_object(case_2: RunResult) ->
     sample = Sampler(case_2.trace).at(0.1)
     for index, contact in enumerate(contacts_of(scenario)):
         states = states_of(sample)
-        marks = contact_marks(contact, index, states, 1.0, SIZES, FullScale(30.0, 1.0))
+        marks = contact_marks(contact, index, states, SIZES, FullScale(30.0, 1.0))
         angle = sample.slip[index, 0] / 0.05
         bent = [-0.05 * np.sin(angle), 0.05 * (1.0 - np.cos(angle)), 0.0]
         np.testing.assert_allclose(marks.tip, bent, atol=1e-15)
@@ -96,13 +85,6 @@ def test_the_arrow_of_the_slip_velocity_stands_outside(case_2: RunResult) -> Non
         assert np.sign(marks.motion[1, 0] - marks.motion[0, 0]) == -np.sign(
             sample.slip_velocity[index, 0]
         )
-
-
-def test_a_lens_magnifies_slip_and_not_forces(case_1: RunResult) -> None:
-    sample = Sampler(case_1.trace).at(0.05)
-    own, magnified = marks_of(case_1, sample, 0), marks_of(case_1, sample, 0, 100.0)
-    np.testing.assert_allclose(magnified.tip, 100.0 * own.tip)
-    np.testing.assert_allclose(magnified.force, own.force)
 
 
 @pytest.mark.parametrize("preset", ["paper-case-2", "spatial-prism"])
@@ -135,40 +117,13 @@ def test_cones_from_both_sides_do_not_meet_inside_the_object() -> None:
     assert sizes_on_hand(0.2).cone_length < 0.2
 
 
-def test_a_lens_is_round_and_half_of_it_is_solid() -> None:
-    pixels = lens_background((1.0, 0.0), (250, 250, 250), (100, 100, 100))
-    size = len(pixels)
-    assert [pixels[0, 0, 3], pixels[size // 2, size // 2, 3]] == [0, 255]
-    left, right = pixels[size // 2, size // 4, :3], pixels[size // 2, 3 * size // 4, :3]
-    assert left.tolist() == [250, 250, 250]
-    assert right.max() <= 100
+@pytest.mark.parametrize("slip", [3e-5, 0.0021, 0.0473, 0.146])
+def test_the_largest_slip_fills_a_close_up_however_long_it_is(slip: float) -> None:
+    assert 0.25 < slip / close_up_reach(slip, 0.64) <= 0.64
 
 
-def test_words_are_drawn_in_their_ink_and_rimmed_with_the_page() -> None:
-    ink, page = (200, 10, 30), (20, 20, 20)
-    pixels = lettering("Left fingertip SLIPS", ink, page)
-    solid = pixels[..., 3] == 255
-    letters = solid & (pixels[..., :3] == ink).all(axis=-1)
-    assert np.count_nonzero(letters) > 500
-    # Next to a letter there is a letter or the page, never what lies behind the words.
-    beside = letters[:, :-1] | letters[:, 1:]
-    assert (solid[:, :-1] & solid[:, 1:])[beside].all()
-    assert np.count_nonzero(solid & (pixels[..., :3] == page).all(axis=-1)) > 500
-    assert pixels[..., 3][:, [0, -1]].max() == 0
-
-
-def test_two_millimetres_of_slip_fill_a_lens_like_fifty() -> None:
-    for slip in (0.0021, 0.0473):
-        shown = slip * lens_magnification(slip, 0.6)
-        assert 0.25 < shown / 0.6 <= 0.7
-
-
-def test_a_slip_that_is_larger_than_a_lens_is_shown_smaller_than_life() -> None:
-    assert 0.25 < 0.146 * lens_magnification(0.146, 0.11) / 0.11 <= 0.7
-
-
-def test_no_slip_gives_a_finite_magnification() -> None:
-    assert lens_magnification(0.0, 0.6) == 200.0
+def test_no_slip_gives_a_finite_close_up() -> None:
+    assert close_up_reach(0.0, 0.64) == 2e-5
 
 
 @pytest.mark.parametrize("value", [0.0013, 0.7, 1.0, 9.9, 123.0])
@@ -179,18 +134,21 @@ def test_round_numbers_enclose_a_value(value: float) -> None:
 
 
 @pytest.mark.parametrize("count", [2, 3, 4, 5, 6])
-def test_lenses_and_their_words_stand_apart_above_what_is_held(count: int) -> None:
-    places = place_lenses(LOW, HIGH, count)
-    assert (places.low <= LOW + 1e-12).all()
-    half = np.array([1.0, TITLE_PLACE + 0.5 * TITLE_HEIGHT]) * places.radius
-    below = np.array([1.0, NUMBER_LINES * NUMBERS_HEIGHT - NUMBERS_PLACE]) * places.radius
-    boxes = [(centre - below, centre + half) for centre in places.centres]
-    for low, high in boxes:
-        assert low[1] >= HIGH[1]
-        assert (low >= places.low).all()
-        assert (high <= places.high).all()
-    for (low_a, high_a), (low_b, high_b) in itertools.combinations(boxes, 2):
-        assert (high_a <= low_b).any() or (high_b <= low_a).any()
+def test_close_ups_get_space_above_what_is_held(count: int) -> None:
+    low, high = with_close_ups(LOW, HIGH, count)
+    assert (low <= LOW + 1e-12).all()
+    assert high[1] > HIGH[1] + 0.3 * (HIGH - LOW)[1]
+    if count > 3:
+        assert high[1] > with_close_ups(LOW, HIGH, 3)[1][1]
+
+
+def test_what_close_ups_make_way_for_is_the_object_wherever_it_is(case_2: RunResult) -> None:
+    held = lay_out(case_2).held
+    low, high = held.min(axis=0), held.max(axis=0)
+    path = case_2.trace.object_pose[:, :2]
+    # In the world, the plane of a planar hand is upright; a corner is farther than the middle.
+    assert (low[[0, 2]] < path.min(axis=0)).all()
+    assert (high[[0, 2]] > path.max(axis=0)).all()
 
 
 def test_the_picture_is_of_what_is_held_until_the_whole_hand_is_wanted(case_2: RunResult) -> None:
@@ -205,7 +163,6 @@ def test_the_picture_is_of_what_is_held_until_the_whole_hand_is_wanted(case_2: R
 
 def test_runs_of_one_desired_motion_have_one_picture(case_1: RunResult, case_2: RunResult) -> None:
     usual, lagging = lay_out(case_1), lay_out(case_2)
-    np.testing.assert_array_equal(usual.lens_centres, lagging.lens_centres)
     np.testing.assert_array_equal(usual.high, lagging.high)
 
 
@@ -218,14 +175,6 @@ def test_what_falls_far_is_still_in_the_picture() -> None:
     hanging = np.array([[0.0, 0.0], [0.0, 0.48]])
     lowest, _ = box_around(corners, path[:2], hanging, 0.15)
     assert lowest[1] < -0.1 - 0.48
-
-
-def test_a_ray_ends_on_the_circle_that_it_leaves() -> None:
-    start, direction = np.array([0.3, -0.2]), np.array([0.6, 0.8])
-    end = start + distance_to_circle(start, direction, 1.0) * direction
-    assert np.hypot(*end) == pytest.approx(1.0)
-    assert distance_to_circle(2.0 * direction, direction, 1.0) == 0.0
-    assert distance_to_circle(start, direction, math.inf) == math.inf
 
 
 @pytest.mark.parametrize("picture", [Picture(730, 900, 200), Picture(400, 700), Picture(2000, 500)])

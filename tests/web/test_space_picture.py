@@ -27,7 +27,7 @@ from slipgrasp.web.scene.layout import lay_out
 from slipgrasp.web.scene.scene import Scene
 from slipgrasp.web.scene.view_plane import ViewPlane
 
-OBJECT, LENS = "/space/object", "/space/lenses/board/0"
+OBJECT = "/space/object"
 DURING, AFTER = 0.05, 0.19
 
 
@@ -108,27 +108,14 @@ def test_events_say_where_a_fingertip_slips_and_lanes_show_it(prism: RunResult) 
         assert [phase for _, _, phase in spans] == [ContactPhase.SLIP, ContactPhase.STICK]
 
 
-def test_marks_have_the_colour_of_their_phase_and_friction_its_rim(
+def test_marks_have_the_colour_of_their_phase(
     viewer_server: ViewerServer, prism: RunResult
 ) -> None:
     scene, sampler = Scene(viewer_server), Sampler(prism.trace)
     scene.show(prism)
     for time, phase in ((DURING, ContactPhase.SLIP), (AFTER, ContactPhase.STICK)):
-        sample = sampler.at(time)
-        scene.update(sample)
-        for name in (f"{LENS}/tip/ball", "/space/object/contact0/tip/ball"):
-            assert tuple(node(viewer_server, name).color) == PHASES[phase]
-        friction, velocity = node(viewer_server, f"{LENS}/tip/arrows").points
-        reach = float(np.linalg.norm(friction[1] - friction[0]))
-        rim = float(node(viewer_server, f"{LENS}/tip/cone/inside").scale[0])
-        assert reach == pytest.approx(rim, rel=1e-5) or (
-            phase is ContactPhase.STICK and reach < rim
-        )
-        if phase is ContactPhase.SLIP:
-            along = velocity[1] - velocity[0]
-            np.testing.assert_allclose(velocity[0], friction[1])
-            side = np.cross(along, friction[1] - friction[0])
-            assert np.abs(side).max() < 1e-5 * np.linalg.norm(along) * reach + 1e-9
+        scene.update(sampler.at(time))
+        assert tuple(node(viewer_server, f"{OBJECT}/contact0/tip/ball").color) == PHASES[phase]
     scene.remove()
 
 
@@ -137,32 +124,25 @@ def test_the_pad_of_a_soft_fingertip_is_a_disc_whose_hand_turns_with_it(
 ) -> None:
     run = simulate(with_values(load_scenario("parallel-gripper"), {"simulation.duration": 0.6}))
     scene, sampler, pad = Scene(viewer_server), Sampler(run.trace), 0.015
-    layout = scene.show(run)
-    radius = layout.magnification * pad
-    assert 0.3 * layout.lens_radius < radius < layout.lens_radius
+    scene.show(run)
     for time in (0.0, 0.55):
         sample = sampler.at(time)
         scene.update(sample)
         spin = float(sample.spin[0])
-        start, end = node(viewer_server, f"{LENS}/tip/pad-hand").points[0]
-        # Seen from outside a positive spin is clockwise.
-        clock = radius * np.array([np.sin(spin), np.cos(spin)])
-        np.testing.assert_allclose((end - start)[[0, 2]], clock, atol=1e-6)
         _, end = node(viewer_server, f"{OBJECT}/contact0/tip/pad-hand").points[0]
-        np.testing.assert_allclose(end[:2], -1.35 * pad * clock[::-1] / radius, atol=1e-6)
+        # Seen from outside a positive spin is clockwise.
+        clock = np.array([np.cos(spin), np.sin(spin)])
+        np.testing.assert_allclose(end[:2], -1.35 * pad * clock, atol=1e-6)
     assert abs(spin) > 0.2
-    for name in (f"{LENS}/tip/pad", "/space/object/contact0/tip/pad"):
-        assert tuple(node(viewer_server, name).color) == PHASES[ContactPhase.SLIP]
-    friction, _ = node(viewer_server, f"{LENS}/tip/arrows").points
-    rim = float(node(viewer_server, f"{LENS}/tip/cone/inside").scale[0])
-    assert np.linalg.norm(friction[1] - friction[0]) == pytest.approx(rim, rel=1e-4)
+    pad_node = f"{OBJECT}/contact0/tip/pad"
+    assert tuple(node(viewer_server, pad_node).color) == PHASES[ContactPhase.SLIP]
     scene.show(prism)
     scene.update(Sampler(prism.trace).at(DURING))
-    assert viewer_server.scene.get_handle_by_name(f"{LENS}/tip/pad") is None
+    assert viewer_server.scene.get_handle_by_name(pad_node) is None
     scene.remove()
 
 
-def test_friction_has_a_square_in_the_pyramid_on_face_and_lens(
+def test_friction_has_a_square_in_the_pyramid_on_the_face(
     viewer_server: ViewerServer, prism: RunResult
 ) -> None:
     scene = Scene(viewer_server)
@@ -172,11 +152,7 @@ def test_friction_has_a_square_in_the_pyramid_on_face_and_lens(
     scene.show(run)
     sample = Sampler(run.trace).at(DURING)
     scene.update(sample)
-    friction, _ = node(viewer_server, f"{LENS}/tip/arrows").points
-    reach = np.abs(friction[1] - friction[0]).max()
-    edge = node(viewer_server, f"{LENS}/tip/cone/edge").points[..., [0, 2]]
-    np.testing.assert_allclose(np.abs(edge).max(axis=-1), reach, rtol=1e-5)
-    rays = node(viewer_server, "/space/object/contact0/tip/cone/edges").points
+    rays = node(viewer_server, f"{OBJECT}/contact0/tip/cone/edges").points
     *across, height = np.moveaxis(rays[-48:], -1, 0)
     limit = float(sample.friction[0]) * height
     np.testing.assert_allclose(np.abs(across).max(axis=0), limit, rtol=2e-2)
@@ -203,7 +179,7 @@ def test_a_run_in_the_plane_takes_the_place_of_one_in_space(
     scene.remove()
 
 
-def test_a_low_friction_patch_lies_on_its_face_and_in_the_lens_of_who_touches_it_while_it_is_there(
+def test_a_low_friction_patch_lies_on_its_face_while_it_is_there(
     viewer_server: ViewerServer, prism: RunResult
 ) -> None:
     wet = with_values(
@@ -219,15 +195,11 @@ def test_a_low_friction_patch_lies_on_its_face_and_in_the_lens_of_who_touches_it
     run = replace(prism, scenario=wet)
     scene, sampler = Scene(viewer_server), Sampler(prism.trace)
     scene.show(run)
-    layout = lay_out(run)
-    on_face, in_lens = f"{OBJECT}/wet0", f"{LENS}/wet1"
+    on_face = f"{OBJECT}/wet0"
     for time, there in ((DURING, True), (AFTER, False)):
         scene.update(sampler.at(time))
         assert node(viewer_server, on_face).visible is there
-        assert node(viewer_server, in_lens).visible
     # The face ends 1 cm above the middle of the spot, right and up are its axes x and z.
     water = node(viewer_server, f"{on_face}/water").vertices
     assert water[:, 2].max() == pytest.approx(0.01) and water[:, 2].min() == pytest.approx(-0.02)
-    seen = node(viewer_server, f"{in_lens}/water").vertices + node(viewer_server, in_lens).position
-    assert np.hypot(seen[:, 0], seen[:, 2]).max() <= layout.lens_radius
     scene.remove()

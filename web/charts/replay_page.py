@@ -16,6 +16,7 @@ from slipgrasp.recordings.clip import WHOLE, Clip
 from slipgrasp.server.viewer.server import ViewerServer
 from slipgrasp.web.model.page_layout import Picture
 from slipgrasp.web.model.sampling import Sampler
+from slipgrasp.web.page.inline import close_ups_html
 from slipgrasp.web.scene.camera import FIELD_OF_VIEW, frame_box
 from slipgrasp.web.scene.layout import SceneLayout
 from slipgrasp.web.scene.scene import Scene
@@ -25,7 +26,8 @@ MAX_FRAMES = 1800
 
 _SMALLEST_PICTURE = Picture(1000, 800)
 _SHARE_FOR_WORDS = 0.09
-_TITLE = "<title>"
+_SHARE_OF_HEADLINE = 0.12  # of the height of the view
+_HEAD, _TITLE = "<head>", "<title>"
 _END_OF_TITLE = "</title>"
 
 
@@ -56,7 +58,7 @@ def write_html(
         page = _record(server, result, times, progress or _ignore, clip)
     finally:
         server.stop()
-    stream.write(_with_title(page, _title(result)).encode())
+    stream.write(_with_head(page, _title(result)).encode())
 
 
 def _ignore(_share: float) -> None:
@@ -126,7 +128,9 @@ def _title(result: RunResult) -> str:
     return f"{result.name} – {headline_of(result)}"
 
 
-def _with_title(page: str, title: str) -> str:
+def _with_head(page: str, title: str) -> str:
+    """The page with another title and close-ups."""
     start = page.index(_TITLE) + len(_TITLE)
     end = page.index(_END_OF_TITLE, start)
-    return page[:start] + escape(title) + page[end:]
+    titled = page[:start] + escape(title) + page[end:]
+    return titled.replace(_HEAD, _HEAD + close_ups_html(_SHARE_OF_HEADLINE), 1)

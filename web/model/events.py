@@ -117,6 +117,18 @@ def neighbouring_event_time(result: RunResult, time: float, direction: int) -> f
     return float(times[min(max(place, 0), len(times) - 1)])
 
 
+def next_slip_time(result: RunResult, time: float) -> float | None:
+    """When a contact begins to slip next [s]; after the last slip the first; None without any.
+
+    Args:
+        result: The run.
+        time: From where [s].
+    """
+    times = [event.time for event in _phase_events(result) if event.kind is EventKind.SLIP]
+    later = [each for each in times if each > time]
+    return min(later or times, default=None)
+
+
 def _phase_events(result: RunResult) -> Iterator[RunEvent]:
     names = result.scenario.finger_names
     for change in result.phase_changes:

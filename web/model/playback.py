@@ -11,6 +11,7 @@ import numpy as np
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.trace.types import ContactPhase
+from slipgrasp.web.model.pace import Pace, is_even, pace_of
 
 SPEEDS: dict[str, float] = {
     "1/1000": 1 / 1000,
@@ -28,10 +29,13 @@ SPEEDS: dict[str, float] = {
     "4": 4.0,
 }
 
+PACED = "slips slow"
+"""What a speed is called that is slow where something slips and fast in between."""
+
 _SHORTEST_WINDOW = 0.002
 _SHARE_AFTER_SLIP = 0.35
 _SHARE_BEFORE_SLIP = 0.1
-_SECONDS_PER_PASS = 6.0
+SECONDS_PER_PASS = 6.0
 _FIRST_PICTURE = 0.4
 _ZOOM = 4.0
 _SHORTEST_ZOOM = 1e-3
@@ -71,12 +75,14 @@ class Playback:
         window: What is played and charted.
         speed: Simulated seconds per second of the viewer's clock.
         playing: Whether it moves.
+        pace: How fast it moves where, instead of at one speed; None at one speed.
     """
 
     time: float
     window: TimeWindow
     speed: float
     playing: bool
+    pace: Pace | None = None
 
     def advance(self, elapsed: float) -> Playback:
         """The play head after some time of the viewer's clock; the end wraps to the start.
@@ -86,6 +92,9 @@ class Playback:
         """
         if not self.playing or self.window.length <= 0.0:
             return self
+        if self.pace is not None:
+            start, end = self.window.start, self.window.end
+            return replace(self, time=self.pace.advance(self.time, elapsed, start, end))
         into = self.time + elapsed * self.speed - self.window.start
         if into > self.window.length:
             into = math.fmod(into, self.window.length)
@@ -122,10 +131,15 @@ class Playback:
 
 
 def start_playback(result: RunResult) -> Playback:
-    """Plays the slip of a run slowly, from its middle: the first picture shows it."""
+    """Plays the slip of a run slowly, from its middle: the first picture shows it.
+
+    Slips that are far apart are slow one after another, from before the first.
+    """
     window = slip_window(result)
-    time = window.start + _FIRST_PICTURE * window.length
-    return Playback(time=time, window=window, speed=speed_for(window), playing=True)
+    pace = None if is_even(result, window.start, window.end) else pace_of(result)
+    share = _FIRST_PICTURE if pace is None else 0.0
+    time = window.start + share * window.length
+    return Playback(time=time, window=window, speed=speed_for(window), playing=True, pace=pace)
 
 
 def window_of(result: RunResult, choice: WindowChoice, present: TimeWindow) -> TimeWindow:
@@ -167,7 +181,7 @@ def slip_window(result: RunResult) -> TimeWindow:
 
 def speed_for(window: TimeWindow, speeds: Sequence[float] = tuple(SPEEDS.values())) -> float:
     """The offered speed at which one pass through a window takes about six seconds."""
-    wanted = max(window.length, 1e-9) / _SECONDS_PER_PASS
+    wanted = max(window.length, 1e-9) / SECONDS_PER_PASS
     return min(speeds, key=lambda speed: abs(math.log(speed / wanted)))
 
 

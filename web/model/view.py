@@ -18,6 +18,7 @@ from slipgrasp.web.model.editing import Editing
 from slipgrasp.web.model.export import Exporting
 from slipgrasp.web.model.hints import HintTrials
 from slipgrasp.web.model.laws_view import LawsView
+from slipgrasp.web.model.pace import pace_of
 from slipgrasp.web.model.page_layout import PageLayout
 from slipgrasp.web.model.playback import (
     Playback,
@@ -286,6 +287,8 @@ def show(view: ViewState, shown: Shown, stage: RunStage, *, afresh: bool) -> Vie
     if playback is None or afresh:
         playback, choice = start_playback(shown.result), WindowChoice.SLIP
     else:
+        if playback.pace is not None:
+            playback = replace(playback, pace=pace_of(shown.result))
         playback = _kept_in(window_of(shown.result, choice, playback.window), playback, shown)
     return replace(view, shown=shown, playback=playback, choice=choice, status=RunStatus(stage))
 

@@ -1,10 +1,12 @@
 // What the dashboard adds to viser's page. One module per concern:
 //   session_state.js  the state of the session, and the play head as it moves
+//   pace.js           how the play head moves while the session is silent
 //   post.js           brings what the user does to the session
 //   gestures.js       clicks, inputs, and the hand on the strip below the scene
 //   clock.js          everything that shows where the play head stands
 //   keyboard.js       the keys, and their list
 //   charts.js         values and marks in the charts, and zoom by dragging over them
+//   close_ups.js      the close-ups over the scene, which overlay.js draws from what viser_view.js reads
 //   picture.js        the picture of the scene as a file
 //   page_layout.js    the size of the page
 //   numbers.js        numbers as people write them, where viser would read others
@@ -21,6 +23,7 @@ import { watchSessionState } from "./session_state.js";
 import { startBanner } from "./banner.js";
 import { startCharts } from "./charts.js";
 import { startClock } from "./clock.js";
+import { startCloseUps } from "./close_ups.js";
 import { startFolds } from "./folds.js";
 import { startGestures } from "./gestures.js";
 import { startKeyboard } from "./keyboard.js";
@@ -39,6 +42,7 @@ startLink();
 startClock();
 startGestures();
 startCharts();
+startCloseUps();
 startPicture();
 startUploads();
 startFolds();

@@ -2,15 +2,18 @@
 //   data-sg-intent='{"kind": …}'   a click, Enter or Space asks for it
 //   data-sg-change='{"kind": …}'   a new value of an input or select asks for it, "$value" replaced
 //   data-sg-track                  a strip over the whole window: press and drag puts the play
-//                                  head there
+//                                  head there, and the wheel zooms at the pointer
 //   data-sg-visible='{"kind": …}'  becoming visible sends "is_visible", and becoming invisible too
-import { hold, onFrame, state } from "./session_state.js";
+import { hold, onChange, onFrame, state } from "./session_state.js";
 import { post } from "./post.js";
 
 const LOOK_EVERY_MS = 200;
+const ZOOM = 1.25; // of the shown time, for each step of the wheel
+const STEP = 100; // of the wheel [px]
 let lookedAt = -Infinity;
 let lookedFor = "";
 let visible = new Set();
+let zoomed = null;
 
 /** Begins to listen. */
 export function startGestures() {
@@ -18,6 +21,8 @@ export function startGestures() {
   document.addEventListener("keydown", onKey);
   document.addEventListener("change", onValue);
   document.addEventListener("pointerdown", onPress);
+  document.addEventListener("wheel", onWheel, { passive: false });
+  onChange(() => (zoomed = null));
   onFrame(look);
 }
 
@@ -80,10 +85,25 @@ function onPress(event) {
   window.addEventListener("pointercancel", end);
 }
 
-function seekTo(track, event) {
+/** Shows less or more of the time around the pointer; of what the session has not shown yet, too. */
+function onWheel(event) {
+  const track = event.target.closest?.("[data-sg-track]");
+  if (!track || event.ctrlKey || event.deltaY === 0) return;
+  event.preventDefault();
+  const { start, end } = zoomed ?? state;
+  const time = start + shareAt(track, event) * (end - start);
+  const factor = ZOOM ** Math.min(Math.max(event.deltaY / STEP, -3), 3);
+  zoomed = { start: time - factor * (time - start), end: time + factor * (end - time) };
+  post({ kind: "show-window", ...zoomed });
+}
+
+function shareAt(track, event) {
   const { left, width } = track.getBoundingClientRect();
-  const share = Math.min(Math.max((event.clientX - left) / Math.max(width, 1), 0), 1);
-  const time = state.start + share * (state.end - state.start);
+  return Math.min(Math.max((event.clientX - left) / Math.max(width, 1), 0), 1);
+}
+
+function seekTo(track, event) {
+  const time = state.start + shareAt(track, event) * (state.end - state.start);
   hold(time);
   post({ kind: "seek", time });
 }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Collection
 from dataclasses import dataclass
 
 from viser import Icon, IconName
@@ -15,6 +16,7 @@ from slipgrasp.web.model.intents.playback import (
     ChangeSpeed,
     ChooseWindow,
     GoToEdge,
+    GoToNextSlip,
     JumpToEvent,
     Step,
     TogglePlay,
@@ -57,6 +59,7 @@ KEYS: tuple[KeyCommand, ...] = (
     _command("ArrowRight", "Step forward", Icon.PLAYER_TRACK_NEXT, Step(1)),
     _command("Shift+ArrowLeft [", "Previous event", Icon.PLAYER_SKIP_BACK, JumpToEvent(-1)),
     _command("Shift+ArrowRight ]", "Next event", Icon.PLAYER_SKIP_FORWARD, JumpToEvent(1)),
+    _command("N", "Next slip; after the last the first", Icon.PLAYER_TRACK_NEXT, GoToNextSlip()),
     _command("Home", "Go to the start", Icon.ARROW_BAR_TO_LEFT, GoToEdge(-1)),
     _command("End", "Go to the end", Icon.ARROW_BAR_TO_RIGHT, GoToEdge(1)),
     _command("ArrowUp +", "Play faster", Icon.TRENDING_UP, ChangeSpeed(1)),
@@ -117,12 +120,17 @@ def keys_of(intent: Intent) -> str:
     raise LookupError(f"no key does {intent}")
 
 
-def keys_html() -> str:
-    """The table as an element of the page that the script reads."""
+def keys_html(known: Collection[Intent] | None = None) -> str:
+    """The table as an element of the page that the script reads.
+
+    Args:
+        known: What the page can do; all of it if None.
+    """
     rows = [
         {"keys": command.keys, "shown": _shown(command), "text": command.text}
         | {"intent": posted(command.intent), "tab": command.tab}
         for command in KEYS
+        if known is None or command.intent in known
     ]
     # Nothing within a script element may look like its end.
     content = json.dumps(rows, ensure_ascii=True).replace("<", "\\u003c")

@@ -4,6 +4,9 @@
 import { onFrame, state } from "./session_state.js";
 import { post } from "./post.js";
 
+/** Height at the bottom of the scene that a panel covers [px], as measured last. */
+export let coveredHeight = 0;
+
 const INTERVAL_MS = 120;
 let lookedAt = -Infinity;
 let seen = "";
@@ -28,6 +31,7 @@ export function startPageLayout() {
 function measure() {
   const scene = document.querySelector("canvas[data-engine]")?.getBoundingClientRect();
   if (!scene || scene.width < 1 || scene.height < 1) return null;
+  coveredHeight = covered(scene);
   return {
     kind: "measure-page",
     layout: {
@@ -35,7 +39,7 @@ function measure() {
       height: window.innerHeight,
       scene_width: Math.round(scene.width),
       scene_height: Math.round(scene.height),
-      covered: covered(scene),
+      covered: coveredHeight,
     },
     prefers_dark: window.matchMedia("(prefers-color-scheme: dark)").matches,
   };

@@ -18,7 +18,7 @@ export function startPicture() {
   });
 }
 
-function save(name) {
+async function save(name) {
   // viser keeps what it has drawn, so its canvas may be read at any time.
   const scene = document.querySelector("canvas[data-engine]");
   if (!scene) {
@@ -32,7 +32,21 @@ function save(name) {
   context.fillStyle = backgroundOf(scene);
   context.fillRect(0, 0, copy.width, copy.height);
   context.drawImage(scene, 0, 0);
+  const overlay = document.querySelector(".sg-overlay");
+  if (overlay) context.drawImage(await imageOf(overlay), 0, 0, copy.width, copy.height);
   copy.toBlob((picture) => download(picture, name), "image/png");
+}
+
+/** An SVG element as an image. */
+function imageOf(element) {
+  const { width, height } = element.getBoundingClientRect();
+  const drawn = element.cloneNode(true);
+  for (const [name, value] of Object.entries({ xmlns: "http://www.w3.org/2000/svg", width, height })) {
+    drawn.setAttribute(name, value);
+  }
+  const image = new Image();
+  image.src = `data:image/svg+xml,${encodeURIComponent(drawn.outerHTML)}`;
+  return image.decode().then(() => image);
 }
 
 /** What shines through where the scene is empty: the colour of what lies behind it. */

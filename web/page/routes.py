@@ -17,6 +17,7 @@ from slipgrasp.server.http.page_file import PageFile
 from slipgrasp.server.tokens import Right
 from slipgrasp.server.viewer.relay import ViewerRelay
 from slipgrasp.web.model.intents.hints import TryHints
+from slipgrasp.web.page.colours import colours_html
 from slipgrasp.web.page.intents_schema import RIGHTS, PageGestures
 from slipgrasp.web.page.keys import keys_html
 from slipgrasp.web.page.session_directory import SessionDirectory
@@ -109,6 +110,6 @@ def head_html(root: str = "") -> str:
         "<title>slipgrasp</title>"
         f'<link rel="icon" type="image/svg+xml" href="{static}/icon.svg" />'
         f'<link rel="stylesheet" href="{static}/dashboard.css" />'
-        f"{keys_html()}"
+        f"{keys_html()}{colours_html()}"
         f'<script type="module" src="{static}/dashboard.js"></script>'
     )

@@ -3,7 +3,9 @@
 // It is written when something changes, and now and then while time runs on; in between the
 // page moves the play head itself, so that no message is needed for it.
 
-/** The last state of the session: session, whether it is ready to be shown, run, charts, notice, lecture, time, start, end [s], speed, playing. */
+import { advance } from "./pace.js";
+
+/** The last state of the session: session, whether it is ready to be shown, run, charts, notice, lecture, time, start, end [s], speed, pace, playing. */
 export let state = {
   session: "",
   ready: false,
@@ -15,6 +17,7 @@ export let state = {
   start: 0,
   end: 1,
   speed: 1,
+  pace: null,
   playing: false,
 };
 
@@ -38,10 +41,7 @@ export function onFrame(listener) {
 /** Where the play head stands now [s]. */
 export function timeNow() {
   if (held !== null) return held.time;
-  const length = state.end - state.start;
-  if (!state.playing || length <= 0) return state.time;
-  const into = state.time - state.start + (state.speed * (performance.now() - toldAt)) / 1000;
-  return state.start + (into > length ? into % length : into);
+  return state.playing ? advance(state, (performance.now() - toldAt) / 1000) : state.time;
 }
 
 /** Which share of the window lies before a time, from 0 to 1. */

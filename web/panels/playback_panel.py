@@ -16,6 +16,7 @@ from slipgrasp.web.model.intents.playback import (
     ChangeSpeed,
     ChooseWindow,
     GoToEdge,
+    GoToNextSlip,
     JumpToEvent,
     Seek,
     SetSpeed,
@@ -23,7 +24,7 @@ from slipgrasp.web.model.intents.playback import (
     TogglePlay,
     Zoom,
 )
-from slipgrasp.web.model.playback import SPEEDS, Playback, WindowChoice
+from slipgrasp.web.model.playback import PACED, SPEEDS, Playback, WindowChoice
 from slipgrasp.web.model.view import Ghost, Shown, ViewState
 from slipgrasp.web.page.keys import KEYS, keys_of
 from slipgrasp.web.page.markup import change_attribute, click_attribute
@@ -38,6 +39,7 @@ _ICONS = {
     "pause": "M6 4h4v16H6zM14 4h4v16h-4z",
     "step forward": "M4 5h3v14H4zM10 5v14l10-7z",
     "next event": "M12 4v16l9-8zM3 4v16l9-8z",
+    "next slip": "M3 5h14l-7 12zM18 5h3v14h-3z",
     "end": "M16 4h3v16h-3zM4 4v16l11-8z",
 }
 
@@ -70,7 +72,7 @@ class PlaybackPanel:
             strip = strip_html(view.shown.result, playback, view.ghost)
             caption = caption_html(view.shown, view.ghost, playback.time)
             self.strip.content = caption + strip
-        controls = (playback.playing, playback.speed, view.choice)
+        controls = (playback.playing, playback.speed, playback.pace is None, view.choice)
         if controls != self._controls:
             self._controls = controls
             self.transport.content = transport_html(playback, view.choice)
@@ -162,6 +164,24 @@ def transport_html(playback: Playback, choice: WindowChoice) -> str:
         playback: The play head.
         choice: The time range of the run that is shown.
     """
+    return (
+        f'<div class="sg-transport">{moves_html(playback)}'
+        f'<span class="sg-group">{_windows_html(choice)}</span>'
+        '<span class="sg-group"><button type="button" data-sg-copy-link '
+        'title="Copies a link to this run at this time, for any browser of this machine">'
+        "Copy link</button>"
+        '<button type="button" data-sg-help aria-label="Keys" title="All keys (?)">?</button>'
+        "</span></div>"
+    )
+
+
+def moves_html(playback: Playback, *, with_pace: bool = True) -> str:
+    """Buttons to play, step and jump, exact time, and speed.
+
+    Args:
+        playback: The play head.
+        with_pace: Whether it can be slow where something slips.
+    """
     play = "pause" if playback.playing else "play"
     moves = "".join(
         (
@@ -171,20 +191,12 @@ def transport_html(playback: Playback, choice: WindowChoice) -> str:
             _icon_button(play, play.capitalize(), TogglePlay()),
             _icon_button("step forward", "Step forward", Step(1)),
             _icon_button("next event", "Next event", JumpToEvent(1)),
+            _icon_button("next slip", "Next slip", GoToNextSlip()),
             _icon_button("end", "End", GoToEdge(1)),
         )
     )
-    return (
-        '<div class="sg-transport">'
-        f'<span class="sg-group">{moves}</span>'
-        f"{_time_html(playback)}{_speed_html(playback)}"
-        f'<span class="sg-group">{_windows_html(choice)}</span>'
-        '<span class="sg-group"><button type="button" data-sg-copy-link '
-        'title="Copies a link to this run at this time, for any browser of this machine">'
-        "Copy link</button>"
-        '<button type="button" data-sg-help aria-label="Keys" title="All keys (?)">?</button>'
-        "</span></div>"
-    )
+    times = f"{_time_html(playback)}{_speed_html(playback, with_pace)}"
+    return f'<span class="sg-group">{moves}</span>{times}'
 
 
 def _icon_button(icon: str, label: str, intent: Intent) -> str:
@@ -206,35 +218,44 @@ def _time_html(playback: Playback) -> str:
     )
 
 
-def _speed_html(playback: Playback) -> str:
-    options = "".join(
-        f'<option value="{name}"{" selected" if speed == playback.speed else ""}>{name}×</option>'
-        for name, speed in SPEEDS.items()
+def _speed_html(playback: Playback, with_pace: bool) -> str:
+    at_one = playback.speed if playback.pace is None else None
+    paced = _option(PACED, PACED, is_chosen=at_one is None) if with_pace else ""
+    options = paced + "".join(
+        _option(name, f"{name}×", is_chosen=speed == at_one) for name, speed in SPEEDS.items()
     )
     slower = keys_of(ChangeSpeed(-1))
     faster = keys_of(ChangeSpeed(1))
-    hint = f"Simulated seconds per second; slower with {slower}, faster with {faster}"
+    hint = (
+        f"Simulated seconds per second; slower with {slower}, faster with {faster}. "
+        f"{PACED}: each slip takes some seconds, the time between slips one"
+    )
     return (
         f'<label class="sg-field" title="{hint}"><span>speed</span><select aria-label="speed" '
         f"{change_attribute(SetSpeed, 'name')}>{options}</select></label>"
     )
 
 
+def _option(value: str, label: str, *, is_chosen: bool) -> str:
+    return f'<option value="{value}"{" selected" if is_chosen else ""}>{label}</option>'
+
+
 def _windows_html(choice: WindowChoice) -> str:
     return "".join(
         (
-            _window_button("slip", choice is WindowChoice.SLIP, ChooseWindow(WindowChoice.SLIP)),
-            _window_button(
+            window_button("slip", choice is WindowChoice.SLIP, ChooseWindow(WindowChoice.SLIP)),
+            window_button(
                 "whole run",
                 choice is WindowChoice.WHOLE,
                 ChooseWindow(WindowChoice.WHOLE),
             ),
-            _window_button("closer", choice is WindowChoice.CLOSER, Zoom()),
+            window_button("closer", choice is WindowChoice.CLOSER, Zoom()),
         )
     )
 
 
-def _window_button(label: str, is_chosen: bool, intent: Intent) -> str:
+def window_button(label: str, is_chosen: bool, intent: Intent) -> str:
+    """A button that shows another time range of the run."""
     hints = {
         "slip": "Shows the time range in which contacts slip",
         "whole run": "Shows the run from its start to its end",

@@ -43,6 +43,7 @@ class SessionStatePanel:
             lecture,
             playback.window,
             playback.speed,
+            playback.pace,
             moving,
         )
         if telling == self._told and (moving is not None or now - self._told_at < _INTERVAL):
@@ -74,6 +75,7 @@ def session_state_html(key: str, view: ViewState) -> str:
         "start": playback.window.start,
         "end": playback.window.end,
         "speed": playback.speed,
+        "pace": playback.pace and list(zip(*playback.pace, strict=True)),
         "playing": playback.playing,
     }
     return f'<i id="sg-session-state" hidden data-sg-state="{escape(json.dumps(state))}"></i>'

@@ -8,12 +8,13 @@ from dataclasses import replace
 from typing import ClassVar
 
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.web.model.events import neighbouring_event_time
+from slipgrasp.web.model.events import neighbouring_event_time, next_slip_time
 from slipgrasp.web.model.intents.intent import Intent
 from slipgrasp.web.model.intents.playback import (
     ChangeSpeed,
     ChooseWindow,
     GoToEdge,
+    GoToNextSlip,
     JumpToEvent,
     Seek,
     SetSpeed,
@@ -22,7 +23,9 @@ from slipgrasp.web.model.intents.playback import (
     TogglePlay,
     Zoom,
 )
+from slipgrasp.web.model.pace import pace_of
 from slipgrasp.web.model.playback import (
+    PACED,
     SPEEDS,
     Playback,
     WindowChoice,
@@ -52,6 +55,7 @@ class PlaybackReducer(Reducer):
         Seek,
         Step,
         JumpToEvent,
+        GoToNextSlip,
         GoToEdge,
         SetSpeed,
         ChangeSpeed,
@@ -111,10 +115,13 @@ def moved(playback: Playback, intent: Intent, result: RunResult) -> Playback:
     match intent:
         case TogglePlay():
             return replace(playback, playing=not playback.playing)
+        case SetSpeed(name) if name == PACED:
+            return replace(playback, pace=pace_of(result))
         case SetSpeed(name) if name in SPEEDS:
-            return replace(playback, speed=SPEEDS[name])
+            return replace(playback, speed=SPEEDS[name], pace=None)
         case ChangeSpeed(direction):
-            return replace(playback, speed=neighbouring_speed(playback.speed, direction))
+            speed = neighbouring_speed(playback.speed, direction)
+            return replace(playback, speed=speed, pace=None)
         case ChooseWindow() | ShowWindow() | Zoom():
             return _with_window(playback, intent, result)
         case _:
@@ -148,6 +155,9 @@ def _put(playback: Playback, intent: Intent, result: RunResult) -> Playback:
         case JumpToEvent(direction):
             time = neighbouring_event_time(result, playback.time, direction)
             return playback.reach(time, whole_window(result))
+        case GoToNextSlip():
+            time = next_slip_time(result, playback.time)
+            return playback if time is None else playback.reach(time, whole_window(result))
         case GoToEdge(direction):
             return playback.seek(playback.window.end if direction > 0 else playback.window.start)
         case _:

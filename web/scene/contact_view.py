@@ -1,12 +1,11 @@
 """A contact: fingertip, slip trail, force, slip velocity and friction cone.
 
 The marks stand in the axes of the contact frame (`slipgrasp.scene.skeleton`), for planar and
-spatial hands alike. They are drawn on the hand, and magnified in the lenses of planar hands.
+spatial hands alike.
 """
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -22,7 +21,7 @@ from slipgrasp.scene.states import States
 from slipgrasp.web.model.colours import BELIEVED_CONE, CONE_INSIDE, glow
 from slipgrasp.web.scene.detail import Detail, Follower
 from slipgrasp.web.scene.marks import FullScale, MarkSizes, Trail
-from slipgrasp.web.scene.shapes import circle, dashed_edges, distance_to_circle, fan, joined
+from slipgrasp.web.scene.shapes import circle, dashed_edges, fan, joined
 
 Points = NDArray[np.float64]
 
@@ -53,7 +52,6 @@ def contact_marks(
     contact: Contact,
     i: int,
     states: States,
-    magnification: float,
     sizes: MarkSizes,
     full: FullScale,
 ) -> ContactMarks:
@@ -63,7 +61,6 @@ def contact_marks(
         contact: The contact.
         i: Its index.
         states: The state.
-        magnification: How much larger than life slip is drawn.
         sizes: Sizes of the marks.
         full: What an arrow of full length stands for.
     """
@@ -73,7 +70,7 @@ def contact_marks(
     velocity = -contact.across(states.slip_velocity[0, i])
     half_speed = 0.5 * sizes.speed_length / full.speed * velocity
     return ContactMarks(
-        tip=magnification * contact.along_face(states.slip[0, i]),
+        tip=contact.along_face(states.slip[0, i]),
         force=sizes.force_length / full.force * force_in(contact, i, states)[0],
         motion=np.array([beside - half_speed, beside + half_speed]),
     )
@@ -88,7 +85,7 @@ def cone_edge(contact: Contact, friction: float, rim: Points, slant: float) -> P
         rim: Tangential directions in shares of the friction, shape ``(k, d - 1)``.
         slant: Distance of the edge from the tip where a share is 1 [m].
     """
-    return slant / math.hypot(1.0, friction) * (contact.inward + friction * contact.across(rim))
+    return slant / np.hypot(1.0, friction) * (contact.inward + friction * contact.across(rim))
 
 
 class ContactView:
@@ -103,8 +100,6 @@ class ContactView:
         rim: What friction cannot leave, in shares of its limit, shape ``(k, d - 1)``.
         sizes: Sizes of the marks.
         detail: How finely they are drawn.
-        leader: Colour of the ring around what a lens shows.
-        reach: How far from the point touched first the arrow of the force may end [m].
     """
 
     def __init__(
@@ -117,16 +112,11 @@ class ContactView:
         rim: Points,
         sizes: MarkSizes,
         detail: Detail,
-        leader: Rgb = CONE,
-        reach: float = math.inf,
     ) -> None:
-        self._contact, self._rim, self._sizes, self._reach = contact, rim, sizes, reach
+        self._contact, self._rim, self._sizes = contact, rim, sizes
         self._flat = contact.dimensions == 2
-        self.magnification = 1.0
         scene.add_frame(name, show_axes=False, position=place, wxyz=np.array(wxyz))
         self._scene, self._name = scene, name
-        self.ring = self._lines("ring", leader, 0.002)
-        self.ring.visible = False
         self._trail = self._lines("trail", CONE, sizes.trail_width * (1.0 if self._flat else 0.6))
         self._tip = scene.add_frame(f"{name}/tip", show_axes=False)
         self._add_fingertip(f"{name}/tip")
@@ -155,7 +145,7 @@ class ContactView:
                 the true one.
             trail: Where the fingertip has slid.
         """
-        marks = contact_marks(self._contact, i, states, self.magnification, self._sizes, full)
+        marks = contact_marks(self._contact, i, states, self._sizes, full)
         phase = ContactPhase(int(states.phases[0, i]))
         if phase is not self._phase:
             self._phase = phase
@@ -165,23 +155,16 @@ class ContactView:
         if self._contact.pad is not None:
             self._follow_hand.follow(PAD_POINTER * self._contact.pad.hand(states)[0])
         self._path = trail
-        self._follow_trail.follow(self.magnification * trail.extent)
-        force = np.stack([np.zeros(3), self._within(marks.tip, marks.force)])
+        self._follow_trail.follow(trail.extent)
+        force = np.stack([np.zeros(3), marks.force])
         # Where nothing slips, the second arrow hides in the first.
         motion = force if phase is ContactPhase.STICK else marks.motion
         self._follow_arrows.follow(np.stack([force, motion]))
-        self._open(float(states.friction[0, i]), believed)
+        self._open(states.friction[0, i], believed)
 
     def show_cone(self, visible: bool) -> None:
         """Whether the friction cone is drawn."""
         self._cone.visible = visible
-
-    def show_spot(self, radius: float, *, visible: bool) -> None:
-        """Draws a ring around what a lens shows [m]."""
-        ring = circle(radius, 36)
-        flat = np.column_stack([ring, 0.0 * ring[:, 0]])
-        self.ring.points = joined(self._on_face(flat), closed=True)
-        self.ring.visible = visible
 
     def _raised(self, points: NDArray[np.floating], depth: float = 0.0) -> NDArray[np.float32]:
         """Points in front of a planar hand; of a spatial one, into which one sees, as they are."""
@@ -191,14 +174,6 @@ class ContactView:
     def _on_face(self, points: Points) -> NDArray[np.float32]:
         """Points in front of a planar hand, and just outside the face of a spatial object."""
         return self._raised(points if self._flat else points - _OUTSIDE * self._contact.inward)
-
-    def _within(self, tip: Points, arrow: Points) -> Points:
-        """An arrow from the fingertip, as much of it as fits into the lens."""
-        length = math.hypot(*arrow.tolist())
-        if length == 0.0 or math.isinf(self._reach):
-            return arrow
-        limit = distance_to_circle(tip, arrow / length, self._reach)
-        return min(1.0, limit / length) * arrow
 
     def _draw_tip(self, tip: Points) -> None:
         self._tip.position = tip
@@ -213,7 +188,7 @@ class ContactView:
         assert self._path is not None, "it is drawn by update"
         pieces = _ARC_PIECES if self._flat and self._contact.is_curved else 1
         segments, colours = self._path.divided(pieces)
-        path = self.magnification * self._contact.along_face(segments)
+        path = self._contact.along_face(segments)
         inside = 0.5 * self._sizes.trail_width * self._contact.inward if self._flat else np.zeros(3)
         self._trail.colors = colours
         self._trail.points = self._on_face(path + inside)

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
 
+Values = NDArray[np.float64]
+
 _SMALLEST_MOVE = 5e-4
-_NUMBERS_INTERVAL = 0.2
-_FRAMES_PER_NUMBER = 3.0
 
 
 class Detail:
@@ -19,14 +18,20 @@ class Detail:
     Attributes:
         least_move: How far something must be from where it is drawn, to be drawn anew [m]: less
             than half a pixel while the play head moves, nothing at all while it rests.
-        with_numbers: Whether numbers are shown: nobody reads thirty a second, and each is a picture
-            that costs as much as all else of a frame.
     """
 
     def __init__(self) -> None:
         self.least_move = 0.0
-        self.with_numbers = True
-        self._told_at = self._begun_at = 0.0
+
+    def is_far(self, now: Values, drawn: Values) -> NDArray[np.bool_]:
+        """What must be drawn anew, along the first axis.
+
+        Args:
+            now: Where it should be.
+            drawn: Where it is drawn.
+        """
+        distance = np.abs(now - drawn)
+        return distance.reshape(len(distance), -1).max(axis=1) > self.least_move
 
     def begin_frame(self, *, moving: bool) -> None:
         """Decides about the next frame.
@@ -34,13 +39,7 @@ class Detail:
         Args:
             moving: Whether the play head moves.
         """
-        now = time.monotonic()
         self.least_move = _SMALLEST_MOVE if moving else 0.0
-        interval = max(_NUMBERS_INTERVAL, _FRAMES_PER_NUMBER * (now - self._begun_at))
-        self._begun_at = now
-        self.with_numbers = not moving or now - self._told_at >= interval
-        if self.with_numbers:
-            self._told_at = now
 
 
 class Follower:
@@ -62,7 +61,7 @@ class Follower:
             coordinates: Where it should be [m], or angles [rad], of the same shape each time.
         """
         drawn = self._drawn
-        if drawn is None or np.abs(coordinates - drawn).max() > self._detail.least_move:
+        if drawn is None or self._detail.is_far(coordinates[None], drawn[None])[0]:
             self._drawn = coordinates.copy()
             self._draw(coordinates)
 

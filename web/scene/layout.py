@@ -1,7 +1,8 @@
-"""Where the hand and the lenses above it stand, and what the camera looks at; plain geometry."""
+"""What the camera looks at, and the scales of arrows and close-ups; plain geometry."""
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -13,7 +14,7 @@ from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario import PLANAR, SPATIAL, Scenario
 from slipgrasp.scene import parts, rotations, skeleton
 from slipgrasp.scene.states import States, states_of
-from slipgrasp.web.scene.lens_places import box_around, place_lenses
+from slipgrasp.web.scene.boxes import box_around, with_close_ups
 from slipgrasp.web.scene.view_plane import FRONT, ViewPlane
 
 Points = NDArray[np.float64]
@@ -22,13 +23,12 @@ _AZIMUTHS = np.radians(np.arange(-180.0, 180.0, 5.0))
 _ELEVATION, _ASIDE = math.radians(24.0), math.radians(14.0)
 _MARGIN_LOW = np.array([0.24, 0.26])
 _MARGIN_HIGH = np.array([0.24, 0.1])
-_LENS_SHARE = 0.64
-_SLIP_SHARES = {PLANAR: 1.0, SPATIAL: 0.62}  # of the lens
-_PAD_SHARE = 1.4  # of the lens, where the pad of a soft fingertip is drawn around it
-_DISC_SHARE = 0.5
-_LARGEST_MAGNIFICATION = 200.0
-_LENS_DEPTH = 0.12
-"""How much nearer to the eye than a planar hand lenses are [m], so that no finger covers one."""
+_SLIP_SHARES = {PLANAR: 0.64, SPATIAL: 0.4}
+"""Of the radius of a close-up, filled by the largest slip of a run."""
+_PAD_SHARE = 0.9  # of it, where the pad of a soft fingertip is drawn around the slip
+_LEAST_REACH = 2e-5
+_MOST_LAG = 4.0  # radii of the object; close-ups do not make way for what is farther off
+_POSES, _BOX = 6, np.array(list(itertools.product((0, 1), repeat=3)))
 _LEAST_FULL_FORCE = 1.0
 _LEAST_FULL_SPEED = 1e-3
 
@@ -42,77 +42,77 @@ class FullScale(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SceneLayout:
-    """Places in the plane of the first look, right and up [m].
+    """What is seen at first, and the scales of what is drawn.
 
     Attributes:
-        plane: That plane; of a planar hand its own.
-        lens_centres: Middle of the lens of each contact, shape ``(contacts, 2)``.
-        lens_radius: Radius of every lens.
-        magnification: How much larger than life the lenses show the contacts.
+        plane: The plane of the first look; of a planar hand its own. Corners are in it [m].
         full: What an arrow of full length stands for.
-        disc_scale: Radius of the disc of friction in a lens per limit of friction [m/N].
-        low: Lower left corner of the picture.
+        reach: Radius of what a close-up shows of a face [m].
+        tick: Length of the scale below a close-up [m].
+        limit: A round number above the largest limit of friction [N].
+        held: Points around the object wherever it is or should be, in the world, ``(k, 3)`` [m].
+        low: Lower left corner of the view.
         high: Its upper right corner.
-        hand_low: Lower left corner of what is seen of the hand, without the lenses above it.
+        hand_low: Lower left corner of what is seen of the hand, without the close-ups above it.
         hand_high: Upper right corner of that.
     """
 
     plane: ViewPlane
-    lens_centres: Points
-    lens_radius: float
-    magnification: float
     full: FullScale
-    disc_scale: float
+    reach: float
+    tick: float
+    limit: float
+    held: Points
     low: Points
     high: Points
     hand_low: Points
     hand_high: Points
 
-    @property
-    def board_attitude(self) -> tuple[float, float, float, float]:
-        """What turns the viewer's upright plane (x, depth away, z) into that of the lenses."""
-        away = -np.array(self.plane.towards)
-        return rotations.of_matrix(np.column_stack([self.plane.right, away, self.plane.up]))
-
-    @property
-    def board_place(self) -> tuple[float, float, float]:
-        """The origin of the plane of the lenses; in front of a planar hand [m]."""
-        return self.plane.place((0.0, 0.0), _LENS_DEPTH if self.plane == FRONT else 0.0)
-
     def corners(self, *, lenses: bool) -> tuple[Points, Points]:
-        """Lower left and upper right corner of the picture, with the lenses or without [m]."""
+        """Lower left and upper right corner of the view, with the close-ups or without [m]."""
         return (self.low, self.high) if lenses else (self.hand_low, self.hand_high)
 
 
 def lay_out(result: RunResult, *, whole_hand: bool = False) -> SceneLayout:
-    """The area of the object and its fingertips below, and one lens per contact above them.
+    """The area of the object and its fingertips below, and space for close-ups above them.
 
     Args:
-        result: The run, whose motion and largest slip decide places and magnification.
+        result: The run, whose motion and largest slip decide places and scales.
         whole_hand: Whether the area includes the fingers, as far as their mounts.
     """
     scenario, trace, full = result.scenario, result.trace, full_scale(result)
     count = len(scenario.fingers)
     plane = _first_look(scenario, states_of(trace[:1]))
-    low, high = (_hand_box if whole_hand else _grasp_box)(result, plane)
-    places = place_lenses(low, high, count)
+    hand_low, hand_high = (_hand_box if whole_hand else _grasp_box)(result, plane)
+    low, high = with_close_ups(hand_low, hand_high, count)
     slip = np.linalg.norm(trace.slip.reshape(len(trace), count, -1), axis=2)
-    pads = [each.pad.radius for each in skeleton.contacts_of(scenario) if each.pad is not None]
-    radius = _PAD_SHARE if pads else _SLIP_SHARES[scenario.space]
-    radius *= places.radius
+    reach, tick = reach_and_tick(scenario, float(slip.max()))
     limit = max(float(trace.friction_coefficient.max() * full.force), 1e-3)
     return SceneLayout(
         plane=plane,
-        lens_centres=places.centres,
-        lens_radius=places.radius,
-        magnification=lens_magnification(float(slip.max()) + max(pads, default=0.0), radius),
         full=full,
-        disc_scale=_DISC_SHARE * places.radius / nice_at_least(limit),
-        low=places.low,
-        high=places.high,
-        hand_low=low,
-        hand_high=high,
+        reach=reach,
+        tick=tick,
+        limit=nice_at_least(limit),
+        held=_held_points(result),
+        low=low,
+        high=high,
+        hand_low=hand_low,
+        hand_high=hand_high,
     )
+
+
+def reach_and_tick(scenario: Scenario, largest_slip: float) -> tuple[float, float]:
+    """Radius of what close-ups show, and the round slip of their scale [m].
+
+    Args:
+        scenario: The hand.
+        largest_slip: Largest displacement along a face [m].
+    """
+    pads = [each.pad.radius for each in skeleton.contacts_of(scenario) if each.pad is not None]
+    share = _PAD_SHARE if pads else _SLIP_SHARES[scenario.space]
+    reach = close_up_reach(largest_slip + max(pads, default=0.0), share)
+    return reach, nice_at_most(0.5 * reach)
 
 
 def full_scale(result: RunResult) -> FullScale:
@@ -176,16 +176,33 @@ def _first_look(scenario: Scenario, start: States) -> ViewPlane:
     return ViewPlane.seen_from(float(_AZIMUTHS[int(np.argmax(shown + front))]) + _ASIDE, _ELEVATION)
 
 
-def lens_magnification(largest_slip: float, radius: float) -> float:
-    """The round magnification at which the largest slip fills most of the lens's half.
+def _held_points(result: RunResult) -> Points:
+    """Corners of a box around the object at some instants, and where it should be then [m]."""
+    trace, scenario = result.trace, result.scenario
+    some = trace[np.unique(np.linspace(0, len(trace) - 1, _POSES).astype(int))]
+    poses = _object_poses(scenario, states_of(some))
+    solid = parts.solid(scenario, parts.sizes_of(scenario).half_depth).points
+    low, high = solid.min(axis=0), solid.max(axis=0)
+    box = low + _BOX * (high - low)
+    farthest = _MOST_LAG * float(np.linalg.norm(box, axis=1).max())
+    desired, _ = poses[skeleton.DESIRED]
+    points = []
+    for name in (skeleton.OBJECT, skeleton.DESIRED):
+        places, turns = poses[name]
+        near = np.abs(places - desired).max(axis=1) <= farthest
+        points.append(places[near, None] + box @ turns[near].swapaxes(1, 2))
+    return np.concatenate(points).reshape(-1, 3)
+
+
+def close_up_reach(largest_slip: float, share: float) -> float:
+    """The round radius of what a close-up shows, of which the largest slip fills a share [m].
 
     Args:
         largest_slip: Largest displacement along a face in the run, with the pad of a soft fingertip
             around it [m].
-        radius: Radius of the lens [m].
+        share: Of the radius of a close-up.
     """
-    wanted = _LENS_SHARE * radius / max(largest_slip, 1e-9)
-    return min(nice_at_most(wanted), _LARGEST_MAGNIFICATION)
+    return nice_at_least(max(largest_slip / share, _LEAST_REACH))
 
 
 def nice_at_most(value: float) -> float:

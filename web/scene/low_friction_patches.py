@@ -1,4 +1,4 @@
-"""Low-friction patches on the object and in the lenses: bands of planar hands, round spots else."""
+"""Low-friction patches on the object: bands on planar objects, round spots on spatial ones."""
 
 from __future__ import annotations
 
@@ -18,19 +18,15 @@ from slipgrasp.core.scenario.spatial_geometry import edges_of, spatial_contact
 from slipgrasp.scene import parts, rotations
 from slipgrasp.scene.skeleton import LYING
 from slipgrasp.web.model.colours import WATER, WAVES
-from slipgrasp.web.scene.layout import SceneLayout
-from slipgrasp.web.scene.marks import sizes_in_lens
-from slipgrasp.web.scene.shapes import circle, extrude, polyline, position
+from slipgrasp.web.scene.shapes import circle, extrude, polyline
 
 Points = NDArray[np.float64]
 
 _WAVE_POINTS = 12
 _SHARE = 0.35
 _BEHIND_MARKS = 0.97
-_FRONT_IN_LENS = 0.043
 _WAVES = (0.35, 0.7)  # radii, as shares of that of a round spot
 _WAVE_LINE = 0.045
-_SIGHT = 0.97  # of a lens
 
 
 class LowFrictionPatches:
@@ -38,13 +34,11 @@ class LowFrictionPatches:
 
     Args:
         patches: The patches.
-        nodes: What draws each of them, on its face and in lenses.
+        nodes: What draws each of them on its face.
     """
 
     def __init__(
-        self,
-        patches: Sequence[Patch | SpatialPatch],
-        nodes: Sequence[Sequence[viser.FrameHandle]],
+        self, patches: Sequence[Patch | SpatialPatch], nodes: Sequence[viser.FrameHandle]
     ) -> None:
         self._patches, self._nodes = patches, nodes
         self._visible: list[bool | None] = [None] * len(patches)
@@ -52,93 +46,70 @@ class LowFrictionPatches:
     def update(self, time: float) -> None:
         """Shows those that are there at a time [s]."""
         for k, patch in enumerate(self._patches):
-            there = is_there(patch, time)
+            there = bool(is_there(patch, time))
             if there is not self._visible[k]:
-                self._visible[k] = there
-                for node in self._nodes[k]:
-                    node.visible = there
+                self._visible[k] = self._nodes[k].visible = there
 
     def remove(self) -> None:
         """Removes every node."""
-        for node in (node for nodes in self._nodes for node in nodes):
+        for node in self._nodes:
             node.remove()
 
 
 def add_low_friction_patches(
-    scene: viser.SceneApi,
-    object_name: str,
-    lenses: Sequence[str],
-    scenario: Scenario,
-    layout: SceneLayout,
+    scene: viser.SceneApi, object_name: str, scenario: Scenario
 ) -> LowFrictionPatches:
-    """Draws every patch on its face, and in the lenses of the fingertips on that face.
+    """Draws every patch on its face.
 
     Args:
         scene: Where the nodes go.
         object_name: Name of the node that moves with the object, with its axes.
-        lenses: Names of the nodes in the middle of the lenses.
         scenario: Whose patches and faces.
-        layout: How the lenses magnify.
     """
+    names = [f"{object_name}/wet{k}" for k in range(len(scenario.patches))]
     if isinstance(scenario, SpatialScenario):
-        nodes = [
-            list(_round_spot(scene, f"{object_name}/wet{k}", lenses, scenario, patch, layout))
-            for k, patch in enumerate(scenario.patches)
-        ]
+        round_spots = zip(names, scenario.patches, strict=True)
+        nodes = [_round_spot(scene, name, scenario, patch) for name, patch in round_spots]
         return LowFrictionPatches(scenario.patches, nodes)
-    nodes = [
-        list(_band(scene, f"{object_name}/wet{k}", lenses, scenario, patch, layout))
-        for k, patch in enumerate(scenario.patches)
-    ]
+    bands = zip(names, scenario.patches, strict=True)
+    nodes = [_band(scene, name, scenario, patch) for name, patch in bands]
     return LowFrictionPatches(scenario.patches, nodes)
 
 
 def _band(
-    scene: viser.SceneApi,
-    name: str,
-    lenses: Sequence[str],
-    scenario: PlanarScenario,
-    patch: Patch,
-    layout: SceneLayout,
-) -> Iterator[viser.FrameHandle]:
-    """The nodes of a patch of a planar object."""
+    scene: viser.SceneApi, name: str, scenario: PlanarScenario, patch: Patch
+) -> viser.FrameHandle:
+    """A patch of a planar object: a band of water along its face, with waves on it."""
+    ends, normal, thickness = spot_on_face(scenario, patch)
     depth = _BEHIND_MARKS * parts.sizes_of(scenario).front
-    yield _add_spot(scene, name, *spot_on_face(scenario, patch), depth, LYING)
-    for i, lens in enumerate(lenses):
-        spot = spot_in_lens(scenario, patch, i, layout)
-        if spot is not None:
-            own = f"{lens}/{name.rpartition('/')[2]}"
-            yield _add_spot(scene, own, *spot, _FRONT_IN_LENS, rotations.UNTURNED)
+    root = scene.add_frame(name, show_axes=False, wxyz=np.array(LYING))
+    corners = np.array([*ends, *(ends[::-1] + thickness * normal)])
+    if _turns_right(corners):
+        corners = corners[::-1]
+    band = extrude(corners, depth - 0.002, depth)
+    scene.add_mesh_simple(f"{name}/band", *band, color=WATER, flat_shading=True)
+    crest = np.array(list(_waves(ends, normal, thickness)))
+    scene.add_line_segments(
+        f"{name}/waves", polyline(crest, depth + 0.001), WAVES, thickness=0.22 * thickness
+    )
+    return root
 
 
 def _round_spot(
-    scene: viser.SceneApi,
-    name: str,
-    lenses: Sequence[str],
-    scenario: SpatialScenario,
-    patch: SpatialPatch,
-    layout: SceneLayout,
-) -> Iterator[viser.FrameHandle]:
-    """The nodes of a patch of a spatial object, in the upright plane of its face from outside."""
+    scene: viser.SceneApi, name: str, scenario: SpatialScenario, patch: SpatialPatch
+) -> viser.FrameHandle:
+    """A patch of a spatial object, in the upright plane of its face from outside."""
     tip = replace(scenario.fingers[0], face=patch.face, contact_offset=patch.centre)
     contact = spatial_contact(scenario.object, tip)
     columns = np.column_stack([contact.tangent_y, contact.normal, contact.tangent_x])
-    yield scene.add_frame(
+    root = scene.add_frame(
         name,
         show_axes=False,
         position=np.array(contact.anchor),
         wxyz=np.array(rotations.of_matrix(columns)),
     )
-    _draw_water(scene, name, patch.radius, 1.0, np.array(contact.outline))
-    for lens, finger in zip(lenses, scenario.fingers, strict=True):
-        if finger.face != patch.face:
-            continue
-        own = f"{lens}/{name.rpartition('/')[2]}"
-        away = np.subtract(patch.centre, finger.contact_offset)
-        place = position(layout.magnification * away[::-1])
-        yield scene.add_frame(own, show_axes=False, position=place)
-        seen = circle(_SIGHT * layout.lens_radius) / layout.magnification - away
-        _draw_water(scene, own, patch.radius, layout.magnification, seen)
+    _draw_water(scene, name, patch.radius, np.array(contact.outline))
+    return root
 
 
 def spot_on_face(scenario: PlanarScenario, patch: Patch) -> tuple[Points, Points, float]:
@@ -156,47 +127,6 @@ def spot_on_face(scenario: PlanarScenario, patch: Patch) -> tuple[Points, Points
     return points, np.asarray(frame.normal), _SHARE * inner_radius(scenario.object)
 
 
-def spot_in_lens(
-    scenario: PlanarScenario, patch: Patch, contact: int, layout: SceneLayout
-) -> tuple[Points, Points, float] | None:
-    """A low-friction patch in the close-up of a contact; None where it is out of sight."""
-    finger = scenario.fingers[contact]
-    if finger.face != patch.face:
-        return None
-    frame, radius = contact_frame(scenario.object, finger), layout.lens_radius
-    middle = patch.centre - finger.contact_offset
-    reach = np.array([middle - patch.half_length, middle + patch.half_length])
-    on_face = reach.clip(frame.slip_minimum, frame.slip_maximum)
-    ends = (layout.magnification * on_face).clip(-0.97 * radius, 0.97 * radius)
-    if ends[1] <= ends[0]:
-        return None
-    thickness = 1.2 * sizes_in_lens(radius).tip_radius
-    return ends[:, None] * np.asarray(frame.tangent), np.asarray(frame.normal), thickness
-
-
-def _add_spot(
-    scene: viser.SceneApi,
-    name: str,
-    ends: Points,
-    normal: Points,
-    thickness: float,
-    depth: float,
-    wxyz: tuple[float, ...],
-) -> viser.FrameHandle:
-    """A band of water along a face, with waves on it, below one node that shows or hides it."""
-    root = scene.add_frame(name, show_axes=False, wxyz=np.array(wxyz))
-    corners = np.array([*ends, *(ends[::-1] + thickness * normal)])
-    if _turns_right(corners):
-        corners = corners[::-1]
-    band = extrude(corners, depth - 0.002, depth)
-    scene.add_mesh_simple(f"{name}/band", *band, color=WATER, flat_shading=True)
-    crest = np.array(list(_waves(ends, normal, thickness)))
-    scene.add_line_segments(
-        f"{name}/waves", polyline(crest, depth + 0.001), WAVES, thickness=0.22 * thickness
-    )
-    return root
-
-
 def _waves(ends: Points, normal: Points, thickness: float) -> Iterator[Points]:
     """Points of a wave along a face, as long as the band is thick."""
     length = float(np.hypot(*(ends[1] - ends[0])))
@@ -212,23 +142,20 @@ def _turns_right(corners: Sequence[Points] | Points) -> bool:
     return float((x1 - x0) * (y2 - y1) - (y1 - y0) * (x2 - x1)) < 0.0
 
 
-def _draw_water(
-    scene: viser.SceneApi, name: str, radius: float, scale: float, bounds: Points
-) -> None:
+def _draw_water(scene: viser.SceneApi, name: str, radius: float, bounds: Points) -> None:
     """A round spot with waves, of which what lies within a convex outline is seen.
 
     Args:
         scene: Where the nodes go.
         name: Name of the node in its middle, right and up in its face.
         radius: Of the spot [m].
-        scale: How much larger it is drawn.
         bounds: Corners of the outline in slips from its middle, counterclockwise [m].
     """
 
     def seen(share: float) -> Points:
         inside = clipped(circle(share * radius), bounds)
         # Seen from outside, the order of the tangents, and so of the corners, is the other one.
-        return scale * inside[::-1, ::-1]
+        return inside[::-1, ::-1]
 
     if len(water := seen(1.0)) < 3:
         return
@@ -237,10 +164,7 @@ def _draw_water(
     waves = [polyline(ring, 0.002, closed=True) for ring in map(seen, _WAVES) if len(ring) >= 3]
     if waves:
         scene.add_line_segments(
-            f"{name}/waves",
-            np.concatenate(waves),
-            WAVES,
-            thickness=_WAVE_LINE * scale * radius,
+            f"{name}/waves", np.concatenate(waves), WAVES, thickness=_WAVE_LINE * radius
         )
 
 

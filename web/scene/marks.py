@@ -130,20 +130,6 @@ def sizes_on_hand(inner_radius: float, front: float = 0.0) -> MarkSizes:
     )
 
 
-def sizes_in_lens(radius: float) -> MarkSizes:
-    """Sizes of the marks in a lens of a radius [m]."""
-    return MarkSizes(
-        tip_radius=0.085 * radius,
-        trail_width=0.1 * radius,
-        cone_length=0.58 * radius,
-        force_length=0.65 * radius,
-        speed_length=0.5 * radius,
-        shaft_radius=0.02 * radius,
-        line_width=0.012 * radius,
-        depth=0.07,
-    )
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class RunFacts:
     """What the marks of a run need besides its instants.
@@ -151,17 +137,15 @@ class RunFacts:
     Attributes:
         full: What an arrow of full length stands for.
         beliefs: Where the estimate of each friction coefficient stands, None if it is known.
-        magnification: How much larger than life the lenses show slip.
     """
 
     full: FullScale
     beliefs: tuple[int | None, ...]
-    magnification: float
 
     def believed(self, sample: Sample, contact: int) -> float | None:
         """The controller's estimate of a friction coefficient, None if it knows it."""
         place = self.beliefs[contact]
-        return None if place is None else max(float(sample.estimates[place]), 0.0)
+        return None if place is None else np.maximum(sample.estimates[place], 0.0)
 
 
 def run_facts(result: RunResult, layout: SceneLayout, force_scale: float) -> RunFacts:
@@ -175,7 +159,6 @@ def run_facts(result: RunResult, layout: SceneLayout, force_scale: float) -> Run
     return RunFacts(
         full=layout.full._replace(force=layout.full.force / force_scale),
         beliefs=beliefs_of(result),
-        magnification=layout.magnification,
     )
 
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 import viser
@@ -14,25 +15,35 @@ from slipgrasp.core.scenario import PLANAR, SPATIAL, Scenario
 from slipgrasp.core.scenario.spatial import SpatialFinger
 from slipgrasp.core.scenario.spatial_geometry import friction_outline
 from slipgrasp.scene import parts, rotations, skeleton
-from slipgrasp.scene.states import States
 from slipgrasp.web.model.appearance import Appearance
 from slipgrasp.web.model.sampling import Sample
+from slipgrasp.web.model.surfaces import Surfaces, surfaces_for
+from slipgrasp.web.scene.close_ups import CloseUps, arrays_of, facts_of
 from slipgrasp.web.scene.contact_view import ContactView
 from slipgrasp.web.scene.detail import Detail
 from slipgrasp.web.scene.dragging import Draggable, ObjectDrag
 from slipgrasp.web.scene.drawer import HandDrawer
-from slipgrasp.web.scene.face_lens import FaceLens
 from slipgrasp.web.scene.ghost_view import GhostView
 from slipgrasp.web.scene.layout import SceneLayout, lay_out
-from slipgrasp.web.scene.lens_frame import Leader
 from slipgrasp.web.scene.low_friction_patches import LowFrictionPatches, add_low_friction_patches
-from slipgrasp.web.scene.marks import RunFacts, Trail, run_facts, sizes_on_hand, states_of, trail_of
+from slipgrasp.web.scene.marks import RunFacts, run_facts, sizes_on_hand, states_of, trail_of
 from slipgrasp.web.scene.push_view import PushView
-from slipgrasp.web.scene.section_lens import SectionLens
-from slipgrasp.web.scene.shapes import circle, extrude, position
-from slipgrasp.web.scene.surfaces import Surfaces, surfaces_for
+from slipgrasp.web.scene.shapes import circle, extrude
 
-Stage = viser.ClientHandle | viser.ViserServer
+
+class Stage(Protocol):
+    """What has a scene: a viewer, whose scene is its own, or a whole server."""
+
+    @property
+    def scene(self) -> viser.SceneApi:
+        """The scene."""
+        ...
+
+    def atomic(self) -> AbstractContextManager[None]:
+        """What is sent within it arrives together."""
+        ...
+
+
 Points = NDArray[np.float64]
 
 
@@ -46,23 +57,20 @@ class _Look(NamedTuple):
         root: Name of the node of the hand.
         ghost_root: Name of that of the pale hand.
         drag_axes: Axes of the world along which the object can be dragged.
-        lens: The close-up of a contact.
         glass: Whether one sees into the object.
     """
 
     root: str
     ghost_root: str
     drag_axes: tuple[int, ...]
-    lens: type[SectionLens] | type[FaceLens]
     glass: bool
 
 
 _LOOKS = {
-    PLANAR: _Look("/hand", "/ghost", (0, 2), SectionLens, glass=False),
-    SPATIAL: _Look("/space", "/pale-space", (0, 1, 2), FaceLens, glass=True),
+    PLANAR: _Look("/hand", "/ghost", (0, 2), glass=False),
+    SPATIAL: _Look("/space", "/pale-space", (0, 1, 2), glass=True),
 }
 _FLOOR_MARGIN = 0.6
-_LEAST_RINGED = 2.0
 _RIM_CORNERS = 48
 
 
@@ -70,13 +78,16 @@ class Scene:
     """Shows runs, one after another; the nodes are made once per shape of hand and object.
 
     Args:
-        stage: Where the nodes go: one viewer, whose scene is its own, or a whole server.
+        stage: Where the nodes go.
         drag: Hears how the object is dragged; None where nobody can.
+        detail: How finely it is drawn.
     """
 
-    def __init__(self, stage: Stage, drag: ObjectDrag | None = None) -> None:
+    def __init__(
+        self, stage: Stage, drag: ObjectDrag | None = None, detail: Detail | None = None
+    ) -> None:
         self._stage, self._drag = stage, drag
-        self._appearance, self._detail = Appearance(), Detail()
+        self._appearance, self._detail = Appearance(), detail or Detail()
         self._views: _Views | None = None
         self._view_shape: object = None
         self._ghost: GhostView | None = None
@@ -84,6 +95,7 @@ class Scene:
         self._low_friction_patches: LowFrictionPatches | None = None
         self._wet: object = None
         self._run: RunFacts | None = None
+        self._close_ups = CloseUps(stage.scene)
         _light(stage.scene)
 
     def show(
@@ -105,12 +117,19 @@ class Scene:
         self._appearance = appearance or self._appearance
         layout = lay_out(result, whole_hand=self._appearance.whole_hand)
         self._run = run_facts(result, layout, self._appearance.force_scale)
-        is_alike = ghost is not None and ghost.scenario.space is result.scenario.space
+        pale = (
+            ghost if ghost is not None and ghost.scenario.space is result.scenario.space else None
+        )
         with self._stage.atomic():
-            views = self._views_of(result.scenario, layout)
-            views.rescale(layout, self._appearance)
-            self._lay_low_friction_patches(result.scenario, views, layout)
-            self._show_ghost(ghost if is_alike else None, views, layout)
+            views = self._views_of(result.scenario)
+            for mark in views.marks:
+                mark.show_cone(self._appearance.cones)
+            self._lay_low_friction_patches(result.scenario, views)
+            self._show_ghost(pale)
+            self._close_ups.show(
+                facts_of(result, pale, layout, self._appearance, self.object_node),
+                arrays_of(result, pale, layout),
+            )
         if self._drag is not None:
             scale = views.push.newtons_per_metre(self._run.full)
             axes = _LOOKS[result.scenario.space].drag_axes
@@ -131,14 +150,17 @@ class Scene:
         pale = None if self._ghost is None or ghost is None else states_of(ghost)
         with self._stage.atomic():
             if self._ghost is not None and pale is not None:
-                self._ghost.update(pale, self._run.magnification)
-            states = states_of(sample)
-            trails = [trail_of(sample, i) for i in range(len(self._views.marks))]
-            self._views.update(sample, states, trails, self._run)
+                self._ghost.update(pale)
+            self._close_ups.move(sample.time)
+            self._views.update(sample, self._run)
             if self._low_friction_patches is not None:
                 self._low_friction_patches.update(sample.time)
-            if self._appearance.lenses:
-                self._update_lenses(self._views, sample, states, trails, pale)
+
+    @property
+    def object_node(self) -> str:
+        """The node that moves with the object, once a run is shown."""
+        assert self._views is not None, "no run is shown"
+        return self._views.hand.paths[skeleton.OBJECT]
 
     def remove(self) -> None:
         """Removes every node."""
@@ -149,60 +171,33 @@ class Scene:
         self._views = self._ghost = self._view_shape = self._ghost_shape = None
         self._low_friction_patches = self._wet = None
 
-    def _update_lenses(
-        self,
-        views: _Views,
-        sample: Sample,
-        states: States,
-        trails: list[Trail],
-        pale: States | None,
-    ) -> None:
-        assert self._run is not None, "lenses are of a run"
-        turn = views.attitude @ rotations.matrices(states.object_pose[0, 3:])
-        place = views.attitude @ states.object_pose[0, :3]
-        for i, lens in enumerate(views.lenses):
-            believed = self._run.believed(sample, i)
-            lens.update(states, self._run.full, believed, trails[i])
-            slip = None
-            if self._ghost is not None and pale is not None:
-                slip = self._ghost.pale_slip(pale, i)
-            lens.surround.update(states, i, slip)
-            views.leaders[i].update(place + turn @ views.contacts[i].anchor)
-
-    def _views_of(self, scenario: Scenario, layout: SceneLayout) -> _Views:
-        """The nodes for a hand, made anew only for another shape, other colours or other lenses."""
-        places = (layout.lens_radius, layout.lens_centres.tobytes())
-        shape = (_shape(scenario), self._appearance.dark, places)
+    def _views_of(self, scenario: Scenario) -> _Views:
+        """The nodes for a hand, made anew only for another shape or other colours."""
+        shape = (shape_of(scenario), self._appearance.dark)
         if self._views is None or self._view_shape != shape:
             self.remove()
             surfaces = surfaces_for(dark=self._appearance.dark)
-            self._views = _make_views(self._stage.scene, scenario, layout, surfaces, self._detail)
+            self._views = _make_views(self._stage.scene, scenario, surfaces, self._detail)
             self._view_shape = shape
         return self._views
 
-    def _lay_low_friction_patches(
-        self, scenario: Scenario, views: _Views, layout: SceneLayout
-    ) -> None:
-        """The nodes of the low-friction patches, made anew when they or the scale change."""
-        wet = (scenario.patches, layout.magnification)
-        if self._low_friction_patches is not None and self._wet == wet:
+    def _lay_low_friction_patches(self, scenario: Scenario, views: _Views) -> None:
+        """The nodes of the low-friction patches, made anew when they change."""
+        if self._low_friction_patches is not None and self._wet == scenario.patches:
             return
         if self._low_friction_patches is not None:
             self._low_friction_patches.remove()
         body = views.hand.paths[skeleton.OBJECT]
-        names = [f"{views.board}/{i}" for i in range(len(views.lenses))]
-        self._low_friction_patches = add_low_friction_patches(
-            self._stage.scene, body, names, scenario, layout
-        )
-        self._wet = wet
+        self._low_friction_patches = add_low_friction_patches(self._stage.scene, body, scenario)
+        self._wet = scenario.patches
 
-    def _show_ghost(self, ghost: RunResult | None, views: _Views, layout: SceneLayout) -> None:
+    def _show_ghost(self, ghost: RunResult | None) -> None:
         """The nodes of the ghost; they stay, hidden, until one of another shape comes."""
         if ghost is None:
             if self._ghost is not None:
-                self._ghost.show(visible=False, lenses=False)
+                self._ghost.show(False)
             return
-        shape = _shape(ghost.scenario)
+        shape = shape_of(ghost.scenario)
         if self._ghost is None or self._ghost_shape != shape:
             if self._ghost is not None:
                 self._ghost.remove()
@@ -210,13 +205,11 @@ class Scene:
                 self._stage.scene,
                 _LOOKS[ghost.scenario.space].ghost_root,
                 ghost.scenario,
-                views.contacts,
-                layout,
                 surfaces_for(dark=self._appearance.dark),
                 self._detail,
             )
             self._ghost_shape = shape
-        self._ghost.show(visible=True, lenses=self._appearance.lenses)
+        self._ghost.show(True)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -224,37 +217,20 @@ class _Views:
     """The nodes of one hand, as long as its shape does not change."""
 
     root: viser.FrameHandle
-    attitude: Points
-    contacts: tuple[skeleton.Contact, ...]
     hand: HandDrawer
     push: PushView
     marks: tuple[ContactView, ...]
-    board: str
-    lens_root: viser.FrameHandle
-    lenses: tuple[SectionLens | FaceLens, ...]
-    leaders: tuple[Leader, ...]
 
-    def rescale(self, layout: SceneLayout, appearance: Appearance) -> None:
-        """Sets how the lenses magnify, and shows or hides what the user may do without."""
-        self.lens_root.visible = appearance.lenses
-        spot = layout.lens_radius / layout.magnification
-        ringed = appearance.lenses and layout.magnification >= _LEAST_RINGED
-        for lens, leader, mark in zip(self.lenses, self.leaders, self.marks, strict=True):
-            lens.rescale(layout)
-            leader.rescale(layout)
-            mark.show_spot(spot, visible=ringed)
-            mark.show_cone(appearance.cones)
-            lens.show_cone(appearance.cones)
-
-    def update(self, sample: Sample, states: States, trails: list[Trail], run: RunFacts) -> None:
+    def update(self, sample: Sample, run: RunFacts) -> None:
         """Moves hand, object and the marks on them."""
+        states = states_of(sample)
         self.hand.update(states)
         self.push.update(states.object_pose[0, :3], sample.external_wrench, run.full)
         for i, mark in enumerate(self.marks):
-            mark.update(states, i, run.full, run.believed(sample, i), trails[i])
+            mark.update(states, i, run.full, run.believed(sample, i), trail_of(sample, i))
 
 
-def _shape(scenario: Scenario) -> object:
+def shape_of(scenario: Scenario) -> object:
     """What the nodes depend on; the same for runs that differ in masses or gains alone."""
     fingers = tuple(
         (f.kind, f.link_lengths, f.base, f.face, f.contact_offset, f.elbow, _spatial_parts(f))
@@ -278,7 +254,6 @@ def _spatial_parts(finger: object) -> object:
 def _make_views(
     scene: viser.SceneApi,
     scenario: Scenario,
-    layout: SceneLayout,
     surfaces: Surfaces,
     detail: Detail,
 ) -> _Views:
@@ -303,7 +278,6 @@ def _make_views(
             rim,
             marks,
             detail,
-            surfaces.leader,
         )
         for i, contact in enumerate(contacts)
     )
@@ -311,37 +285,9 @@ def _make_views(
         _add_floor(scene, f"{name}/floor", scenario, surfaces)
     else:
         _add_centre(scene, f"{body}/centre", 0.3 * inner, 0.95 * sizes.front, surfaces)
-    lens_root = scene.add_frame(f"{name}/lenses", show_axes=False)
-    board = f"{name}/lenses/board"
-    attitude = np.array(layout.board_attitude)
-    scene.add_frame(board, show_axes=False, wxyz=attitude, position=layout.board_place)
-    lenses = []
-    for i, (contact, finger) in enumerate(zip(contacts, scenario.finger_names, strict=True)):
-        middle = position(layout.lens_centres[i])
-        scene.add_frame(f"{board}/{i}", show_axes=False, position=middle)
-        lenses.append(
-            look.lens(scene, f"{board}/{i}", layout, i, finger, contact, rim, surfaces, detail)
-        )
-    leaders = tuple(
-        Leader(scene, f"{name}/lenses/leader{i}", layout, i, surfaces, detail)
-        for i in range(len(contacts))
-    )
-    stands_in = skeleton.ROOTS[scenario.space]
-    upright = np.array(skeleton.UPRIGHT if stands_in == skeleton.PLANE else rotations.UNTURNED)
-    parent = hand.paths[stands_in]
+    parent = hand.paths[skeleton.ROOTS[scenario.space]]
     push = PushView(scene, f"{parent}/push", inner, marks, detail)
-    return _Views(
-        root,
-        rotations.matrices(upright),
-        contacts,
-        hand,
-        push,
-        views,
-        board,
-        lens_root,
-        tuple(lenses),
-        leaders,
-    )
+    return _Views(root, hand, push, views)
 
 
 def _add_floor(scene: viser.SceneApi, name: str, scenario: Scenario, surfaces: Surfaces) -> None:

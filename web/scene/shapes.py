@@ -1,6 +1,6 @@
 """Meshes and line segments that the viewer is given, as arrays.
 
-Lenses and what lies flat on a face are drawn in an upright plane of the viewer: x to the right, y
+What lies flat on a face is drawn in an upright plane of the viewer: x to the right, y
 of the plane along its z, and depth towards the eye.
 """
 
@@ -28,11 +28,6 @@ def lift(points: Points, depth: float = 0.0) -> NDArray[np.float32]:
     """Points of a plane (..., 2) as viewer points (..., 3), ``depth`` nearer to the eye [m]."""
     flat = np.full(points.shape[:-1], -depth)
     return np.stack([points[..., 0], flat, points[..., 1]], axis=-1).astype(np.float32)
-
-
-def position(point: Points, depth: float = 0.0) -> tuple[float, float, float]:
-    """One point (x, y) of a plane as the position of a node, ``depth`` nearer to the eye [m]."""
-    return (float(point[0]), -depth, float(point[1]))
 
 
 def circle(radius: float, segments: int = 48) -> Points:
@@ -107,16 +102,3 @@ def fan(corners: int, *, closed: bool) -> NDArray[np.uint32]:
     index = np.arange(corners if closed else corners - 1) + 1
     after = index % corners + 1
     return np.stack([np.zeros_like(index), index, after], axis=1).astype(np.uint32)
-
-
-def distance_to_circle(start: Points, direction: Points, radius: float) -> float:
-    """How far a ray goes until it leaves a circle about the origin; 0 if it starts outside.
-
-    Args:
-        start: Where it starts, shape ``(d,)``.
-        direction: Unit vector.
-        radius: Radius of the circle, in the unit of ``start``.
-    """
-    along = float(start @ direction)
-    inside = radius**2 - float(start @ start)
-    return -along + math.sqrt(along**2 + inside) if inside > 0.0 else 0.0

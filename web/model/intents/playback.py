@@ -40,6 +40,11 @@ class JumpToEvent(Intent):
 
 
 @dataclass(frozen=True, slots=True)
+class GoToNextSlip(Intent):
+    """The user wants the next onset of slip; after the last the first."""
+
+
+@dataclass(frozen=True, slots=True)
 class GoToEdge(LatestIntent):
     """The user wants the end (1) or the start (-1) of what is played."""
 

@@ -1,0 +1,346 @@
+"""The close-ups over the view: what is sent for them, and how a real Chromium shows them."""
+
+from __future__ import annotations
+
+import itertools
+from base64 import b64encode
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from playwright.sync_api import Browser, Page
+
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario.loading import load_scenario, scenario_from_mapping, with_values
+from slipgrasp.core.trace.types import ContactPhase
+from slipgrasp.core.words.phrases import length_words
+from slipgrasp.scene.skeleton import contacts_of
+from slipgrasp.web.model.appearance import Appearance
+from slipgrasp.web.model.sampling import Sampler
+from slipgrasp.web.page.routes import STATIC_PATH
+from slipgrasp.web.scene.close_ups import arrays_of, facts_of, packed
+from slipgrasp.web.scene.layout import lay_out
+from tests.server.serving import RunningServer
+from tests.waiting import wait_until
+from tests.web.conftest import Visitors, visitors_of
+from tests.web.driving import FRAMES, choose_scenario, pause_at
+from tests.web.packets import unpacked
+
+ATTITUDES = 12
+SEEN = """() => {
+    const host = document.querySelector(".sg-overlay").getBoundingClientRect();
+    const panel = document.querySelector(".sg-transport").closest("[data-floating-window]");
+    const boxOf = (element) => {
+        const {left, top, right, bottom} = element.getBoundingClientRect();
+        return [left, top, right, bottom];
+    };
+    const closeUps = [...document.querySelectorAll(".sg-close-up")].map((element) => ({
+        box: boxOf(element),
+        rim: boxOf(element.querySelector(".sg-lens circle")),
+        turns: [...element.querySelectorAll("*")].map((one) => {
+            const {b, c} = one.getScreenCTM?.() ?? {b: 0, c: 0};
+            return one.closest("[transform^=rotate]") ? 0 : Math.abs(b) + Math.abs(c);
+        }),
+        words: [...element.querySelectorAll("text")].map((text) => text.textContent),
+    }));
+    return {free: [host.left, host.top, host.right, panel.getBoundingClientRect().top], closeUps};
+}"""
+LOOK_FROM = """([azimuth, elevation, share]) => {
+    const {camera, cameraControl, requestRender} = window.__viserMutable;
+    const {x, y, z} = cameraControl.getTarget(camera.position.clone());
+    const distance = share * (window.firstDistance ??= cameraControl.distance);
+    const across = distance * Math.cos(elevation);
+    cameraControl.setLookAt(
+        x + across * Math.sin(azimuth), y + distance * Math.sin(elevation),
+        z + across * Math.cos(azimuth), x, y, z, false);
+    requestRender();
+}"""
+DRAWN = """async ([packet, index, time, folder]) => {
+    const {ContactRun} = await import(`${folder}/contact_run.js`);
+    const {Lens} = await import(`${folder}/close_up.js`);
+    const run = ContactRun.unpack(Uint8Array.from(atob(packet), (each) => each.charCodeAt(0)));
+    const named = [-1, 0, 1, 2].map((phase) => [phase, `phase ${phase}`]);
+    const colours = {phases: Object.fromEntries(named)};
+    const svg = document.createElementNS("http://www.w3.org/2000/svg", "svg");
+    const {facts} = run;
+    const lens = new Lens(facts, facts.contacts[index], colours, svg);
+    lens.draw(run.at(index, time), time, 0, 0, 100);
+    const {ball, force, motion, cone, hands, patches, trails, stub, ghost} = lens.parts;
+    const paths = {force, motion, limit: cone.edge, estimated: cone.estimated,
+        hand: hands?.now, stub, trail: trails[0], ahead: trails[1], ghost: ghost.line};
+    const written = (path) => (path?.getAttribute("d") ?? "").match(/-?[0-9.]+/g) ?? [];
+    const numbers = Object.entries(paths).map(([name, path]) => [name, written(path).map(Number)]);
+    return {
+        paths: Object.fromEntries(numbers),
+        ball: ["cx", "cy", "fill"].map((name) => ball.getAttribute(name)),
+        wet: patches.map((patch) => patch.getAttribute("visibility") !== "hidden"),
+    };
+}"""
+COLOURS = """() => {
+    const nodes = window.__viserSceneTree.getState();
+    const titles = [...document.querySelectorAll(".sg-close-up text[font-weight]")];
+    return titles.map(({textContent}, i) => {
+        const ball = Object.keys(nodes).find((name) => name.endsWith(`contact${i}/tip/ball`));
+        return [textContent, nodes[ball].message.props.color];
+    });
+}"""
+
+
+@pytest.fixture(scope="module")
+def prism() -> RunResult:
+    return simulate(with_values(load_scenario("spatial-prism"), {"simulation.duration": 0.2}))
+
+
+def test_a_packet_has_every_sample_of_every_contact_at_round_offsets(prism: RunResult) -> None:
+    layout = lay_out(prism)
+    facts = facts_of(prism, prism, layout, Appearance(force_scale=2.0), "/object")
+    read, arrays = unpacked(packed(facts, arrays_of(prism, prism, layout)))
+    assert [each["name"] for each in read["contacts"]] == list(prism.scenario.finger_names)
+    assert read["force"] == layout.full.force / 2.0
+    assert all(each["ghost"] for each in read["contacts"])
+    trace = prism.trace
+    np.testing.assert_array_equal(arrays["times"], trace.times)
+    np.testing.assert_array_equal(arrays["phase"], trace.phase)
+    slip = trace.slip.reshape(len(trace), 3, 2).astype(np.float32)
+    np.testing.assert_array_equal(arrays["slip"], slip)
+    np.testing.assert_array_equal(arrays["ghostSlip"], slip)
+    assert np.isnan(arrays["estimate"]).all()
+    assert "link" not in arrays
+
+
+def test_a_packet_of_a_long_run_has_every_change_of_phase(case_1: RunResult) -> None:
+    trace = case_1.trace
+    rows = np.arange(12_000) * len(trace) // 12_000
+    long = trace[rows]
+    layout = lay_out(case_1)
+    result = replace(case_1, trace=long)
+    arrays = arrays_of(result, None, layout)
+    assert 4000 <= len(arrays["times"]) < 4200
+    at = {round(float(time), 9) for time in arrays["times"]}
+    changes = np.flatnonzero((np.diff(long.phase, axis=0) != 0).any(axis=1))
+    assert len(changes) > 0
+    assert {round(float(long.times[k]), 9) for k in (*changes, *(changes + 1))} <= at
+
+
+def test_low_friction_patches_are_on_the_face_of_those_who_touch_it(prism: RunResult) -> None:
+    wet = with_values(prism.scenario, {"patches.0.face": "side-0", "patches.0.end_time": 0.19})
+    run = simulate(wet)
+    facts = facts_of(run, None, lay_out(run), Appearance(), "/object")
+    own, *others = (each["patches"] for each in facts["contacts"])
+    assert [(each["start"], each["end"]) for each in own] == [(0.0, 0.19)]
+    assert others == [[], []]
+
+
+def drawn(
+    page: Page, result: RunResult, contact: int, time: float, ghost: RunResult | None = None
+) -> dict[str, Any]:
+    """The lens of a contact at a time: numbers of its paths, in its radius."""
+    layout = lay_out(result)
+    facts = facts_of(result, ghost, layout, Appearance(), "/object")
+    packet = b64encode(packed(facts, arrays_of(result, ghost, layout))).decode()
+    lens = page.evaluate(DRAWN, [packet, contact, time, STATIC_PATH])
+    lens["paths"] = {name: np.reshape(path, (-1, 2)) for name, path in lens["paths"].items()}
+    return lens
+
+
+def arrow(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Tail and vector of an arrow."""
+    tail = 0.5 * (corners[0] + corners[-1])
+    return tail, corners[3] - tail
+
+
+@pytest.mark.browser
+def test_a_planar_lens_shows_slip_force_and_cone_in_the_axes_of_the_object(
+    blank: Page, case_2: RunResult
+) -> None:
+    time, layout = 0.1, lay_out(case_2)
+    sample = Sampler(case_2.trace).at(time)
+    for i, contact in enumerate(contacts_of(case_2.scenario)):
+        lens = drawn(blank, case_2, i, time)
+        tangent, inward = -contact.axes[:2, 0], contact.axes[:2, 1]
+        slip = sample.slip[i, 0] / layout.reach
+        tail, force = arrow(lens["paths"]["force"])
+        np.testing.assert_allclose(tail, slip * tangent, atol=1e-3)
+        across = -sample.tangential_force[i, 0] * tangent + sample.normal_force[i] * inward
+        full = 0.65 / layout.full.force * across
+        share = np.linalg.norm(force) / np.linalg.norm(full)
+        np.testing.assert_allclose(force, share * full, atol=1e-3)
+        # What would end outside of the lens ends at its rim.
+        assert share == pytest.approx(1.0, abs=2e-3) or np.hypot(*(tail + force)) > 0.968
+        assert share < 1.002
+        edge = lens["paths"]["limit"]
+        np.testing.assert_allclose(edge[1], tail, atol=1e-3)
+        sides = edge[[0, 2]] - edge[1]
+        np.testing.assert_allclose(np.linalg.norm(sides, axis=1), 0.58, atol=1e-3)
+        # A fingertip that slips has its force on the edge of its cone.
+        assert sample.phases[i] is not ContactPhase.STICK
+        slopes = (sides @ tangent) / (sides @ inward)
+        assert np.abs(slopes - (force @ tangent) / (force @ inward)).min() < 0.01
+        reached = lens["paths"]["trail" if slip < 0 else "ahead"]
+        np.testing.assert_allclose(reached[1] - reached[0], slip * tangent, atol=1e-3)
+        assert lens["ball"][2] == f"phase {int(sample.phases[i])}"
+
+
+@pytest.mark.browser
+def test_the_last_link_of_a_finger_below_comes_from_below(blank: Page) -> None:
+    mapping = load_scenario("three-fingers").to_mapping()
+    mapping["simulation"]["duration"] = 0.05
+    run = simulate(scenario_from_mapping(mapping))
+    for i, contact in enumerate(contacts_of(run.scenario)):
+        start, end = drawn(blank, run, i, 0.04)["paths"]["stub"]
+        assert (end - start) @ contact.axes[:2, 1] < -0.3
+        assert np.hypot(*end) == pytest.approx(0.92, abs=2e-3)
+
+
+@pytest.mark.browser
+@pytest.mark.parametrize("preset", ["spatial-prism", "spatial-pyramid", "parallel-gripper"])
+def test_friction_of_a_spatial_contact_ends_on_its_limit_while_it_slips(
+    blank: Page, preset: str
+) -> None:
+    run = simulate(with_values(load_scenario(preset), {"simulation.duration": 0.2}))
+    sampler, layout = Sampler(run.trace), lay_out(run)
+    lens, sample = drawn(blank, run, 0, 0.05), sampler.at(0.05)
+    tip = sample.slip[0, ::-1] / layout.reach
+    tail, friction = arrow(lens["paths"]["force"])
+    np.testing.assert_allclose(tail, tip, atol=2e-3)
+    scale = 0.5 / layout.limit
+    np.testing.assert_allclose(friction, -scale * sample.tangential_force[0, ::-1], atol=2e-3)
+    limit = lens["paths"]["limit"] - tip
+    norm = np.inf if run.scenario.friction_cone == "pyramid" else 2
+    radius = np.linalg.norm(limit, norm, axis=1)
+    np.testing.assert_allclose(radius, radius[0], atol=2e-3)
+    assert np.linalg.norm(friction, norm) == pytest.approx(radius[0], abs=4e-3)
+    _, motion = arrow(lens["paths"]["motion"])
+    if norm == 2:
+        along = motion / np.linalg.norm(motion)
+        assert along @ friction == pytest.approx(np.linalg.norm(friction), rel=1e-3)
+
+
+@pytest.mark.browser
+def test_the_hand_of_a_pad_turns_clockwise_with_a_positive_spin(blank: Page) -> None:
+    run = simulate(with_values(load_scenario("parallel-gripper"), {"simulation.duration": 0.6}))
+    layout = lay_out(run)
+    for time in (0.0, 0.55):
+        spin = float(Sampler(run.trace).at(time).spin[0])
+        hand = drawn(blank, run, 0, time)["paths"]["hand"][-1]
+        radius = 0.015 / layout.reach
+        np.testing.assert_allclose(hand, radius * np.array([np.sin(spin), np.cos(spin)]), atol=2e-3)
+    assert abs(spin) > 0.2
+    assert 0.3 < radius < 1.0
+
+
+@pytest.mark.browser
+def test_patches_and_the_ghost_are_drawn_while_they_are_there(
+    blank: Page, prism: RunResult
+) -> None:
+    wet = {"patches.0.face": "side-0", "patches.0.end_time": 0.1, "patches.1.face": "side-0"}
+    run = replace(prism, scenario=with_values(prism.scenario, wet))
+    assert drawn(blank, run, 0, 0.05)["wet"] == [True, True]
+    assert drawn(blank, run, 0, 0.15)["wet"] == [False, True]
+    assert drawn(blank, run, 1, 0.05)["wet"] == []
+    assert len(drawn(blank, prism, 0, 0.05)["paths"]["ghost"]) == 0
+    pale = drawn(blank, prism, 0, 0.05, prism)["paths"]["ghost"][-1]
+    slip = Sampler(prism.trace).at(0.05).slip[0, ::-1]
+    np.testing.assert_allclose(pale, slip / lay_out(prism).reach, atol=2e-3)
+
+
+@pytest.fixture
+def visitors(browser: Browser, dashboard: RunningServer) -> Iterator[Visitors]:
+    with visitors_of(browser, dashboard) as each:
+        yield each
+
+
+def seen(page: Page) -> dict[str, Any]:
+    page.evaluate(FRAMES)
+    return page.evaluate(SEEN)
+
+
+def shows(page: Page, preset: str, time: float) -> None:
+    if preset != "paper-case-1":
+        choose_scenario(page, preset)
+        page.locator(".sg-origin", has_text=preset).wait_for()
+    pause_at(page, time)
+
+
+def captions(result: RunResult, time: float) -> list[list[str]]:
+    """What close-ups say about a run at a time."""
+    sample = Sampler(result.trace).at(time)
+    told = []
+    for i, name in enumerate(result.scenario.finger_names):
+        slips = sample.phases[i] is not ContactPhase.STICK
+        force = float(np.hypot(np.linalg.norm(sample.tangential_force[i]), sample.normal_force[i]))
+        slip = length_words(float(np.linalg.norm(sample.slip[i].astype(np.float32))))
+        title = f"{name.capitalize()} {'SLIPS' if slips else 'sticks'}"
+        told.append([title, f"slip {slip}", f"force {force:.1f} N"])
+    return told
+
+
+@pytest.mark.browser
+@pytest.mark.slow
+@pytest.mark.parametrize(("preset", "time"), [("paper-case-1", 0.05), ("spatial-prism", 0.05)])
+def test_close_ups_are_upright_apart_and_on_screen_from_wherever_one_looks(
+    visitors: Visitors, preset: str, time: float
+) -> None:
+    page = visitors.open_to_look()
+    shows(page, preset, time)
+    result = simulate(load_scenario(preset))
+    expected = captions(result, time)
+    drawn = np.random.default_rng(36)
+    for _ in range(ATTITUDES):
+        look = [drawn.uniform(-np.pi, np.pi), drawn.uniform(-1.4, 1.4), drawn.uniform(0.6, 2.0)]
+        page.evaluate(LOOK_FROM, look)
+        view = seen(page)
+        left, top, right, bottom = view["free"]
+        assert len(view["closeUps"]) == len(expected)
+        for each, words in zip(view["closeUps"], expected, strict=True):
+            assert max(each["turns"]) < 1e-6, look
+            x0, y0, x1, y1 = each["rim"]
+            assert x1 - x0 == pytest.approx(y1 - y0, abs=0.1) and x1 - x0 > 20.0, look
+            x0, y0, x1, y1 = each["box"]
+            assert left <= x0 and top <= y0 and x1 <= right and y1 <= bottom, look
+            title, _scale, *numbers = each["words"]
+            assert [title, *numbers[:2]] == words, look
+        boxes = [each["box"] for each in view["closeUps"]]
+        for a, b in itertools.combinations(boxes, 2):
+            assert a[2] <= b[0] or b[2] <= a[0] or a[3] <= b[1] or b[3] <= a[1], look
+
+
+@pytest.mark.browser
+@pytest.mark.slow
+def test_captions_are_those_of_the_view_while_the_run_plays(visitors: Visitors) -> None:
+    page = visitors.open()
+    shows(page, "paper-case-1", 0.0)
+    page.get_by_role("button", name="Play", exact=True).dispatch_event("click")
+    told: set[str] = set()
+
+    def both_were_shown() -> bool:
+        for title, colour in page.evaluate(COLOURS):
+            is_blue = tuple(colour) == (0, 85, 150)
+            assert title.endswith("sticks" if is_blue else "SLIPS"), (title, colour)
+            told.add(title.split()[-1])
+        return told == {"sticks", "SLIPS"}
+
+    wait_until(both_were_shown, lambda: told)
+
+
+@pytest.mark.browser
+@pytest.mark.slow
+def test_a_close_up_enlarges_by_mouse_or_keyboard_and_says_more(visitors: Visitors) -> None:
+    page = visitors.open_to_look()
+    shows(page, "parallel-gripper", 0.5)
+    buttons = page.get_by_role("button", name="Enlarge the close-up of")
+    assert buttons.count() == 2
+    buttons.first.click()
+    large = page.locator(".sg-large")
+    assert large.get_by_text("limit surface").count() == 1
+    assert large.get_by_text("of at most").count() == 2
+    page.get_by_role("button", name="Close", exact=True).click()
+    assert large.count() == 0
+    buttons.last.focus()
+    page.keyboard.press("Enter")
+    assert large.count() == 1
+    page.keyboard.press("Escape")
+    assert large.count() == 0

@@ -1,0 +1,40 @@
+"""The colours of what the page draws over the view, on a bright and on a dark page."""
+
+from __future__ import annotations
+
+import json
+
+from slipgrasp.recordings.palette import CONE, PHASES
+from slipgrasp.web.model.colours import BELIEVED_CONE, CONE_INSIDE, WATER, css
+from slipgrasp.web.model.surfaces import surfaces_for
+
+
+def colours_html() -> str:
+    """The table as an element of the page that the script reads."""
+    table = {
+        "phases": {str(int(phase)): css(colour) for phase, colour in PHASES.items()},
+        "cone": css(CONE),
+        "estimated": css(BELIEVED_CONE),
+        "inside": css(CONE_INSIDE),
+        "light": _surfaces(dark=False),
+        "dark": _surfaces(dark=True),
+    }
+    return f'<script type="application/json" id="sg-colours">{json.dumps(table)}</script>'
+
+
+def _surfaces(*, dark: bool) -> dict[str, str]:
+    """Colours by the names that overlay.js gives them."""
+    surfaces = surfaces_for(dark=dark)
+    colours = {
+        "ink": surfaces.ink,
+        "page": surfaces.page,
+        "lens": surfaces.lens,
+        "object": surfaces.object,
+        "edge": surfaces.object_edge,
+        "link": surfaces.link,
+        "joint": surfaces.joint,
+        "leader": surfaces.leader,
+        "ghost": surfaces.pale_edge,
+        "water": WATER,
+    }
+    return {name: css(colour) for name, colour in colours.items()}

@@ -1,0 +1,70 @@
+// The view as viser draws it now: its run, its time, and where its camera is, from what viser's page
+// shows its own tests.
+import { ContactRun } from "./contact_run.js";
+import { Overlay } from "./overlay.js";
+import { multiply } from "./projection.js";
+
+const [PACKET, CLOCK] = ["/close-ups", "/clock"]; // slipgrasp.web.scene.close_ups
+const MARGIN = 8;
+
+let known = null;
+let run = null;
+let overlay = null;
+
+/**
+ * Draws the close-ups over the view. covered: what of its top and bottom is not free [px]; shown:
+ * the run and the time, from the scene unless they are given.
+ */
+export function drawCloseUps(covered, shown = shownByScene()) {
+  // The element over the scene that has its size, once viser has made it.
+  const host = window.__viserMutable?.canvas2d?.parentElement;
+  if (!host) return;
+  if (overlay?.element.parentElement !== host) {
+    overlay = new Overlay(host, JSON.parse(document.getElementById("sg-colours").textContent));
+  }
+  overlay.draw(readView(covered, shown));
+}
+
+/** What Overlay.draw takes; null until there is a picture. */
+function readView(covered, shown) {
+  const viser = window.__viserMutable;
+  const object = shown && viser.nodeRefFromName[shown.run.facts.object];
+  if (!object || !viser.camera || !viser.canvas) return null;
+  const { projectionMatrix, matrixWorldInverse } = viser.camera;
+  const toClip = multiply(projectionMatrix.elements, matrixWorldInverse.elements);
+  const { clientWidth: width, clientHeight: height } = viser.canvas;
+  const page = document.documentElement;
+  return {
+    ...shown,
+    // viser's world has z upwards, that of three.js has y.
+    worldToClip: multiply(toClip, viser.nodeRefFromName[""].matrixWorld.elements),
+    objectToClip: multiply(toClip, object.matrixWorld.elements),
+    size: { width, height },
+    free: {
+      left: MARGIN,
+      top: covered.top + MARGIN,
+      right: width - MARGIN,
+      bottom: height - covered.bottom - MARGIN,
+    },
+    dark: page.dataset.mantineColorScheme === "dark",
+    font: (parseFloat(getComputedStyle(page).fontSize) || 16) * (width < 500 ? 0.72 : 0.82),
+  };
+}
+
+/** The run and the time that the scene shows; null until there are any. */
+function shownByScene() {
+  const time = window.__viserMutable?.nodePoseData[CLOCK]?.position[0];
+  const shown = time === undefined ? null : currentRun();
+  return shown && { run: shown, time };
+}
+
+/** The run whose packet came last. */
+function currentRun() {
+  const points = window.__viserSceneTree.getState()[PACKET]?.message.props.points;
+  if (points !== undefined && points !== known) {
+    known = points;
+    const bytes = new Uint8Array(points.buffer, points.byteOffset, points.byteLength);
+    run = bytes.length > 16 ? ContactRun.unpack(bytes) : null;
+  }
+  return run;
+}

@@ -1,0 +1,66 @@
+"""Boxes in the plane of the view: what is held wherever it moves, and space for close-ups above."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Points = NDArray[np.float64]
+
+_MOST_IN_A_ROW = 3
+_RADIUS, _OF_WIDTH, _LEAST_ASPECT = 0.18, 0.44, 1.1
+_ROW = 3.8  # height of a row of close-ups with their captions, in radii
+_MARGIN = 0.3
+_MOST_LAG = 4.0  # radii of the object; what is farther off is out of the picture
+_DIGITS = 5
+
+
+def with_close_ups(low: Points, high: Points, count: int) -> tuple[Points, Points]:
+    """A box with space above for close-ups, in two rows if there are more than three.
+
+    Args:
+        low: Lower left corner of the box [m].
+        high: Its upper right corner.
+        count: How many close-ups.
+
+    Returns:
+        Lower left and upper right corner.
+    """
+    size = high - low
+    rows = 1 if count <= _MOST_IN_A_ROW else 2
+    width = max(size[0], _LEAST_ASPECT * size[1])
+    radius = min(_OF_WIDTH * width / -(-count // rows), _RADIUS * float(size.max()))
+    middle, half = 0.5 * (low[0] + high[0]), 0.5 * width
+    top = high[1] + rows * _ROW * radius
+    return np.array([middle - half, low[1]]), np.array([middle + half, top])
+
+
+def box_around(corners: Points, path: Points, lag: Points, radius: float) -> tuple[Points, Points]:
+    """A box around an object wherever it should be, with a margin for its lag.
+
+    Runs of one desired motion that lag behind it by little have the same.
+
+    Args:
+        corners: Its corners at the start, shape ``(corners, 2)`` [m].
+        path: Where its centre should be, seen from the start, shape ``(times, 2)`` [m].
+        lag: From where it is to there, likewise.
+        radius: Farthest corner from its centre.
+
+    Returns:
+        Lower left and upper right corner.
+    """
+    seen = np.isfinite(path).all(axis=1) & np.isfinite(lag).all(axis=1)
+    there, behind = path[seen], lag[seen]
+    margin = _MARGIN * radius
+    below, above = (
+        margin + radius * np.where(far > margin, np.ceil(far / radius).clip(max=_MOST_LAG), 0.0)
+        for far in _extremes(behind)
+    )
+    low = corners.min(axis=0) + there.min(axis=0, initial=0.0) - below
+    high = corners.max(axis=0) + there.max(axis=0, initial=0.0) + above
+    return low.round(_DIGITS), high.round(_DIGITS)
+
+
+def _extremes(lag: Points) -> tuple[Points, Points]:
+    """How far an object is at most short of where it should be, and beyond it, ``(2,)`` each."""
+    return lag.max(axis=0, initial=0.0), (-lag).max(axis=0, initial=0.0)

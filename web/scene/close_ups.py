@@ -1,0 +1,210 @@
+"""The contacts of a run as the page draws them: one packet of arrays for each run.
+
+The page itself draws a close-up of every contact over the view (`web/page/overlay.js`). A packet
+holds what it needs for that at any instant, so that nothing else is sent while time passes. It goes
+with the nodes of the scene, as the points of one that is never visible: so the page takes over both
+at once, and a recorded scene contains it.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import viser
+from numpy.typing import NDArray
+
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.scenario import Scenario, SpatialScenario
+from slipgrasp.core.scenario.geometry import contact_frame
+from slipgrasp.core.scenario.scenario import AnyPatch
+from slipgrasp.core.scenario.spatial_geometry import friction_outline
+from slipgrasp.core.trace.trace import Trace
+from slipgrasp.scene.parts import sizes_of
+from slipgrasp.scene.skeleton import Contact, contacts_of
+from slipgrasp.web.model.appearance import Appearance
+from slipgrasp.web.scene.layout import SceneLayout
+from slipgrasp.web.scene.marks import beliefs_of
+
+Values = NDArray[np.float64]
+Arrays = dict[str, NDArray[Any]]
+
+PACKET, CLOCK = "/close-ups", "/clock"
+"""Nodes of the scene: the points of one are the packet, the place of the other has the time."""
+
+_MOST_ROWS = 4000
+_OUTLINE_CORNERS = 48
+_ALIGNED, _POINT = 8, 12  # bytes
+
+
+class CloseUps:
+    """Sends the page what its close-ups show.
+
+    Args:
+        scene: Where the nodes go.
+    """
+
+    def __init__(self, scene: viser.SceneApi) -> None:
+        self._packet = scene.add_point_cloud(
+            PACKET, np.zeros((1, 3), np.float32), (0, 0, 0), precision="float32", visible=False
+        )
+        self._clock = scene.add_frame(CLOCK, show_axes=False)
+
+    def show(self, facts: dict[str, Any], arrays: Arrays) -> None:
+        """Takes another run, see `facts_of` and `arrays_of`."""
+        packet = packed(facts, arrays)
+        padding = b"\0" * (-len(packet) % _POINT)
+        self._packet.points = np.frombuffer(packet + padding, np.float32).reshape(-1, 3)
+
+    def move(self, time: float) -> None:
+        """Shows an instant of the run [s]."""
+        self._clock.position = (time, 0.0, 0.0)
+
+
+def facts_of(
+    result: RunResult,
+    ghost: RunResult | None,
+    layout: SceneLayout,
+    appearance: Appearance,
+    object_node: str,
+) -> dict[str, Any]:
+    """What stays the same during a run.
+
+    Args:
+        result: The run.
+        ghost: The run that is drawn pale, if there is one.
+        layout: The scales.
+        appearance: Whether close-ups and cones are drawn, and how long forces are.
+        object_node: The node that moves with the object.
+    """
+    scenario = result.scenario
+    own, front = contacts_of(scenario), np.array([0.0, 0.0, sizes_of(scenario).front])
+    pale = () if ghost is None else contacts_of(ghost.scenario)
+    alike = [i < len(pale) and np.allclose(pale[i].axes, each.axes) for i, each in enumerate(own)]
+    return {
+        "visible": appearance.lenses,
+        "cones": appearance.cones,
+        "object": object_node,
+        "reach": layout.reach,
+        "tick": layout.tick,
+        "force": layout.full.force / appearance.force_scale,
+        "speed": layout.full.speed,
+        "limit": layout.limit,
+        "outline": friction_outline(scenario, _OUTLINE_CORNERS).tolist(),
+        "contacts": [
+            {
+                **_contact_facts(contact, front),
+                "name": name,
+                "ghost": bool(has_ghost),
+                "patches": list(_patches(scenario, i)),
+            }
+            for i, (contact, name, has_ghost) in enumerate(
+                zip(own, scenario.finger_names, alike, strict=True)
+            )
+        ],
+    }
+
+
+def arrays_of(result: RunResult, ghost: RunResult | None, layout: SceneLayout) -> Arrays:
+    """What changes during a run, a row for each stored sample, as long as these are not too many.
+
+    Args:
+        result: The run.
+        ghost: The run that is drawn pale, if there is one.
+        layout: The points around the object.
+    """
+    trace, rows = result.trace, _rows_to_send(result.trace)
+    count = trace.shape.num_contacts
+
+    def split(values: Values) -> NDArray[np.float32]:
+        return values[rows].reshape(len(rows), count, -1).astype(np.float32)
+
+    estimates = [
+        np.full(len(rows), np.nan) if place is None else trace.estimates[rows, place]
+        for place in beliefs_of(result)
+    ]
+    arrays: Arrays = {
+        "times": trace.times[rows],
+        "slip": split(trace.slip),
+        "velocity": split(trace.slip_velocity),
+        "tangential": split(trace.tangential_force),
+        "normal": split(trace.normal_force),
+        "friction": split(trace.friction_coefficient),
+        "estimate": np.stack(estimates, axis=1).astype(np.float32),
+        "phase": trace.phase[rows].astype(np.int8),
+        "held": layout.held.astype(np.float32),
+    }
+    if trace.shape.space.has_pads and trace.spin.shape[1]:
+        arrays |= {"spin": split(trace.spin), "moment": split(trace.torsional_moment)}
+    if not isinstance(result.scenario, SpatialScenario):
+        joints = trace.joint_position[rows].reshape(len(rows), count, -1).sum(axis=2)
+        arrays["link"] = (joints - trace.object_pose[rows, 2:3]).astype(np.float32)
+    if ghost is not None:
+        of_ghost = _rows_to_send(ghost.trace)
+        slip = ghost.trace.slip[of_ghost].reshape(len(of_ghost), len(ghost.scenario.fingers), -1)
+        arrays["ghostTimes"] = ghost.trace.times[of_ghost]
+        arrays["ghostSlip"] = slip.astype(np.float32)
+    return arrays
+
+
+def packed(facts: dict[str, Any], arrays: Arrays) -> bytes:
+    """Facts and arrays as bytes: length of the JSON, the JSON, the arrays; each on a round offset.
+
+    Args:
+        facts: What stays the same, as JSON.
+        arrays: Each in one piece; the JSON lists their names, types and shapes.
+    """
+    listed = [[name, array.dtype.str[1:], array.shape] for name, array in arrays.items()]
+    head = json.dumps({**facts, "arrays": listed}).encode()
+    pieces = [np.uint64(len(head)).tobytes(), head, *(each.tobytes() for each in arrays.values())]
+    return b"".join(piece + b"\0" * (-len(piece) % _ALIGNED) for piece in pieces)
+
+
+def _rows_to_send(trace: Trace) -> NDArray[np.intp]:
+    """All rows while they are few; else evenly spaced ones, and those at which a phase changes."""
+    count = len(trace)
+    if count <= _MOST_ROWS:
+        return np.arange(count)
+    evenly = np.linspace(0, count - 1, _MOST_ROWS).astype(np.intp)
+    changes = np.flatnonzero((np.diff(trace.phase, axis=0) != 0).any(axis=1))
+    if len(changes) > _MOST_ROWS:
+        return evenly
+    return np.unique(np.concatenate([evenly, changes, changes + 1]))
+
+
+def _contact_facts(contact: Contact, front: Values) -> dict[str, Any]:
+    """Where a contact is drawn on the object, and its directions in a planar close-up."""
+    pad = contact.pad
+    return {
+        "anchor": (contact.anchor + front).tolist(),
+        "flat": contact.dimensions == 2,
+        "tangent": (-contact.axes[:2, 0]).tolist(),
+        "inward": contact.axes[:2, 1].tolist(),
+        "onSlides": contact.on_slides,
+        "pad": 0.0 if pad is None else pad.radius,
+        "eccentricity": 0.0 if pad is None else pad.eccentricity,
+    }
+
+
+def _patches(scenario: Scenario, i: int) -> Iterator[dict[str, Any]]:
+    """Low-friction patches on the face of a contact, in slips from the point touched first [m]."""
+    if isinstance(scenario, SpatialScenario):
+        for patch in scenario.patches:
+            if patch.face == scenario.fingers[i].face:
+                centre = np.subtract(patch.centre, scenario.fingers[i].contact_offset)
+                yield {**_while(patch), "centre": centre.tolist(), "radius": patch.radius}
+        return
+    finger = scenario.fingers[i]
+    frame = contact_frame(scenario.object, finger)
+    for band in scenario.patches:
+        if band.face == finger.face:
+            ends = band.centre - finger.contact_offset + np.array([-1.0, 1.0]) * band.half_length
+            on_face = ends.clip(frame.slip_minimum, frame.slip_maximum)
+            yield {**_while(band), "ends": on_face.tolist()}
+
+
+def _while(patch: AnyPatch) -> dict[str, float | None]:
+    """When a patch is there [s]; without an end it stays."""
+    return {"start": patch.start_time, "end": patch.end_time}
