@@ -45,10 +45,21 @@ PARTS = {
     "recording": "writing and reading a recording, a slider's change",
     "catalogue": "searching a folder of 10 000 recordings",
     "dashboard": "edits, updates and memory of the dashboard under one and many viewers",
+    "reality": "what the model predicts of real slides of a cube; only if named, with --data",
+    "fit-coverage": "how often the intervals of fits of 200 synthetic twins hold the truth",
     "replay-seek": "scrubbing through a stored minute in the dashboard",
 }
-SEEDED = ("outcomes", "hands-in-space", "soft-grasps", "hints", "long-runs", "soak")
-ONLY_IF_NAMED = ("soak",)
+SEEDED = (
+    "outcomes",
+    "hands-in-space",
+    "soft-grasps",
+    "hints",
+    "long-runs",
+    "soak",
+    "reality",
+    "fit-coverage",
+)
+ONLY_IF_NAMED = ("soak", "reality")
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -68,6 +79,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         parser.error("--minutes N is for soak")
     if options.count is not None and "soft-grasps" not in names:
         parser.error("--count N is for soft-grasps")
+    if (options.data is None) == ("reality" in names):
+        parser.error("--data DIR is for reality, which needs it")
     if options.cells is not None and "robustness" not in names:
         parser.error("--cells FILE is for robustness")
     prepare_kernel()
@@ -93,7 +106,8 @@ def _options_of(name: str, options: argparse.Namespace) -> dict[str, Any]:
     minutes = {"minutes": options.minutes} if name == "soak" and options.minutes else {}
     count = {"count": options.count} if name == "soft-grasps" and options.count else {}
     cells = {"cells": options.cells} if name == "robustness" else {}
-    return seed | minutes | count | cells
+    data = {"data": options.data} if name == "reality" else {}
+    return seed | minutes | count | cells | data
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -104,7 +118,10 @@ def _parser() -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument(
-        "parts", nargs="*", metavar="PART", help="one of the above; all but soak if left out"
+        "parts",
+        nargs="*",
+        metavar="PART",
+        help="one of the above; all but soak and reality if left out",
     )
     parser.add_argument(
         "--docs", type=Path, metavar="DIR", help="write tables and diagrams into this folder"
@@ -121,6 +138,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--cells", type=Path, metavar="FILE", help="keep what robustness measures in this file"
     )
+    parser.add_argument("--data", type=Path, metavar="DIR", help="clone of DAIRLab/contact-nets")
     return parser
 
 

@@ -57,6 +57,16 @@ class ForeignRecordingError(RecordingError):
         super().__init__(f"'{_shown(name)}' is not a slipgrasp recording: {finding}")
 
 
+class NoRunError(RecordingError):
+    """The recording holds measured data where a run is needed."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__(
+            f"'{_shown(name)}' holds measured data, and no run; 'slipgrasp diff' compares it with "
+            "a run, 'slipgrasp fit' explains it, 'slipgrasp export' writes it as a table"
+        )
+
+
 class NewerRecordingError(RecordingError):
     """The file has a format that this version of the program does not know yet."""
 

@@ -4,6 +4,9 @@
 """
 
 from slipgrasp.core.exceptions import ScenarioError, SlipgraspError
+from slipgrasp.core.fit.fit import FitOptions
+from slipgrasp.core.fit.problem import FitError, FitProblem, Observations
+from slipgrasp.core.fit.report import FitReport
 from slipgrasp.core.run.batch import simulate_many
 from slipgrasp.core.run.metrics import Metrics
 from slipgrasp.core.run.result import RunResult, RunSummary
@@ -33,6 +36,9 @@ from slipgrasp.recordings.exceptions import RecordingError
 from slipgrasp.recordings.export import write_csv, write_npz, write_parquet
 from slipgrasp.recordings.file.reader import read_recording as open_recording
 from slipgrasp.recordings.file.writer import write_recording
+from slipgrasp.recordings.fit.run_fit import read_observations, run_fit
+from slipgrasp.recordings.measured.csv_import import ImportOptions, import_csv
+from slipgrasp.recordings.measured.recording import read_measured as open_measured
 from slipgrasp.recordings.study.rebuild import rebuild_run
 from slipgrasp.recordings.study.results import StudyResults
 from slipgrasp.recordings.study.results import read_results as open_study

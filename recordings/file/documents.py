@@ -42,6 +42,7 @@ from slipgrasp.recordings.file.versions import SOFT_FORMAT
 
 PROFILE = "slipgrasp"
 STUDY_PROFILE = "slipgrasp-study"
+MEASURED_PROFILE = "slipgrasp-measured"
 START = "slipgrasp/start"
 STOP = "slipgrasp/stop"
 SCENARIO_ATTACHMENT = "scenario.json"

@@ -25,12 +25,14 @@ from slipgrasp.recordings.exceptions import (
     DamagedRecordingError,
     ForeignRecordingError,
     NewerRecordingError,
+    NoRunError,
     RecordingError,
     RecordingNotFoundError,
 )
 from slipgrasp.recordings.file.chunks import layouts_of
 from slipgrasp.recordings.file.contents import Contents
 from slipgrasp.recordings.file.documents import (
+    MEASURED_PROFILE,
     PROFILE,
     SCENARIO_ATTACHMENT,
     START,
@@ -357,6 +359,8 @@ class Reading:
         if header.profile == STUDY_PROFILE:
             finding = "it is a study; 'slipgrasp rebuild' makes a recording of one of its runs"
             raise ForeignRecordingError(self._name, finding)
+        if header.profile == MEASURED_PROFILE:
+            raise NoRunError(self._name)
         if header.profile != PROFILE:
             finding = f"it is an MCAP file of another program ({header.library[:40]!r})"
             raise ForeignRecordingError(self._name, finding)

@@ -23,6 +23,10 @@ from slipgrasp.core.scenario.custom_laws import LawIdentity
 from slipgrasp.core.trace.types import ContactPhase, Outcome, Reason, RunWarning
 from slipgrasp.core.words.display_name import preset_titles
 from slipgrasp.recordings.exceptions import DamagedRecordingError
+from slipgrasp.recordings.measured.recording import MeasuredOutline
+
+MEASURED = "measured"
+"""The controller of measured data in lists, which no control law is called."""
 
 _PHASES = tuple(phase.label for phase in ContactPhase)
 
@@ -71,9 +75,11 @@ class Description:
     """A run without its trace.
 
     Attributes:
-        title: Title of its scenario, or why the recording cannot be read.
-        controller: Kind of its controller; empty if the recording cannot be read.
-        summary: `RunResult.summary` as it reads back from JSON; empty if it cannot be read.
+        title: Title of its scenario, or why the recording cannot be read; what was measured.
+        controller: Kind of its controller; empty if the recording cannot be read, `MEASURED` of
+            measured data.
+        summary: `RunResult.summary` as it reads back from JSON; empty if it cannot be read, and
+            of measured data.
     """
 
     title: str
@@ -99,6 +105,11 @@ class Description:
         except (ArithmeticError, ValueError) as error:
             finding = "its ending holds a number or text that no run has"
             raise DamagedRecordingError(scenario.title, finding) from error
+
+    @classmethod
+    def from_measured(cls, outline: MeasuredOutline) -> Self:
+        """The description of measured data."""
+        return cls(title=outline.text, controller=MEASURED, summary={})
 
     @classmethod
     def from_document(cls, document: Mapping[str, Any]) -> Self:

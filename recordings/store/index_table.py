@@ -20,7 +20,7 @@ from typing import Any
 from slipgrasp.core.run.provenance import program_version
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.core.words.display_name import preset_titles
-from slipgrasp.recordings.store.description import Description, figures_of
+from slipgrasp.recordings.store.description import MEASURED, Description, figures_of
 from slipgrasp.recordings.store.run_query import FIGURES, RunQuery
 from slipgrasp.recordings.store.stored_run import StoredRun
 
@@ -32,7 +32,7 @@ _FIRST = 2000
 """So many of the newest, or oldest, runs are searched before a pass over all of them."""
 
 # Another one whenever the same columns hold something else.
-_CONTENT = 4
+_CONTENT = 5
 
 _COLUMNS = (
     ("id", "TEXT PRIMARY KEY"),
@@ -230,7 +230,8 @@ class IndexTable:
             content = json.loads(row[0])
             if content["summary"]:
                 return Description.from_document(content)
-            return Description(title=str(content["title"]), controller="", summary={})
+            kind = str(content["controller"])
+            return Description(title=str(content["title"]), controller=kind, summary={})
         except (ArithmeticError, KeyError, TypeError, ValueError) as error:
             raise sqlite3.DatabaseError("malformed description") from error
 
@@ -289,7 +290,8 @@ def _terms(query: RunQuery) -> Iterator[tuple[str, Any]]:
 def _row(entry: Entry) -> list[Any]:
     stored = entry.stored
     figures = figures_of(stored.summary) if stored.summary else {}
-    outcome = stored.summary.get("outcome", Outcome.FAILED.value)
+    other = MEASURED if stored.is_measured else Outcome.FAILED.value
+    outcome = stored.summary.get("outcome", other)
     told = [stored.title, stored.name, stored.preset, stored.controller, outcome]
     return [
         stored.id,

@@ -31,6 +31,7 @@ from slipgrasp.recordings.file.documents import parse_json
 from slipgrasp.recordings.file.pieces import read_ending
 from slipgrasp.recordings.file.reader import read_recording
 from slipgrasp.recordings.file.size import read_size
+from slipgrasp.recordings.measured.recording import is_measured, read_outline
 from slipgrasp.recordings.store.annotations import Annotations, usable_part
 from slipgrasp.recordings.store.description import Description
 from slipgrasp.recordings.store.identifiers import ID
@@ -151,8 +152,11 @@ class RunFiles:
         Raises:
             RecordingNotFoundError: If it is not there, or no longer.
         """
+        path = self.recording(run_id)
         try:
-            return Description.from_result(_read_to_describe(self.recording(run_id)))
+            if is_measured(path):
+                return Description.from_measured(read_outline(path))
+            return Description.from_result(_read_to_describe(path))
         except RecordingNotFoundError:
             raise RecordingNotFoundError(run_id) from None
         except RecordingError as error:

@@ -36,6 +36,7 @@ from slipgrasp.recordings.file.atomic_file import atomic_file
 from slipgrasp.recordings.file.reader import read_recording
 from slipgrasp.recordings.file.size import RecordingSize, read_size
 from slipgrasp.recordings.file.writer import write_recording
+from slipgrasp.recordings.measured.recording import MeasuredOutline
 from slipgrasp.recordings.store.annotations import Annotations
 from slipgrasp.recordings.store.description import Description
 from slipgrasp.recordings.store.identifiers import IdSource
@@ -165,6 +166,11 @@ class RecordingStore:
         """
         description = Description.from_result(result)
         return self._describe(reservation, description, annotations or Annotations())
+
+    def register_measured(self, reservation: Reservation, outline: MeasuredOutline) -> StoredRun:
+        """Describes measured data whose recording was written at its place; see `register`."""
+        annotations = Annotations.checked({"name": outline.title})
+        return self._describe(reservation, Description.from_measured(outline), annotations)
 
     def _describe(
         self, reservation: Reservation, description: Description, annotations: Annotations

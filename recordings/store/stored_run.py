@@ -10,7 +10,7 @@ from typing import Any, Self
 
 from slipgrasp.core.words.display_name import file_stem
 from slipgrasp.recordings.store.annotations import Annotations
-from slipgrasp.recordings.store.description import Description
+from slipgrasp.recordings.store.description import MEASURED, Description
 
 _REVISION_BYTES = 12
 
@@ -70,6 +70,11 @@ class StoredRun:
             notes=annotations.notes,
             tags=annotations.tags,
         )
+
+    @property
+    def is_measured(self) -> bool:
+        """True if it holds measured data, and no run."""
+        return self.controller == MEASURED
 
     @property
     def display_name(self) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict
-from typing import Annotated, Any, Self, get_type_hints
+from typing import Annotated, Any, Literal, Self, get_type_hints
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, create_model
 
@@ -158,7 +158,10 @@ class RunPublic(BaseModel):
     )
     created: str | None
     size: int | None = Field(description="bytes of its recording")
-    outcome: Outcome
+    kind: Literal["run", "measured"] = Field(
+        default="run", description="measured: imported data, of which nothing was simulated"
+    )
+    outcome: Outcome | None = Field(description="null only of measured data")
     reason: ReasonPublic | None
     end_time: FiniteOrNone
     phase_changes: list[PhaseChangePublic]
@@ -169,9 +172,11 @@ class RunPublic(BaseModel):
     )
     told: bool | None = Field(
         description="whether nothing was unknown to its controller; null if the recording is "
-        "damaged"
+        "damaged, or holds measured data"
     )
-    metrics: MetricsPublic | None = Field(description="null only if the recording is damaged")
+    metrics: MetricsPublic | None = Field(
+        description="null only if the recording is damaged, or holds measured data"
+    )
     warnings: list[WarningPublic]
     recording: str | None = Field(description="path of the file; null only if writing it failed")
     links: dict[str, str]
@@ -199,6 +204,9 @@ class RunPublic(BaseModel):
                 "recording": f"{own}/recording",
             },
         }
+        if stored.is_measured:
+            links = {name: kept["links"][name] for name in ("self", "recording")}
+            return cls.model_validate({**_MEASURED_SUMMARY, **kept, "links": links})
         return cls.model_validate({**(stored.summary or _damaged_summary(stored.title)), **kept})
 
     @classmethod
@@ -244,6 +252,20 @@ class PendingRunPublic(BaseModel):
             links=links,
             compiling=compiling,
         )
+
+
+_MEASURED_SUMMARY: dict[str, Any] = {
+    "kind": "measured",
+    "outcome": None,
+    "reason": None,
+    "end_time": None,
+    "phase_changes": [],
+    "estimates": {},
+    "unknowns": [],
+    "told": None,
+    "metrics": None,
+    "warnings": [],
+}
 
 
 def _damaged_summary(finding: str) -> dict[str, Any]:

@@ -20,7 +20,8 @@ DESCRIPTION = (
     "Compare two recordings at the instants that both contain: parameters, phase changes, columns "
     "(the first and the largest deviation) and metrics. Two runs are equal if outcome, end time, "
     "phase changes and all columns agree within the tolerance, and if the metrics of each follow "
-    "from its samples. Parameters may differ."
+    "from its samples. Parameters may differ. Of measured data ('slipgrasp import') the command "
+    "gives the distance of every measured signal, at the measured times."
 )
 EPILOG = "exit status: 0 equal within the tolerance, 1 different, 2 cannot be compared"
 
@@ -58,12 +59,18 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
 
 def _execute(arguments: argparse.Namespace) -> ExitStatus:
     from slipgrasp.recordings.compare.comparison import check_tolerance, compare
+    from slipgrasp.recordings.measured.recording import is_measured
 
     tolerance: float | None = arguments.tolerance
     if tolerance is not None:
         check_tolerance(tolerance)
     _check_figure(arguments.figure, arguments.force)
-    a, b = (_read(source, arguments.data_directory) for source in (arguments.a, arguments.b))
+    paths = [
+        recording_path(source, arguments.data_directory) for source in (arguments.a, arguments.b)
+    ]
+    if any(map(is_measured, paths)):
+        return _measure(paths, arguments)
+    a, b = map(_read, paths)
     comparison = compare(a, b, tolerance)
     if arguments.figure is not None:
         _draw(comparison, a, b, arguments)
@@ -87,11 +94,30 @@ def _check_figure(path: Path | None, force: bool) -> None:
         raise RecordingExistsError(path)
 
 
-def _read(source: str, chosen: Path | None) -> RunResult:
+def _read(path: Path) -> RunResult:
     from slipgrasp.recordings.file.reader import read_as_stated
 
-    with Progress(f"reading {Path(source).name}"):
-        return read_as_stated(recording_path(source, chosen))
+    with Progress(f"reading {path.name}"):
+        return read_as_stated(path)
+
+
+def _measure(paths: list[Path], arguments: argparse.Namespace) -> ExitStatus:
+    """Prints the distances of measured data from a run, or from other measured data."""
+    from slipgrasp.cli.differences import describe_distances
+    from slipgrasp.recordings.compare.measured import measure_distances
+    from slipgrasp.recordings.measured.recording import is_measured, read_measured
+
+    if arguments.figure is not None:
+        raise CommandError("--figure draws two runs; one of these recordings is measured data")
+    first, second = sorted(paths, key=lambda path: not is_measured(path))
+    other = read_measured(second) if is_measured(second) else _read(second)
+    found = measure_distances(read_measured(first), other)
+    if arguments.json:
+        print(json.dumps(found.to_mapping(), allow_nan=False))
+    else:
+        print(describe_distances(found))
+    same = found.within(arguments.tolerance or 0.0)
+    return ExitStatus.COMPLETED if same else ExitStatus.DIFFERENT
 
 
 def _draw(

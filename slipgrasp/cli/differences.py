@@ -10,11 +10,30 @@ from slipgrasp.core.scenario.parameters import ParameterDifference
 from slipgrasp.core.words.parameter_words import unit_after
 from slipgrasp.recordings.compare.comparison import Comparison
 from slipgrasp.recordings.compare.differences import PhaseDifference
+from slipgrasp.recordings.compare.measured import Distances
 
 MOST_DIVERGENCES = 8
 MOST_PHASE_CHANGES = 40
 MOST_NAMES = 4
 LONGEST_TEXT = 32
+
+
+def describe_distances(found: Distances) -> str:
+    """The distances of measured signals: rms, mean, and the largest with its time."""
+    first, last = found.span
+    lines = [
+        f"Distance from the measured data, {first:.6g} … {last:.6g} s:",
+        f"{'signal':<24} {'rms':>12} {'mean':>12} {'largest':>12}  at [s]",
+    ]
+    for each in found.signals.values():
+        unit = unit_after(each.unit)
+        lines.append(
+            f"{each.name:<24} {each.rms:>12.6g} {each.mean:>12.6g} {each.max:>12.6g}  "
+            f"{each.time_of_max:.6g}{'  ' + unit.strip() if unit else ''}"
+        )
+    if found.only_measured:
+        lines.append(f"only measured: {', '.join(found.only_measured)}")
+    return "\n".join(lines)
 
 
 def describe_differences(comparison: Comparison, fingers: Sequence[str]) -> str:

@@ -164,15 +164,34 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
         from slipgrasp.recordings.exceptions import RecordingExistsError
 
         raise RecordingExistsError(output)
+    path = recording_path(arguments.recording, arguments.data_directory)
     with Progress("reading the recording"):
         from slipgrasp.recordings.file.reader import read_recording
+        from slipgrasp.recordings.measured.recording import is_measured
 
-        result = read_recording(recording_path(arguments.recording, arguments.data_directory))
+        if is_measured(path):
+            return _export_measured(path, chosen, arguments)
+        result = read_recording(path)
     if chosen.is_text and output is None:
         chosen.write(result, sys.stdout.buffer, premises=arguments.premises)
     else:
         with Progress(f"writing the {chosen.name} file") as progress:
             _write(result, chosen, arguments, clip, still, progress.update)
+    return ExitStatus.COMPLETED
+
+
+def _export_measured(path: Path, chosen: ExportFormat, arguments: argparse.Namespace) -> ExitStatus:
+    """Writes measured data as a table."""
+    from slipgrasp.recordings.measured.recording import read_measured
+    from slipgrasp.recordings.measured.table import MEASURED_TABLES
+
+    if chosen.name not in MEASURED_TABLES:
+        names = _listed([*MEASURED_TABLES], " or")
+        raise CommandError(f"measured data cannot be written as {chosen.name}; choose {names}")
+    if arguments.premises:
+        raise CommandError("--assumptions are those of a run; this recording is measured data")
+    measured, write = read_measured(path), MEASURED_TABLES[chosen.name]
+    _to_output(lambda stream: write(measured, stream), arguments)
     return ExitStatus.COMPLETED
 
 
@@ -201,6 +220,10 @@ def _write(
         fps, premises = arguments.fps, arguments.premises
         chosen.write(result, stream, update, fps, clip, still, premises=premises)
 
+    _to_output(write, arguments)
+
+
+def _to_output(write: Callable[[BinaryIO], None], arguments: argparse.Namespace) -> None:
     if arguments.output is None:
         # Not every format can be written to a pipe as it grows.
         with tempfile.TemporaryFile() as stream:

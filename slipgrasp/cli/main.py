@@ -13,7 +13,9 @@ from slipgrasp.cli import (
     diff,
     export,
     figures,
+    fit,
     hands,
+    import_data,
     laws,
     margin,
     page,
@@ -104,7 +106,7 @@ def _make_parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action=_Version)
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
     for command in (
-        *(run, margin, study, rebuild, replay, diff, verify),
+        *(run, margin, study, rebuild, import_data, fit, replay, diff, verify),
         *(export, page, figures, recover, prune, scenarios, hands, laws, serve),
     ):
         command.add_command(commands)

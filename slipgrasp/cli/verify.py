@@ -13,6 +13,7 @@ from slipgrasp.cli.status import ExitStatus
 if TYPE_CHECKING:
     from slipgrasp.core.scenario.custom_laws import LawIdentity
     from slipgrasp.recordings.compare.verification import Verification
+    from slipgrasp.recordings.measured.recording import MeasuredOutline
 
 MOST_NAMES = 6
 DESCRIPTION = (
@@ -23,7 +24,7 @@ DESCRIPTION = (
     "are used, so that the law is not needed. A run that was cut short is compared up to its last "
     "sample."
 )
-EPILOG = "exit status: 0 equal, 1 different, 2 cannot be read or simulated"
+EPILOG = "exit status: 0 equal, or nothing to verify, 1 different, 2 cannot be read or simulated"
 
 
 def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -59,6 +60,10 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
     path = recording_path(arguments.recording, arguments.data_directory)
     with Progress("reading the recording"):
         from slipgrasp.recordings.file.reader import read_back
+        from slipgrasp.recordings.measured.recording import is_measured, read_measured
+
+        if is_measured(path):
+            return _say_nothing_to_verify(read_measured(path).outline, as_json=arguments.json)
 
         read = read_back(path)
     load_simulation(read.result.scenario.space)
@@ -82,6 +87,17 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
         if arguments.hash:
             print(f"SHA-256 of the recorded run: {read.result.sha256}")
     return ExitStatus.COMPLETED if found.same else ExitStatus.DIFFERENT
+
+
+def _say_nothing_to_verify(outline: MeasuredOutline, *, as_json: bool) -> ExitStatus:
+    """Reports that measured data follow from no simulation; their checksums were compared."""
+    message = "nothing to verify: measured data follow from no simulation; the file is whole"
+    if as_json:
+        document = {"name": outline.title, "kind": "measured", "same": None, "message": message}
+        print(json.dumps(document, allow_nan=False))
+    else:
+        print(f"{message[0].upper()}{message[1:]}.")
+    return ExitStatus.COMPLETED
 
 
 def _lines(found: Verification) -> list[str]:

@@ -281,6 +281,8 @@ def test_pages_have_a_place_for_the_tables_of_every_part():
         "portability.md",
         "laws.md",
         "space.md",
+        "fit.md",
+        "reality.md",
     )
     pages = (PAGE, *(PAGE.with_name(name) for name in others))
     text = "".join(page.read_text() for page in pages)
@@ -292,7 +294,9 @@ def test_pages_have_a_place_for_the_tables_of_every_part():
         "robustness",
         "hold-in-space",
         "claims",
+        "reality",
     }
+    names |= {f"reality-{table}" for table in ("plain", "models", "radius")}
     names |= {"hold-in-space-ideal", "hold-in-space-noisy"}
     names |= {"webassembly", "scaling-duration", "scaling-fingers", "study-answers", "study-large"}
     names |= {"study-cost", "study-engines", "study-clusters"}

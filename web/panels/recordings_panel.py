@@ -207,6 +207,8 @@ def _timed_name(run: StoredRun) -> str:
 
 def row_words(run: StoredRun) -> RowWords:
     """The outcome of a run in the list; the title of an unreadable one says why."""
+    if run.is_measured:
+        return RowWords(run.display_name, "measured", "good", run.title)
     if not run.summary:
         return RowWords(run.display_name, "unreadable", "bad", run.title)
     outcome, tone_name = _outcome_words(run.summary)

@@ -1,0 +1,261 @@
+"""Predictions of real slides: half of them are fitted, the other half predicted.
+
+`python -m benchmarks reality --data DIR` reads a clone of DAIRLab/contact-nets.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from scipy.optimize import least_squares, minimize, minimize_scalar
+
+from benchmarks.real_slides import Floats, Slide, read_slides
+from benchmarks.report import Table
+from benchmarks.slide_models import MODELS, UNIFORM_RADIUS, Model, stop_distance
+
+PAGE = "reality.md"
+SEED = 1
+FIRST_SAMPLES = 8
+"""Samples from which the start of a slide that is predicted is known: 47 ms."""
+
+SPINNING = 1.5
+"""Spin at the start above which a slide counts as spinning [rad/s]."""
+
+SIGMA_POSITION, SIGMA_YAW = 2e-4, 3e-3  # [m], [rad]
+RADII = (0.010, 0.030, 0.036, 0.040, 0.050, 0.070)
+START_FRICTION, START_RADIUS = 0.21, 0.036
+LARGEST_RADIUS = 0.1
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Fitted:
+    """One friction and one radius for all slides."""
+
+    friction: float
+    radius: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Prediction:
+    """Errors of one slide that was not fitted.
+
+    Attributes:
+        stop: Error of the stop distance as a share of the measured one.
+        yaw: Error of the final yaw [rad].
+        spins: Whether it spins at the start.
+    """
+
+    stop: float
+    yaw: float
+    spins: bool
+
+
+def run(_docs: Path | None = None, data: Path | None = None, seed: int = SEED) -> list[Table]:
+    """The tables ``reality-models``, ``reality-radius`` and ``reality-plain``."""
+    if data is None:
+        raise SystemExit("reality needs --data DIR, a clone of DAIRLab/contact-nets")
+    slides = read_slides(data)
+    resting = [slide for slide in slides if slide.rests]
+    fitted, held_out = halves(resting, seed)
+    return [
+        _plain(slides, resting),
+        _models(fitted, held_out),
+        _radius([slide for slide in slides if spins(slide)]),
+    ]
+
+
+def halves(slides: Sequence[Slide], seed: int) -> tuple[list[Slide], list[Slide]]:
+    """Half of the slides to fit, and the other half to predict."""
+    order = np.random.default_rng(seed).permutation(len(slides))
+    middle = len(slides) // 2
+    return [slides[k] for k in order[:middle]], [slides[k] for k in order[middle:]]
+
+
+def spins(slide: Slide) -> bool:
+    """True if a slide spins at its start."""
+    return bool(abs(slide.spin[0]) > SPINNING)
+
+
+def residuals(
+    slide: Slide, model: Model, start: Floats, friction: float, radius: float, samples: int
+) -> Floats:
+    """Model minus data in standard deviations, of the first samples; the offset is fitted.
+
+    Args:
+        slide: The slide.
+        model: The model.
+        start: Velocity and spin at the first sample [m/s, m/s, rad/s].
+        friction: Friction.
+        radius: Radius c [m].
+        samples: Number of samples.
+    """
+    speed = max(float(np.hypot(start[0], start[1])), 1e-9)
+    path, angle = model(speed, float(start[2]), friction, radius).at(slide.times[:samples])
+    position = path[:, None] * start[:2] / speed - slide.position[:samples]
+    yaw = angle - slide.yaw[:samples]
+    apart = np.column_stack([position, yaw])
+    apart -= apart.mean(axis=0)
+    return (apart / [SIGMA_POSITION, SIGMA_POSITION, SIGMA_YAW]).ravel()
+
+
+def start_of(slide: Slide) -> Floats:
+    """Velocity and spin at the first sample as the authors derived them."""
+    return np.array([*slide.velocity[0], slide.spin[0]])
+
+
+def fit_start(
+    slide: Slide, model: Model, friction: float, radius: float, samples: int | None = None
+) -> tuple[Floats, float]:
+    """The start that explains a slide, or its first samples, and chi-squared per freedom."""
+    count = len(slide.times) if samples is None else min(samples, len(slide.times))
+
+    def apart(start: Floats) -> Floats:
+        return residuals(slide, model, start, friction, radius, count)
+
+    found = least_squares(apart, start_of(slide), diff_step=1e-4, x_scale=[0.1, 0.1, 1.0])
+    # Three numbers of the start, three offsets.
+    return found.x, 2.0 * float(found.cost) / (3 * count - 6)
+
+
+def fit_friction(slide: Slide, model: Model, radius: float) -> tuple[float, float]:
+    """The friction of one slide, and its chi-squared per freedom."""
+
+    def apart(values: Floats) -> Floats:
+        return residuals(slide, model, values[:3], values[3], radius, len(slide.times))
+
+    first = np.array([*start_of(slide), START_FRICTION])
+    limits = ([-np.inf, -np.inf, -np.inf, 0.01], [np.inf, np.inf, np.inf, 1.0])
+    found = least_squares(apart, first, diff_step=1e-4, x_scale=[0.1, 0.1, 1.0, 0.1], bounds=limits)
+    return float(found.x[3]), 2.0 * float(found.cost) / (3 * len(slide.times) - 7)
+
+
+def fit_all(slides: Sequence[Slide], model: Model, *, with_radius: bool) -> Fitted:
+    """One friction, and perhaps one radius, for all slides.
+
+    The sum of the roots of chi-squared is least: slides differ in friction by more than the noise,
+    and a sum of squares would be decided by a few of them.
+    """
+
+    def misfit(friction: float, radius: float) -> float:
+        if not (0.02 < friction < 1.0 and 1e-3 < radius < LARGEST_RADIUS):
+            return float("inf")
+        return sum(np.sqrt(fit_start(slide, model, friction, radius)[1]) for slide in slides)
+
+    if not with_radius:
+        one = partial(misfit, radius=START_RADIUS)
+        found = minimize_scalar(one, bounds=(0.15, 0.3), method="bounded", options={"xatol": 1e-4})
+        return Fitted(friction=float(found.x), radius=0.0)
+    first = np.array([[START_FRICTION, START_RADIUS], [0.2, START_RADIUS], [START_FRICTION, 0.03]])
+    options = {"initial_simplex": first, "xatol": 1e-4, "fatol": 1e-2, "maxfev": 40}
+    found = minimize(lambda v: misfit(*v), first[0], method="Nelder-Mead", options=options)
+    return Fitted(friction=float(found.x[0]), radius=float(found.x[1]))
+
+
+def predict(slide: Slide, model: Model, fitted: Fitted) -> Prediction:
+    """The errors of a model for a slide of which it knows the first samples."""
+    start, _ = fit_start(slide, model, fitted.friction, fitted.radius, FIRST_SAMPLES)
+    speed = float(np.hypot(start[0], start[1]))
+    motion = model(speed, float(start[2]), fitted.friction, fitted.radius)
+    measured = float(np.linalg.norm(slide.position[-1] - slide.position[0]))
+    path, angle = motion.at(slide.times[-1:])
+    return Prediction(
+        stop=float(path[0]) / measured - 1.0,
+        yaw=float(angle[0] - (slide.yaw[-1] - slide.yaw[0])),
+        spins=spins(slide),
+    )
+
+
+def _plain(slides: Sequence[Slide], resting: Sequence[Slide]) -> Table:
+    """Friction from the slope of the speed, and the plain formula of the stop distance."""
+    frictions = np.array([_slope(slide) for slide in slides])
+    middle = float(np.median(frictions))
+    errors = [
+        stop_distance(MODELS["no spin coupling"], _speed(slide), 0.0, middle, 0.0) / _length(slide)
+        for slide in resting
+    ]
+    low, high = np.percentile(frictions, [25, 75])
+    rows = (
+        ("slides", str(len(slides))),
+        ("of these with their end at rest", str(len(resting))),
+        ("of these that start with a spin above 1.5 rad/s", str(sum(map(spins, slides)))),
+        ("median length of those that come to rest", f"{1e3 * _median(resting, _length):.1f} mm"),
+        ("friction from the slope of the speed, median", f"{middle:.3f}"),
+        ("its quartiles", f"{low:.3f} … {high:.3f}"),
+        (
+            "error of the stop distance u² / (2 mu g), median, in sample",
+            f"{100.0 * float(np.median(np.abs(np.array(errors) - 1.0))):.1f} %",
+        ),
+    )
+    return Table("reality-plain", ("", ""), rows, page=PAGE)
+
+
+def _slope(slide: Slide) -> float:
+    """Friction from a straight line through the speed of the moving samples."""
+    speed = np.hypot(*slide.velocity.T)
+    moving = np.argmin(speed > 0.06) if (speed <= 0.06).any() else len(speed)
+    count = max(int(moving), 4)
+    slope = np.polyfit(slide.times[:count], speed[:count], 1)[0]
+    return float(-slope / 9.81)
+
+
+def _speed(slide: Slide) -> float:
+    return float(np.hypot(*slide.velocity[0]))
+
+
+def _length(slide: Slide) -> float:
+    return float(np.linalg.norm(slide.position[-1] - slide.position[0]))
+
+
+def _median(slides: Sequence[Slide], of: Callable[[Slide], float]) -> float:
+    return float(np.median([of(slide) for slide in slides]))
+
+
+def _models(fitted: Sequence[Slide], held_out: Sequence[Slide]) -> Table:
+    rows = []
+    for name, model in MODELS.items():
+        found = fit_all(fitted, model, with_radius=name != "no spin coupling")
+        predicted = [predict(slide, model, found) for slide in held_out]
+        stops = 100.0 * np.abs([each.stop for each in predicted])
+        spinning = [each for each in predicted if each.spins]
+        spinning_stops = 100.0 * np.abs([each.stop for each in spinning])
+        turned = np.degrees(np.abs([each.yaw for each in spinning]))
+        radius = f"{1e3 * found.radius:.1f} mm" if found.radius else "–"
+        rows.append(
+            (
+                name,
+                f"{found.friction:.4f}",
+                radius,
+                f"{np.median(stops):.1f} %",
+                f"{np.median(spinning_stops):.1f} %",
+                f"{np.median(turned):.1f}°",
+            )
+        )
+    num_spinning = sum(map(spins, held_out))
+    note = (
+        f"{len(fitted)} slides fitted, {len(held_out)} predicted, of which {num_spinning} spin; "
+        f"the start of each is known from its first {FIRST_SAMPLES} samples. Medians of absolute "
+        "errors."
+    )
+    heads = ("model", "friction", "radius", "stop distance", "of spinning", "final yaw of spinning")
+    return Table("reality-models", heads, tuple(rows), (note,), page=PAGE)
+
+
+def _radius(slides: Sequence[Slide]) -> Table:
+    """Every spinning slide with its own friction and start, for several radii."""
+    rows = []
+    for radius in RADII:
+        cells = [
+            f"{np.median([fit_friction(slide, MODELS[name], radius)[1] for slide in slides]):.2f}"
+            for name in ("ellipsoid", "independent torsion")
+        ]
+        rows.append((f"{1e3 * radius:.0f} mm", *cells))
+    note = (
+        f"{len(slides)} spinning slides, each with its own friction and start, noise of 0.2 mm and "
+        f"3 mrad. A uniform pressure over the face has a radius of {1e3 * UNIFORM_RADIUS:.1f} mm."
+    )
+    heads = ("radius c", "ellipsoid, median chi²/freedom", "independent torsion")
+    return Table("reality-radius", heads, tuple(rows), (note,), page=PAGE)

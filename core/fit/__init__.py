@@ -1,0 +1,1 @@
+"""Fits of measured data: parameters of a scenario, with intervals and what they rest on."""

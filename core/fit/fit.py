@@ -1,0 +1,374 @@
+"""A fit, stage by stage: many starts, refinement at events, profiles, twins, predictions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from slipgrasp.core.fit.objective import (
+    Evaluate,
+    Objective,
+    evaluate_here,
+    event_weights,
+    run_at,
+)
+from slipgrasp.core.fit.optimiser import SAME_MINIMUM, Minimum, minimise, start_points
+from slipgrasp.core.fit.problem import (
+    JUMPY_UNITS,
+    FitError,
+    FitProblem,
+    FreeParameter,
+    Observations,
+)
+from slipgrasp.core.fit.profile import (
+    THRESHOLD_95,
+    BetterMinimumError,
+    Profile,
+    profile,
+    rise_at,
+)
+from slipgrasp.core.fit.report import (
+    ContactInformation,
+    Coverage,
+    FitReport,
+    FittedParameter,
+    HeldOut,
+    ModelComparison,
+    SignalResidual,
+    StartReport,
+)
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.trace.trace import Floats, rows_from_start
+
+MAX_EVALUATIONS = 10_000
+"""Runs of one fit, twins apart: as many as a study lists."""
+
+_MOST_BETTER = 10
+_AT_LIMIT = 1e-6
+
+Watch = Callable[[str, float], None]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FitOptions:
+    """How a fit is made.
+
+    Attributes:
+        starts: Number of starts; the first is the scenario.
+        seed: Seed of the other starts and of the twins.
+        twins: Number of synthetic twins; 0 for none.
+        held_out: Other data to predict, by name.
+        added: Other models to compare: keys that are free besides, one tuple per model.
+    """
+
+    starts: int = 20
+    seed: int = 0
+    twins: int = 0
+    held_out: tuple[tuple[str, Observations], ...] = ()
+    added: tuple[tuple[str, ...], ...] = ()
+
+    def check(self) -> None:
+        """Raises `FitError` if a number is out of its limits."""
+        for name, value, low, high in (
+            ("starts", self.starts, 1, 256),
+            ("twins", self.twins, 0, 1000),
+            ("seed", self.seed, 0, 2**53 - 1),
+        ):
+            if not low <= value <= high:
+                raise FitError(f"--{name} is {value}; allowed: {low} … {high}")
+
+
+def fit(
+    problem: FitProblem,
+    options: FitOptions | None = None,
+    *,
+    evaluate: Evaluate = evaluate_here,
+    evaluate_twin: Evaluate = evaluate_here,
+    watch: Watch = lambda stage, share: None,
+) -> FitReport:
+    """Fits the free parameters of a problem.
+
+    Args:
+        problem: Scenario, free parameters and data.
+        options: How it is made; the defaults if None.
+        evaluate: Gives the sampled signals at values of the parameters.
+        evaluate_twin: The same for the fits of twins.
+        watch: Called with the stage and the share of it that is done.
+
+    Raises:
+        FitError: If it needs too many runs, or a signal is not one of runs.
+        ScenarioError: If not even the best run is allowed.
+    """
+    options = options or FitOptions()
+    options.check()
+    counted = _Counted(evaluate)
+    objective = Objective(problem, counted)
+    minima = _search(objective, options, watch)
+    starts = _start_report(minima)
+    objective, best = _refine(objective, minima[0])
+    best, profiles, threshold = _profiles(objective, best, watch)
+    models = _compare(problem, objective, best, options, counted, watch)
+    twin = Objective(problem, evaluate_twin, weights=objective.weights)
+    coverage = _cover(twin, best, options, threshold, watch) if options.twins else None
+    run = run_at(problem, problem.values_at(best.shares))
+    return replace(
+        _report(objective, best, profiles, threshold, run),
+        starts=starts,
+        evaluations=counted.count,
+        held_out=tuple(_predict(problem, best, *each) for each in options.held_out),
+        models=models,
+        coverage=coverage,
+    )
+
+
+class _Counted:
+    """Counts the runs, and ends a fit that needs too many."""
+
+    def __init__(self, evaluate: Evaluate) -> None:
+        self._evaluate = evaluate
+        self._seen: set[tuple[float, ...]] = set()
+
+    @property
+    def count(self) -> int:
+        """Number of different runs."""
+        return len(self._seen)
+
+    def __call__(self, problem: FitProblem, values: tuple[float, ...]) -> Floats:
+        self._seen.add(values)
+        if self.count > MAX_EVALUATIONS:
+            raise FitError(
+                f"the fit needs more than {MAX_EVALUATIONS} runs; free fewer parameters, give "
+                "narrower ranges, or use fewer --starts"
+            )
+        return self._evaluate(problem, values)
+
+
+def _search(objective: Objective, options: FitOptions, watch: Watch) -> list[Minimum]:
+    """The minima that the starts lead to, lowest first."""
+    points = start_points(objective.problem.start, options.starts, options.seed)
+    minima = []
+    for number, point in enumerate(points):
+        watch("searching", number / len(points))
+        minima.append(minimise(objective, point))
+    return sorted(minima, key=lambda minimum: minimum.chi_squared)
+
+
+def _start_report(minima: Sequence[Minimum]) -> StartReport:
+    ends = tuple(minimum.chi_squared for minimum in minima)
+    same = sum(end - ends[0] < SAME_MINIMUM for end in ends)
+    return StartReport(count=len(ends), same_minimum=same, chi_squared=ends)
+
+
+def _refine(objective: Objective, best: Minimum) -> tuple[Objective, Minimum]:
+    """Weights samples near the events of the best run down, where forces or velocities jump."""
+    problem = objective.problem
+    if not set(problem.data.units) & set(JUMPY_UNITS):
+        return objective, best
+    run = run_at(problem, problem.values_at(best.shares))
+    weights = event_weights(problem.data, [change.time for change in run.phase_changes])
+    weighted = objective.with_weights(weights)
+    return weighted, minimise(weighted, best.shares)
+
+
+def _profiles(
+    objective: Objective, best: Minimum, watch: Watch
+) -> tuple[Minimum, list[Profile], float]:
+    """All profiles, from the lowest minimum that they lead to."""
+    for _ in range(_MOST_BETTER):
+        scale = max(1.0, best.chi_squared / max(objective.degrees_of_freedom, 1.0))
+        threshold = THRESHOLD_95 * scale
+        profiles: list[Profile] = []
+        count = len(best.shares)
+        try:
+            for index in range(count):
+                watch("profiles", index / count)
+                profiles.append(profile(objective, best, index, threshold))
+        except BetterMinimumError as better:
+            best = minimise(objective, better.minimum.shares)
+            continue
+        return best, profiles, threshold
+    raise FitError(
+        f"chi-squared has {_MOST_BETTER} minima, each lower than the last; free fewer parameters, "
+        "or give narrower ranges"
+    )
+
+
+def _cover(
+    objective: Objective, best: Minimum, options: FitOptions, threshold: float, watch: Watch
+) -> Coverage:
+    """Fits twins, and counts the intervals that hold the truth."""
+    problem = objective.problem
+    truth = objective.model(best.shares)
+    truth = np.where(np.isnan(truth), problem.data.values, truth)
+    noise = problem.data.sigmas * np.sqrt(threshold / THRESHOLD_95)
+    covered = dict.fromkeys((parameter.key for parameter in problem.parameters), 0)
+    for number in range(options.twins):
+        watch("twins", number / options.twins)
+        generator = np.random.default_rng([options.seed, number])
+        data = truth + noise * generator.standard_normal(truth.shape)
+        twin = objective.with_data(data)
+        found = minimise(twin, best.shares)
+        for index, key in enumerate(covered):
+            covered[key] += rise_at(twin, found, index, best.shares) <= threshold
+    return Coverage(twins=options.twins, seed=options.seed, covered=covered)
+
+
+def _compare(
+    problem: FitProblem,
+    objective: Objective,
+    best: Minimum,
+    options: FitOptions,
+    evaluate: Evaluate,
+    watch: Watch,
+) -> tuple[ModelComparison, ...]:
+    """Fits the other models from the best run, and predicts the other data with each."""
+    if not options.added:
+        return ()
+    compared = [_judged(problem, best, (), options)]
+    for number, added in enumerate(options.added):
+        watch("other models", number / len(options.added))
+        free = FitProblem.make(problem.scenario, added, problem.data).parameters
+        known = len(problem.parameters) - sum(p.nuisance for p in problem.parameters)
+        parameters = (*problem.parameters[:known], *free, *problem.parameters[known:])
+        larger = replace(problem, parameters=parameters)
+        shares = np.insert(best.shares, known, [p.share_of(p.start) for p in free])
+        found = minimise(Objective(larger, evaluate, weights=objective.weights), shares)
+        keys = tuple(parameter.key for parameter in free)
+        compared.append(_judged(larger, found, keys, options))
+    return tuple(compared)
+
+
+def _judged(
+    problem: FitProblem, found: Minimum, added: tuple[str, ...], options: FitOptions
+) -> ModelComparison:
+    predicted = [_predict(problem, found, *each) for each in options.held_out]
+    return ModelComparison(
+        added=added,
+        chi_squared=found.chi_squared,
+        held_out={each.name: each.chi_squared_per_value for each in predicted},
+        values=_named(problem, found),
+    )
+
+
+def _named(problem: FitProblem, found: Minimum) -> dict[str, float]:
+    values = problem.values_at(found.shares)
+    return {p.key: value for p, value in zip(problem.parameters, values, strict=True)}
+
+
+def _predict(problem: FitProblem, best: Minimum, name: str, data: Observations) -> HeldOut:
+    """The residuals of the best run on other data."""
+    objective = Objective(problem.with_data(data))
+    residuals = objective.residuals(best.shares).reshape(data.values.shape)
+    signals = tuple(_residuals(data, residuals))
+    final = residuals[-1] * data.sigmas
+    return HeldOut(
+        name=name,
+        chi_squared_per_value=float(np.mean(residuals**2)),
+        signals=signals,
+        final=dict(zip(data.names, map(float, final), strict=True)),
+    )
+
+
+def _residuals(data: Observations, residuals: Floats) -> list[SignalResidual]:
+    """Residuals signal by signal, from those in standard deviations, shape (samples, signals)."""
+    found = []
+    for k, (name, unit) in enumerate(zip(data.names, data.units, strict=True)):
+        column = residuals[:, k]
+        apart = column - column.mean()
+        power = float(apart @ apart)
+        found.append(
+            SignalResidual(
+                name=name,
+                unit=unit,
+                sigma=float(data.sigmas[k]),
+                rms=float(np.sqrt(np.mean(column**2)) * data.sigmas[k]),
+                max=float(np.abs(column).max() * data.sigmas[k]),
+                autocorrelation=float(apart[1:] @ apart[:-1]) / power if power > 0.0 else 0.0,
+            )
+        )
+    return found
+
+
+def _report(
+    objective: Objective,
+    best: Minimum,
+    profiles: Sequence[Profile],
+    threshold: float,
+    run: RunResult,
+) -> FitReport:
+    problem = objective.problem
+    contacts = _contacts(run)
+    fitted = {
+        parameter.key: _fitted(parameter, float(share), found, contacts)
+        for parameter, share, found in zip(problem.parameters, best.shares, profiles, strict=True)
+    }
+    plain = Objective(problem, lambda _, values: objective.model(best.shares))
+    residuals = plain.residuals(best.shares).reshape(problem.data.values.shape)
+    edges = zip(problem.parameters, best.shares, strict=True)
+    return FitReport(
+        parameters=fitted,
+        starts=StartReport(count=0, same_minimum=0, chi_squared=()),
+        evaluations=0,
+        held_out=(),
+        chi_squared=best.chi_squared,
+        degrees_of_freedom=objective.degrees_of_freedom,
+        threshold=threshold,
+        best=_named(problem, best),
+        on_limit=tuple(p.key for p, s in edges if min(s, 1.0 - s) < _AT_LIMIT),
+        residuals=tuple(_residuals(problem.data, residuals)),
+        events=tuple(change.time for change in run.phase_changes),
+        contacts=contacts,
+    )
+
+
+def _fitted(
+    parameter: FreeParameter,
+    share: float,
+    found: Profile,
+    contacts: Sequence[ContactInformation],
+) -> FittedParameter:
+    low, high = (None if s is None else parameter.value_at(s) for s in (found.low, found.high))
+    kind, note = found.kind, ""
+    contact = None if parameter.contact is None else contacts[parameter.contact]
+    if contact is not None and contact.slip_time == 0.0 and high is None:
+        kind, low = "only below", contact.most_used_friction
+        note = (
+            "the contact never slipped: its friction is at least the largest ratio of tangential "
+            "to normal force"
+        )
+    return FittedParameter(
+        key=parameter.key,
+        unit=parameter.unit,
+        value=parameter.value_at(share) if kind == "bounded" else None,
+        low=low,
+        high=high,
+        kind=kind,
+        limits=(parameter.low, parameter.high),
+        start=parameter.start,
+        profile=tuple((parameter.value_at(s), rise) for s, rise in found.points),
+        note=note,
+    )
+
+
+def _contacts(run: RunResult) -> tuple[ContactInformation, ...]:
+    trace = run.trace[rows_from_start(run.trace)]
+    steps = np.diff(trace.times)
+    slips = (trace.phase[:-1] != 0) & (trace.phase[1:] != 0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        used = np.where(trace.normal_force > 0.0, trace.tangential_size / trace.normal_force, 0.0)
+    return tuple(
+        ContactInformation(
+            contact=k,
+            slip_time=float(steps[slips[:, k]].sum()),
+            most_used_friction=float(used[:, k].max()),
+        )
+        for k in range(trace.shape.num_contacts)
+    )
+
+
+def sampled_at(problem: FitProblem, report: FitReport) -> Floats:
+    """The signals of the best run without noise, shape ``(samples, signals)``."""
+    values = [report.best[parameter.key] for parameter in problem.parameters]
+    return problem.sample(run_at(problem, values), values)

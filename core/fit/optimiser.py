@@ -1,0 +1,110 @@
+"""The minimum of an objective: least squares from many starts, with some parameters fixed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from slipgrasp.core.fit.objective import OUTLIER_SIGMAS, Objective
+from slipgrasp.core.trace.trace import Floats
+
+DIFFERENCE_STEP = 1e-4
+"""Step of the differences as a share of the range: times of events make residuals rough below."""
+
+TOLERANCE = 1e-5
+"""Relative change of chi-squared at which a search ends."""
+
+_LEAST_MOVE = 1e-7
+_LEAST_SLOPE = 1e-9
+MOST_STEPS = 40
+SAME_MINIMUM = 1.0
+"""Minima of which chi-squared differs by less are the same."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Minimum:
+    """A local minimum.
+
+    Attributes:
+        shares: The parameters as shares of their ranges.
+        chi_squared: The objective there.
+        jacobian: Derivative of the residuals by the shares of the parameters that were free,
+            shape ``(values, free)``.
+    """
+
+    shares: Floats
+    chi_squared: float
+    jacobian: Floats = field(repr=False)
+
+
+def minimise(
+    objective: Objective, start: Floats, fixed: Mapping[int, float] | None = None
+) -> Minimum:
+    """Finds the minimum that least squares lead to.
+
+    Args:
+        objective: The objective.
+        start: Where to start, as shares of the ranges.
+        fixed: Parameters that keep a share, by index.
+    """
+    # It takes a third of a second to load.
+    from scipy.optimize import least_squares
+
+    fixed = fixed or {}
+    free = [k for k in range(len(start)) if k not in fixed]
+    whole = np.array(start, np.float64)
+    for k, share in fixed.items():
+        whole[k] = share
+
+    def filled(shares: Floats) -> Floats:
+        joined = whole.copy()
+        joined[free] = shares
+        return joined
+
+    def residuals(shares: Floats) -> Floats:
+        return objective.residuals(filled(shares))
+
+    def jacobian(shares: Floats) -> Floats:
+        return _differences(residuals, shares)
+
+    if not free:
+        return Minimum(whole, objective.chi_squared(whole), np.empty((0, 0)))
+    found = least_squares(
+        residuals,
+        np.clip(whole[free], 1e-9, 1.0 - 1e-9),
+        jacobian,  # pyright: ignore[reportArgumentType]
+        bounds=(0.0, 1.0),
+        loss="huber",
+        f_scale=OUTLIER_SIGMAS,
+        xtol=_LEAST_MOVE,
+        ftol=TOLERANCE,
+        gtol=_LEAST_SLOPE,
+        max_nfev=MOST_STEPS,
+    )
+    return Minimum(filled(found.x), 2.0 * float(found.cost), jacobian(found.x))
+
+
+def _differences(residuals: Callable[[Floats], Floats], shares: Floats) -> Floats:
+    """Forward differences; backward ones at the upper end of a range."""
+    base = residuals(shares)
+    columns = []
+    for k in range(len(shares)):
+        step = DIFFERENCE_STEP if shares[k] + DIFFERENCE_STEP <= 1.0 else -DIFFERENCE_STEP
+        moved = shares.copy()
+        moved[k] += step
+        columns.append((residuals(moved) - base) / step)
+    return np.stack(columns, axis=1)
+
+
+def start_points(first: Floats, count: int, seed: int) -> Floats:
+    """Where to start: the given point, then a Sobol sequence, shape ``(count, parameters)``."""
+    if count == 1:
+        return first[None, :]
+    from scipy.stats import qmc
+
+    sequence = qmc.Sobol(len(first), rng=np.random.default_rng(seed))
+    # A Sobol sequence is balanced in blocks of powers of two.
+    points = sequence.random_base2(int(np.ceil(np.log2(count))))[: count - 1]
+    return np.vstack([first, points])

@@ -1,0 +1,347 @@
+"""The problem of a fit: a scenario, its free parameters, measured signals with their noise."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from slipgrasp.core.exceptions import SlipgraspError
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.field_errors import nearest
+from slipgrasp.core.scenario.loading import parameter_definitions, with_values
+from slipgrasp.core.scenario.parameters import Parameter
+from slipgrasp.core.study.definition import expand_key
+from slipgrasp.core.trace.columns import columns_of
+from slipgrasp.core.trace.trace import SIGNALS, Floats
+
+DELAY = "delay"
+FORCE_BIAS = "force_bias"
+NUISANCES = (DELAY, FORCE_BIAS)
+MOST_PERIODS_LATE = 5.0
+LARGEST_BIAS_SHARE = 0.2
+"""Bias of a force sensor, at most this share of the largest force."""
+
+MISSING_SIGMAS = 30.0
+"""Least deviation of a sample that a run ends before, in standard deviations."""
+
+JUMPY_UNITS = ("N", "N m", "m/s", "rad/s", "m/s²", "rad/s²")
+"""Units of signals that jump at events."""
+
+_MOST_FREE = 12
+_FRICTION = re.compile(r"fingers\.(\d+)\.(static_)?friction")
+
+
+class FitError(SlipgraspError):
+    """A fit that cannot be asked for; the sentence names field, value, limit and remedy."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Observations:
+    """Measured signals over time.
+
+    Attributes:
+        names: Names of the columns, as those of runs.
+        units: Their SI units.
+        times: Times of the samples, increasing, shape ``(samples,)`` [s].
+        values: SI values, shape ``(samples, signals)``.
+        sigmas: Standard deviation of the noise of each signal, shape ``(signals,)``.
+    """
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    times: Floats
+    values: Floats
+    sigmas: Floats
+
+    @property
+    def period(self) -> float:
+        """Usual time between samples [s]."""
+        return float(np.median(np.diff(self.times)))
+
+    @property
+    def count(self) -> int:
+        """Number of values."""
+        return self.values.size
+
+    @classmethod
+    def choose(
+        cls, times: Floats, columns: Mapping[str, tuple[str, Floats]], noise: Mapping[str, float]
+    ) -> Observations:
+        """The signals to fit, of all that were measured.
+
+        Args:
+            times: Times of the samples [s]; of equal ones the last sample is used.
+            columns: Name to unit and values.
+            noise: Name of a signal (``slip``) or of a single column (``slip_0``) to the standard
+                deviation of its noise, in its unit.
+
+        Raises:
+            FitError: If a signal was not measured, or a deviation is none.
+        """
+        sigmas: dict[str, float] = {}
+        for name, sigma in noise.items():
+            if not (math.isfinite(sigma) and sigma > 0.0):
+                raise FitError(f"--signals {name}:{sigma:g}: the noise must be a number above 0")
+            for column in _columns_named(name, columns):
+                sigmas[column] = sigma
+        if not sigmas:
+            raise FitError("no signal is chosen; give one with its noise, such as object_pose:3e-4")
+        last = np.append(np.diff(times) > 0.0, True)
+        chosen = [columns[name] for name in sigmas]
+        return cls(
+            names=tuple(sigmas),
+            units=tuple(unit for unit, _ in chosen),
+            times=times[last],
+            values=np.stack([np.asarray(values, np.float64)[last] for _, values in chosen], 1),
+            sigmas=np.array([*sigmas.values()]),
+        )
+
+
+def _columns_named(name: str, columns: Mapping[str, tuple[str, Floats]]) -> list[str]:
+    if name in columns:
+        return [name]
+    signal = next((each for each in SIGNALS if each.name == name), None)
+    if signal is not None:
+        prefix = signal.prefix
+        found = [column for column in columns if _belongs(column, prefix, signal.per)]
+        if found:
+            return found
+    measured = ", ".join(columns)
+    raise FitError(f"signal '{name[:60]}' was not measured; the data have {measured}")
+
+
+def _belongs(column: str, prefix: str, per: str) -> bool:
+    if per == "pose":
+        return column in ("x", "y", "z", "theta", "qw", "qx", "qy", "qz")
+    rest = column.removeprefix(f"{prefix}_")
+    return (
+        rest != column
+        and re.fullmatch(r"(?:[xyz]_)?\d+(?:_\d+)?|x|y|z|theta|w[xyz]", rest) is not None
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FreeParameter:
+    """A number that a fit may change.
+
+    Attributes:
+        key: Dotted key of a parameter of the scenario; of the measurement ``delay`` or
+            ``force_bias.COLUMN``.
+        unit: SI unit, "1" for pure numbers.
+        low: Least value considered.
+        high: Largest value considered.
+        start: Value in the scenario.
+        nuisance: Whether it belongs to the measurement and not to the scenario.
+    """
+
+    key: str
+    unit: str
+    low: float
+    high: float
+    start: float
+    nuisance: bool = False
+
+    @property
+    def contact(self) -> int | None:
+        """The contact whose friction it is, if any."""
+        matched = _FRICTION.fullmatch(self.key)
+        return None if matched is None else int(matched[1])
+
+    def value_at(self, share: float) -> float:
+        """The value at a share of the way from the least to the largest."""
+        return self.low + (self.high - self.low) * share
+
+    def share_of(self, value: float) -> float:
+        """The inverse of `value_at`, between 0 and 1."""
+        return min(max((value - self.low) / (self.high - self.low), 0.0), 1.0)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FitProblem:
+    """A scenario, its free parameters and the data.
+
+    Attributes:
+        scenario: What is simulated; it lasts as long as the data.
+        parameters: The free parameters, those of the measurement last.
+        data: The measured signals.
+    """
+
+    scenario: Scenario
+    parameters: tuple[FreeParameter, ...]
+    data: Observations
+
+    @classmethod
+    def make(
+        cls,
+        scenario: Scenario,
+        free: Sequence[str],
+        data: Observations,
+        nuisance: Sequence[str] = (),
+    ) -> FitProblem:
+        """Checks and completes a fit.
+
+        Args:
+            scenario: What is simulated.
+            free: Dotted keys, such as ``object.mass`` or ``object.mass=0.5..2`` with the range to
+                search; ``fingers.*.friction`` are the frictions of all fingers, each on its own.
+            data: The measured signals.
+            nuisance: What of the measurement is fitted with them: its delay, bias of forces.
+
+        Raises:
+            FitError: If there is no such number, a range is none, or the data do not suit.
+            ScenarioError: If the scenario cannot be as long as the data.
+        """
+        if len(data.times) < 2:
+            raise FitError("the data have fewer than 2 samples; a fit needs a recording over time")
+        wanted = [one for text in free for one in _free(scenario, text)]
+        wanted += _nuisances(data, nuisance)
+        twice = [p.key for i, p in enumerate(wanted) if p.key in {q.key for q in wanted[:i]}]
+        if twice:
+            raise FitError(f"{twice[0]} is free twice; leave one out")
+        if not 1 <= len(wanted) <= _MOST_FREE:
+            message = f"{len(wanted)} parameters are free; allowed: 1 … {_MOST_FREE}"
+            raise FitError(message)
+        return cls(scenario=_as_long(scenario, data), parameters=tuple(wanted), data=data)
+
+    def with_data(self, data: Observations) -> FitProblem:
+        """The same scenario and parameters for other data, as long as these.
+
+        Raises:
+            ScenarioError: If the scenario cannot be as long as the data.
+        """
+        return replace(self, scenario=_as_long(self.scenario, data), data=data)
+
+    @cached_property
+    def start(self) -> Floats:
+        """The values of the scenario as shares of the ranges."""
+        return np.array([p.share_of(p.start) for p in self.parameters])
+
+    def values_at(self, shares: Floats) -> tuple[float, ...]:
+        """Values of the parameters from shares of their ranges."""
+        pairs = zip(self.parameters, shares.tolist(), strict=True)
+        return tuple(parameter.value_at(share) for parameter, share in pairs)
+
+    def scenario_values(self, values: Sequence[float]) -> dict[str, float]:
+        """The values that are set in the scenario, by dotted key."""
+        pairs = zip(self.parameters, values, strict=True)
+        return {parameter.key: value for parameter, value in pairs if not parameter.nuisance}
+
+    def sample(self, run: RunResult, values: Sequence[float]) -> Floats:
+        """The signals of a run as the sensors measure them, without noise.
+
+        Args:
+            run: The run at these values.
+            values: Values of the parameters, of which those of the measurement count.
+
+        Returns:
+            Shape ``(samples, signals)``; NaN after the end of a run that ended early, in all
+            columns but the time-independent ones.
+        """
+        extra = {p.key: v for p, v in zip(self.parameters, values, strict=True) if p.nuisance}
+        at = self.data.times - extra.get(DELAY, 0.0)
+        columns = {column.name: column.values for column in columns_of(run.trace)}
+        sampled = np.empty(self.data.values.shape)
+        for k, name in enumerate(self.data.names):
+            if name not in columns:
+                raise FitError(
+                    f"runs of this scenario have no {name}{nearest(name, columns)}; leave it out "
+                    "of --signals"
+                )
+            values_of_run = np.asarray(columns[name], np.float64)
+            sampled[:, k] = np.interp(at, run.trace.times, values_of_run)
+            sampled[:, k] += extra.get(f"{FORCE_BIAS}.{name}", 0.0)
+        sampled[at > run.end_time + self.data.period] = np.nan
+        return sampled
+
+
+def _free(scenario: Scenario, text: str) -> list[FreeParameter]:
+    key, equals, limits = (part.strip() for part in text.partition("="))
+    definitions = parameter_definitions(scenario)
+    found: list[FreeParameter] = []
+    for one in expand_key(scenario, key):
+        parameter = definitions.get(one)
+        if parameter is None or parameter.kind != "number":
+            what = "no parameter" if parameter is None else f"a {parameter.kind}"
+            message = f"--free {key[:60]}: {one[:60]} is {what}{nearest(one, definitions)}"
+            raise FitError(f"{message}; 'slipgrasp scenarios parameters' lists the numbers")
+        low, high = _limits(parameter, limits) if equals else _usual_limits(parameter)
+        found.append(_parameter(scenario, parameter, low, high))
+    return found
+
+
+def _parameter(scenario: Scenario, parameter: Parameter, low: float, high: float) -> FreeParameter:
+    start = parameter.value
+    if not isinstance(start, (int, float)):
+        base = parameter_definitions(scenario).get(parameter.key.replace("static_", ""))
+        fallback = base.value if base is not None else None
+        start = fallback if isinstance(fallback, (int, float)) else (low + high) / 2.0
+    start = min(max(float(start), low), high)
+    return FreeParameter(key=parameter.key, unit=parameter.unit, low=low, high=high, start=start)
+
+
+def _usual_limits(parameter: Parameter) -> tuple[float, float]:
+    """The range of its slider, with its value in the scenario; else all that is allowed."""
+    if parameter.typical is not None:
+        low, high = parameter.typical
+        if isinstance(parameter.value, (int, float)):
+            low, high = min(low, parameter.value), max(high, parameter.value)
+        return float(low), float(high)
+    if parameter.minimum is None or parameter.maximum is None:
+        raise FitError(
+            f"--free {parameter.key}: it has no range; give one as {parameter.key}=LOW..HIGH"
+        )
+    return parameter.minimum, parameter.maximum
+
+
+def _limits(parameter: Parameter, text: str) -> tuple[float, float]:
+    try:
+        low, high = map(float, text.split(".."))
+    except ValueError:
+        message = (
+            f"--free {parameter.key}={text[:40]}: a range is written LOW..HIGH, such as 0.5..2"
+        )
+        raise FitError(message) from None
+    least = -math.inf if parameter.minimum is None else parameter.minimum
+    most = math.inf if parameter.maximum is None else parameter.maximum
+    if not least <= low < high <= most:
+        message = f"--free {parameter.key}={text[:40]} is no range within {parameter.limit}"
+        raise FitError(message)
+    return low, high
+
+
+def _nuisances(data: Observations, wanted: Sequence[str]) -> list[FreeParameter]:
+    found: list[FreeParameter] = []
+    unknown = [name for name in wanted if name not in NUISANCES]
+    if unknown:
+        allowed = ", ".join(NUISANCES)
+        raise FitError(f"--nuisance {unknown[0][:40]}: allowed are {allowed}")
+    if DELAY in wanted:
+        most = MOST_PERIODS_LATE * data.period
+        found.append(_nuisance(DELAY, "s", most))
+    if FORCE_BIAS in wanted:
+        for k, (name, unit) in enumerate(zip(data.names, data.units, strict=True)):
+            if unit == "N":
+                most = LARGEST_BIAS_SHARE * float(np.abs(data.values[:, k]).max())
+                found.append(_nuisance(f"{FORCE_BIAS}.{name}", unit, max(most, data.sigmas[k])))
+        if not any(p.key.startswith(FORCE_BIAS) for p in found):
+            raise FitError("--nuisance force_bias needs a force among --signals")
+    return found
+
+
+def _nuisance(key: str, unit: str, most: float) -> FreeParameter:
+    return FreeParameter(key=key, unit=unit, low=-most, high=most, start=0.0, nuisance=True)
+
+
+def _as_long(scenario: Scenario, data: Observations) -> Scenario:
+    """The scenario over the time of the data, with samples at least as often as these."""
+    own = scenario.simulation
+    rate = max(own.output_rate, min(1.0 / data.period, 10.0 * own.output_rate))
+    late = MOST_PERIODS_LATE * data.period
+    values = {"simulation.duration": float(data.times[-1]) + late, "simulation.output_rate": rate}
+    return with_values(scenario, values)

@@ -1,0 +1,1 @@
+"""Measured data as recordings: what a sensor gave, without a simulation."""

@@ -1,0 +1,282 @@
+"""``slipgrasp fit``: parameters of a scenario from measured data."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from slipgrasp.cli.arguments import (
+    add_data_directory,
+    parse_assignments,
+    recording_path,
+    with_installed_laws,
+)
+from slipgrasp.cli.import_data import add_map, read_options
+from slipgrasp.cli.interrupt import Interrupt
+from slipgrasp.cli.progress import Progress, load_simulation
+from slipgrasp.cli.status import CommandError, ExitStatus, complain
+
+if TYPE_CHECKING:
+    from slipgrasp.core.fit.fit import FitOptions
+    from slipgrasp.core.fit.problem import FitProblem, Observations
+    from slipgrasp.core.fit.report import FitReport, FittedParameter
+    from slipgrasp.core.scenario import Scenario
+
+DESCRIPTION = (
+    "Find parameters of a scenario from a recording or a table of measured data (docs/fit.md). "
+    "Searches start from many points; a profile of each parameter gives its 95 % interval, or "
+    "shows that the data do not bound it. Every run is stored as a row of a study, and a report is "
+    "written beside it as JSON and HTML. The same command continues a fit that was interrupted."
+)
+EPILOG = (
+    "exit status: 0 fitted, 1 fitted, but the residuals are larger than the noise, 2 bad input, "
+    "4 interrupted or the disk failed (the same command continues)"
+)
+
+
+def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Adds the command to the parser."""
+    parser = commands.add_parser(
+        "fit",
+        help="find parameters from measured data, with intervals",
+        description=DESCRIPTION,
+        epilog=EPILOG,
+    )
+    parser.add_argument(
+        "data", metavar="DATA.csv|FILE.mcap|ID", help="a table, measured data, or a run"
+    )
+    parser.add_argument(
+        "--scenario", metavar="SCENARIO", required=True, help="name of a preset, or a TOML file"
+    )
+    parser.add_argument(
+        "--set",
+        dest="assignments",
+        metavar="KEY=VALUE",
+        action="append",
+        default=[],
+        help="set a parameter of the scenario; may be repeated",
+    )
+    parser.add_argument(
+        "--free",
+        metavar="KEY[=LOW..HIGH],…",
+        required=True,
+        help="parameters to find, such as object.mass or object.mass=0.5..2; fingers.*.friction "
+        "are those of all fingers, each on its own",
+    )
+    parser.add_argument(
+        "--signals",
+        metavar="SIGNAL:NOISE,…",
+        required=True,
+        help="signals to explain, each with the standard deviation of its noise in its SI unit, "
+        "such as object_pose:3e-4,slip:2e-4",
+    )
+    parser.add_argument(
+        "--nuisance",
+        metavar="delay,force_bias",
+        default="",
+        help="errors of the measurement to find with the parameters",
+    )
+    parser.add_argument(
+        "--held-out",
+        metavar="FILE",
+        action="append",
+        default=[],
+        help="other data to predict with what was found; may be repeated",
+    )
+    parser.add_argument(
+        "--compare",
+        metavar="KEY[=LOW..HIGH],…",
+        action="append",
+        default=[],
+        help="another model to compare, with these parameters free besides; may be repeated",
+    )
+    parser.add_argument("--starts", metavar="N", type=int, default=20, help="starts (default: 20)")
+    parser.add_argument(
+        "--twins",
+        metavar="N",
+        type=int,
+        default=0,
+        help="fit as many synthetic twins of the data, and count the intervals that hold the truth",
+    )
+    parser.add_argument("--seed", metavar="N", type=int, default=0, help="of starts and twins")
+    parser.add_argument(
+        "--output",
+        metavar="FIT.mcap",
+        type=Path,
+        required=True,
+        help="study to write; the report is FIT.json and FIT.html",
+    )
+    parser.add_argument("--force", action="store_true", help="replace existing files")
+    parser.add_argument("--json", action="store_true", help="print the report as one JSON object")
+    add_map(parser)
+    add_data_directory(parser)
+    parser.set_defaults(execute=_execute)
+
+
+def _execute(arguments: argparse.Namespace) -> ExitStatus:
+    with Progress("reading the data"):
+        scenario = _read_scenario(arguments)
+        problem, options = _read(arguments, scenario)
+    load_simulation(scenario.space)
+    from slipgrasp.recordings.fit.journal import FitStoppedError
+
+    try:
+        with Interrupt() as interrupt, Progress("fitting") as progress:
+            report = _fit(arguments, problem, options, progress, interrupt)
+    except FitStoppedError as stopped:
+        complain(f"stopped after {stopped.runs} runs; the same command continues")
+        return ExitStatus.ENDED_EARLY
+    page = _write_page(arguments, problem, report)
+    if arguments.json:
+        files = {"study": str(arguments.output), "report": str(page)}
+        print(json.dumps({**report.to_mapping(), **files}, allow_nan=False))
+    else:
+        print("\n".join([*_lines(report), f"report     {page}"]))
+    return ExitStatus.COMPLETED if report.explains else ExitStatus.DIFFERENT
+
+
+def _read_scenario(arguments: argparse.Namespace) -> Scenario:
+    from slipgrasp.core.scenario.loading import load_scenario, settable_parameters, with_values
+
+    scenario = with_installed_laws(lambda: load_scenario(arguments.scenario))
+    values = parse_assignments(arguments.assignments, settable_parameters(scenario))
+    return with_values(scenario, values) if values else scenario
+
+
+def _read(arguments: argparse.Namespace, scenario: Scenario) -> tuple[FitProblem, FitOptions]:
+    from slipgrasp.core.fit.fit import FitOptions
+    from slipgrasp.core.fit.problem import FitProblem
+
+    noise = _noise(arguments.signals)
+    data = _observations(arguments.data, arguments, noise)
+    problem = FitProblem.make(scenario, _split(arguments.free), data, _split(arguments.nuisance))
+    held_out = tuple(
+        (Path(each).name, _observations(each, arguments, noise)) for each in arguments.held_out
+    )
+    options = FitOptions(
+        starts=arguments.starts,
+        seed=arguments.seed,
+        twins=arguments.twins,
+        held_out=held_out,
+        added=tuple(tuple(_split(each)) for each in arguments.compare),
+    )
+    options.check()
+    return problem, options
+
+
+def _split(text: str) -> list[str]:
+    return [part.strip() for part in text.split(",") if part.strip()]
+
+
+def _noise(text: str) -> dict[str, float]:
+    noise: dict[str, float] = {}
+    for part in _split(text):
+        name, _, value = part.partition(":")
+        try:
+            noise[name.strip()] = float(value)
+        except ValueError:
+            message = f"--signals needs SIGNAL:NOISE, such as slip:2e-4, not '{part[:60]}'"
+            raise CommandError(message) from None
+    return noise
+
+
+def _observations(
+    source: str, arguments: argparse.Namespace, noise: dict[str, float]
+) -> Observations:
+    from slipgrasp.recordings.fit.run_fit import read_observations
+
+    with _recording(source, arguments) as path:
+        return read_observations(path, noise)
+
+
+@contextmanager
+def _recording(source: str, arguments: argparse.Namespace) -> Iterator[Path]:
+    """The recording of the data; a table is imported into one that is deleted afterwards."""
+    if not source.lower().endswith((".csv", ".tsv", ".txt")):
+        yield recording_path(source, arguments.data_directory)
+        return
+    from slipgrasp.recordings.measured.csv_import import import_csv
+
+    with tempfile.TemporaryDirectory(prefix="slipgrasp-") as folder:
+        path = Path(folder) / "data.mcap"
+        import_csv(source, path, read_options(arguments))
+        yield path
+
+
+def _fit(
+    arguments: argparse.Namespace,
+    problem: FitProblem,
+    options: FitOptions,
+    progress: Progress,
+    interrupt: Interrupt,
+) -> FitReport:
+    from slipgrasp.recordings.fit.run_fit import run_fit
+
+    return run_fit(
+        problem,
+        arguments.output,
+        options,
+        overwrite=arguments.force,
+        watch=lambda stage, share: progress.update(share, stage),
+        should_stop=lambda: interrupt.requested,
+    )
+
+
+def _write_page(arguments: argparse.Namespace, problem: FitProblem, report: FitReport) -> Path:
+    with Progress("drawing the report"):
+        from slipgrasp.figures.fit_report import write_fit_page
+
+        page: Path = arguments.output.with_suffix(".html")
+        write_fit_page(problem, report, page)
+    return page
+
+
+def _lines(report: FitReport) -> Iterator[str]:
+    per_value = report.chi_squared / max(report.degrees_of_freedom, 1.0)
+    found = "the noise explains the rest" if report.explains else "more than the noise explains"
+    yield f"chi-squared per degree of freedom {per_value:.4g}: {found}"
+    starts = report.starts
+    yield (
+        f"{starts.same_minimum} of {starts.count} starts reached the minimum; "
+        f"{report.evaluations} runs"
+    )
+    for parameter in report.parameters.values():
+        yield _line(parameter)
+    if report.on_limit:
+        yield f"at the end of its range: {', '.join(report.on_limit)}"
+    for contact in report.contacts:
+        yield f"contact {contact.contact} slipped for {contact.slip_time:.4g} s"
+    for held_out in report.held_out:
+        yield f"held out: {held_out.name}, mean square {held_out.chi_squared_per_value:.4g} sigma²"
+    for model in report.models:
+        yield f"model {_model_name(model.added)}: chi-squared {model.chi_squared:.6g}"
+    if report.coverage is not None:
+        counts = ", ".join(f"{key} {count}" for key, count in report.coverage.covered.items())
+        yield f"of {report.coverage.twins} twins the interval held the truth: {counts}"
+
+
+def _model_name(added: Sequence[str]) -> str:
+    return f"with {', '.join(added)}" if added else "as fitted"
+
+
+def _line(parameter: FittedParameter) -> str:
+    from slipgrasp.core.words.parameter_words import unit_after
+
+    unit = unit_after(parameter.unit)
+    value, low, high = (
+        "" if number is None else f"{number:.6g}"
+        for number in (parameter.value, parameter.low, parameter.high)
+    )
+    ends = {
+        "bounded": f"{value}{unit}, 95 % interval {low} … {high}{unit}",
+        "only above": f"at most {high}{unit}; the data do not bound it below",
+        "only below": f"at least {low}{unit}; the data do not bound it above",
+        "flat": "the data do not bound it",
+    }
+    note = f" ({parameter.note})" if parameter.note else ""
+    return f"{parameter.key:<24} {parameter.kind:<11} {ends[parameter.kind]}{note}"

@@ -1,0 +1,137 @@
+"""``slipgrasp import``: measured data as a recording."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from slipgrasp.cli.arguments import add_data_directory, store_in
+from slipgrasp.cli.progress import Progress
+from slipgrasp.cli.status import CommandError, ExitStatus
+
+if TYPE_CHECKING:
+    from slipgrasp.recordings.measured.csv_import import ImportOptions
+    from slipgrasp.recordings.measured.recording import MeasuredOutline
+
+DESCRIPTION = (
+    "Make a recording of measured data in a CSV file (docs/fit.md). Nothing is simulated. Signals "
+    "have the names of the columns of runs, such as x, theta, slip_0 or normal_force_1, and are "
+    "converted to SI units: by the unit after the colon in --map, or by the end of the name of the "
+    "column (x_mm, yaw_deg, vx_m_s, 'F [N]'). Such recordings are compared with runs by 'slipgrasp "
+    "diff', and written as tables by 'slipgrasp export'."
+)
+EPILOG = "exit status: 0 imported, 2 bad input, 4 the disk failed"
+
+
+def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Adds the command to the parser."""
+    parser = commands.add_parser(
+        "import",
+        help="make a recording of measured data",
+        description=DESCRIPTION,
+        epilog=EPILOG,
+    )
+    parser.add_argument("table", metavar="DATA.csv", type=Path, help="table with a header line")
+    add_map(parser, required=True)
+    parser.add_argument(
+        "--output",
+        metavar="FILE.mcap",
+        type=Path,
+        help="recording to write (default: a new one in the data folder)",
+    )
+    parser.add_argument("--force", action="store_true", help="replace an existing --output file")
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    add_data_directory(parser)
+    parser.set_defaults(execute=_execute)
+
+
+def add_map(parser: argparse.ArgumentParser, *, required: bool = False) -> None:
+    """Adds the options that say how a table is read."""
+    group = parser.add_argument_group("tables (CSV)")
+    group.add_argument(
+        "--map",
+        dest="mapping",
+        metavar="SIGNAL=COLUMN[:UNIT]",
+        action="append",
+        default=[],
+        required=required,
+        help="a signal, or t for the time, and its column, such as slip_0=s0:mm; may be repeated, "
+        "or several with commas",
+    )
+    group.add_argument("--rate", metavar="HZ", type=float, help="sampling rate, without times")
+    group.add_argument(
+        "--start", metavar="T", type=float, help="time of the first sample [s] (default: as it is)"
+    )
+    group.add_argument("--every", metavar="N", type=int, default=1, help="keep every Nth sample")
+    group.add_argument(
+        "--gap",
+        metavar="T",
+        type=float,
+        help="mark longer intervals as gaps [s] (default: 2.5 times the usual interval)",
+    )
+    group.add_argument(
+        "--skip-missing",
+        action="store_true",
+        help="leave out rows with missing values instead of refusing them",
+    )
+    group.add_argument("--title", metavar="TEXT", default="", help="what was measured")
+
+
+def read_options(arguments: argparse.Namespace) -> ImportOptions:
+    """How the table is to be read, from the arguments of `add_map`.
+
+    Raises:
+        CommandError: If a mapping is none.
+    """
+    from slipgrasp.recordings.measured.csv_import import ImportOptions
+
+    mapping: dict[str, str] = {}
+    for text in (part for each in arguments.mapping for part in each.split(",")):
+        name, equals, column = (part.strip() for part in text.partition("="))
+        if not (name and equals and column):
+            message = f"--map needs SIGNAL=COLUMN, such as slip_0=s0:mm, not '{text[:80]}'"
+            raise CommandError(message)
+        if name in mapping:
+            raise CommandError(f"--map gives {name[:60]} twice; leave one out")
+        mapping[name] = column
+    return ImportOptions(
+        mapping=mapping,
+        rate=arguments.rate,
+        start=arguments.start,
+        every=arguments.every,
+        longest_interval=arguments.gap,
+        skip_missing=arguments.skip_missing,
+        title=arguments.title,
+    )
+
+
+def _execute(arguments: argparse.Namespace) -> ExitStatus:
+    options = read_options(arguments)
+    with Progress(f"reading {arguments.table.name}"):
+        outline, path, run_id = _import(arguments, options)
+    if arguments.json:
+        place = {"recording": str(path), "id": run_id}
+        print(json.dumps({**outline.to_mapping(), **place}, allow_nan=False))
+    else:
+        print(outline.text)
+        for column in outline.columns:
+            print(f"  {column.name:<24} {column.unit:<6} from {column.source}")
+        print(f"recording  {path}")
+    return ExitStatus.COMPLETED
+
+
+def _import(
+    arguments: argparse.Namespace, options: ImportOptions
+) -> tuple[MeasuredOutline, Path, str | None]:
+    from slipgrasp.recordings.measured.csv_import import import_csv
+
+    if arguments.output is not None:
+        path = arguments.output.absolute()
+        return import_csv(arguments.table, path, options, overwrite=arguments.force), path, None
+    store = store_in(arguments.data_directory)
+    reservation = store.reserve()
+    outline = import_csv(arguments.table, reservation.path, options)
+    store.register_measured(reservation, outline)
+    return outline, reservation.path.absolute(), reservation.id
