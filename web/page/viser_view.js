@@ -13,13 +13,17 @@ let overlay = null;
 
 /** Draws the close-ups over the view. covered: what of its top and bottom is not free [px]. */
 export function drawCloseUps(covered) {
+  const { scene, canvas2d } = window.__viserMutable ?? {};
   // The element over the scene that has its size, once viser has made it.
-  const host = window.__viserMutable?.canvas2d?.parentElement;
-  if (!host) return;
+  const host = canvas2d?.parentElement;
+  if (!host || !scene) return;
   if (overlay?.element.parentElement !== host) {
     overlay = new Overlay(host, JSON.parse(document.getElementById("sg-colours").textContent));
   }
-  overlay.draw(readView(covered));
+  const draw = () => overlay.draw(readView(covered));
+  // What comes with a picture is drawn with it; all else that may change, before the next one.
+  scene.onAfterRender = draw;
+  draw();
 }
 
 /** What Overlay.draw takes; null until there is a picture. */
