@@ -366,3 +366,23 @@ def test_a_close_up_enlarges_by_mouse_or_keyboard_and_says_more(visitors: Visito
     assert large.count() == 1
     page.keyboard.press("Escape")
     assert large.count() == 0
+
+
+@pytest.mark.browser
+@pytest.mark.slow
+def test_words_of_a_close_up_can_be_selected_without_turning_the_camera(
+    visitors: Visitors,
+) -> None:
+    page = visitors.open_to_look()
+    page.evaluate(FRAMES)
+    place = "window.__viserMutable.camera.position.toArray()"
+    before = page.evaluate(place)
+    box = page.locator(".sg-close-up").first.get_by_text("force").bounding_box()
+    assert box is not None
+    middle = box["y"] + 0.5 * box["height"]
+    page.mouse.move(box["x"] + 0.2 * box["width"], middle)
+    page.mouse.down()
+    page.mouse.move(box["x"] + 0.9 * box["width"], middle, steps=4)
+    page.mouse.up()
+    assert "rce" in page.evaluate("getSelection().toString()")
+    assert page.evaluate(place) == before

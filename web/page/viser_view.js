@@ -51,7 +51,7 @@ function readView(covered) {
       bottom: height - covered.bottom - MARGIN,
     },
     dark: page.dataset.mantineColorScheme === "dark",
-    font: (parseFloat(getComputedStyle(page).fontSize) || 16) * (width < 500 ? 0.72 : 0.82),
+    font: parseFloat(getComputedStyle(page).fontSize) * Math.min(0.64 + 0.00025 * width, 1.15),
   };
 }
 
