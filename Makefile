@@ -32,7 +32,8 @@ quick: $(VENV)/.develop
 test: $(VENV)/.develop
 	@$(BIN)/python tests/ensure_programs.py
 	$(BIN)/python -m pytest -n logical --dist worksteal -m "not browser"
-	$(BIN)/python -m pytest -n logical --dist loadfile -m browser
+	@# By file: collecting all tests once more takes longer than most of these.
+	$(BIN)/python -m pytest -n logical --dist loadfile -m browser $$(grep -rl "mark.browser" tests --include=*.py)
 
 # Compiles the simulation of all hands, which otherwise the first run does.
 PREPARE := from slipgrasp.core.run.simulator import prepare_kernel; \

@@ -28,7 +28,7 @@ from slipgrasp.core.kernel.planar.workspace import WORKSPACE
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 
-PAGE = "claims.md"
+PAGE = "robustness.md"
 FEWER = 500  # objects where gains are chosen
 EXPECTED = 0.3  # error of a force that the law expects beside that from noise [N]
 SIGMAS = 6.0  # beyond which an error counts as news and what was known is forgotten

@@ -263,6 +263,9 @@ def _tabulate(found: dict[str, LongRuns]) -> Table:
         "all [MB]",
         "health p95 [ms]",
         "figure [s]",
+        "ends of the runs",
+        "answers",
+        "refused without a reason",
     )
     rows = tuple(
         (
@@ -272,21 +275,19 @@ def _tabulate(found: dict[str, LongRuns]) -> Table:
             f"{each.peak / 1e6:.0f}",
             f"{1e3 * np.quantile(each.health, 0.95):.0f}",
             f"{np.median(each.figure_seconds):.0f}",
+            _counted(each.outcomes),
+            _counted(each.statuses),
+            str(len(each.unexplained)),
         )
         for name, each in found.items()
     )
-    notes = [
-        f"{name}: runs {_counted(each.outcomes)}; answers {_counted(each.statuses)}; "
-        f"{len(each.unexplained)} refused without words."
-        for name, each in found.items()
-    ]
     peak = max(each.peak for each in found.values())
     p95 = max(float(np.quantile(each.health, 0.95)) for each in found.values())
-    notes.append(
+    note = (
         f"Target at most {MEMORY_LIMIT / 1e6:.0f} MB: {_judge(peak <= MEMORY_LIMIT)}; health "
         f"within {1e3 * HEALTH_LIMIT:.0f} ms: {_judge(p95 <= HEALTH_LIMIT)}."
     )
-    return Table("long-runs", heads, rows, tuple(notes))
+    return Table("long-runs", heads, rows, (note,))
 
 
 def _counted(counts: Counter[str]) -> str:

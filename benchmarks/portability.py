@@ -14,7 +14,7 @@ from pathlib import Path
 
 from llvmlite import binding
 
-from benchmarks.engines import Chromium, Engine, Wasmtime
+from benchmarks.engines import Chromium, Engine, TimedWasmtime
 from benchmarks.portable_runs import all_hashes
 from benchmarks.preset_hashes import tabulate_presets
 from benchmarks.report import PORTABILITY, Table
@@ -108,7 +108,7 @@ def _webassembly(folder: Path) -> Iterator[dict[str, Engine]]:
     """The engines that run the file, of which Chromium may be missing."""
     path = folder / "slipgrasp.wasm"
     build(path)
-    engines: dict[str, Engine] = {"WebAssembly, wasmtime": Wasmtime(path)}
+    engines: dict[str, Engine] = {"WebAssembly, wasmtime": TimedWasmtime(path)}
     chromium = find_chromium()
     if chromium is None:
         yield engines

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from benchmarks.portable_runs import preset_hashes
-from benchmarks.report import PORTABILITY, Table
+from benchmarks.report import PORTABILITY, Table, read_table
 from slipgrasp.core.scenario.loading import preset_names
 
 NAME = "preset-hashes"
@@ -23,8 +23,6 @@ def tabulate_presets(hashes: Mapping[str, str]) -> Table:
     return Table(NAME, ("preset", "SHA-256"), rows, (), PORTABILITY)
 
 
-def read_presets(page: str) -> dict[str, str]:
-    """The hashes that the text of docs/portability.md has."""
-    table = page.partition(f"<!-- {NAME} -->")[2].partition(f"<!-- end {NAME} -->")[0]
-    rows = [line.strip("| ").split(" | ") for line in table.splitlines() if line.startswith("|")]
-    return {row[0]: row[1] for row in rows[2:]}
+def read_presets(page: Path) -> dict[str, str]:
+    """The hashes that docs/portability.md has."""
+    return dict(read_table(page, NAME)[1:])

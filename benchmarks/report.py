@@ -1,7 +1,8 @@
-"""Tables of results: printed as text, and kept in the documentation between marks."""
+"""Tables of results: printed as text, kept in the documentation between marks or as CSV files."""
 
 from __future__ import annotations
 
+import csv
 import math
 import re
 from collections.abc import Iterable
@@ -67,24 +68,64 @@ def format_share(part: int, whole: int) -> str:
 
 
 def update_page(path: Path, tables: Iterable[Table]) -> None:
-    """Replaces what a page says between the marks of these tables.
+    """Replaces what a page has of these tables.
 
     Args:
-        path: Markdown file with ``<!-- NAME -->`` and ``<!-- end NAME -->`` around each table.
+        path: Markdown file with ``<!-- NAME -->`` and ``<!-- end NAME -->`` around each table, or
+            with a line ``Data: [NAME.csv](data/NAME.csv).``: then the rows are written to that
+            file, and the line ends with the notes.
         tables: The new tables.
 
     Raises:
-        ValueError: If the page has no such marks.
+        ValueError: If the page has no place for a table.
     """
     text = path.read_text(encoding="utf-8")
     for table in tables:
-        first, last = f"<!-- {table.name} -->", f"<!-- end {table.name} -->"
-        place = re.compile(f"{re.escape(first)}.*?{re.escape(last)}", re.DOTALL)
-        if not place.search(text):
+        place = re.search(place_of(table.name), text, re.DOTALL | re.MULTILINE)
+        if place is None:
             raise ValueError(f"{path} has no marks for '{table.name}'")
-        block = f"{first}\n{_format_markdown(table)}\n{last}"
-        text = place.sub(lambda _, block=block: block, text)
+        if place["line"]:
+            _write_csv(data_file(path, table.name), table)
+        block = _format_line(table) if place["line"] else _format_markdown(table)
+        text = text[: place.start()] + block + text[place.end() :]
     path.write_text(text, encoding="utf-8")
+
+
+def place_of(name: str) -> str:
+    """Regular expression of a table in a page: its ``body``, or the ``line`` with its file."""
+    name = re.escape(name)
+    line = rf"^Data: \[{name}\.csv\]\(data/{name}\.csv\)\.[^\n]*$"
+    return rf"<!-- {name} -->(?P<body>.*?)<!-- end {name} -->|(?P<line>{line})"
+
+
+def data_file(page: Path, name: str) -> Path:
+    """The CSV file of a table whose rows are not in its page."""
+    return page.parent / "data" / f"{name}.csv"
+
+
+def read_table(page: Path, name: str) -> list[list[str]]:
+    """Heads and rows of a table of a page, or of its data file."""
+    text = page.read_text(encoding="utf-8")
+    place = re.search(place_of(name), text, re.DOTALL | re.MULTILINE)
+    if place is None:
+        raise ValueError(f"{page} has no marks for '{name}'")
+    if place["line"]:
+        with data_file(page, name).open(encoding="utf-8", newline="") as file:
+            return list(csv.reader(file))
+    lines = [line for line in place["body"].splitlines() if line.startswith("|")]
+    cells = [[cell.strip() for cell in line.strip("|").split(" | ")] for line in lines]
+    return [cells[0], *cells[2:]]
+
+
+def _write_csv(file: Path, table: Table) -> None:
+    file.parent.mkdir(exist_ok=True)
+    with file.open("w", encoding="utf-8", newline="") as stream:
+        csv.writer(stream, lineterminator="\n").writerows((table.heads, *table.rows))
+
+
+def _format_line(table: Table) -> str:
+    link = f"[{table.name}.csv](data/{table.name}.csv)"
+    return " ".join([f"Data: {link}.", *table.notes])
 
 
 def _align(cells: Iterable[str], widths: list[int]) -> str:
@@ -95,4 +136,5 @@ def _align(cells: Iterable[str], widths: list[int]) -> str:
 def _format_markdown(table: Table) -> str:
     rule = ("---", *("--:" for _ in table.heads[1:]))
     lines = [f"| {' | '.join(cells)} |" for cells in (table.heads, rule, *table.rows)]
-    return "\n".join(["", *lines, "", *(f"{note}\n" for note in table.notes)])
+    block = "\n".join(["", *lines, "", *(f"{note}\n" for note in table.notes)])
+    return f"<!-- {table.name} -->\n{block}\n<!-- end {table.name} -->"

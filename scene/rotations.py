@@ -16,8 +16,8 @@ _LEAST_COSINE = 1e-12
 
 def about(axis: Values, angles: Values) -> Values:
     """Rotations about a unit axis by angles ``(...)`` [rad]."""
-    half = 0.5 * np.asarray(angles)
-    turned = np.empty((*half.shape, 4))
+    half = 0.5 * np.asanyarray(angles)
+    turned = np.empty_like(half, shape=(*half.shape, 4))
     turned[..., 0] = np.cos(half)
     turned[..., 1:] = np.sin(half)[..., None] * axis
     return turned
@@ -31,7 +31,7 @@ def from_vectors(vectors: Values) -> Values:
 
 def product(first: Values, second: Values) -> Values:
     """The rotation ``second`` followed by ``first``."""
-    a, b = np.broadcast_arrays(first, second)
+    a, b = np.broadcast_arrays(first, second, subok=True)
     scalar = a[..., :1] * b[..., :1] - (a[..., 1:] * b[..., 1:]).sum(axis=-1, keepdims=True)
     vector = a[..., :1] * b[..., 1:] + b[..., :1] * a[..., 1:] + np.cross(a[..., 1:], b[..., 1:])
     return np.concatenate([scalar, vector], axis=-1)

@@ -101,7 +101,7 @@ def drawable(values: NDArray[Any]) -> NDArray[Any]:
 
 def in_three_dimensions(poses: Values) -> Values:
     """Poses (x, y, theta) in the plane z = 0, or of any quaternion, with a unit one: ``(n, 7)``."""
-    found = np.zeros((len(poses), 7))
+    found = np.zeros_like(poses, shape=(len(poses), 7))
     if poses.shape[1] == 3:
         found[:, :2] = poses[:, :2]
         found[:, 3:] = rotations.about(_Z, poses[:, 2])

@@ -26,7 +26,7 @@ FILES = (
     "benchmarks/elementary.py",
     "benchmarks/engines.py",
     "core/kernel/compilation/*.py",
-    "docs/webassembly.js",
+    "web/standalone/kernel.js",
 )
 
 

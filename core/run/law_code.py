@@ -17,7 +17,8 @@ from typing import Any
 
 import numpy as np
 
-from slipgrasp.core.kernel.compilation.compiler import INTERPRETED
+from slipgrasp.core.exceptions import SlipgraspError
+from slipgrasp.core.kernel.compilation.cache import IN_WEBASSEMBLY, INTERPRETED
 from slipgrasp.core.kernel.compilation.records import Floats, Record
 from slipgrasp.core.run.checked_code import compile_checked, in_python
 from slipgrasp.core.scenario.custom_laws import CustomLaw, Diagnostic
@@ -64,7 +65,12 @@ class LawCode:
             law: The law.
             own: The law's part of the run in the kernel.
             shape: How many fingers there are, and how many estimates.
+
+        Raises:
+            SlipgraspError: If the kernel runs in WebAssembly, which cannot call the law.
         """
+        if IN_WEBASSEMBLY:
+            raise SlipgraspError("custom laws need the native kernel: unset SLIPGRASP_KERNEL")
         self.interrupt: BaseException | None = None
         self._failure: str | None = None
         self._refusal: str | None = None

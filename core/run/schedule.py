@@ -96,15 +96,21 @@ class Schedule(Timetable[PlanarScenario]):
     def pack(self) -> Record:
         """The constants of the present segment, for the kernel."""
         stretch = whole_faces()
-        for pulse in self.present.pulses:
-            if is_acting(pulse, self.begin):
-                stretch.load += [*pulse.force, pulse.moment]
+        stretch.load += self.load()
         if self.present.patches:
             segments = [face[k] for face, k in zip(self._faces, self._places, strict=True)]
             ends = stretch.slip_minimum, stretch.slip_maximum, stretch.friction_factor
             for values, array in zip(zip(*segments, strict=True), ends, strict=True):
                 array[: len(segments)] = values
         return pack_model(self.table, stretch)
+
+    def load(self) -> Floats:
+        """Force and moment of the pulses that act in the present segment [N, N, N m]."""
+        load = np.zeros(3)
+        for pulse in self.present.pulses:
+            if is_acting(pulse, self.begin):
+                load += [*pulse.force, pulse.moment]
+        return load
 
     def pass_instant(self, slips: Floats, velocities: Floats) -> list[Change]:
         """Switches to the segment that begins where the present one ends.

@@ -112,8 +112,7 @@ def headline_of(run: RunResult | RunSummary) -> str:
     """How a run went, in a few words."""
     metrics = run.metrics
     if run.outcome is not Outcome.COMPLETED:
-        code = run.reason.code if run.reason else ""
-        return _ENDED_BY.get(code, _ENDED_EARLY[run.outcome])
+        return headline_of_end(run.outcome, run.reason.code if run.reason else "")
     if metrics.held:
         body, slipped = scenario_at(run.scenario, run.end_time).object, max(metrics.slip_path)
         after = f" after {length_words(slipped)} of slip" if is_large(body, slipped) else ""
@@ -124,6 +123,16 @@ def headline_of(run: RunResult | RunSummary) -> str:
     if metrics.slipping_at_end:
         return "Not held: still slipping at the end"
     return "Not settled: it has only just stopped slipping"
+
+
+def headline_of_end(outcome: Outcome, code: str) -> str:
+    """How a run went that ended early, in a few words.
+
+    Args:
+        outcome: Its outcome.
+        code: Code of its reason; empty if it has none.
+    """
+    return _ENDED_BY.get(code, _ENDED_EARLY[outcome])
 
 
 def title_of(run: RunResult | RunSummary) -> str:

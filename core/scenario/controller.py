@@ -10,7 +10,7 @@ from pydantic.dataclasses import dataclass
 
 from slipgrasp.core.scenario.custom_laws import LAW_NAME, PARAMETER_NAME, law_names
 from slipgrasp.core.scenario.field_types import CONFIG, MAX_FINGERS, FrozenMapping
-from slipgrasp.core.scenario.laws import CONTROL_LAWS, law_kind
+from slipgrasp.core.scenario.laws import CONTROL_LAWS, law_kind, law_label
 from slipgrasp.core.scenario.parameters import Quantity
 from slipgrasp.core.scenario.space import PLANAR
 
@@ -35,7 +35,7 @@ _LAWS = CONTROL_LAWS.values()
 Kind = Annotated[
     LawKind,
     Quantity(
-        "Control law. " + " ".join(f"{law.kind}: {law.summary}" for law in _LAWS),
+        "Control law. " + " ".join(f"{law_label(law.kind)}: {law.summary}" for law in _LAWS),
         changeable=True,
         choices=law_names,
     ),

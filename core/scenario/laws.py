@@ -187,6 +187,12 @@ def law_kind(name: Any) -> Any:
     return LAW_ALIASES.get(name, name) if isinstance(name, str) else name
 
 
+def law_label(kind: str) -> str:
+    """A law by its alias, if it has one, and by its ``kind``."""
+    aliases = {known: alias for alias, known in LAW_ALIASES.items()}
+    return f"{aliases[kind]} ({kind})" if kind in aliases else kind
+
+
 def facts_read_for(hand: Space) -> tuple[str, ...]:
     """Names of the facts that the kernel of a kind of hands reads."""
     return tuple(each.name for each in fields(ControlLaw) if hand in each.metadata.get("hands", ()))

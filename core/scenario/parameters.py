@@ -9,7 +9,7 @@ from __future__ import annotations
 import dataclasses
 import types
 import typing
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache
 from typing import Any, Literal
 
@@ -22,7 +22,7 @@ ParameterValue = float | int | bool | str | tuple[float, ...] | None
 ParameterKind = Literal["number", "integer", "boolean", "choice", "text", "number-or-list"]
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
 class Quantity:
     """Metadata of one scenario field.
 
@@ -279,9 +279,7 @@ def _describe_item(
     own, bounds, item_base = split_hint(arguments[min(index, len(arguments) - 1)])
     chosen = own or quantity
     if chosen is not None:
-        units = chosen.unit.split(", ")
-        unit = units[index] if index < len(units) == len(arguments) else chosen.unit
-        quantity = dataclasses.replace(chosen, unit=unit)
+        quantity = _quantity_of_item(chosen, len(arguments), index)
         if isinstance(item, tuple) and is_tuple(item_base):
             for i, part in enumerate(item):
                 yield from _describe_item(f"{key}.{i}", part, quantity, item_base, i)
@@ -289,13 +287,22 @@ def _describe_item(
             yield _parameter(key, item_base, item, quantity, bounds)
 
 
-def split_hint(hint: Any) -> tuple[Quantity | None, list[Any], Any]:
+@cache
+def _quantity_of_item(quantity: Quantity, count: int, index: int) -> Quantity:
+    """The quantity of one of ``count`` items, where they have units of their own."""
+    units = quantity.unit.split(", ")
+    unit = units[index] if index < len(units) == count else quantity.unit
+    return dataclasses.replace(quantity, unit=unit)
+
+
+@cache
+def split_hint(hint: Any) -> tuple[Quantity | None, tuple[Any, ...], Any]:
     """What an annotation says: the quantity if there is one, all else beside the type, the type."""
     if typing.get_origin(hint) is typing.Annotated:
         base, *extras = typing.get_args(hint)
         quantity = next((e for e in extras if isinstance(e, Quantity)), None)
-        return quantity, extras, base
-    return None, [], hint
+        return quantity, tuple(extras), base
+    return None, (), hint
 
 
 def is_tuple(base: Any) -> bool:
@@ -303,26 +310,34 @@ def is_tuple(base: Any) -> bool:
     return typing.get_origin(base) is tuple
 
 
-def _parameter(key: str, base: Any, value: Any, quantity: Quantity, extras: list[Any]) -> Parameter:
+def _parameter(
+    key: str, base: Any, value: Any, quantity: Quantity, extras: tuple[Any, ...]
+) -> Parameter:
+    facts = _facts_of(base, quantity, extras)
+    if quantity.choices:
+        return Parameter(key=key, value=value, **facts | {"choices": quantity.choices()})
+    return Parameter(key=key, value=value, **facts)
+
+
+@cache
+def _facts_of(base: Any, quantity: Quantity, extras: tuple[Any, ...]) -> dict[str, Any]:
+    """All of a parameter that its definition says: the same in every scenario."""
     alternatives = alternatives_of(base)
-    optional = type(None) in alternatives
     kinds = [a for a in alternatives if a is not type(None)]
     low, high, exclusive = _bounds(extras, kinds)
-    return Parameter(
-        key=key,
-        value=value,
-        kind="choice" if quantity.choices else _kind(kinds),
-        unit=quantity.unit,
-        text=quantity.sentence,
-        minimum=low,
-        maximum=high,
-        exclusive_minimum=exclusive,
-        typical=quantity.typical,
-        choices=quantity.choices() if quantity.choices else _words_of(kinds),
-        optional=optional,
-        changeable=quantity.changeable,
-        used_by=quantity.used_by,
-    )
+    return {
+        "kind": "choice" if quantity.choices else _kind(kinds),
+        "unit": quantity.unit,
+        "text": quantity.sentence,
+        "minimum": low,
+        "maximum": high,
+        "exclusive_minimum": exclusive,
+        "typical": quantity.typical,
+        "choices": _words_of(kinds),
+        "optional": type(None) in alternatives,
+        "changeable": quantity.changeable,
+        "used_by": quantity.used_by,
+    }
 
 
 def _words_of(kinds: list[Any]) -> tuple[str, ...]:
@@ -350,7 +365,7 @@ def _kind(kinds: list[Any]) -> ParameterKind:
     return "number" if float in bases else "text"
 
 
-def _bounds(extras: list[Any], kinds: list[Any]) -> tuple[float | None, float | None, bool]:
+def _bounds(extras: Sequence[Any], kinds: list[Any]) -> tuple[float | None, float | None, bool]:
     metadata = [*extras, *(e for k in kinds for e in split_hint(k)[1])]
     low: float | None = None
     high: float | None = None

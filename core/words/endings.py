@@ -75,7 +75,8 @@ class _Ending:
     Attributes:
         outcome: Its outcome.
         code: Code of its reason.
-        explain: Says what happened.
+        explain: Says what happened: a sentence whose blanks are facts of the run (`_blanks`), or
+            a function where what is said depends on more.
         hint: Says what to try.
         of_one_contact: Whether it concerns one contact or finger.
         by_the_torque: Whether other torques could have prevented it: then a joint that gave all,
@@ -84,7 +85,7 @@ class _Ending:
 
     outcome: Outcome
     code: str
-    explain: Callable[[_End], _Finding]
+    explain: str | Callable[[_End], _Finding]
     hint: Callable[[_End], Hint]
     of_one_contact: bool = False
     by_the_torque: bool = False
@@ -107,7 +108,7 @@ def describe_end(
     if status == STEP_UNDERFLOW and _has_singular_model(end):
         status = MODEL_SINGULAR
     ending = _ENDINGS[status]
-    found = ending.explain(end)
+    found = _explain(ending, end)
     causes = (_describe_weakness(end), describe_misbelief(present, last))
     message = f"{found.message} at {t:.5g} s"
     reason = Reason(
@@ -120,6 +121,45 @@ def describe_end(
         hint=str(ending.hint(end)),
     )
     return ending.outcome, reason
+
+
+class EndWords(NamedTuple):
+    """How a status of the kernel is said where Python does not run.
+
+    Attributes:
+        outcome: Its outcome.
+        code: Code of its reason.
+        sentence: What happened, with the blanks ``{finger}``, ``{changes}``, ``{window}`` and
+            ``{most_steps}``; empty where it depends on more.
+    """
+
+    outcome: str
+    code: str
+    sentence: str
+
+
+def end_words() -> dict[int, EndWords]:
+    """The words of every status in which physics, the law or a limit ends a run."""
+    return {
+        status: EndWords(
+            ending.outcome.value,
+            ending.code,
+            ending.explain if isinstance(ending.explain, str) else "",
+        )
+        for status, ending in _ENDINGS.items()
+    }
+
+
+def end_blanks(scenario: Scenario) -> dict[str, str]:
+    """What stands in the blanks of `EndWords`, but for the name of the finger."""
+    simulation, period = scenario.simulation, scenario.controller.control_period
+    # With sampled control phase changes are counted in one period at most.
+    window = min(simulation.chatter_window, period or simulation.chatter_window)
+    return {
+        "changes": str(simulation.chatter_changes),
+        "window": f"{window:g}",
+        "most_steps": str(simulation.max_steps),
+    }
 
 
 def hint_for(reason: Reason, start: Scenario, present: Scenario, last: Trace) -> Hint:
@@ -205,6 +245,16 @@ def _describe_distribution(end: _End) -> str:
     )
 
 
+def _explain(ending: _Ending, end: _End) -> _Finding:
+    """What happened, in words."""
+    if not isinstance(ending.explain, str):
+        return ending.explain(end)
+    finger = end.finger_name if end.contact >= 0 else ""
+    message = ending.explain.format(finger=finger, **end_blanks(end.scenario))
+    quantity = _QUANTITIES.get(ending.code)
+    return _Finding(message, *quantity(end)) if quantity else _Finding(message)
+
+
 def _explain_separation(end: _End) -> _Finding:
     """A normal force that falls to zero, or a contact that can only open under the torque."""
     force = float(end.last.normal_force[0, end.contact]) if end.contact >= 0 else 0.0
@@ -278,31 +328,27 @@ def _explain_joint_limit(end: _End) -> _Finding:
     return _Finding(message, limit - beyond if side else limit + beyond, limit)
 
 
-def _explain_chattering(end: _End) -> _Finding:
-    simulation, period = end.scenario.simulation, end.controller.control_period
-    # With sampled control they are counted in one period at most.
-    window = min(simulation.chatter_window, period or simulation.chatter_window)
-    changes = simulation.chatter_changes
-    message = f"the contacts chattered: {changes} phase changes within {window:g} s"
-    return _Finding(message, float(changes), float(changes))
+def _count_changes(end: _End) -> tuple[float, float]:
+    changes = float(end.scenario.simulation.chatter_changes)
+    return changes, changes
 
 
-def _explain_inconsistent(_end: _End) -> _Finding:
-    return _Finding("no combination of stick and slip is consistent with the torque")
+def _count_steps(end: _End) -> tuple[float, float]:
+    most = float(end.scenario.simulation.max_steps)
+    return most, most
 
 
-def _explain_painleve(_end: _End) -> _Finding:
-    message = "the reduced inertia is singular: friction is too high for this pose (Painlevé)"
-    return _Finding(message, None, 0.0)
+# The offending quantity and its limit, of endings whose words are a sentence with blanks.
+_QUANTITIES: dict[str, Callable[[_End], tuple[float | None, float | None]]] = {
+    "chatter": _count_changes,
+    "max_steps": _count_steps,
+    "painleve": lambda _: (None, 0.0),
+}
 
 
 def _explain_singular_model(end: _End) -> _Finding:
     condition = float(end.last.estimated_inertia_condition[0])
     return _Finding("the controller's estimate of the reduced inertia became singular", condition)
-
-
-def _explain_nonfinite_torque(_end: _End) -> _Finding:
-    return _Finding("the torque that the control law commands is not finite")
 
 
 def _explain_turn(end: _End) -> _Finding:
@@ -314,17 +360,6 @@ def _explain_turn(end: _End) -> _Finding:
     return _Finding(message, tilt, LARGEST_TILT)
 
 
-def _explain_underflow(_end: _End) -> _Finding:
-    return _Finding("no step of the integration is small enough: the closed loop diverges")
-
-
-def _explain_unbounded_force(_end: _End) -> _Finding:
-    return _Finding(
-        "the control law asks for grasp forces that grow without bound, where its friction cones "
-        "begin or cease to be satisfiable,"
-    )
-
-
 def _explain_stiffness(end: _End) -> _Finding:
     condition = float(end.last.estimated_inertia_condition[0])
     message = (
@@ -333,19 +368,6 @@ def _explain_stiffness(end: _End) -> _Finding:
         f"number {condition:.2g},"
     )
     return _Finding(message, condition)
-
-
-def _explain_nonfinite(_end: _End) -> _Finding:
-    return _Finding("the closed loop diverges: a quantity is not finite any more")
-
-
-def _explain_stall(_end: _End) -> _Finding:
-    return _Finding("one instant repeats its events without progress in time")
-
-
-def _explain_max_steps(end: _End) -> _Finding:
-    most = end.scenario.simulation.max_steps
-    return _Finding(f"the limit of {most} steps was reached", float(most), float(most))
 
 
 def _hold_better(end: _End, instead: str = "") -> Hint:
@@ -462,21 +484,21 @@ _ENDINGS = {
     CHATTERING: _Ending(
         outcome=Outcome.CHATTERING,
         code="chatter",
-        explain=_explain_chattering,
+        explain="the contacts chattered: {changes} phase changes within {window} s",
         hint=_avoid_chatter,
         by_the_torque=True,
     ),
     INCONSISTENT: _Ending(
         outcome=Outcome.INCONSISTENT,
         code="no_consistent_phase",
-        explain=_explain_inconsistent,
+        explain="no combination of stick and slip is consistent with the torque",
         hint=_allow_a_solution,
         by_the_torque=True,
     ),
     PAINLEVE: _Ending(
         outcome=Outcome.DIVERGED,
         code="painleve",
-        explain=_explain_painleve,
+        explain=("the reduced inertia is singular: friction is too high for this pose (Painlevé)"),
         hint=_leave_painleve,
     ),
     MODEL_SINGULAR: _Ending(
@@ -489,7 +511,7 @@ _ENDINGS = {
     TORQUE_NOT_FINITE: _Ending(
         outcome=Outcome.DIVERGED,
         code="nonfinite_torque",
-        explain=_explain_nonfinite_torque,
+        explain="the torque that the control law commands is not finite",
         hint=_keep_the_model_regular,
         by_the_torque=True,
     ),
@@ -503,14 +525,17 @@ _ENDINGS = {
     STEP_UNDERFLOW: _Ending(
         outcome=Outcome.DIVERGED,
         code="step_underflow",
-        explain=_explain_underflow,
+        explain="no step of the integration is small enough: the closed loop diverges",
         hint=_calm_the_loop,
         by_the_torque=True,
     ),
     UNBOUNDED_FORCE: _Ending(
         outcome=Outcome.DIVERGED,
         code="unbounded_grasp_force",
-        explain=_explain_unbounded_force,
+        explain=(
+            "the control law asks for grasp forces that grow without bound, where its friction "
+            "cones begin or cease to be satisfiable,"
+        ),
         hint=_calm_the_loop,
         by_the_torque=True,
     ),
@@ -524,19 +549,19 @@ _ENDINGS = {
     NOT_FINITE: _Ending(
         outcome=Outcome.DIVERGED,
         code="nonfinite_state",
-        explain=_explain_nonfinite,
+        explain="the closed loop diverges: a quantity is not finite any more",
         hint=_calm_the_loop,
     ),
     EVENT_STALL: _Ending(
         outcome=Outcome.LIMIT,
         code="event_stall",
-        explain=_explain_stall,
+        explain="one instant repeats its events without progress in time",
         hint=_pass_the_instant,
     ),
     MAX_STEPS: _Ending(
         outcome=Outcome.LIMIT,
         code="max_steps",
-        explain=_explain_max_steps,
+        explain="the limit of {most_steps} steps was reached",
         hint=_take_fewer_steps,
     ),
 }

@@ -136,7 +136,7 @@ class ViewerRelay:
         self._upstream_port = upstream_port
         self._find_faults = find_faults
         self._page = PageFile(
-            _with_head(_read_page(), head),
+            with_head(viewer_page(), head),
             "text/html",
             {"Content-Security-Policy": CONTENT_POLICY},
         )
@@ -316,14 +316,14 @@ def _viser_protocols(viewer: WebSocket) -> list[Subprotocol]:
     return [Subprotocol(name) for name in offered if name.startswith(_PROTOCOL_PREFIX)]
 
 
-def _read_page() -> bytes:
+def viewer_page() -> bytes:
     """The page as viser ships it; found without importing viser, which takes seconds."""
     spec = find_spec("viser")
     assert spec is not None and spec.origin is not None
     return (Path(spec.origin).parent / "client" / "build" / "index.html").read_bytes()
 
 
-def _with_head(page: bytes, head: str) -> bytes:
+def with_head(page: bytes, head: str) -> bytes:
     """The page with something put before everything else in its head, in place of viser's name."""
     if page.count(_HEAD) != 1:
         raise RuntimeError("viser's page has no head that something can be put into")

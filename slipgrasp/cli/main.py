@@ -16,6 +16,7 @@ from slipgrasp.cli import (
     hands,
     laws,
     margin,
+    page,
     prune,
     rebuild,
     recover,
@@ -104,7 +105,7 @@ def _make_parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
     for command in (
         *(run, margin, study, rebuild, replay, diff, verify),
-        *(export, figures, recover, prune, scenarios, hands, laws, serve),
+        *(export, page, figures, recover, prune, scenarios, hands, laws, serve),
     ):
         command.add_command(commands)
     return parser

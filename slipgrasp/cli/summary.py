@@ -25,7 +25,7 @@ def summarize(result: RunResult, recording: Path | None, tried: TriedHint | None
     """
     lines = [
         result.name,
-        *_titled(title_of(result)),
+        *_title(result),
         "",
         *_sentences(result, tried),
         "",
@@ -38,8 +38,10 @@ def summarize(result: RunResult, recording: Path | None, tried: TriedHint | None
     return "\n".join(lines)
 
 
-def _titled(title: str) -> list[str]:
-    return [title] if title else []
+def _title(result: RunResult) -> list[str]:
+    """The title, unless the name begins with it, as for a scenario that is no preset."""
+    title = title_of(result)
+    return [title] if title and not result.name.startswith(title) else []
 
 
 def _sentences(result: RunResult, tried: TriedHint | None) -> Iterator[str]:

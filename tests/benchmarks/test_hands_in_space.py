@@ -1,6 +1,7 @@
 """A small sample of `benchmarks.hands_in_space`, and each of its checks on runs it must refuse."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -29,9 +30,9 @@ ONCE_WRONG = (8, 39, 141, 186, 203, 235, 248, 287, 1502, 1518)
 # As they are drawn now: contacts that need not open where others give their static friction up, a
 # finger that ends straight, and slips that creep.
 ONCE_WRONG_SINCE = (706, 2871, 3353, 1354, 1680, 4626)
-# Seeds and indices: one of several solutions with closed contacts, a force located near a pole, a
+# Drawn in pairs then: one of several solutions with closed contacts, a force located near a pole, a
 # fingertip that cannot slide over the rim of a patch, and solutions that Newton's method misses.
-ONCE_WRONG_IN_PAIRS = ((14, 1462), (14, 2598), (107, 71), (14, 4756), (14, 7594))
+ONCE_WRONG_IN_PAIRS = sorted((Path(__file__).parent / "once_wrong").glob("spatial-*.toml"))
 
 
 @pytest.fixture(scope="module", params=["spatial-prism", "spatial-pyramid"])
@@ -64,9 +65,9 @@ def test_hands_in_space_that_ended_falsely_since_end_truly(index):
     assert not judgement.missed and judgement.outcome != "limit"
 
 
-@pytest.mark.parametrize(("seed", "index"), ONCE_WRONG_IN_PAIRS)
-def test_hands_in_space_drawn_in_pairs_that_ended_falsely_once_end_truly(seed, index):
-    assert not judge_in_space(draw(PAIRS_IN_SPACE, seed, index), twice=False).missed
+@pytest.mark.parametrize("path", ONCE_WRONG_IN_PAIRS, ids=lambda path: path.stem)
+def test_hands_in_space_drawn_in_pairs_that_ended_falsely_once_end_truly(path):
+    assert not judge_in_space(load_scenario(path), twice=False).missed
 
 
 def test_draws_have_both_frictions_and_all_numbers_of_fingers():

@@ -1,6 +1,7 @@
 """A small sample of `benchmarks.outcomes`, and each of its checks on runs that it must refuse."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -109,9 +110,10 @@ ONCE_WRONG = {
         8387,
     ),
     ON_BOUNDS: (7, 8, 10, 220, 349, 1126),
-    # Also segments of the motion that last no time, and extremes of forces near the end of a step.
-    PAIRS: (1276, 1666, 2412, 3712, 6713, 7013, 7162, 10789, 13795, 15764, 16769),
 }
+# Drawn in pairs then; with every new parameter others are drawn. Segments of the motion that last
+# no time, extremes of forces near the end of a step.
+ONCE_WRONG_IN_PAIRS = sorted((Path(__file__).parent / "once_wrong").glob("planar-*.toml"))
 
 
 @pytest.mark.parametrize(
@@ -120,6 +122,11 @@ ONCE_WRONG = {
 )
 def test_runs_that_ended_falsely_once_end_truly(population, index):
     assert not judge_run(draw(population, 14, index)).missed
+
+
+@pytest.mark.parametrize("path", ONCE_WRONG_IN_PAIRS, ids=lambda path: path.stem)
+def test_runs_drawn_in_pairs_that_ended_falsely_once_end_truly(path):
+    assert not judge_run(load_scenario(path)).missed
 
 
 def test_random_runs_are_not_materially_different_from_those_of_tight_tolerances():

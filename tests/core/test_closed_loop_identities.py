@@ -17,6 +17,7 @@ from scipy.integrate import simpson
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import load_scenario, with_values
+from tests.phases import label
 from tests.references.closed_loop import ClosedLoop
 from tests.references.controller import regressor, tracking_errors
 from tests.references.hand import State
@@ -39,10 +40,6 @@ PHASES = [
 ]
 SEEDS = range(3)
 T = 0.4  # inside the first piece of every desired motion drawn here
-
-
-def label(phase):
-    return "".join("0+-"[gamma] for gamma in phase)
 
 
 def has_enough_actuators(phase):

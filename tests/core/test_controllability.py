@@ -7,10 +7,9 @@ import pytest
 
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
+from tests.phases import PHASES
 from tests.references.hands import random_scenario, random_state
 from tests.state_evaluation import evaluate_state
-
-PHASES = [phase for n in (2, 3, 4) for phase in product((0, 1, -1), repeat=n)]
 
 
 def evaluation(phase, seed, **law):

@@ -4,7 +4,6 @@ Every combination of phases of 2, 3 and 4 fingers, every set of unknowns.
 """
 
 from functools import cache
-from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -12,6 +11,7 @@ import pytest
 
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import with_values
+from tests.phases import PHASES, label
 from tests.references.closed_loop import ClosedLoop, Evaluation
 from tests.references.controller import regressor
 from tests.references.hand import State
@@ -26,7 +26,6 @@ from tests.state_evaluation import StateEvaluation, evaluate_state
 
 pytestmark = pytest.mark.slow
 
-PHASES = [phase for n in (2, 3, 4) for phase in product((0, 1, -1), repeat=n)]
 TIMES = (0.4, 1.3, 3.2, 4.5)  # one in each piece of the desired motion
 
 
@@ -41,10 +40,6 @@ class Point(NamedTuple):
     estimates: np.ndarray
     kernel: StateEvaluation
     reference: Evaluation
-
-
-def label(phase):
-    return "".join("0+-"[gamma] for gamma in phase)
 
 
 @cache

@@ -3,8 +3,9 @@
 import pytest
 
 from slipgrasp.core.exceptions import ScenarioError
+from slipgrasp.core.scenario.field_errors import template_keys
 from slipgrasp.core.scenario.law_choice import with_law
-from slipgrasp.core.scenario.laws import CONTROL_LAWS, LAW_ALIASES
+from slipgrasp.core.scenario.laws import CONTROL_LAWS, LAW_ALIASES, law_label
 from slipgrasp.core.scenario.loading import load_scenario, scenario_from_mapping, with_values
 from slipgrasp.core.study.loading import study_from_mapping
 
@@ -31,6 +32,12 @@ def test_a_study_over_laws_takes_aliases():
     study = study_from_mapping({"base": "paper-case-2", "vary": vary}, load_scenario)
     kinds = [study.scenario_of(i).controller.kind for i in range(study.num_runs)]
     assert kinds == ["theorem-3", "theorem-4"]
+
+
+def test_a_law_is_listed_by_its_alias_first():
+    assert law_label("theorem-3") == "adaptive-mass (theorem-3)"
+    assert law_label("composite") == "composite"
+    assert "adaptive-mass (theorem-3): " in template_keys()["controller.kind"].text
 
 
 def test_an_alias_is_no_name_of_another_law():

@@ -1,6 +1,7 @@
 """Metrics: against the rows, against finer rows, and whatever the output rate is."""
 
 from dataclasses import asdict, replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -102,6 +103,23 @@ def assert_same_at_every_rate(scenario, exact=()):
 def test_no_metric_of_a_planar_run_depends_on_the_output_rate(name):
     scenario = with_values(load_scenario(name), {"simulation.duration": 1.0})
     assert_same_at_every_rate(scenario, exact=("rms_tracking_error", "torque_effort", "slip_path"))
+
+
+def test_a_margin_is_least_where_the_grasp_force_reaches_a_limit_late_in_a_step():
+    """The kink lies behind the last slope of the step, so no value taken there tells of it."""
+    changes: dict[str, Any] = {
+        "controller.kind": "certainty-equivalence",
+        "controller.control_period": 0.0,
+        "controller.minimum_normal_force": 26.9,
+        "controller.grip_safety": 2.0,
+        "trajectory.kind": "shake",
+        "trajectory.amplitude": [0.007, 0.003, 0.003],
+        "trajectory.period": 0.18,
+        "trajectory.acceleration_time": 0.08,
+        "trajectory.cycles": 1.0,
+        "simulation.duration": 0.3,
+    }
+    assert_same_at_every_rate(with_values(load_scenario("paper-case-2"), changes))
 
 
 @pytest.mark.parametrize("kind", KINDS, ids=str)

@@ -9,7 +9,7 @@ from benchmarks.preset_hashes import read_presets
 from slipgrasp.core.scenario.loading import load_scenario, preset_names
 
 PAGE = Path(__file__).parents[2] / "docs" / "portability.md"
-KEPT = read_presets(PAGE.read_text(encoding="utf-8"))
+KEPT = read_presets(PAGE)
 
 CHANGED = """the run of preset {name} has other bits than docs/portability.md says.
 

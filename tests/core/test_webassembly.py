@@ -5,9 +5,10 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.engines import Chromium, Wasmtime
+from benchmarks.engines import Chromium
 from benchmarks.portable_runs import run_hash
 from slipgrasp.core.kernel.compilation.compiler import entered_by
+from slipgrasp.core.kernel.compilation.foreign import Wasmtime
 from slipgrasp.core.kernel.compilation.webassembly import build
 from slipgrasp.core.kernel.planar.model import MODEL
 from slipgrasp.core.kernel.planar.packing import make_table

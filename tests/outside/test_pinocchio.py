@@ -7,7 +7,6 @@ recover a finger's own terms from the motion of the whole hand.
 """
 
 from functools import cache
-from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -15,6 +14,7 @@ import pytest
 
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import load_scenario
+from tests.phases import PHASES, label
 from tests.references.closed_loop import ClosedLoop
 from tests.references.hand import State, friction_rows
 from tests.references.hands import random_estimates, random_scenario, random_state
@@ -23,7 +23,6 @@ from tests.state_evaluation import StateEvaluation, evaluate_state
 
 pytestmark = pytest.mark.slow
 
-PHASES = [phase for n in (2, 3, 4) for phase in product((0, 1, -1), repeat=n)]
 HANDS = [(n, seed) for n in (2, 3, 4) for seed in range(6)]
 TOLERANCE = 1e-10
 
@@ -63,10 +62,6 @@ def assert_close(actual, expected, tolerance=TOLERANCE):
     """Agreement relative to the largest entry."""
     scale = max(1.0, float(np.max(np.abs(expected))))
     np.testing.assert_allclose(actual, expected, rtol=0.0, atol=tolerance * scale)
-
-
-def label(phase):
-    return "".join("0+-"[gamma] for gamma in phase)
 
 
 each_hand = pytest.mark.parametrize(("n", "seed"), HANDS)

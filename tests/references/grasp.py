@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from itertools import product
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import clarabel
@@ -130,18 +130,28 @@ def _least_with_violation(G: Array, d: Array, A: Array, b: Array) -> Array:
     weight = VIOLATION_WEIGHT**-0.5
     wrench = np.column_stack((G, np.zeros(len(d))))
     relaxed = np.column_stack((A, np.full(len(b), weight)))
-    for excess in (np.exp(high), 1e-6, 1e-4):
-        for library in (_solve_by_clarabel, _solve_by_proxqp):
-            _, pressure = library(G, d, A, b - least - excess)
-            for share, others in product((1e-6, 1e-4, 1e-8), (False, decisive)):
-                active = (pressure > share * pressure.max(initial=0.0)) | others
-                rows = np.vstack((wrench, relaxed[active]))
-                x = np.linalg.lstsq(rows, np.concatenate((d, b[active])), rcond=1e-12)[0]
-                multipliers = np.linalg.lstsq(rows.T, x, rcond=1e-12)[0]
-                pushes = multipliers[len(d) :] > -MET * np.abs(multipliers).max()
-                if np.all(relaxed @ x > b - MET * (1.0 + np.abs(x).max())) and pushes.all():
-                    return x[:-1]
+    for active in _rows_that_may_bind(G, d, A, b - least, np.exp(high), decisive):
+        rows = np.vstack((wrench, relaxed[active]))
+        x = np.linalg.lstsq(rows, np.concatenate((d, b[active])), rcond=1e-12)[0]
+        multipliers = np.linalg.lstsq(rows.T, x, rcond=1e-12)[0]
+        pushes = multipliers[len(d) :] > -MET * np.abs(multipliers).max()
+        if np.all(relaxed @ x > b - MET * (1.0 + np.abs(x).max())) and pushes.all():
+            return x[:-1]
     raise AssertionError("the rows that bind were not found")
+
+
+def _rows_that_may_bind(
+    G: Array, d: Array, A: Array, b: Array, excess: float, decisive: Array
+) -> Iterator[Array]:
+    """Which rows may hold with equality near the least violation, the likely ones first."""
+    for each in (excess, 1e-6, 1e-4):
+        for library in (_solve_by_clarabel, _solve_by_proxqp):
+            _, pressure = library(G, d, A, b - each)
+            for share in (1e-6, 1e-4, 1e-8):
+                active = pressure > share * pressure.max(initial=0.0)
+                yield active
+                yield active | decisive
+    yield decisive
 
 
 def _solve_by_clarabel(G: Array, d: Array, A: Array, b: Array) -> tuple[Array, Array]:

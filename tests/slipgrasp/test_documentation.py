@@ -39,10 +39,17 @@ def test_everything_that_a_page_points_at_is_there(page):
         assert not section or section in sections(file), target
 
 
-def test_every_picture_of_the_documentation_is_shown_somewhere():
+def test_every_picture_and_data_file_of_the_documentation_is_on_a_page():
     shown = {(page.parent / target).resolve() for page in PAGES for target in targets(page)}
-    pictures = {path for path in (ROOT / "docs" / "images").rglob("*.*") if path.suffix != ".pdf"}
-    assert pictures - shown == set()
+    files = {*(ROOT / "docs" / "images").rglob("*.*"), *(ROOT / "docs" / "data").iterdir()}
+    assert {path for path in files if path.suffix != ".pdf"} - shown == set()
+
+
+def test_the_tests_that_the_list_of_checks_names_exist():
+    with (ROOT / "docs" / "data" / "checks.csv").open(encoding="utf-8") as file:
+        named = re.findall(r"`(\w+/\w+\.py)`", file.read())
+    assert len(named) > 25
+    assert [name for name in named if not (ROOT / "tests" / name).is_file()] == []
 
 
 def test_the_keys_of_the_guide_are_those_of_the_page():

@@ -24,7 +24,7 @@ NUMBER = re.compile(
     r"|\d+\.\d+|\d+e-?\d+|\d{1,3}[  ]\d{3}\b)"
 )
 NO_NUMBER = re.compile(
-    r"^```.*?^```$|<!-- ([\w-]+) -->.*?<!-- end \1 -->"  # code, what a benchmark wrote
+    r"^```.*?^```$|<!-- ([\w-]+) -->.*?<!-- end \1 -->|^Data: [^\n]*$"  # benchmarks
     r"|`[^`]*`|\$[^$]*\$|\]\([^)]*\)|<(?!!--)[^>]*>"  # code, formulas, links, HTML
     r"|(?:Python|MuJoCo|sections?|and) (?:≥ |from )?\d+\.\d+",  # versions, sections of a book
     re.MULTILINE | re.DOTALL,

@@ -227,6 +227,12 @@ def test_without_json_the_result_is_told_in_words(slipgrasp):
     assert str(recording) in done.stdout
 
 
+def test_a_title_that_names_the_run_is_printed_once(slipgrasp):
+    done = slipgrasp("run", *SHORT, "--set", "title=Mine")
+    assert done.stdout.splitlines()[0].startswith("Mine")
+    assert done.stdout.splitlines()[1] == ""
+
+
 def test_an_early_end_is_told_in_words_with_what_to_try(slipgrasp):
     done = slipgrasp("run", *LOST_GRIP)
 

@@ -1,4 +1,4 @@
-"""Tutorials and answers: every block is run as it is printed, and prints what the page says."""
+"""Getting started, tutorials and answers: every block runs, and prints what the page says."""
 
 import contextlib
 import io
@@ -115,7 +115,7 @@ def reader(tmp_path, monkeypatch) -> Iterator[Reader]:
     found.end()
 
 
-@pytest.mark.parametrize("name", ["tutorials", "answers"])
+@pytest.mark.parametrize("name", ["get-started", "tutorials", "answers", "lessons", "page"])
 def test_what_is_printed_is_what_the_page_says(reader, name):
     page = (DOCS / f"{name}.md").read_text(encoding="utf-8")
     for port in PORTS:

@@ -39,7 +39,7 @@ def test_what_another_process_recorded_is_the_same_bit_for_bit(slipgrasp):
     assert found["same"] and found["bit_for_bit"] and found["whole"]
     assert found["mismatches"] == []
     assert found["end_time"] == run["end_time"]
-    assert found["sha256"] == run["sha256"] == read_presets(PAGE.read_text())["paper-case-2"]
+    assert found["sha256"] == run["sha256"] == read_presets(PAGE)["paper-case-2"]
     told = slipgrasp("verify", "run.mcap", "--hash").stdout
     assert told.splitlines()[-1] == f"SHA-256 of the recorded run: {run['sha256']}"
 

@@ -39,6 +39,9 @@ class Plot:
         height: Its height [px].
         drawn: What it shows first.
         dark: Whether the page is dark.
+
+    Attributes:
+        lines: The node of its lines.
     """
 
     def __init__(self, gui: viser.GuiApi, height: int, drawn: DrawnChart, *, dark: bool) -> None:
@@ -46,7 +49,7 @@ class Plot:
         self._drawn: DrawnChart | None = drawn
         self._style = _style_of(drawn, dark)
         self._num_columns = _num_columns(drawn)
-        self._lines = gui.add_uplot(
+        self.lines = gui.add_uplot(
             # viser wants columns of one length at first.
             (_NO_VALUES,) * self._num_columns,
             self._series(drawn, dark),
@@ -61,29 +64,29 @@ class Plot:
             height=height,
             padding=(_TOP, _RIGHT, 0, 0),
         )
-        self._lines.data = self._columns(drawn)
+        self.lines.data = self._columns(drawn)
 
     def draw(self, drawn: DrawnChart | None, *, dark: bool) -> None:
         """Draws a chart of another run or window, or other lines of it; without one it hides."""
-        self._head.visible = self._lines.visible = drawn is not None
+        self._head.visible = self.lines.visible = drawn is not None
         if drawn is None or drawn is self._drawn:
             return
         self._drawn = drawn
         self._num_columns = max(self._num_columns, _num_columns(drawn))
         self._head.content = head_html(drawn.chart, drawn.hidden, dark=dark)
         # Columns come before the lines that show them, and those before their bands.
-        self._lines.data = self._columns(drawn)
+        self.lines.data = self._columns(drawn)
         style = _style_of(drawn, dark)
         if style != self._style:
             self._style = style
-            self._lines.series = self._series(drawn, dark)
-            self._lines.scales = _scales(drawn)
-            self._lines.bands = _bands(drawn.own.chart)
-            self._lines.axes = _axes(drawn.chart)
+            self.lines.series = self._series(drawn, dark)
+            self.lines.scales = _scales(drawn)
+            self.lines.bands = _bands(drawn.own.chart)
+            self.lines.axes = _axes(drawn.chart)
 
     def resize(self, height: int) -> None:
         """Gives it another height [px]."""
-        self._lines.height = height
+        self.lines.height = height
 
     def _columns(self, drawn: DrawnChart) -> tuple[NDArray[np.float64], ...]:
         columns = drawn.columns()

@@ -13,7 +13,7 @@ Pixels = Annotated[int, Interval(ge=0, le=20_000)]
 MARGIN = 12
 """Between the playback panel and the edges of the scene [px]."""
 
-_WIDEST_SHEET = 576
+WIDEST_SHEET = 576
 _LEAST_FOR_TWO_COLUMNS = 800
 _LEAST_PLAYBACK = 240
 _USUAL_COVER = 240
@@ -69,7 +69,7 @@ class PageLayout:
     @property
     def arrangement(self) -> Arrangement:
         """Where its panels go; viser itself makes the sheet."""
-        if self.width <= _WIDEST_SHEET:
+        if self.width <= WIDEST_SHEET:
             return Arrangement.SHEET
         wide = self.width >= _LEAST_FOR_TWO_COLUMNS
         return Arrangement.TWO_COLUMNS if wide else Arrangement.ONE_COLUMN

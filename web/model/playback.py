@@ -35,7 +35,7 @@ PACED = "slips slow"
 _SHORTEST_WINDOW = 0.002
 _SHARE_AFTER_SLIP = 0.35
 _SHARE_BEFORE_SLIP = 0.1
-_SECONDS_PER_PASS = 6.0
+SECONDS_PER_PASS = 6.0
 _FIRST_PICTURE = 0.4
 _ZOOM = 4.0
 _SHORTEST_ZOOM = 1e-3
@@ -181,7 +181,7 @@ def slip_window(result: RunResult) -> TimeWindow:
 
 def speed_for(window: TimeWindow, speeds: Sequence[float] = tuple(SPEEDS.values())) -> float:
     """The offered speed at which one pass through a window takes about six seconds."""
-    wanted = max(window.length, 1e-9) / _SECONDS_PER_PASS
+    wanted = max(window.length, 1e-9) / SECONDS_PER_PASS
     return min(speeds, key=lambda speed: abs(math.log(speed / wanted)))
 
 

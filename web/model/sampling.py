@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.trace.types import ContactPhase
+from slipgrasp.scene import rotations
 
 Values = NDArray[np.float64]
 
@@ -66,7 +67,7 @@ class Spot(NamedTuple):
     following: int
     weight: float
 
-    def read(self, values: Values) -> Values:
+    def read(self, values: Values) -> Any:
         """What an array over time holds here; the very bits of a row where it is on one.
 
         Args:
@@ -117,13 +118,17 @@ class Sampler:
         Args:
             time: Simulation time [s]; moved into the run if outside.
         """
-        trace, spot = self._trace, locate(self._trace.times, time)
+        return self.read(locate(self._trace.times, time))
+
+    def read(self, spot: Spot) -> Sample:
+        """The state at a place between two rows of the trace."""
+        trace = self._trace
         slip, shape = spot.read(self._slip), trace.shape
         pose, error = spot.read(trace.object_pose), spot.read(trace.tracking_error)
         if len(pose) > len(error):
             pose[3:] /= np.linalg.norm(pose[3:])
         return Sample(
-            time=float(spot.read(trace.times)),
+            time=spot.read(trace.times),
             object_pose=pose,
             desired_pose=_desired(pose, error),
             external_wrench=trace.external_wrench[spot.row],
@@ -180,12 +185,5 @@ def _desired(pose: Values, error: Values) -> Values:
     """The desired pose; the error of a spatial attitude is a rotation vector in world axes."""
     if len(pose) == len(error):
         return pose + error
-    return np.concatenate([pose[:3] + error[:3], _turned(error[3:], pose[3:])])
-
-
-def _turned(vector: Values, quaternion: Values) -> Values:
-    """A quaternion (w, x, y, z) turned on by a rotation vector in world axes."""
-    angle = float(np.linalg.norm(vector))
-    w, v = np.cos(0.5 * angle), 0.5 * np.sinc(0.5 * angle / np.pi) * vector
-    w0, v0 = quaternion[0], quaternion[1:]
-    return np.append(w * w0 - v @ v0, w * v0 + w0 * v + np.cross(v, v0))
+    turned = rotations.product(rotations.from_vectors(error[3:]), pose[3:])
+    return np.concatenate([pose[:3] + error[:3], turned])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Collection
 from dataclasses import dataclass
 
 from viser import Icon, IconName
@@ -119,12 +120,17 @@ def keys_of(intent: Intent) -> str:
     raise LookupError(f"no key does {intent}")
 
 
-def keys_html() -> str:
-    """The table as an element of the page that the script reads."""
+def keys_html(known: Collection[Intent] | None = None) -> str:
+    """The table as an element of the page that the script reads.
+
+    Args:
+        known: What the page can do; all of it if None.
+    """
     rows = [
         {"keys": command.keys, "shown": _shown(command), "text": command.text}
         | {"intent": posted(command.intent), "tab": command.tab}
         for command in KEYS
+        if known is None or command.intent in known
     ]
     # Nothing within a script element may look like its end.
     content = json.dumps(rows, ensure_ascii=True).replace("<", "\\u003c")

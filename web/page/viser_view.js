@@ -11,8 +11,11 @@ let known = null;
 let run = null;
 let overlay = null;
 
-/** Draws the close-ups over the view. covered: what of its top and bottom is not free [px]. */
-export function drawCloseUps(covered) {
+/**
+ * Draws the close-ups over the view. covered: what of its top and bottom is not free [px]; given:
+ * the run and the time; null for those that the scene shows.
+ */
+export function drawCloseUps(covered, given = null) {
   const { scene, canvas2d } = window.__viserMutable ?? {};
   // The element over the scene that has its size, once viser has made it.
   const host = canvas2d?.parentElement;
@@ -20,26 +23,23 @@ export function drawCloseUps(covered) {
   if (overlay?.element.parentElement !== host) {
     overlay = new Overlay(host, JSON.parse(document.getElementById("sg-colours").textContent));
   }
-  const draw = () => overlay.draw(readView(covered));
+  const draw = () => overlay.draw(readView(covered, given ?? shownByScene()));
   // What comes with a picture is drawn with it; all else that may change, before the next one.
   scene.onAfterRender = draw;
   draw();
 }
 
 /** What Overlay.draw takes; null until there is a picture. */
-function readView(covered) {
+function readView(covered, shown) {
   const viser = window.__viserMutable;
-  const time = viser?.nodePoseData[CLOCK]?.position[0];
-  const shown = time === undefined ? null : currentRun();
-  const object = shown && viser.nodeRefFromName[shown.facts.object];
+  const object = shown && viser.nodeRefFromName[shown.run.facts.object];
   if (!object || !viser.camera || !viser.canvas) return null;
   const { projectionMatrix, matrixWorldInverse } = viser.camera;
   const toClip = multiply(projectionMatrix.elements, matrixWorldInverse.elements);
   const { clientWidth: width, clientHeight: height } = viser.canvas;
   const page = document.documentElement;
   return {
-    run: shown,
-    time,
+    ...shown,
     // viser's world has z upwards, that of three.js has y.
     worldToClip: multiply(toClip, viser.nodeRefFromName[""].matrixWorld.elements),
     objectToClip: multiply(toClip, object.matrixWorld.elements),
@@ -53,6 +53,13 @@ function readView(covered) {
     dark: page.dataset.mantineColorScheme === "dark",
     font: parseFloat(getComputedStyle(page).fontSize) * Math.min(0.64 + 0.00025 * width, 1.15),
   };
+}
+
+/** The run and the time that the scene shows; null until there are any. */
+function shownByScene() {
+  const time = window.__viserMutable?.nodePoseData[CLOCK]?.position[0];
+  const shown = time === undefined ? null : currentRun();
+  return shown && { run: shown, time };
 }
 
 /** The run whose packet came last. */

@@ -164,6 +164,24 @@ def transport_html(playback: Playback, choice: WindowChoice) -> str:
         playback: The play head.
         choice: The time range of the run that is shown.
     """
+    return (
+        f'<div class="sg-transport">{moves_html(playback)}'
+        f'<span class="sg-group">{_windows_html(choice)}</span>'
+        '<span class="sg-group"><button type="button" data-sg-copy-link '
+        'title="Copies a link to this run at this time, for any browser of this machine">'
+        "Copy link</button>"
+        '<button type="button" data-sg-help aria-label="Keys" title="All keys (?)">?</button>'
+        "</span></div>"
+    )
+
+
+def moves_html(playback: Playback, *, with_pace: bool = True) -> str:
+    """Buttons to play, step and jump, exact time, and speed.
+
+    Args:
+        playback: The play head.
+        with_pace: Whether it can be slow where something slips.
+    """
     play = "pause" if playback.playing else "play"
     moves = "".join(
         (
@@ -177,17 +195,8 @@ def transport_html(playback: Playback, choice: WindowChoice) -> str:
             _icon_button("end", "End", GoToEdge(1)),
         )
     )
-    return (
-        '<div class="sg-transport">'
-        f'<span class="sg-group">{moves}</span>'
-        f"{_time_html(playback)}{_speed_html(playback)}"
-        f'<span class="sg-group">{_windows_html(choice)}</span>'
-        '<span class="sg-group"><button type="button" data-sg-copy-link '
-        'title="Copies a link to this run at this time, for any browser of this machine">'
-        "Copy link</button>"
-        '<button type="button" data-sg-help aria-label="Keys" title="All keys (?)">?</button>'
-        "</span></div>"
-    )
+    times = f"{_time_html(playback)}{_speed_html(playback, with_pace)}"
+    return f'<span class="sg-group">{moves}</span>{times}'
 
 
 def _icon_button(icon: str, label: str, intent: Intent) -> str:
@@ -209,9 +218,10 @@ def _time_html(playback: Playback) -> str:
     )
 
 
-def _speed_html(playback: Playback) -> str:
+def _speed_html(playback: Playback, with_pace: bool) -> str:
     at_one = playback.speed if playback.pace is None else None
-    options = _option(PACED, PACED, is_chosen=at_one is None) + "".join(
+    paced = _option(PACED, PACED, is_chosen=at_one is None) if with_pace else ""
+    options = paced + "".join(
         _option(name, f"{name}×", is_chosen=speed == at_one) for name, speed in SPEEDS.items()
     )
     slower = keys_of(ChangeSpeed(-1))
@@ -233,18 +243,19 @@ def _option(value: str, label: str, *, is_chosen: bool) -> str:
 def _windows_html(choice: WindowChoice) -> str:
     return "".join(
         (
-            _window_button("slip", choice is WindowChoice.SLIP, ChooseWindow(WindowChoice.SLIP)),
-            _window_button(
+            window_button("slip", choice is WindowChoice.SLIP, ChooseWindow(WindowChoice.SLIP)),
+            window_button(
                 "whole run",
                 choice is WindowChoice.WHOLE,
                 ChooseWindow(WindowChoice.WHOLE),
             ),
-            _window_button("closer", choice is WindowChoice.CLOSER, Zoom()),
+            window_button("closer", choice is WindowChoice.CLOSER, Zoom()),
         )
     )
 
 
-def _window_button(label: str, is_chosen: bool, intent: Intent) -> str:
+def window_button(label: str, is_chosen: bool, intent: Intent) -> str:
+    """A button that shows another time range of the run."""
     hints = {
         "slip": "Shows the time range in which contacts slip",
         "whole run": "Shows the run from its start to its end",

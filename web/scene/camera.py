@@ -54,13 +54,13 @@ def frame_box(
         picture: Size of the picture.
         plane: The plane that it looks at.
     """
-    height = max(picture.height, 1)
-    free = max(height - picture.covered, _FREE_SHARE * height)
+    height = np.maximum(picture.height, 1)
+    free = np.maximum(height - picture.covered, _FREE_SHARE * height)
     half_width, half_height = 0.5 * (high - low)
-    half = max(half_height, half_width * free / max(picture.width, 1))
+    half = np.maximum(half_height, half_width * free / np.maximum(picture.width, 1))
     whole = half * height / free
     centre = 0.5 * (low + high)
-    middle = (float(centre[0]), float(centre[1] - (whole - half)))
+    middle = (centre[0], centre[1] - (whole - half))
     return Framing(middle, whole / math.tan(0.5 * FIELD_OF_VIEW), plane)
 
 

@@ -6,7 +6,6 @@ spatial hands alike.
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -86,7 +85,7 @@ def cone_edge(contact: Contact, friction: float, rim: Points, slant: float) -> P
         rim: Tangential directions in shares of the friction, shape ``(k, d - 1)``.
         slant: Distance of the edge from the tip where a share is 1 [m].
     """
-    return slant / math.hypot(1.0, friction) * (contact.inward + friction * contact.across(rim))
+    return slant / np.hypot(1.0, friction) * (contact.inward + friction * contact.across(rim))
 
 
 class ContactView:
@@ -161,7 +160,7 @@ class ContactView:
         # Where nothing slips, the second arrow hides in the first.
         motion = force if phase is ContactPhase.STICK else marks.motion
         self._follow_arrows.follow(np.stack([force, motion]))
-        self._open(float(states.friction[0, i]), believed)
+        self._open(states.friction[0, i], believed)
 
     def show_cone(self, visible: bool) -> None:
         """Whether the friction cone is drawn."""

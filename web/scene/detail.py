@@ -7,6 +7,8 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+Values = NDArray[np.float64]
+
 _SMALLEST_MOVE = 5e-4
 
 
@@ -20,6 +22,16 @@ class Detail:
 
     def __init__(self) -> None:
         self.least_move = 0.0
+
+    def is_far(self, now: Values, drawn: Values) -> NDArray[np.bool_]:
+        """What must be drawn anew, along the first axis.
+
+        Args:
+            now: Where it should be.
+            drawn: Where it is drawn.
+        """
+        distance = np.abs(now - drawn)
+        return distance.reshape(len(distance), -1).max(axis=1) > self.least_move
 
     def begin_frame(self, *, moving: bool) -> None:
         """Decides about the next frame.
@@ -49,7 +61,7 @@ class Follower:
             coordinates: Where it should be [m], or angles [rad], of the same shape each time.
         """
         drawn = self._drawn
-        if drawn is None or np.abs(coordinates - drawn).max() > self._detail.least_move:
+        if drawn is None or self._detail.is_far(coordinates[None], drawn[None])[0]:
             self._drawn = coordinates.copy()
             self._draw(coordinates)
 

@@ -67,15 +67,15 @@ class HandDrawer:
 
     def update(self, states: States) -> None:
         """Moves the frames to the only one of some states, if they are too far from it."""
-        now = np.zeros_like(self._drawn)
+        now = np.zeros_like(states.object_pose, shape=self._drawn.shape)
         for row, (moving, _) in zip(now, self._moving, strict=True):
             values = moving(states)[0]
             row[: len(values)] = values
         # All at once: a comparison for each takes longer than to compute where they are.
-        far = np.abs(now - self._drawn).max(axis=1) > self._detail.least_move
+        far = self._detail.is_far(now, self._drawn)
         for k in np.flatnonzero(far).tolist():
             self._moving[k][1](now[k])
-        self._drawn[far] = now[far]
+        self._drawn = np.where(far[:, None], now, self._drawn)
 
     def _add_frame(self, frame: Frame) -> None:
         path = self.paths[frame.name] = f"{self.paths[frame.parent]}/{frame.name.replace('/', '-')}"

@@ -60,7 +60,7 @@ class GhostView:
         position, turn = (each[0] for each in poses[skeleton.OBJECT])
         self._follow_edges.follow(position + self._corners @ turn.T)
         links = [f.name for f in self._frames if "/link_" in f.name or f.name.endswith("/tip")]
-        points = np.array([poses[name][0][0] for name in links])
+        points = np.stack([poses[name][0][0] for name in links])
         self._follow_links.follow(points.reshape(self._count, -1, 3))
 
     def show(self, visible: bool) -> None:

@@ -86,15 +86,13 @@ def lay_out(result: RunResult, *, whole_hand: bool = False) -> SceneLayout:
     hand_low, hand_high = (_hand_box if whole_hand else _grasp_box)(result, plane)
     low, high = with_close_ups(hand_low, hand_high, count)
     slip = np.linalg.norm(trace.slip.reshape(len(trace), count, -1), axis=2)
-    pads = [each.pad.radius for each in skeleton.contacts_of(scenario) if each.pad is not None]
-    share = _PAD_SHARE if pads else _SLIP_SHARES[scenario.space]
-    reach = close_up_reach(float(slip.max()) + max(pads, default=0.0), share)
+    reach, tick = reach_and_tick(scenario, float(slip.max()))
     limit = max(float(trace.friction_coefficient.max() * full.force), 1e-3)
     return SceneLayout(
         plane=plane,
         full=full,
         reach=reach,
-        tick=nice_at_most(0.5 * reach),
+        tick=tick,
         limit=nice_at_least(limit),
         held=_held_points(result),
         low=low,
@@ -102,6 +100,19 @@ def lay_out(result: RunResult, *, whole_hand: bool = False) -> SceneLayout:
         hand_low=hand_low,
         hand_high=hand_high,
     )
+
+
+def reach_and_tick(scenario: Scenario, largest_slip: float) -> tuple[float, float]:
+    """Radius of what close-ups show, and the round slip of their scale [m].
+
+    Args:
+        scenario: The hand.
+        largest_slip: Largest displacement along a face [m].
+    """
+    pads = [each.pad.radius for each in skeleton.contacts_of(scenario) if each.pad is not None]
+    share = _PAD_SHARE if pads else _SLIP_SHARES[scenario.space]
+    reach = close_up_reach(largest_slip + max(pads, default=0.0), share)
+    return reach, nice_at_most(0.5 * reach)
 
 
 def full_scale(result: RunResult) -> FullScale:

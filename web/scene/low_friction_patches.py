@@ -46,7 +46,7 @@ class LowFrictionPatches:
     def update(self, time: float) -> None:
         """Shows those that are there at a time [s]."""
         for k, patch in enumerate(self._patches):
-            there = is_there(patch, time)
+            there = bool(is_there(patch, time))
             if there is not self._visible[k]:
                 self._visible[k] = self._nodes[k].visible = there
 

@@ -145,7 +145,7 @@ class RunFacts:
     def believed(self, sample: Sample, contact: int) -> float | None:
         """The controller's estimate of a friction coefficient, None if it knows it."""
         place = self.beliefs[contact]
-        return None if place is None else max(float(sample.estimates[place]), 0.0)
+        return None if place is None else np.maximum(sample.estimates[place], 0.0)
 
 
 def run_facts(result: RunResult, layout: SceneLayout, force_scale: float) -> RunFacts:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 import viser
@@ -29,7 +30,20 @@ from slipgrasp.web.scene.marks import RunFacts, run_facts, sizes_on_hand, states
 from slipgrasp.web.scene.push_view import PushView
 from slipgrasp.web.scene.shapes import circle, extrude
 
-Stage = viser.ClientHandle | viser.ViserServer
+
+class Stage(Protocol):
+    """What has a scene: a viewer, whose scene is its own, or a whole server."""
+
+    @property
+    def scene(self) -> viser.SceneApi:
+        """The scene."""
+        ...
+
+    def atomic(self) -> AbstractContextManager[None]:
+        """What is sent within it arrives together."""
+        ...
+
+
 Points = NDArray[np.float64]
 
 
@@ -64,13 +78,16 @@ class Scene:
     """Shows runs, one after another; the nodes are made once per shape of hand and object.
 
     Args:
-        stage: Where the nodes go: one viewer, whose scene is its own, or a whole server.
+        stage: Where the nodes go.
         drag: Hears how the object is dragged; None where nobody can.
+        detail: How finely it is drawn.
     """
 
-    def __init__(self, stage: Stage, drag: ObjectDrag | None = None) -> None:
+    def __init__(
+        self, stage: Stage, drag: ObjectDrag | None = None, detail: Detail | None = None
+    ) -> None:
         self._stage, self._drag = stage, drag
-        self._appearance, self._detail = Appearance(), Detail()
+        self._appearance, self._detail = Appearance(), detail or Detail()
         self._views: _Views | None = None
         self._view_shape: object = None
         self._ghost: GhostView | None = None
@@ -109,9 +126,8 @@ class Scene:
                 mark.show_cone(self._appearance.cones)
             self._lay_low_friction_patches(result.scenario, views)
             self._show_ghost(pale)
-            node = views.hand.paths[skeleton.OBJECT]
             self._close_ups.show(
-                facts_of(result, pale, layout, self._appearance, node),
+                facts_of(result, pale, layout, self._appearance, self.object_node),
                 arrays_of(result, pale, layout),
             )
         if self._drag is not None:
@@ -140,6 +156,12 @@ class Scene:
             if self._low_friction_patches is not None:
                 self._low_friction_patches.update(sample.time)
 
+    @property
+    def object_node(self) -> str:
+        """The node that moves with the object, once a run is shown."""
+        assert self._views is not None, "no run is shown"
+        return self._views.hand.paths[skeleton.OBJECT]
+
     def remove(self) -> None:
         """Removes every node."""
         if self._ghost is not None:
@@ -151,7 +173,7 @@ class Scene:
 
     def _views_of(self, scenario: Scenario) -> _Views:
         """The nodes for a hand, made anew only for another shape or other colours."""
-        shape = (_shape(scenario), self._appearance.dark)
+        shape = (shape_of(scenario), self._appearance.dark)
         if self._views is None or self._view_shape != shape:
             self.remove()
             surfaces = surfaces_for(dark=self._appearance.dark)
@@ -175,7 +197,7 @@ class Scene:
             if self._ghost is not None:
                 self._ghost.show(False)
             return
-        shape = _shape(ghost.scenario)
+        shape = shape_of(ghost.scenario)
         if self._ghost is None or self._ghost_shape != shape:
             if self._ghost is not None:
                 self._ghost.remove()
@@ -208,7 +230,7 @@ class _Views:
             mark.update(states, i, run.full, run.believed(sample, i), trail_of(sample, i))
 
 
-def _shape(scenario: Scenario) -> object:
+def shape_of(scenario: Scenario) -> object:
     """What the nodes depend on; the same for runs that differ in masses or gains alone."""
     fingers = tuple(
         (f.kind, f.link_lengths, f.base, f.face, f.contact_offset, f.elbow, _spatial_parts(f))

@@ -37,7 +37,7 @@ class ViewPlane(NamedTuple):
 
     def place(self, point: Points | tuple[float, float], depth: float = 0.0) -> Vector:
         """A point (right, up) of the plane in the world, ``depth`` nearer to the eye [m]."""
-        along, up = float(point[0]), float(point[1])
+        along, up = point[0], point[1]
         axes = zip(self.right, self.up, self.towards, strict=True)
         x, y, z = (along * a + up * b + depth * c for a, b, c in axes)
         return (x, y, z)

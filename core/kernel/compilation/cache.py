@@ -21,6 +21,7 @@ ROOT_VARIABLE = "SLIPGRASP_CACHE"
 MODE_VARIABLE = "SLIPGRASP_KERNEL"
 # Where the variable says so, Python runs the kernel and there is no machine code.
 INTERPRETED = os.environ.get(MODE_VARIABLE) == "python"
+IN_WEBASSEMBLY = os.environ.get(MODE_VARIABLE) == "webassembly"
 
 _FOLDER = "kernel"
 _DIGEST_BYTES = 32

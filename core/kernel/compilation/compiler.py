@@ -9,7 +9,7 @@ which the law is inlined, to edit a docstring recompiles nothing.
 
 With the environment variable SLIPGRASP_KERNEL=python nothing is compiled: Python runs the kernel,
 thousands of times slower and with the same bits, so that a debugger stops in it
-and a coverage report counts its lines.
+and a coverage report counts its lines. With SLIPGRASP_KERNEL=webassembly wasmtime runs it.
 """
 
 from __future__ import annotations
@@ -98,6 +98,7 @@ def _link(code: bytes) -> int:
 
 
 _UNITS: dict[str, Unit] = {}
+_BACKENDS: list[Callable[[], Callable[[Unit], Callable[..., Any]]]] = []
 _DECLARED: dict[Callable[..., Any], tuple[Any, ...]] = {}
 
 
@@ -192,6 +193,11 @@ def prepare_units(report: Callable[[float], None] | None = None) -> None:
 
 def _load_units(tell: Callable[[], None]) -> None:
     """Loads every unit, compiling what is not kept; calls ``tell`` before each."""
+    if _BACKENDS:
+        enter = _BACKENDS[-1]()
+        for unit in all_units():
+            unit.entry = enter(unit)
+        return
     second = _start_second_process() if len(_missing_units()) > _FEW_UNITS else None
     for unit in all_units():
         if unit.entry is None:
@@ -200,6 +206,15 @@ def _load_units(tell: Callable[[], None]) -> None:
     if second is not None:
         second.kill()
         second.wait()
+
+
+def choose_backend(make: Callable[[], Callable[[Unit], Callable[..., Any]]]) -> None:
+    """Lets another engine run the units that are loaded from now on.
+
+    Args:
+        make: Gives what `entered_by` takes, once units are needed.
+    """
+    _BACKENDS.append(make)
 
 
 def share_ready() -> float:

@@ -2,26 +2,29 @@
 
     python -m slipgrasp.core.kernel.compilation.webassembly build/slipgrasp.wasm
 
-The file imports nothing; what it exports and how memory is laid out is told in
-docs/webassembly.md, and by the file itself, as JSON in its section ``slipgrasp``. It needs the
-extra ``wasm``.
+The file imports nothing; docs/webassembly.md describes its exports and the layout of its memory,
+as does the file itself, as JSON in its section ``slipgrasp``. Linking needs the extra ``wasm``.
 """
 
 from __future__ import annotations
 
+import hashlib
 import json
+import os
 import subprocess
 import sys
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from llvmlite import binding
 
-from slipgrasp.core.kernel.compilation.cache import read_code, write_code
+from slipgrasp.core.exceptions import SlipgraspError
+from slipgrasp.core.kernel.compilation.cache import code_path, read_code, write_code
 from slipgrasp.core.kernel.compilation.compiler import Unit, all_units
+from slipgrasp.core.kernel.compilation.foreign import Wasmtime
 from slipgrasp.core.kernel.loop.status import LEFT_FACE, REACHED, RUNNING
 from slipgrasp.core.kernel.planar import advance as _all_that_is_called  # noqa: F401
 from slipgrasp.core.kernel.planar.model import MODEL
@@ -75,14 +78,20 @@ define void @__multi3(ptr %out, i64 %a, i64 %a_high, i64 %b, i64 %b_high) {
 """
 
 
-def build(path: Path) -> None:
-    """Writes the file.
+class LinkError(SlipgraspError):
+    """The linker is not installed, or fails."""
+
+
+def build(path: Path, exports: Sequence[str] = ()) -> None:
+    """Writes the file, with all units that are declared so far.
 
     Args:
         path: Where to; its folder is made.
+        exports: Symbols of the units that its users call; the rest is dropped unless these need
+            it. All of them if empty.
 
     Raises:
-        SystemExit: If the linker fails or is not installed, with what it says.
+        LinkError: If the linker is not installed, or fails.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     units = all_units()
@@ -96,9 +105,38 @@ def build(path: Path) -> None:
         product = Path(name) / "product.o"
         machine = _machine()
         product.write_bytes(machine.emit_object(_parse(_PRODUCT, machine)))
-        _link([*objects, product], [unit.symbol for unit in units], path)
+        _link([*objects, product], exports or [unit.symbol for unit in units], path)
     section = _custom_section(SECTION, json.dumps(describe_memory()).encode())
     path.write_bytes(path.read_bytes() + section)
+
+
+def kept_file(exports: Sequence[str] = ()) -> Path:
+    """The file of all units that are declared so far, built unless the cache has it.
+
+    Args:
+        exports: As for `build`.
+
+    Raises:
+        LinkError: If the linker is not installed, or fails.
+    """
+    names = json.dumps([[unit.name for unit in all_units()], describe_memory(), list(exports)])
+    digest = hashlib.sha256(names.encode()).hexdigest()
+    path = code_path(f"webassembly-{digest[:40]}").with_suffix(".wasm")
+    if not path.exists():
+        temporary = path.with_suffix(f".{os.getpid()}")
+        build(temporary, exports)
+        temporary.replace(path)
+    return path
+
+
+def in_wasmtime() -> Callable[[Unit], Callable[..., Any]]:
+    """The units that are declared so far as wasmtime runs them.
+
+    Raises:
+        MissingPackageError: If wasmtime is not installed.
+        LinkError: If the linker is not installed, or fails.
+    """
+    return Wasmtime(kept_file()).enter
 
 
 def object_code(unit: Unit) -> bytes:
@@ -152,7 +190,10 @@ def _link(objects: Sequence[Path], exports: Sequence[str], path: Path) -> None:
     command += map(str, objects)
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode != 0:
-        raise SystemExit(f"slipgrasp.wasm: the linker of the extra wasm fails: {done.stderr}")
+        raise LinkError(
+            "the WebAssembly file cannot be linked; 'pip install slipgrasp[wasm]' adds the linker: "
+            + (done.stderr.strip().splitlines() or [""])[-1]
+        )
 
 
 def describe_memory() -> dict[str, Any]:

@@ -27,6 +27,7 @@ from slipgrasp.core.kernel.numerics.methods import method_of
 NEAR = 0.25
 FLAT = 1e-9  # of 1 and the value: what changes less in a step only repeats its rounding
 WIDTH = 3e-4  # of the search, as a share of the step
+KINK_WIDTH = 1e-5  # the same where the law may have a kink, to which the error is proportional
 ROUND = 1.5  # how much more curved a force may be than its values imply
 BESIDE = 1e-3  # how far from an end of a step it is seen which way a force changes, as a share
 
@@ -86,15 +87,17 @@ def least_inside(
     final = method.num_ordered - 1
     ends = min(sign * start, sign * end)
     share, value = 0.0, np.inf
+    # A kink of the law between two slopes shows in neither; while torques are held, it has none.
+    may_turn = model.law.period == 0.0
+    width = KINK_WIDTH if may_turn else WIDTH
     if place not in (0, final):
         # Slopes are taken at states of low order, where a force may seem extreme.
         share = method.nodes[method.ordered[place]]
         value = sign * value_inside(model, run, h, j, share)
         if not value < ends:
-            place = 0 if sign * start < sign * end else final
+            may_turn, place = True, 0 if sign * start < sign * end else final
     if place in (0, final):
-        # Nothing tells of a kink of the law between the start and the next node.
-        if place == final and not _may_turn_inside(model, step, j):
+        if place == final and not (may_turn or _may_turn_inside(model, step, j)):
             return np.inf
         share = BESIDE if place == 0 else 1.0 - BESIDE
         value = sign * value_inside(model, run, h, j, share)
@@ -103,7 +106,7 @@ def least_inside(
     # For the same reason the extreme may lie beyond the next nodes.
     low, high = method.ordered[max(place - 3, 0)], method.ordered[min(place + 3, final)]
     shares = method.nodes[low], method.nodes[high]
-    return _search(model, run, h, j, sign, shares[0], shares[1], share, value, value_inside)
+    return _search(model, run, h, j, sign, shares[0], shares[1], share, value, width, value_inside)
 
 
 @compiled
@@ -117,8 +120,7 @@ def _may_turn_inside(model: Record, step: Record, j: int) -> bool:
     method, samples = method_of(model, step), step.samples
     start = samples[0, j]
     rise = samples[method.last, j] - start
-    for k in range(1, method.num_ordered - 1):
-        row = method.ordered[k]
+    for row in range(1, method.last):
         share = method.nodes[row]
         beside = abs(samples[row, j] - (start + share * rise))
         if abs(rise) * share * (1.0 - share) < ROUND * beside:
@@ -144,6 +146,7 @@ def _search(
     high: float,
     x1: float,
     y1: float,
+    width: float,
     value_inside: Any,
 ) -> float:
     """The least value of ``sign`` times guard ``j`` between two shares, from a point between them.
@@ -153,15 +156,15 @@ def _search(
     """
     x2, x3, y2, y3 = x1, x1, y1, y1
     last = before = 0.0
-    while max(x1 - low, high - x1) > WIDTH:
+    while max(x1 - low, high - x1) > width:
         wider = (low if x1 - low > high - x1 else high) - x1
         move = _to_vertex(x1, x2, x3, y1, y2, y3)
         if abs(move) < 0.5 * abs(before) and low < x1 + move < high:
             before = last
         else:
             before, move = wider, GOLDEN * wider
-        if abs(move) < 0.5 * WIDTH:
-            move = 0.5 * WIDTH if wider > 0.0 else -0.5 * WIDTH
+        if abs(move) < 0.5 * width:
+            move = 0.5 * width if wider > 0.0 else -0.5 * width
         last, x = move, x1 + move
         y = sign * value_inside(model, run, h, j, x)
         if y <= y1:

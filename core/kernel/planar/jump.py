@@ -16,6 +16,7 @@ from slipgrasp.core.kernel.loop.status import (
     RUNNING,
     SEPARATED,
     SINGULAR,
+    TORQUE_NOT_FINITE,
 )
 from slipgrasp.core.kernel.loop.tally import count_forces
 from slipgrasp.core.kernel.planar.flow import flow
@@ -32,6 +33,7 @@ from slipgrasp.core.kernel.planar.opening import find_opening
 from slipgrasp.core.kernel.planar.run import OUTLET, PROGRESS, emit, keep_old, leave_slip
 from slipgrasp.core.kernel.planar.selection import (
     AMBIGUOUS,
+    NONE_COMMANDED,
     NONE_CONSISTENT,
     NONE_REGULAR,
     REST_SPEED,
@@ -77,6 +79,8 @@ def settle(model: Record, run: Record, instant: int, exhaustive: int) -> int:
         run.concerned = _nearly_singular(model, run)
         if run.concerned >= 0:
             return SINGULAR
+        if verdict == NONE_COMMANDED:
+            return TORQUE_NOT_FINITE
         return PAINLEVE if verdict == NONE_REGULAR else INCONSISTENT
     if verdict == AMBIGUOUS:
         warn(run, AMBIGUITIES)

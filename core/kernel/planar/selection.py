@@ -21,8 +21,8 @@ from slipgrasp.core.kernel.planar.state import (
 )
 from slipgrasp.core.kernel.planar.workspace import DISCRETE, WORKSPACE
 
-SELECTED, AMBIGUOUS, NONE_CONSISTENT, NONE_REGULAR = range(4)
-_CONSISTENT, _WRONG, _PULLS, _IRREGULAR = range(4)
+SELECTED, AMBIGUOUS, NONE_CONSISTENT, NONE_REGULAR, NONE_COMMANDED = range(5)
+_CONSISTENT, _WRONG, _PULLS, _IRREGULAR, _WITHOUT_TORQUE = range(5)
 
 REST_SPEED = 3e-9
 PROBE_TIME = 1e-6
@@ -106,6 +106,8 @@ def _judge(
     flow(model, discrete, t, state, room.derivative, work)
     if not work.factors.determinant > 0.0:
         return _IRREGULAR
+    if np.isnan(work.tip_forces[0, 0]):
+        return _WITHOUT_TORQUE
     for i in range(n):
         if not work.forces[i, 1] > 0.0:
             return _PULLS
@@ -243,6 +245,8 @@ def select_phases(
                 break
         elif verdict == _IRREGULAR:
             verdict_found = NONE_REGULAR
+        elif verdict == _WITHOUT_TORQUE:
+            verdict_found = NONE_COMMANDED
         elif verdict == _WRONG and code == 0 and excess:
             _find_loose(model, discrete, t, state, work, room)
     if found == 0:

@@ -1,0 +1,139 @@
+"""The page that simulates, opened from a file in a Chromium without a network."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+from playwright.sync_api import Browser, Page
+
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.web.standalone.controls import DEFAULT
+from slipgrasp.web.standalone.page_file import write_page
+from tests.waiting import wait_until
+from tests.web.conftest import PATIENCE, hide_warning
+from tests.web.test_accessibility import AXE, violations
+
+pytestmark = [pytest.mark.browser, pytest.mark.slow]
+
+STARTED = "document.documentElement.dataset.sgStarted !== undefined"
+SIZES = {"desk": (1440, 900), "tablet": (800, 800), "phone": (360, 740)}
+
+Open = Callable[..., Page]
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("page") / "case-1.html"
+    with path.open("wb") as stream:
+        write_page(load_scenario("paper-case-1"), stream, DEFAULT, "slipgrasp run paper-case-1")
+    return path
+
+
+@pytest.fixture
+def open_page(browser: Browser, file: Path) -> Iterator[Open]:
+    """Opens the page without a network; at the end nobody has complained."""
+    complaints: list[str] = []
+    contexts = []
+
+    def open_it(
+        address: str = "", size: str = "desk", scheme: str = "light", path: Path = file
+    ) -> Page:
+        width, height = SIZES[size]
+        context = browser.new_context(
+            viewport={"width": width, "height": height}, color_scheme=scheme, offline=True
+        )
+        contexts.append(context)
+        page = context.new_page()
+        page.set_default_timeout(PATIENCE)
+        page.on("pageerror", lambda error: complaints.append(str(error)))
+        page.on("console", lambda m: complaints.append(m.text) if m.type == "error" else None)
+        page.goto(path.as_uri() + "?fixedDpr=0.3" + address)
+        page.wait_for_function(STARTED)
+        return page
+
+    yield open_it
+    for context in contexts:
+        context.close()
+    assert complaints == []
+
+
+def sha256_of(page: Page) -> str:
+    return str(page.evaluate("document.documentElement.dataset.sgSha256"))
+
+
+def native_sha256(**values: float) -> str:
+    keys = {key.replace("__", "."): value for key, value in values.items()}
+    return simulate(with_values(load_scenario("paper-case-1"), keys)).sha256
+
+
+def picture(page: Page) -> np.ndarray:
+    box = page.locator("canvas[data-engine]").bounding_box()
+    assert box is not None
+    return np.asarray(Image.open(io.BytesIO(page.screenshot(clip=box))).convert("RGB"), float)
+
+
+def test_the_page_shows_the_run_and_its_hash(open_page: Open) -> None:
+    page = open_page("#t=0.05")
+    assert sha256_of(page) == native_sha256() == page.locator("#sg-sha256").text_content()
+    assert "Completed at 7 s" in page.locator(".sg-outcome").first.inner_text()
+    assert page.locator(".sg-lane rect").count() == 4
+    close_up = page.locator(".sg-close-up").first
+    assert "Left SLIPS" in (close_up.text_content() or "")
+    assert "slip 1.46 mm" in (close_up.text_content() or "")
+    # Fingertips that slip are orange and pink.
+    wait_until(lambda: shows(page, (230, 100, 0)) and shows(page, (225, 120, 190)), "no hand")
+    hide_warning(page)
+    before = picture(page)
+    page.get_by_role("button", name="End", exact=True).click()
+    wait_until(lambda: np.abs(picture(page) - before).max() > 100.0, "nothing has moved")
+
+
+def shows(page: Page, colour: tuple[int, int, int]) -> bool:
+    return int((np.abs(picture(page) - colour).max(axis=2) < 40).sum()) > 20
+
+
+def test_a_slider_simulates_again_and_leaves_the_run_before_as_a_ghost(open_page: Open) -> None:
+    page = open_page("#t=0.1")
+    first = sha256_of(page)
+    page.get_by_role("slider", name="object mass [kg]").focus()
+    for _ in range(5):
+        page.keyboard.press("ArrowRight")
+    expected = native_sha256(object__mass=1.05)
+    wait_until(lambda: sha256_of(page) == expected != first, "the page computes another run")
+    page.locator(".sg-ghost-lane").first.wait_for()
+    assert "--set 'object.mass=1.05' --json" in page.locator(".sg-check").inner_text()
+    assert page.url.endswith("object.mass=1.05")
+
+
+def test_a_slider_of_all_fingers_is_read_from_the_address(open_page: Open) -> None:
+    page = open_page("#fingers.*.friction=0.6")
+    assert sha256_of(page) == native_sha256(fingers__0__friction=0.6, fingers__1__friction=0.6)
+
+
+def test_a_run_that_ends_early_says_how(open_page: Open, tmp_path: Path) -> None:
+    scenario = with_values(load_scenario("paper-case-1"), {"simulation.max_steps": 50})
+    path = tmp_path / "limited.html"
+    with path.open("wb") as stream:
+        result = write_page(scenario, stream, ["object.mass"])
+    page = open_page(path=path)
+    assert sha256_of(page) == result.sha256
+    card = page.locator(".sg-outcome").first.inner_text()
+    assert f"Cut short: a limit was reached at {result.end_time:.4g} s" in card
+    assert "the limit of 50 steps was reached" in card
+
+
+@pytest.mark.parametrize(
+    ("size", "scheme"), [("desk", "light"), ("tablet", "dark"), ("phone", "light")]
+)
+def test_axe_finds_nothing_wrong(open_page: Open, size: str, scheme: str) -> None:
+    page = open_page("#t=0.05", size, scheme)
+    hide_warning(page)
+    page.add_script_tag(path=AXE)
+    wait_until(lambda: violations(page) == [], lambda: violations(page))
+    assert page.evaluate("document.documentElement.scrollWidth") <= SIZES[size][0]

@@ -1,0 +1,221 @@
+// The page: runs the scenario, shows the run in the viewer, and plays it. It says what `data` says;
+// places, colours and values come from the formulas that the program has written (formulas.js).
+import { startCharts } from "./charts.js";
+import { startClock } from "./clock.js";
+import { startGestures } from "./gestures.js";
+import { startKeyboard } from "./keyboard.js";
+import { startNames } from "./names.js";
+import { onFrame, watchSessionState } from "./session_state.js";
+import { readAddress, writeAddress } from "./address.js";
+import { contactRun } from "./close_up_run.js";
+import { cameraMessages, load } from "./page_data.js";
+import { playRun, startPlayback } from "./playback.js";
+import { onIntent } from "./post.js";
+import { Rows } from "./rows.js";
+import { SceneFeed } from "./scene_feed.js";
+import { drawCloseUps } from "./viser_view.js";
+import { cardHtml, checkHtml, endedHtml, stripHtml, waitingHtml } from "./words.js";
+
+const PICTURES_BEFORE_START = 3;
+const READ_EVERY_MS = 100;
+const PAUSE_MS = 700; // between two changes that are seen as two
+const viewer = window.slipgrasp;
+
+let data = null;
+let own = null;
+let ghost = null;
+let scene = null;
+let contacts = null;
+let worker = null;
+let requests = 0;
+let shownAt = -Infinity;
+let timeRange = [0, 1];
+let drawnAt = NaN;
+let readAt = -Infinity;
+const values = new Map();
+const hidden = new Map();
+
+start().catch(tellFailure);
+
+async function start() {
+  const address = readAddress();
+  const { kernel, messages, ...loaded } = await load(address.dark);
+  data = loaded.data;
+  for (const { key, value } of data.controls) values.set(key, address.values.get(key) ?? value);
+  worker = makeWorker();
+  worker.postMessage({ bytes: kernel });
+  request();
+  takeIntents(address);
+  viewer.onSent = take;
+  await viewer.asked;
+  viewer.feed(messages);
+  viewer.feed(arrangement());
+  viewer.feed(data.controls.map(({ key, uuid }) => update(uuid, { value: values.get(key) })));
+  scene = new SceneFeed(data.scene);
+  startPlayback(data, address.time, showPlayback);
+  for (const begin of [startClock, startGestures, startCharts, startKeyboard, startNames]) begin();
+  for (const each of [draw, read, frameCamera, drawContacts]) onFrame(each);
+  watchSessionState();
+  if (own !== null) show();
+}
+
+/** Where the panels go: into two columns or one; on a phone viser has one sheet for all. */
+function arrangement() {
+  const { two, one, narrow, sheet } = data.panels;
+  if (window.innerWidth <= sheet) return [];
+  return window.innerWidth >= narrow ? two : one;
+}
+
+function takeIntents(address) {
+  onIntent("toggle-dark", () => writeAddress({ dark: !address.dark }));
+  onIntent("toggle-line", ({ chart: key, line }) => {
+    const chart = data.charts.find((each) => each.key === key);
+    const lines = hidden.get(key) ?? new Set();
+    const place = chart.lines.indexOf(line);
+    if (!lines.delete(place)) lines.add(place);
+    hidden.set(key, lines);
+    viewer.feed([update(chart.uuid, { data: chart.columns(own, ghost, lines) })]);
+    const button = document.querySelectorAll(`[data-sg-chart="${key}"] .sg-line`)[place];
+    button?.setAttribute("aria-pressed", String(!lines.has(place)));
+  });
+}
+
+function makeWorker() {
+  const source = document.getElementById("sg-worker").textContent;
+  const made = new viewer.Real(URL.createObjectURL(new Blob([source], { type: "text/javascript" })));
+  made.onmessage = ({ data: answer }) => {
+    if (answer.id !== requests) return;
+    if (answer.seconds !== undefined) setHtml("card", waitingHtml(answer.seconds));
+    else finish(answer);
+  };
+  made.onerror = tellFailure;
+  return made;
+}
+
+/** What the viewer says: a slider has moved. */
+function take(message) {
+  if (message.type !== "GuiUpdateMessage") return;
+  const control = data.controls.find(({ uuid }) => uuid === message.uuid);
+  const value = message.updates.value;
+  if (!control || !(value >= control.low && value <= control.high)) return;
+  values.set(control.key, value);
+  writeAddress({ values: changed() });
+  request();
+}
+
+function changed() {
+  const moved = data.controls.filter(({ key, value }) => values.get(key) !== value);
+  return new Map(moved.map(({ key }) => [key, values.get(key)]));
+}
+
+function request() {
+  const { run, controls } = data;
+  const table = Float64Array.from(run.table);
+  for (const { key, value, places } of controls) {
+    if (values.get(key) === value) continue;
+    for (const place of places) table[place] = values.get(key);
+  }
+  const outcomes = Object.fromEntries(Object.entries(run.ends).map(([k, end]) => [k, end.outcome]));
+  worker.postMessage({ id: ++requests, table, segments: run.segments, outcomes });
+}
+
+function finish(answer) {
+  if (answer.rows.length === 0) {
+    // It ended before its first row: nothing of it can be shown.
+    setHtml("card", endedHtml(data.run.ends[answer.status].headline));
+    return;
+  }
+  const now = performance.now();
+  // While a slider is dragged, the ghost stays the run from before.
+  if (own !== null && now - shownAt > PAUSE_MS) ghost = own;
+  shownAt = now;
+  own = new Rows(answer, data.run);
+  playRun(own);
+  if (scene !== null) show();
+}
+
+function show() {
+  setHtml("card", cardHtml(own, data.run));
+  setHtml("check", checkHtml(own, data, changed()));
+  setHtml("strip", stripHtml(data, own, ghost, timeRange));
+  const none = new Set();
+  viewer.feed(data.charts.map(({ key, uuid, columns }) => update(uuid, { data: columns(own, ghost, hidden.get(key) ?? none) })));
+  contacts = contactRun(data.closeUps, own, ghost);
+  [drawnAt, readAt] = [NaN, -Infinity];
+  document.documentElement.dataset.sgSha256 = own.sha256;
+}
+
+/** The controls of the play head; where another time range is shown, timeline and charts. */
+function showPlayback({ playing, start, end }, before) {
+  const isWhole = end - start >= data.run.duration;
+  setHtml("transport", data.transport[`${playing} ${isWhole ? "whole run" : "closer"}`]);
+  if (before.start === start && before.end === end) return;
+  timeRange = [start, end];
+  if (own !== null) setHtml("strip", stripHtml(data, own, ghost, timeRange));
+  viewer.feed(
+    data.charts.map(({ uuid, scales }) =>
+      update(uuid, { scales: { ...scales, x: { ...scales.x, range: timeRange } } }),
+    ),
+  );
+}
+
+function draw(time) {
+  if (own === null || time === drawnAt) return;
+  drawnAt = time;
+  viewer.feed(scene.messages(own.at(time), ghost?.at(time) ?? null));
+}
+
+function drawContacts(time) {
+  if (contacts !== null) drawCloseUps({ top: 0, bottom: covered }, { run: contacts, time });
+}
+
+function read(time) {
+  const now = performance.now();
+  if (own === null || now - readAt < READ_EVERY_MS) return;
+  readAt = now;
+  const readings = Object.fromEntries(data.charts.map(({ key, read: words }) => [key, words(own, time)]));
+  const text = JSON.stringify({ values: readings, spots: {}, marked: {}, changes: [], mark: null });
+  const element = document.querySelector("[data-sg-readings]");
+  if (element && element.dataset.sgReadings !== text) element.dataset.sgReadings = text;
+}
+
+let framed = "";
+let covered = 0;
+let pictures = 0;
+
+/** Puts the camera in front of the hand whenever the size of the picture changes. */
+function frameCamera() {
+  const canvas = document.querySelector("canvas[data-engine]")?.getBoundingClientRect();
+  if (!canvas || canvas.width < 1 || own === null) return;
+  const strip = document.querySelector(".sg-transport");
+  const panel = strip?.closest("[data-floating-window]") ?? strip?.closest(".mantine-Paper-root");
+  const above = panel ? canvas.bottom - panel.getBoundingClientRect().top : 0;
+  covered = above > 0 && above < 0.6 * canvas.height ? above : 0;
+  const seen = [canvas.width, canvas.height, covered].map(Math.round);
+  if (String(seen) !== framed) {
+    const { width: message, margin } = data.panels;
+    if (seen[0] !== Number(framed.split(",")[0])) {
+      viewer.feed([{ ...message, width: seen[0] - 2 * margin, counter: ++message.counter }]);
+    }
+    framed = String(seen);
+    viewer.feed(cameraMessages(data, seen));
+  } else if (++pictures === PICTURES_BEFORE_START) {
+    document.documentElement.dataset.sgStarted = "";
+  }
+}
+
+function setHtml(name, content) {
+  viewer.feed([update(data.html[name], { content })]);
+}
+
+function update(uuid, updates) {
+  return { type: "GuiUpdateMessage", uuid, updates };
+}
+
+function tellFailure(error) {
+  const note = document.createElement("p");
+  note.className = "sg-banner";
+  note.setAttribute("role", "alert");
+  note.textContent = `This page cannot simulate here: ${error?.message ?? error}`;
+  document.body.append(note);
+}

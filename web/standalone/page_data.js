@@ -1,0 +1,89 @@
+// What the file holds beside scripts: messages to the viewer, the scenario, and the kernel.
+import { camera, lines } from "./formulas.js";
+import { locate } from "./rows.js";
+
+const ARRAYS = { "<f4": Float32Array, "<f8": Float64Array, "|u1": Uint8Array, "<u4": Uint32Array, "<i4": Int32Array, "<i8": BigInt64Array };
+
+/** Data, first messages in the colours of the theme, and bytes of the kernel. */
+export async function load(dark) {
+  const [text, kernel] = await Promise.all(["sg-data", "sg-kernel"].map(window.slipgrasp.unpack));
+  const data = JSON.parse(new TextDecoder().decode(text));
+  const messages = dark ? replaced(data.messages, data.dark) : data.messages;
+  const charts = data.charts.map((chart) => ({
+    ...chart,
+    columns: columnsOf(chart),
+    read: readerOf(chart),
+    scales: data.messages.find(({ uuid }) => uuid === chart.uuid).props.scales,
+  }));
+  const table = new Float64Array(bytesOf(data.run.table).buffer);
+  const revived = { ...data, charts, run: { ...data.run, table }, scene: revive(data.scene) };
+  return { data: revived, messages: revive(messages), kernel };
+}
+
+/** Messages that put the camera in front of the hand, for a picture [px] of width, height, and height that a panel covers. */
+export function cameraMessages({ camera: messages }, picture) {
+  const values = new Float64Array(6);
+  camera(picture, values);
+  const [position, lookAt] = [[...values.subarray(0, 3)], [...values.subarray(3)]];
+  return messages.map((message) => {
+    const now = { ...message, initial: false };
+    if (message.type === "SetCameraPositionMessage") return { ...now, position };
+    return message.type === "SetCameraLookAtMessage" ? { ...now, look_at: lookAt } : now;
+  });
+}
+
+/** Plain values with other parts, by key or place; a whole value stands under an empty key. */
+function replaced(value, parts) {
+  if (parts === null || parts === undefined) return value;
+  if ("" in parts) return parts[""];
+  if (Array.isArray(value)) return value.map((inner, k) => replaced(inner, parts[k]));
+  return Object.fromEntries(Object.entries(value).map(([key, inner]) => [key, replaced(inner, parts[key])]));
+}
+
+function bytesOf(text) {
+  return Uint8Array.from(atob(text), (character) => character.charCodeAt(0));
+}
+
+/** Arrays as the viewer wants them, from {"$": type, "b": base64}. */
+function revive(value) {
+  if (Array.isArray(value)) return value.map(revive);
+  if (value === null || typeof value !== "object") return value;
+  if (value.$) return new ARRAYS[value.$](bytesOf(value.b).buffer);
+  return Object.fromEntries(Object.entries(value).map(([key, inner]) => [key, revive(inner)]));
+}
+
+/** The columns of a chart: time, whether anything slips, the lines, and those of the ghost. */
+function columnsOf({ key, count }) {
+  const none = new Float64Array(0);
+  return (own, ghost, hidden) => {
+    const solid = computed(key, count, own.times, (k) => own.row(k));
+    const pale = computed(key, ghost ? count : 0, own.times, (_, time) =>
+      time > ghost.end ? null : ghost.between(locate(ghost.times, time)),
+    );
+    const lines = [...solid, ...pale].map((line, k) => (hidden.has(k % count) ? none : line));
+    const missing = Array(count - pale.length).fill(none);
+    return [own.times, own.slipping, ...lines, ...missing];
+  };
+}
+
+/** Lines of a chart for the rows of some times; not a number where there is no row. */
+function computed(key, count, times, rowAt) {
+  const [columns, values] = [Array.from({ length: count }, () => new Float64Array(times.length)), new Float64Array(count)];
+  if (count === 0) return columns;
+  times.forEach((time, k) => {
+    const row = rowAt(k, time);
+    if (row === null) values.fill(NaN);
+    else lines[key](row, values);
+    columns.forEach((column, line) => (column[k] = values[line]));
+  });
+  return columns;
+}
+
+/** What the lines of a chart show at a time, in words. */
+function readerOf({ key, count }) {
+  const values = new Float64Array(count);
+  return (own, time) => {
+    lines[key](own.between(locate(own.times, time)), values);
+    return [...values].map((value) => String(Number(value.toPrecision(3))).replace("-", "−"));
+  };
+}

@@ -1,0 +1,134 @@
+"""Writes the page: viser's page, the scripts and styles, the kernel and the data, in one file."""
+
+from __future__ import annotations
+
+import base64
+import gzip
+import json
+import re
+from collections.abc import Sequence
+from html import escape
+from importlib import resources
+from typing import BinaryIO
+
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.server.viewer.relay import viewer_page, with_head
+from slipgrasp.web.model.intents.playback import (
+    ChangeSpeed,
+    ChooseWindow,
+    GoToEdge,
+    GoToNextSlip,
+    JumpToEvent,
+    Step,
+    TogglePlay,
+    Zoom,
+)
+from slipgrasp.web.model.playback import WindowChoice
+from slipgrasp.web.page.colours import colours_html
+from slipgrasp.web.page.keys import keys_html
+from slipgrasp.web.standalone.controls import controls_of
+from slipgrasp.web.standalone.kernel_data import check_for_page, kernel_file, run_data
+from slipgrasp.web.standalone.look import look_of
+
+_DASHBOARD, _OWN = "slipgrasp.web.page", "slipgrasp.web.standalone"
+_MODULES = {
+    _DASHBOARD: (
+        *("charts", "clock", "close_up", "close_up_places", "contact_run", "gestures", "keyboard"),
+        *("names", "overlay", "pace", "projection", "session_state", "viser_view"),
+    ),
+    _OWN: (
+        *("address", "close_up_run", "page", "page_data", "playback", "post", "rows"),
+        *("scene_feed", "words"),
+    ),
+}
+_STYLES = {
+    _DASHBOARD: ("charts", "outcome", "viser", "dashboard", "phone"),
+    _OWN: ("page",),
+}
+_KEYS = (
+    *(ChangeSpeed(-1), ChangeSpeed(1), GoToEdge(-1), GoToEdge(1), JumpToEvent(-1)),
+    *(JumpToEvent(1), GoToNextSlip(), Step(-1), Step(1), TogglePlay()),
+    *(ChooseWindow(WindowChoice.WHOLE), Zoom()),
+)
+
+
+def write_page(
+    scenario: Scenario, stream: BinaryIO, controls: Sequence[str], command: str = ""
+) -> RunResult:
+    """Writes a page that simulates a scenario.
+
+    Args:
+        scenario: What it simulates first.
+        stream: Where the file goes.
+        controls: Dotted keys of the parameters with sliders.
+        command: What runs the scenario on a command line; empty if nothing does.
+
+    Returns:
+        The run that the page shows first.
+
+    Raises:
+        PageError: If a page cannot simulate the scenario.
+        ControlError: If a parameter cannot have a slider.
+        LinkError: If the kernel has to be linked and the linker is missing.
+    """
+    planar = check_for_page(scenario)
+    sliders = controls_of(planar, controls)
+    result = simulate(planar)
+    look = look_of(result, sliders)
+    data = {**look.data, "run": run_data(result), "command": command}
+    head = "".join(
+        (
+            f"<title>{escape(result.name)} – slipgrasp</title>",
+            f"<script>{_text(_OWN, 'boot.js')}</script>",
+            f"<style>{_styles()}</style>",
+            keys_html(_KEYS),
+            colours_html(),
+        )
+    )
+    body = "".join(
+        (
+            _plain("sg-worker", _worker()),
+            _plain("sg-data", _packed(json.dumps(data, separators=(",", ":")).encode())),
+            _plain("sg-kernel", _packed(kernel_file())),
+            _plain("sg-modules", _packed(_modules(look.formulas))),
+            f"<script>{_text(_OWN, 'loader.js')}</script>",
+        )
+    )
+    before, end, after = with_head(viewer_page(), head).rpartition(b"</body>")
+    stream.write(before + body.encode() + end + after)
+    return result
+
+
+def _modules(formulas: str) -> bytes:
+    """The scripts by their names, as JSON."""
+    texts = {
+        name: _text(package, f"{name}.js") for package, names in _MODULES.items() for name in names
+    }
+    return json.dumps({**texts, "formulas": formulas}).encode()
+
+
+def _worker() -> str:
+    """The script of the worker: the kernel's interface and what uses it."""
+    kernel = _text(_OWN, "kernel.js").replace("export ", "")
+    return kernel + _text(_OWN, "worker.js")
+
+
+def _styles() -> str:
+    texts = (_text(package, f"{name}.css") for package, names in _STYLES.items() for name in names)
+    return re.sub(r"@import [^;]+;", "", "".join(texts))
+
+
+def _text(package: str, name: str) -> str:
+    return resources.files(package).joinpath(name).read_text(encoding="utf-8")
+
+
+def _plain(name: str, content: str) -> str:
+    """An element that scripts read; nothing within it may look like its end."""
+    assert "</script" not in content, "the text ends its element"
+    return f'<script type="text/plain" id="{name}">{content}</script>'
+
+
+def _packed(content: bytes) -> str:
+    return base64.b64encode(gzip.compress(content, mtime=0)).decode()

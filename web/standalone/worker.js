@@ -1,0 +1,57 @@
+// The worker of a page: runs scenarios with the kernel, in pieces, so that a newer request stops an
+// older one. What is loaded before it: kernel.js.
+
+const STEPS = 200;
+const PIECE_MS = 12;
+const PATIENCE_MS = 1000;
+
+let loading = null;
+let latest = 0;
+
+onmessage = async ({ data }) => {
+  if (data.bytes) loading = loadKernel(data.bytes);
+  else await compute(data);
+};
+
+async function compute({ id, table, segments, outcomes }) {
+  latest = id;
+  const kernel = await loading;
+  if (id !== latest) return;
+  const began = performance.now();
+  const run = new Run(kernel, table, segments);
+  let [yielded, told] = [began, began];
+  while (!run.advance(STEPS)) {
+    const now = performance.now();
+    if (now - yielded < PIECE_MS) continue;
+    if (now - told > PATIENCE_MS) {
+      told = now;
+      postMessage({ id, seconds: (now - began) / 1000 });
+    }
+    await new Promise((resolve) => setTimeout(resolve));
+    if (id !== latest) return;
+    yielded = performance.now();
+  }
+  const milliseconds = performance.now() - began;
+  const [rows, changes] = [joined(run.blocks), joined(run.changes)];
+  const { status, contact } = run;
+  const sha256 = await digest(rows, changes, outcomes[status]);
+  if (id !== latest) return;
+  postMessage({ id, rows, changes, status, contact, milliseconds, sha256 }, [rows.buffer]);
+}
+
+function joined(blocks) {
+  const whole = new Float64Array(blocks.reduce((sum, block) => sum + block.length, 0));
+  let at = 0;
+  for (const block of blocks) {
+    whole.set(block, at);
+    at += block.length;
+  }
+  return whole;
+}
+
+// The hash of a run (`RunResult.sha256`): its rows, its phase changes, and its outcome.
+async function digest(rows, changes, outcome) {
+  const bytes = await new Blob([rows, changes, outcome]).arrayBuffer();
+  const hash = new Uint8Array(await crypto.subtle.digest("SHA-256", bytes));
+  return [...hash].map((byte) => byte.toString(16).padStart(2, "0")).join("");
+}
