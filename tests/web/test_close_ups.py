@@ -46,7 +46,26 @@ SEEN = """() => {
         }),
         words: [...element.querySelectorAll("text")].map((text) => text.textContent),
     }));
-    return {free: [host.left, host.top, host.right, panel.getBoundingClientRect().top], closeUps};
+    const free = [host.left, host.top, host.right, panel.getBoundingClientRect().top];
+    return {free, closeUps, object: objectBox(host)};
+    // Where corners of the object are drawn, by the camera of viser.
+    function objectBox(host) {
+        const {nodeRefFromName, camera} = window.__viserMutable;
+        const isObject = ([name, node]) => node && name.endsWith("/object/part0");
+        const [, object] = Object.entries(nodeRefFromName).find(isObject);
+        const seen = [];
+        object.traverse(({geometry, matrixWorld}) => {
+            const corners = geometry?.attributes.position;
+            for (let i = 0; i < (corners?.count ?? 0); i += 1) {
+                const at = camera.position.clone().fromBufferAttribute(corners, i);
+                const {x, y} = at.applyMatrix4(matrixWorld).project(camera);
+                seen.push([host.left + 0.5 * (1 + x) * host.width,
+                    host.top + 0.5 * (1 - y) * host.height]);
+            }
+        });
+        const [xs, ys] = [0, 1].map((k) => seen.map((corner) => corner[k]));
+        return [Math.min(...xs), Math.min(...ys), Math.max(...xs), Math.max(...ys)];
+    }
 }"""
 LOOK_FROM = """([azimuth, elevation, share]) => {
     const {camera, cameraControl, requestRender} = window.__viserMutable;
@@ -304,6 +323,9 @@ def test_close_ups_are_upright_apart_and_on_screen_from_wherever_one_looks(
             title, _scale, *numbers = each["words"]
             assert [title, *numbers[:2]] == words, look
         boxes = [each["box"] for each in view["closeUps"]]
+        if look[2] >= 1.0:
+            # From nearer, the object may leave no space.
+            boxes.append(view["object"])
         for a, b in itertools.combinations(boxes, 2):
             assert a[2] <= b[0] or b[2] <= a[0] or a[3] <= b[1] or b[3] <= a[1], look
 
@@ -344,3 +366,23 @@ def test_a_close_up_enlarges_by_mouse_or_keyboard_and_says_more(visitors: Visito
     assert large.count() == 1
     page.keyboard.press("Escape")
     assert large.count() == 0
+
+
+@pytest.mark.browser
+@pytest.mark.slow
+def test_words_of_a_close_up_can_be_selected_without_turning_the_camera(
+    visitors: Visitors,
+) -> None:
+    page = visitors.open_to_look()
+    page.evaluate(FRAMES)
+    place = "window.__viserMutable.camera.position.toArray()"
+    before = page.evaluate(place)
+    box = page.locator(".sg-close-up").first.get_by_text("force").bounding_box()
+    assert box is not None
+    middle = box["y"] + 0.5 * box["height"]
+    page.mouse.move(box["x"] + 0.2 * box["width"], middle)
+    page.mouse.down()
+    page.mouse.move(box["x"] + 0.9 * box["width"], middle, steps=4)
+    page.mouse.up()
+    assert "rce" in page.evaluate("getSelection().toString()")
+    assert page.evaluate(place) == before

@@ -12,17 +12,21 @@ let run = null;
 let overlay = null;
 
 /**
- * Draws the close-ups over the view. covered: what of its top and bottom is not free [px]; shown:
- * the run and the time, from the scene unless they are given.
+ * Draws the close-ups over the view. covered: what of its top and bottom is not free [px]; given:
+ * the run and the time; null for those that the scene shows.
  */
-export function drawCloseUps(covered, shown = shownByScene()) {
+export function drawCloseUps(covered, given = null) {
+  const { scene, canvas2d } = window.__viserMutable ?? {};
   // The element over the scene that has its size, once viser has made it.
-  const host = window.__viserMutable?.canvas2d?.parentElement;
-  if (!host) return;
+  const host = canvas2d?.parentElement;
+  if (!host || !scene) return;
   if (overlay?.element.parentElement !== host) {
     overlay = new Overlay(host, JSON.parse(document.getElementById("sg-colours").textContent));
   }
-  overlay.draw(readView(covered, shown));
+  const draw = () => overlay.draw(readView(covered, given ?? shownByScene()));
+  // What comes with a picture is drawn with it; all else that may change, before the next one.
+  scene.onAfterRender = draw;
+  draw();
 }
 
 /** What Overlay.draw takes; null until there is a picture. */
@@ -47,7 +51,7 @@ function readView(covered, shown) {
       bottom: height - covered.bottom - MARGIN,
     },
     dark: page.dataset.mantineColorScheme === "dark",
-    font: (parseFloat(getComputedStyle(page).fontSize) || 16) * (width < 500 ? 0.72 : 0.82),
+    font: parseFloat(getComputedStyle(page).fontSize) * Math.min(0.64 + 0.00025 * width, 1.15),
   };
 }
 
