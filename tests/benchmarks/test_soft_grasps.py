@@ -34,6 +34,23 @@ def test_random_soft_grasps_end_truly():
     assert len({judgement.outcome for judgement in judgements}) >= 2
 
 
+@pytest.mark.parametrize(
+    "index",
+    [
+        93,  # a contact that creeps beside its surface, under the composite law
+        208,  # the same with three contacts
+        242,  # a spin that another contact has held until it slips for itself
+        253,  # creep that stops, and takes energy with it
+        266,  # a peak of a force while slips begin
+        326,  # a slip that begins for a long time
+        328,  # a slip that begins beside a fast one with large forces
+        96,  # a contact that has begun to slip, and rests
+    ],
+)
+def test_runs_that_have_ended_falsely_end_truly(index):
+    assert not judge_soft_grasp(draw(SOFT_GRASPS, 14, index), twice=True).missed
+
+
 def test_draws_have_all_kinds_of_fingers_pads_and_laws():
     drawn = [draw(SOFT_GRASPS, SEED, index) for index in range(60)]
     kinds = {frozenset(finger.kind for finger in scenario.fingers) for scenario in drawn}

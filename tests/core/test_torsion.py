@@ -321,6 +321,21 @@ def test_a_custom_law_sees_spins_and_moments():
     assert seen["reach"] == pytest.approx(0.01)
 
 
+@pytest.mark.parametrize(("radii", "turns"), [((0.027, 0.009), False), ((0.025, 0.0083), True)])
+def test_a_pad_takes_over_what_another_cannot_hold(radii, turns):
+    """Pads of 18 and 6 mm hold as much as two of 12 mm, though the least moments exceed one."""
+    pads = {f"fingers.{i}.pad_radius": radius for i, radius in enumerate(radii)}
+    run = simulate(with_values(soft_box(0.012, 1e-3, 0.3, "slides"), pads))
+    moments = np.abs(run.trace.torsional_moment[-1])
+    assert bool(run.phase_changes) == turns
+    assert excess(run) < 1e-9
+    if not turns:
+        e = PAD_FACTORS["even"] * np.array(radii)
+        least = 2.0 * HALF_WEIGHT * OFFSET * e**2 / (e**2).sum()
+        assert moments[0] < least[0] - 0.01
+        np.testing.assert_allclose(moments.sum(), 2.0 * HALF_WEIGHT * OFFSET, rtol=1e-6)
+
+
 @pytest.mark.parametrize("law", ["composite", "certainty-equivalence", "pd-gravity", "grip-reflex"])
 @pytest.mark.parametrize("n", [2, 3, 4])
 def test_random_soft_grasps_end_with_a_true_outcome(n, law):

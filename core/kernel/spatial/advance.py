@@ -26,7 +26,7 @@ from slipgrasp.core.kernel.loop.status import (
 )
 from slipgrasp.core.kernel.loop.ticks import next_command, next_tick
 from slipgrasp.core.kernel.spatial.dynamics import stored_energy
-from slipgrasp.core.kernel.spatial.flow import SURE_CREEP, SURE_SPEED, spatial_plant
+from slipgrasp.core.kernel.spatial.flow import SURE_SPEED, spatial_plant
 from slipgrasp.core.kernel.spatial.guards import (
     PER_CONTACT,
     PHASE,
@@ -46,6 +46,7 @@ from slipgrasp.core.kernel.spatial.run import (
     LAYOUTS,
     OUTLET,
     PROGRESS,
+    copy_discrete,
     emit,
     emit_due,
     follow_slip,
@@ -61,12 +62,12 @@ from slipgrasp.core.kernel.spatial.steps import (
 from slipgrasp.core.kernel.spatial.tick import control_tick, spatial_apply
 from slipgrasp.core.kernel.spatial.torsion import (
     begins_slip,
-    contacts_creep,
-    let_resting_stick,
+    is_short,
+    let_marked_stick,
+    mark_resting,
     spatial_keep_stick,
 )
 from slipgrasp.core.kernel.spatial.torsion_equations import spin_of
-from slipgrasp.core.kernel.spatial.torsion_onset import rests_again
 from slipgrasp.core.kernel.spatial.ways import friction_margin, parts_of_way, way_speed
 from slipgrasp.core.kernel.spatial.workspace import STICK
 
@@ -82,9 +83,7 @@ def _thaw(model: Record, run: Record) -> bool:
         for way in range(model.ways):
             if discrete.frozen[i, way] == 0:
                 continue
-            creeps = model.soft == 1 and contacts_creep(run.work.torsion)
-            sure = SURE_CREEP if creeps else SURE_SPEED
-            if way_speed(model, run.step.start, i, way) >= sure:
+            if way_speed(model, run.step.start, i, way) >= SURE_SPEED:
                 discrete.frozen[i, way] = 0
                 if model.soft == 0:
                     _align(model, run, i, way)
@@ -115,8 +114,35 @@ def _point_onsets(model: Record, run: Record) -> None:
         return
     for i in range(model.num_fingers):
         for part in range(3):
-            if run.discrete.frozen[i, 0] == 1:
+            if run.discrete.frozen[i, 0] == 1 and not is_short(run.step.directions, i):
                 run.discrete.directions[i, part] = run.step.directions[i, part]
+
+
+@compiled
+def _mark_resting(model: Record, run: Record) -> bool:
+    """Marks soft contacts that have begun to slip and rest at the end of the step."""
+    found = False
+    while begins_slip(model, run.discrete):
+        spatial_plant(model, run.discrete, run.step.start, run.work)
+        if not mark_resting(model, run.discrete, run.work.gamma):
+            break
+        found = True
+    return found
+
+
+@compiled
+def _let_rest(model: Record, run: Record) -> None:
+    """Lets soft contacts stick that have begun to slip and rest, before the row of an event.
+
+    Not where others would be outside their surfaces so: then the row has the friction of the slip.
+    """
+    if not _mark_resting(model, run):
+        return
+    let_marked_stick(model, run.discrete, run.step.start)
+    spatial_plant(model, run.discrete, run.step.start, run.work)
+    if _is_overcome(model, run):
+        copy_discrete(model, run.old, run.discrete)
+        _mark_resting(model, run)
 
 
 @compiled_apart(types.int64, MODEL, PROGRESS, OUTLET)
@@ -126,8 +152,7 @@ def spatial_event(model: Record, run: Record, outlet: Record) -> int:
     _point_onsets(model, run)
     count_stall(run)
     keep_old(model, run)
-    if model.soft == 1:
-        let_resting_stick(model, discrete, state, discrete.directions, True)
+    _let_rest(model, run)
     status = find_end(model, run, PER_CONTACT)
     if status == RUNNING:
         status = find_limited(model, run)
@@ -137,12 +162,15 @@ def spatial_event(model: Record, run: Record, outlet: Record) -> int:
         emit(model, run, outlet, discrete)
         return status
     emit(model, run, outlet, discrete)
+    let_marked_stick(model, discrete, state)
+    is_stop = _is_stop(model, run)
     for i in range(n):
         for way in range(model.ways):
             fired = run.guards.fired[PER_CONTACT * i + PHASE + way] == 1
             slips = discrete.slips[i, way] != 0.0
-            run.selection.leaving[i, way] = 1 if fired and not slips else 0
-            if slips and (fired or _stops_too(model, run, i, way)):
+            stuck = run.old.slips[i, way] == 0.0  # not what rests by now
+            run.selection.leaving[i, way] = 1 if fired and stuck else 0
+            if slips and (fired or _stops_too(model, run, i, way, is_stop)):
                 run.concerned = i
                 for part in parts_of_way(model, way):
                     state.x[velocity_at(n, i, part)] = 0.0
@@ -150,10 +178,24 @@ def spatial_event(model: Record, run: Record, outlet: Record) -> int:
 
 
 @compiled
-def _stops_too(model: Record, run: Record, i: int, way: int) -> bool:
-    """Whether a slip is so slow that it would end at the same instant."""
+def _is_stop(model: Record, run: Record) -> bool:
+    """Whether a slip of a hand with soft fingertips has just ended."""
+    for i in range(model.num_fingers if model.soft == 1 else 0):
+        if run.old.slips[i, 0] != 0.0 and run.guards.fired[PER_CONTACT * i + PHASE] == 1:
+            return True
+    return False
+
+
+@compiled
+def _stops_too(model: Record, run: Record, i: int, way: int, is_stop: bool) -> bool:
+    """Whether a slip is so slow that it would end at the same instant.
+
+    Soft contacts that turn with the same object stop together: ``is_stop`` where one has.
+    """
     n, x, slope = model.num_fingers, run.step.start.x, run.step.slopes[0].x
     speed = way_speed(model, run.step.start, i, way)
+    if is_stop and run.discrete.frozen[i, way] == 0 and speed < SURE_SPEED:
+        return True
     if run.discrete.frozen[i, way] == 1 or not speed < STOPS_TOO:
         return False
     power = 0.0
@@ -201,10 +243,10 @@ def _finish_soft_step(model: Record, run: Record, outlet: Record) -> int:
     if changes:
         _point_onsets(model, run)
         keep_old(model, run)
-        if rests_again(model, discrete, run.step):
+        if _mark_resting(model, run):
+            let_marked_stick(model, discrete, start)
             return _select_again(model, run, outlet)
-        changes = let_resting_stick(model, discrete, start, discrete.directions, False)
-        changes = _thaw(model, run) or changes
+        changes = _thaw(model, run)
     spatial_keep_stick(model, discrete, start, run.work)
     if not changes:
         return RUNNING
@@ -212,7 +254,9 @@ def _finish_soft_step(model: Record, run: Record, outlet: Record) -> int:
         if run.old.frozen[i, 0] == 1 and discrete.frozen[i, 0] == 0 and discrete.slips[i, 0] == 1.0:
             _align(model, run, i, 0)
     spatial_plant(model, discrete, start, run.work)
-    if _is_overcome(model, run):
+    rest = mark_resting(model, discrete, run.work.gamma)
+    let_marked_stick(model, discrete, start)
+    if rest or _is_overcome(model, run):
         return _select_again(model, run, outlet)
     return _finish_phases(model, run, outlet, RUNNING)
 

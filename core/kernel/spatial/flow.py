@@ -40,7 +40,6 @@ from slipgrasp.core.kernel.spatial.workspace import DISCRETE, STICK, WORKSPACE
 LEAST_SPEED = 3e-9  # a slip that is slower ends [m/s]
 TOLD_SPEED = 1e-9  # below it a slip has no direction any more, in steps that are taken back [m/s]
 SURE_SPEED = 3e-8  # from here on its own velocity tells its direction [m/s]
-SURE_CREEP = 1e-6  # the same where soft contacts creep, which have a velocity before they slip
 
 
 @compiled

@@ -14,11 +14,12 @@ from slipgrasp.core.kernel.loop.status import (
     SEPARATED,
 )
 from slipgrasp.core.kernel.loop.tally import count_forces
-from slipgrasp.core.kernel.spatial.flow import set_derivative, set_directions
+from slipgrasp.core.kernel.spatial.flow import set_derivative, set_directions, spatial_plant
 from slipgrasp.core.kernel.spatial.guards import PER_CONTACT, arm_guards
 from slipgrasp.core.kernel.spatial.run import copy_discrete, emit, leave_slip
 from slipgrasp.core.kernel.spatial.selection import NONE_REGULAR, OPENS, SELECTED, spatial_select
-from slipgrasp.core.kernel.spatial.torsion import contacts_creep, let_resting_stick
+from slipgrasp.core.kernel.spatial.torsion import mark_resting
+from slipgrasp.core.kernel.spatial.torsion_split import contacts_creep
 from slipgrasp.core.kernel.spatial.workspace import STICK
 
 
@@ -78,7 +79,8 @@ def emit_old(model: Record, run: Record, outlet: Record) -> None:
     state, discrete = run.step.start, run.row.discrete
     swap_states(model, state, run.old_state)
     copy_discrete(model, run.old, discrete)
-    let_resting_stick(model, discrete, state, discrete.directions, True)
+    spatial_plant(model, discrete, state, run.work)
+    mark_resting(model, discrete, run.work.gamma)
     emit(model, run, outlet, discrete)
     swap_states(model, state, run.old_state)
 

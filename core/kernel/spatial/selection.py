@@ -23,7 +23,6 @@ from slipgrasp.core.kernel.spatial.contact_problem import (
 )
 from slipgrasp.core.kernel.spatial.enumeration import REST_FORCE, spatial_enumerate
 from slipgrasp.core.kernel.spatial.flow import (
-    SURE_CREEP,
     SURE_SPEED,
     set_derivative,
     spatial_phases,
@@ -33,8 +32,11 @@ from slipgrasp.core.kernel.spatial.model import MODEL
 from slipgrasp.core.kernel.spatial.state import ATTITUDE, STATE, velocity_at
 from slipgrasp.core.kernel.spatial.torsion import (
     INSTANT,
+    RESTS,
     begin_contact_problem,
-    let_resting_stick,
+    is_short,
+    let_marked_stick,
+    mark_resting,
     spatial_keep_stick,
 )
 from slipgrasp.core.kernel.spatial.ways import (
@@ -63,9 +65,10 @@ def _free_contacts(model: Record, discrete: Record, state: Record, room: Record)
         for way in range(model.ways):
             speed = way_speed(model, state, i, way)
             # A slower one takes another direction at once: within 1e-8 s of 1 m/s^2 across it.
-            # What sticks may creep, where its moment is undetermined.
+            # What sticks may creep, where its moment is undetermined. A soft one is followed as
+            # where it begins: if it stopped at once, so might the object.
             sticks = model.soft == 1 and discrete.slips[i, way] == 0.0
-            begins = model.soft == 1 and discrete.frozen[i, way] == 1 and 0.0 < speed < SURE_CREEP
+            begins = model.soft == 1 and not sticks and 0.0 < speed < SURE_SPEED
             free = (speed < SURE_SPEED or sticks) and not begins
             room.stopped[i] = 1 if model.soft == 1 and free and not sticks else 0
             room.free[i, way] = 1 if free else 0
@@ -252,6 +255,16 @@ def _let_rest(model: Record, discrete: Record, room: Record) -> None:
 
 
 @compiled
+def _take_phases(model: Record, discrete: Record, state: Record, work: Record) -> None:
+    """Evaluates other phases."""
+    spatial_phases(model, discrete, state, work)
+    for i in range(model.num_fingers if model.soft == 1 else 0):
+        # So that its friction stays there if another contact changes its phase.
+        for part in range(3 if discrete.frozen[i, 0] == 1 and not is_short(work.gamma, i) else 0):
+            discrete.directions[i, part] = work.gamma[i, part]
+
+
+@compiled
 def _let_stick(model: Record, discrete: Record, state: Record, work: Record, room: Record) -> int:
     """All that is free sticks if it may, or begins to slip smoothly; `NONE_CONSISTENT` if not."""
     consistent = _all_consistent(model, discrete, work, room)
@@ -259,7 +272,7 @@ def _let_stick(model: Record, discrete: Record, state: Record, work: Record, roo
         if _loosen_overcome(model, work, room) or not consistent:
             return NONE_CONSISTENT
         _let_leave(model, discrete, work, room)
-        spatial_phases(model, discrete, state, work)
+        _take_phases(model, discrete, state, work)
     return _opens(model.num_fingers, work, room)
 
 
@@ -397,6 +410,17 @@ def _let_overcome(model: Record, discrete: Record, work: Record, room: Record) -
 
 
 @compiled
+def _let_all_overcome(
+    model: Record, discrete: Record, state: Record, work: Record, room: Record
+) -> None:
+    """The same until none is outside, now that others slip."""
+    for _ in range(model.num_fingers if model.soft == 1 else 0):
+        if not _let_overcome(model, discrete, work, room):
+            return
+        _take_phases(model, discrete, state, work)
+
+
+@compiled
 def _agrees(model: Record, work: Record, room: Record) -> bool:
     """Whether the reduced form in the selected phases has the forces that were solved for.
 
@@ -416,15 +440,22 @@ def _agrees(model: Record, work: Record, room: Record) -> bool:
 def _let_rest_stick(
     model: Record, discrete: Record, state: Record, work: Record, room: Record
 ) -> None:
-    """Lets soft contacts stick that begin to slip and rest, beside others that go on.
+    """Lets soft contacts stick that begin to slip and rest.
 
     One whose force has just reached its bound is left to the next step.
     """
-    for i in range(model.num_fingers):
-        if room.leaving[i, 0] == 1:
+    for _ in range(model.num_fingers if model.soft == 1 else 0):
+        mark_resting(model, discrete, work.gamma)
+        found = False
+        for i in range(model.num_fingers):
+            if discrete.frozen[i, 0] == RESTS:
+                discrete.frozen[i, 0] = RESTS if room.leaving[i, 0] == 0 else 1
+                found = found or room.leaving[i, 0] == 0
+        if not found:
             return
-    if model.soft == 1 and let_resting_stick(model, discrete, state, work.gamma, False):
-        spatial_phases(model, discrete, state, work)
+        let_marked_stick(model, discrete, state)
+        _take_phases(model, discrete, state, work)
+        _let_all_overcome(model, discrete, state, work, room)
 
 
 @compiled_apart(types.int64, MODEL, DISCRETE, STATE, WORKSPACE, SELECTION_ROOM)
@@ -449,21 +480,19 @@ def spatial_select(
         return NONE_REGULAR
     status = _let_stick(model, discrete, state, work, room)
     if status == SELECTED:
+        _let_all_overcome(model, discrete, state, work, room)
         _let_rest_stick(model, discrete, state, work, room)
         return status
     if model.soft == 1:
-        begin_contact_problem(model, state, work, INSTANT)
+        begin_contact_problem(model, discrete, state, work, INSTANT)
     else:
         spatial_contacts(model, state, work, room)
     if status == NONE_CONSISTENT:
         status = _let_slip(model, discrete, work, room)
     if status != SELECTED and not _find_closed(model, discrete, work, room):
         return status
-    spatial_phases(model, discrete, state, work)
-    for _ in range(model.num_fingers if model.soft == 1 else 0):
-        if not _let_overcome(model, discrete, work, room):
-            break
-        spatial_phases(model, discrete, state, work)
+    _take_phases(model, discrete, state, work)
+    _let_all_overcome(model, discrete, state, work, room)
     _let_rest_stick(model, discrete, state, work, room)
     if not work.system.determinant > 0.0:
         return NONE_REGULAR

@@ -33,6 +33,7 @@ from slipgrasp.core.kernel.spatial.stepper import (
     spatial_error,
     spatial_step,
 )
+from slipgrasp.core.kernel.spatial.torsion import begins_slip
 from slipgrasp.core.kernel.spatial.workspace import STICK
 
 LEAST_STEP = 1e-14
@@ -60,7 +61,7 @@ def spatial_accept(model: Record, run: Record, until: float) -> float:
             error *= CAUTION
         if error <= 1.0 and loses_direction(model, discrete, step):
             error = 16.0
-        if error <= 1.0 and size > LEAST_LEDGER_STEP and turns_fast(model, run):
+        if error <= 1.0 and _needs_ledger(model, run, size):
             error = max(error, spatial_imbalance(model, run, size))
         if error <= 1.0:
             _follow_error(model, run, error, size, rest, sticks)
@@ -78,12 +79,21 @@ def spatial_accept(model: Record, run: Record, until: float) -> float:
 
 
 @compiled
+def _needs_ledger(model: Record, run: Record, size: float) -> bool:
+    """Whether the energy of a step is looked at: steps in which slips begin tell no other error."""
+    fast = size > LEAST_LEDGER_STEP and turns_fast(model, run)
+    return fast or begins_slip(model, run.discrete)
+
+
+@compiled
 def _choose_method(model: Record, run: Record, h: float, sticks: bool) -> None:
     """In stick the last explicit one, in slip the largest, where that creeps the implicit one."""
     step, largest = run.step, model.num_methods - 1
     crept = run.rank == IMPLICIT
     step.rank = min(run.rank, largest) if sticks else largest
-    if not sticks and (crept or creeps(model, run.discrete, step, h)):
+    if sticks or begins_slip(model, run.discrete):
+        return
+    if crept or creeps(model, run.discrete, step, h):
         find_stiffness(model, run.discrete, step, run.work)
         if h * step.stiffness.rate > STIFF:
             step.rank = IMPLICIT

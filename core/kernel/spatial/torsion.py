@@ -16,6 +16,7 @@ from slipgrasp.core.kernel.spatial.model import MODEL
 from slipgrasp.core.kernel.spatial.state import (
     STATE,
     VELOCITY,
+    dissipated_at,
     slip_velocity_at,
     spin_velocity_at,
     velocity_at,
@@ -39,14 +40,15 @@ from slipgrasp.core.kernel.spatial.torsion_phases import (
     turn_mobility,
     twist_of,
 )
-from slipgrasp.core.kernel.spatial.ways import name_phase, size_with_spin
-from slipgrasp.core.kernel.spatial.workspace import DISCRETE, SLIP, STICK, WORKSPACE
+from slipgrasp.core.kernel.spatial.torsion_split import contacts_creep, relieve, set_creep
+from slipgrasp.core.kernel.spatial.ways import name_phase, size_with_spin, way_speed
+from slipgrasp.core.kernel.spatial.workspace import DISCRETE, STICK, WORKSPACE
 
 UNDETERMINED = 1e-3  # share of the mobility of one turn, below which moments are not determined
-CREEP = 3e-8  # of spins that no determined moment stops, times e, per F_tau / e [m/(N s)]
-INSTANT = 5e-6  # after which friction of what begins to slip is against its velocity [s]
-AT_ONCE = 1e-9  # the same where that is rest [s]
+FIRM = 1e3  # with which given amounts of moments enter the contact problem [1/kg]
+INSTANT = 1e-9  # after which friction of what begins to slip is against its velocity [s]
 AT_REST = 1e-9  # share of its bound by which the friction of a contact at rest is less
+RESTS = 2  # of ``frozen``: it has begun to slip, and has come to rest
 EXACT = 1e-14  # a spin velocity times e that counts as none [m/s]
 
 
@@ -150,40 +152,40 @@ def _mix_modes(torsion: Record) -> None:
 
 
 @compiled
-def _set_creep(model: Record, state: Record, work: Record) -> None:
-    """Moments of the undetermined modes: against what there is of their spin."""
-    torsion = work.torsion
-    for mode in range(torsion.num_determined, torsion.num_holders):
-        spin = 0.0
-        for k in range(torsion.num_holders):
-            i = torsion.holders[k]
-            spin += torsion.modes[k, mode] * spin_of(model, state, work, i)
-        torsion.amounts[mode] = -spin / CREEP
-
-
-@compiled
-def begin_contact_problem(model: Record, state: Record, work: Record, h: float) -> None:
-    """G and c with the velocities over a time ``h`` and the creep of the present modes."""
+def begin_contact_problem(
+    model: Record, discrete: Record, state: Record, work: Record, h: float
+) -> None:
+    """G and c with the velocities of slips over a time ``h``."""
     n, torsion = model.num_fingers, work.torsion
     spatial_mobility(model, state, work)
-    add_velocities(n, state, torsion, 1.0 / h)
+    _add_velocities(model, discrete, state, torsion, 1.0 / h)
     for i in range(n):
         for j in range(n):
             torsion.creep[i, j] = 0.0
-    for mode in range(torsion.num_determined, torsion.num_holders):
-        for k in range(torsion.num_holders):
-            for j in range(torsion.num_holders):
-                both = torsion.modes[k, mode] * torsion.modes[j, mode]
-                torsion.creep[torsion.holders[k], torsion.holders[j]] += CREEP / h * both
 
 
 @compiled
-def add_velocities(n: int, state: Record, torsion: Record, share: float) -> None:
-    """Adds a multiple of the velocities of slip and spin to c."""
-    for i in range(n):
-        for part in range(NORMAL):
-            speed = state.x[velocity_at(n, i, part)]
+def _add_velocities(
+    model: Record, discrete: Record, state: Record, torsion: Record, share: float
+) -> None:
+    """Adds a multiple of the velocities of what slips to c."""
+    for i in range(model.num_fingers):
+        # What is as slow as rounding has no direction.
+        slips = discrete.phases[i] != STICK and way_speed(model, state, i, 0) > EXACT
+        for part in range(NORMAL if slips else 0):
+            speed = state.x[velocity_at(model.num_fingers, i, part)]
             torsion.offset[ROWS * i + part] += share * speed
+
+
+@compiled
+def _hold_amounts(torsion: Record, share: float) -> None:
+    """Adds a multiple of what keeps undetermined moments of stick as they are to the problem."""
+    for mode in range(torsion.num_determined, torsion.num_holders):
+        for k in range(torsion.num_holders):
+            i, pull = torsion.holders[k], share * FIRM * torsion.modes[k, mode]
+            torsion.offset[ROWS * i + TURN] -= pull * torsion.amounts[mode]
+            for j in range(torsion.num_holders):
+                torsion.creep[i, torsion.holders[j]] += pull * torsion.modes[j, mode]
 
 
 @compiled_apart(types.void, MODEL, DISCRETE, STATE, WORKSPACE)
@@ -198,7 +200,20 @@ def spatial_soft_phases(model: Record, discrete: Record, state: Record, work: Re
     for k in range(torsion.num_holders):
         i = torsion.holders[k]
         torsion.wanted[k] = twist_of(torsion, i, torsion.motion) + spin_rest(model, work, i)
-    _set_creep(model, state, work)
+    set_creep(model, state, work)
+    _take_phases(model, discrete, work)
+    if contacts_creep(torsion) and relieve(model, work):
+        solve_phases(torsion, torsion.load, torsion.motion)
+        _take_phases(model, discrete, work)
+    if begins_slip(model, discrete):
+        _take_as_start(model, work)
+        begin_slips(model, discrete, state, work, INSTANT, True)
+
+
+@compiled
+def _take_phases(model: Record, discrete: Record, work: Record) -> None:
+    """Accelerations and forces with the amounts of the undetermined moments of stick."""
+    torsion = work.torsion
     _find_moments(torsion)
     _add_moments(torsion)
     for k in range(6):
@@ -209,21 +224,6 @@ def spatial_soft_phases(model: Record, discrete: Record, state: Record, work: Re
             take_stick(model, work, i, _moment_of(torsion, i), creeps)
         else:
             take_slip(model, work, i)
-    if begins_slip(model, discrete):
-        _take_as_start(model, work)
-        begin_slips(model, discrete, state, work, INSTANT, True)
-        if _all_rest(model, discrete, work):
-            # What creeps brings them to rest, but not at once.
-            begin_slips(model, discrete, state, work, AT_ONCE, True)
-
-
-@compiled
-def _all_rest(model: Record, discrete: Record, work: Record) -> bool:
-    """Whether all contacts that begin to slip rest."""
-    for i in range(model.num_fingers):
-        if discrete.frozen[i, 0] == 1 and not is_short(work.gamma, i):
-            return False
-    return True
 
 
 @compiled
@@ -274,8 +274,9 @@ def begin_slips(
         model: Constants of the run.
         discrete: Phases.
         state: With velocities.
-        work: With G and c, and the forces from which Newton's method starts; directions of slip
-            become those against which the forces are, shorter than 1 where a contact rests.
+        work: With the moments of stick in the present phases, and the forces from which Newton's
+            method starts; directions of slip become those against which the forces are, shorter
+            than 1 where a contact rests.
         h: Short time [s].
         at_once: Whether the friction of slips that go on is against their present velocities.
     """
@@ -288,10 +289,11 @@ def begin_slips(
         torsion.bounds[i] = model.truth.friction[i]
         for part in range(NORMAL):
             torsion.slides[i, part] = work.gamma[i, part]
-    _find_modes_of_all(model, discrete, work)
-    begin_contact_problem(model, state, work, h)
+    begin_contact_problem(model, discrete, state, work, h)
+    _hold_amounts(torsion, 1.0)
     solved = spatial_soft_newton(model, torsion) == 1
-    add_velocities(n, state, torsion, -1.0 / h)
+    _hold_amounts(torsion, -1.0)
+    _add_velocities(model, discrete, state, torsion, -1.0 / h)
     if not solved:
         return False
     for i in range(n):
@@ -304,19 +306,6 @@ def begin_slips(
         if torsion.kinds[i] == FREE:
             _hold_at_rest(model, state, work, i, h)
     return True
-
-
-@compiled
-def _find_modes_of_all(model: Record, discrete: Record, work: Record) -> None:
-    """The modes of stick of all contacts that stick or have just begun to slip."""
-    for i in range(model.num_fingers):
-        if discrete.frozen[i, 0] == 1:
-            discrete.phases[i] = STICK
-    assemble_phases(model, discrete, work.gamma, work)
-    find_modes(model, discrete, work)
-    for i in range(model.num_fingers):
-        if discrete.frozen[i, 0] == 1:
-            discrete.phases[i] = SLIP
 
 
 @compiled
@@ -345,27 +334,29 @@ def is_short(directions: Floats, i: int) -> bool:
 
 
 @compiled
-def let_resting_stick(
-    model: Record, discrete: Record, state: Record, directions: Floats, all_may: bool
-) -> bool:
-    """Lets contacts stick that begin to slip and rest; whether there are any.
+def mark_resting(model: Record, discrete: Record, directions: Floats) -> bool:
+    """Marks contacts that begin to slip and rest; whether there are any.
+
+    Until they stick their friction is still on its bound, against the direction that they had.
 
     Args:
         model: Constants of the run.
         discrete: Phases.
-        state: What sticks gets no slip velocity.
         directions: That friction is against, shorter than 1 of what rests.
-        all_may: Whether they stick too if no other goes on.
     """
-    rests = goes_on = False
-    for i in range(model.num_fingers):
-        if discrete.frozen[i, 0] == 1:
-            is_at_rest = is_short(directions, i)
-            rests, goes_on = rests or is_at_rest, goes_on or not is_at_rest
-    if not rests or not (goes_on or all_may):
-        return False
+    found = False
     for i in range(model.num_fingers):
         if discrete.frozen[i, 0] == 1 and is_short(directions, i):
+            discrete.frozen[i, 0] = RESTS
+            found = True
+    return found
+
+
+@compiled
+def let_marked_stick(model: Record, discrete: Record, state: Record) -> None:
+    """Lets those contacts stick."""
+    for i in range(model.num_fingers):
+        if discrete.frozen[i, 0] == RESTS:
             discrete.frozen[i, 0] = 0
             for axis in range(2):
                 discrete.slips[i, axis] = 0.0
@@ -373,7 +364,6 @@ def let_resting_stick(
             for part in range(NORMAL):
                 discrete.directions[i, part] = 0.0
             name_phase(model, discrete, i)
-    return True
 
 
 @compiled
@@ -404,12 +394,6 @@ def _put_on_surface(model: Record, work: Record, i: int) -> None:
         torsion.force[first + row] = -work.gamma[i, row] * normal
     if model.hand.eccentricities[i] == 0.0:
         torsion.force[first + TURN] = 0.0
-
-
-@compiled
-def contacts_creep(torsion: Record) -> bool:
-    """Whether some of the moments for which modes were found last are undetermined."""
-    return torsion.num_determined < torsion.num_holders
 
 
 @compiled
@@ -444,7 +428,6 @@ def spatial_keep_stick(model: Record, discrete: Record, state: Record, work: Rec
     """Stops the spin of contacts that stick by an impulse, and updates the spin of the others.
 
     In stick psi' = 0 is kept by psi'' = 0 alone, and where a slip ends only its state is set to 0.
-    The steps in which slips begin take what turns in stick into account by themselves.
 
     Args:
         model: Constants of the run.
@@ -460,15 +443,16 @@ def spatial_keep_stick(model: Record, discrete: Record, state: Record, work: Rec
     for i in range(n):
         if _holds_turn(model, discrete, i):
             largest = max(largest, abs(spin_of(model, state, work, i)))
-    begins = begins_slip(model, discrete)
-    if largest > EXACT and not begins:
+    if largest > EXACT:
         _stop_spins(model, discrete, state, work)
         changed = 1
     for i in range(n):
-        turns = discrete.phases[i] != STICK or begins
+        turns = discrete.phases[i] != STICK
         if largest > EXACT and creeps_in_stick(model, discrete, torsion, i):
             turns = True
         spin, at = spin_of(model, state, work, i) if turns else 0.0, spin_velocity_at(n, i)
+        if abs(spin) <= EXACT:
+            spin = 0.0
         if x[at] != spin:
             x[at], changed = spin, 1
     return changed
@@ -476,8 +460,11 @@ def spatial_keep_stick(model: Record, discrete: Record, state: Record, work: Rec
 
 @compiled
 def _stop_spins(model: Record, discrete: Record, state: Record, work: Record) -> None:
-    """The impulse on what sticks and all normals after which no determined mode turns."""
-    n, x, torsion = model.num_fingers, state.x, work.torsion
+    """The impulse on what sticks and all normals after which no determined mode turns.
+
+    Friction takes the energy of these turns.
+    """
+    n, x, torsion, work_done = model.num_fingers, state.x, work.torsion, 0.0
     assemble_phases(model, discrete, torsion.no_slide, work)
     find_modes(model, discrete, work)
     for k in range(torsion.num_holders):
@@ -487,6 +474,10 @@ def _stop_spins(model: Record, discrete: Record, state: Record, work: Record) ->
     for k in range(6):
         torsion.motion[k] = 0.0
     _add_moments(torsion)
+    for k in range(torsion.num_holders):
+        turned = twist_of(torsion, torsion.holders[k], torsion.motion)
+        work_done += torsion.held[k] * (torsion.wanted[k] + 0.5 * turned)
+    x[dissipated_at(model)] += max(0.0, -work_done)
     for k in range(6):
         x[VELOCITY + k] += torsion.motion[k]
     for i in range(n):

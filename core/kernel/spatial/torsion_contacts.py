@@ -23,6 +23,8 @@ from slipgrasp.core.kernel.spatial.torsion_layout import (
 )
 from slipgrasp.core.kernel.spatial.ways import size_with_spin
 
+SPLIT = 1e-9  # share of a mobility that moments which move nothing have in Newton's matrix
+
 
 @compiled
 def contact_mobility(torsion: Record, i: int) -> float:
@@ -35,17 +37,27 @@ def contact_mobility(torsion: Record, i: int) -> float:
 
 @compiled
 def _mobility(torsion: Record, a: int, b: int) -> float:
-    """G, with the creep of turns."""
+    """G, with what keeps given moments."""
     turns = a % ROWS == TURN and b % ROWS == TURN
     creep = torsion.creep[a // ROWS, b // ROWS] if turns else 0.0
     return torsion.mobility[a, b] + creep
 
 
 @compiled
+def _change(torsion: Record, a: int, b: int) -> float:
+    """The same in Newton's matrix, where no moment moves nothing.
+
+    Moments that no equation determines stay so as they are at the start.
+    """
+    split = SPLIT * torsion.mobility[a - TURN, a - TURN] if a == b and a % ROWS == TURN else 0.0
+    return _mobility(torsion, a, b) + split
+
+
+@compiled
 def _set_row_at_rest(n: int, torsion: Record, a: int, scale: float) -> None:
     """No acceleration: w = 0."""
     for b in range(ROWS * n):
-        torsion.matrix[a, b] = scale * _mobility(torsion, a, b)
+        torsion.matrix[a, b] = scale * _change(torsion, a, b)
     torsion.right[a] = -scale * torsion.opening[a]
 
 
@@ -100,8 +112,8 @@ def _set_rows_of_ball(n: int, torsion: Record, i: int, scale: float) -> None:
         for b in range(ROWS * n):
             along = 0.0
             for other in range(NORMAL):
-                along += y[other] / length * _mobility(torsion, first + other, b)
-            matrix[a, b] = scale * ratio * (_mobility(torsion, a, b) - e * along)
+                along += y[other] / length * _change(torsion, first + other, b)
+            matrix[a, b] = scale * ratio * (_change(torsion, a, b) - e * along)
         for other in range(NORMAL):
             same = 1.0 if row == other else 0.0
             matrix[a, first + other] += same - ratio * (same - e * y[other] / length)
@@ -120,6 +132,6 @@ def spatial_soft_newton(model: Record, torsion: Record) -> int:
     Args:
         model: Constants of the run.
         torsion: With the contact problem, kinds, bounds and directions of slip; ``opening`` becomes
-            w with what creeps and the velocities that c may have.
+            w with the velocities that c may have.
     """
     return _newton(model, torsion.slides, torsion)

@@ -23,7 +23,7 @@ TORSION = np.dtype(
         ("fall", np.float64, (6,)),  # M_o^-1 (load - h_o)
         ("mobility", np.float64, (MAX_WRENCH, MAX_WRENCH)),  # G
         ("offset", np.float64, (MAX_WRENCH,)),  # c
-        ("creep", np.float64, (MAX_FINGERS, MAX_FINGERS)),  # of turns, in the contact problem
+        ("creep", np.float64, (MAX_FINGERS, MAX_FINGERS)),  # added to G of turns, for given moments
         ("twists", np.float64, (MAX_FINGERS, 6)),  # m, wrench per F_tau / e in stick
         ("presses", np.float64, (MAX_FINGERS, 6)),  # w, wrench per F_n in slip
         ("tip_mobilities", np.float64, (MAX_FINGERS, 6)),  # Lambda^-1 where a contact slips

@@ -19,22 +19,9 @@ from slipgrasp.core.kernel.spatial.flow import set_derivative, spatial_plant
 from slipgrasp.core.kernel.spatial.guards import sample_guards
 from slipgrasp.core.kernel.spatial.kinematics import update_kinematics
 from slipgrasp.core.kernel.spatial.selection import normalise
-from slipgrasp.core.kernel.spatial.torsion import begin_slips, is_short
+from slipgrasp.core.kernel.spatial.torsion import begin_slips
 from slipgrasp.core.kernel.spatial.torsion_layout import NORMAL
 from slipgrasp.core.kernel.spatial.torsion_phases import prepare_pads
-
-
-@compiled
-def rests_again(model: Record, discrete: Record, step: Record) -> bool:
-    """Whether no contact that has begun to slip has come any further in the step just taken."""
-    found = False
-    for i in range(model.num_fingers):
-        if discrete.frozen[i, 0] == 0:
-            continue
-        if not is_short(step.directions, i):
-            return False
-        found = True
-    return found
 
 
 @compiled
@@ -51,8 +38,8 @@ def onset_step(model: Record, discrete: Record, h: float, step: Record, work: Re
     for i in range(model.num_fingers):
         for part in range(NORMAL):
             step.directions[i, part] = work.gamma[i, part]
-    last = method_of(model, step).last
-    first, second, mean = step.slopes[1], step.slopes[2], step.slopes[0]
+    method = method_of(model, step)
+    first, second = step.slopes[0], step.slopes[method.last]
     set_derivative(model, step.start, first, work)
     for j in range(model.num_states):
         step.end.x[j] = step.start.x[j] + h * first.x[j]
@@ -61,12 +48,12 @@ def onset_step(model: Record, discrete: Record, h: float, step: Record, work: Re
     prepare_pads(model, step.end, work)
     set_derivative(model, step.end, second, work)
     for j in range(model.num_states):
-        mean.x[j] = 0.5 * (first.x[j] + second.x[j])
-        step.end.x[j] = step.start.x[j] + h * mean.x[j]
+        step.end.x[j] = step.start.x[j] + 0.5 * h * (first.x[j] + second.x[j])
     normalise(step.end)
     spatial_plant(model, discrete, step.end, work)
-    for row in range(1, last + 1):
-        for j in range(model.num_states):
-            step.slopes[row].x[j] = mean.x[j]
+    for row in range(1, method.last + 1):
+        share = method.nodes[row]
+        for j in range(model.num_states if row < method.last else 0):
+            step.slopes[row].x[j] = (1.0 - share) * first.x[j] + share * second.x[j]
         sample_guards(model, discrete, step.end, work, step.samples, row)
     return True
