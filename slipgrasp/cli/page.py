@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 RECORDING_SUFFIX = ".mcap"
 DESCRIPTION = (
-    "Write one HTML file that simulates a planar hand in the browser: it needs no server, no "
+    "Write one HTML file that simulates a scenario in the browser: it needs no server, no "
     "network and no installation, and shows the SHA-256 of its run, which 'slipgrasp run --json' "
     "prints too. SCENARIO may also be a recording (FILE.mcap), whose scenario is simulated again."
 )
@@ -46,7 +46,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         metavar="KEY,KEY,…",
         type=lambda text: [word.strip() for word in text.split(",") if word.strip()],
         help="parameters with sliders, fingers.*.KEY for all fingers at once (default: "
-        "object.mass,fingers.*.friction,controller.position_gain)",
+        "object.mass,fingers.*.friction and, of planar hands, controller.position_gain)",
     )
     parser.add_argument("--force", action="store_true", help="replace an existing file")
     parser.set_defaults(execute=_execute)
@@ -58,11 +58,11 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
     scenario, command = _scenario_of(arguments)
     load_simulation(scenario.space)
     with Progress("loading the dashboard"):
-        from slipgrasp.web.standalone.controls import DEFAULT
+        from slipgrasp.web.standalone.controls import usual_controls
         from slipgrasp.web.standalone.page_file import write_page
     content = io.BytesIO()
     with Progress("writing the page"):
-        controls = DEFAULT if arguments.controls is None else arguments.controls
+        controls = usual_controls(scenario) if arguments.controls is None else arguments.controls
         result = write_page(scenario, content, controls, command)
     output.write_bytes(content.getvalue())
     print(f"{output}: {len(content.getvalue()) / 1e6:.2f} MB, SHA-256 of its run {result.sha256}")

@@ -37,7 +37,7 @@ def test_a_recording_is_simulated_again(slipgrasp):
     ("arguments", "words"),
     [
         (["paper-case-1", "--output", "no/page.html"], "an existing folder"),
-        (["spatial-prism", "--output", "page.html"], "planar hands only"),
+        (["wet-patch", "--output", "page.html"], "patches"),
         (["paper-case-1", "--controls", "object.colour", "--output", "page.html"], "one number"),
         (["paper-case-1"], "--output"),
     ],

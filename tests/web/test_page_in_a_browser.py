@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -13,11 +14,12 @@ from playwright.sync_api import Browser, Page
 
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
-from slipgrasp.web.standalone.controls import DEFAULT
+from slipgrasp.web.standalone.controls import usual_controls
 from slipgrasp.web.standalone.page_file import write_page
 from tests.waiting import wait_until
 from tests.web.conftest import PATIENCE, hide_warning
 from tests.web.test_accessibility import AXE, violations
+from tests.web.test_standalone_page import MOST_BYTES
 
 pytestmark = [pytest.mark.browser, pytest.mark.slow]
 
@@ -31,7 +33,8 @@ Open = Callable[..., Page]
 def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("page") / "case-1.html"
     with path.open("wb") as stream:
-        write_page(load_scenario("paper-case-1"), stream, DEFAULT, "slipgrasp run paper-case-1")
+        scenario = load_scenario("paper-case-1")
+        write_page(scenario, stream, usual_controls(scenario), "slipgrasp run paper-case-1")
     return path
 
 
@@ -126,6 +129,21 @@ def test_a_run_that_ends_early_says_how(open_page: Open, tmp_path: Path) -> None
     card = page.locator(".sg-outcome").first.inner_text()
     assert f"Cut short: a limit was reached at {result.end_time:.4g} s" in card
     assert "the limit of 50 steps was reached" in card
+
+
+def test_a_spatial_hand_is_simulated_too(open_page: Open, tmp_path: Path) -> None:
+    scenario, path = load_scenario("spatial-prism"), tmp_path / "prism.html"
+    with path.open("wb") as stream:
+        result = write_page(scenario, stream, usual_controls(scenario))
+    assert path.stat().st_size <= MOST_BYTES
+    page = open_page(path=path)
+    assert sha256_of(page) == result.sha256
+    page.get_by_role("slider", name="object mass [kg]").focus()
+    page.keyboard.press("ArrowRight")
+    wait_until(lambda: sha256_of(page) != result.sha256, "the page computes another run")
+    (value,) = re.findall(r"object\.mass=([\d.]+)", page.url)
+    heavier = with_values(scenario, {"object.mass": float(value)})
+    assert sha256_of(page) == simulate(heavier).sha256
 
 
 @pytest.mark.parametrize(

@@ -23,8 +23,8 @@ from slipgrasp.web.model.sampling import Sampler, locate
 from slipgrasp.web.scene.close_ups import arrays_of
 from slipgrasp.web.scene.layout import lay_out, reach_and_tick
 from slipgrasp.web.scene.scene import Scene
-from slipgrasp.web.standalone.controls import DEFAULT, ControlError, controls_of
-from slipgrasp.web.standalone.kernel_data import PageError, run_data, segments_of
+from slipgrasp.web.standalone.controls import ControlError, controls_of, usual_controls
+from slipgrasp.web.standalone.kernel_data import PageError, loads_of, run_data
 from slipgrasp.web.standalone.look import CHARTS, Capture, look_of
 from slipgrasp.web.standalone.page_file import write_page
 from slipgrasp.web.standalone.recorded_scene import EverythingMoves, RecordingStage
@@ -34,6 +34,7 @@ from tests.web.test_traced import evaluated
 pytestmark = pytest.mark.slow
 
 MOST_BYTES = 1.4e6
+COMMAND = "slipgrasp run paper-case-1"
 SHARES = (0.0, 0.003, 0.0085, 0.012, 0.3, 1.0)
 
 
@@ -50,6 +51,7 @@ SCENARIOS = {
         **{"pulses.0.time": 0.2, "pulses.0.duration": 0.1, "pulses.0.force": [0.0, -15.0]},
     ),
     "motion of pieces": short("shake-test"),
+    "spatial hand": short("spatial-prism"),
 }
 
 
@@ -108,6 +110,9 @@ def check_instant(result, program, scene_data, drawn, time):
     assert len(moving) > 15
     for each in moving:
         wanted = np.ravel(drawn[each["node"], each["key"]].value)
+        if each["key"] == "wxyz":
+            # Both signs of a quaternion are one rotation.
+            wanted = wanted * np.sign(wanted @ values[each["places"]])
         # The dashboard draws cones anew only where an eye sees the difference.
         allowed = 2e-3 if "/cone/" in each["node"] else 1e-6
         found = values[each["places"]]
@@ -140,10 +145,10 @@ def test_charts_show_the_lines_of_the_dashboard():
 
 def test_pushes_and_timed_changes_make_segments():
     scenario = SCENARIOS["push"]
-    ends = [(segment.end, segment.load[1]) for segment in segments_of(scenario)]
+    ends = [(end, load[1]) for end, load in loads_of(scenario)]
     assert ends == [(0.2, 0.0), (pytest.approx(0.3), -15.0), (0.5, 0.0)]
     poured = run_data(simulate(load_scenario("poured-mass")))
-    assert [len(segment["changes"]) for segment in poured["segments"]] == [0, 2]
+    assert [len(segment["changes"]) for segment in poured["scenario"]["segments"]] == [0, 2]
 
 
 def test_a_slider_of_all_fingers_sets_every_one():
@@ -167,12 +172,18 @@ def test_what_cannot_have_a_slider_is_refused(key, words):
         controls_of(load_scenario("paper-case-1"), [key])
 
 
-@pytest.mark.parametrize(
-    ("name", "words"), [("spatial-prism", "planar hands only"), ("wet-patch", "patches")]
-)
-def test_what_a_page_cannot_simulate_is_refused(name, words):
-    with pytest.raises(PageError, match=words):
-        write_page(load_scenario(name), io.BytesIO(), DEFAULT)
+def test_a_slider_of_a_spatial_hand_sets_what_the_kernel_reads():
+    prism = load_scenario("spatial-prism")
+    mass, friction = controls_of(prism, usual_controls(prism))
+    assert len(mass.places) == 1
+    assert len(friction.places) == 2 * len(prism.fingers)  # kinetic and static
+    with pytest.raises(ControlError, match="of a spatial hand"):
+        controls_of(prism, ["controller.force_bandwidth"])
+
+
+def test_what_a_page_cannot_simulate_is_refused():
+    with pytest.raises(PageError, match="patches"):
+        write_page(load_scenario("wet-patch"), io.BytesIO(), ())
 
 
 def test_every_end_of_a_run_has_words():
@@ -188,7 +199,9 @@ def test_every_end_of_a_run_has_words():
 @pytest.fixture(scope="module")
 def page() -> str:
     stream = io.BytesIO()
-    write_page(load_scenario("paper-case-1"), stream, DEFAULT, "slipgrasp run paper-case-1")
+    write_page(
+        load_scenario("paper-case-1"), stream, ("object.mass",), "slipgrasp run paper-case-1"
+    )
     return stream.getvalue().decode()
 
 
@@ -205,14 +218,16 @@ def test_the_file_is_small_and_asks_for_nothing_else(page):
 
 def test_the_file_has_the_same_bytes_again(page):
     stream = io.BytesIO()
-    write_page(load_scenario("paper-case-1"), stream, DEFAULT, "slipgrasp run paper-case-1")
+    write_page(
+        load_scenario("paper-case-1"), stream, ("object.mass",), "slipgrasp run paper-case-1"
+    )
     assert stream.getvalue().decode() == page
 
 
 def test_the_file_holds_the_kernel_and_both_themes(page):
     assert content_of(page, "sg-kernel")[:4] == b"\0asm"
     data = json.loads(content_of(page, "sg-data"))
-    assert data["command"] == "slipgrasp run paper-case-1"
+    assert data["command"] == COMMAND
     assert {message["type"] for message in data["messages"]} >= {"MeshMessage", "GuiUplotMessage"}
     assert data["dark"]
 

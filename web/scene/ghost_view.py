@@ -40,7 +40,7 @@ class GhostView:
         # Behind the edges of the desired pose.
         self._corners = parts.solid(scenario, 1.02 * sizes.half_depth).points
         self._pairs = parts.edges_of(scenario)
-        self._root = scene.add_frame(name, show_axes=False)
+        self.name, self._root = name, scene.add_frame(name, show_axes=False)
         self._edges, self._links = (
             scene.add_line_segments(
                 f"{name}/{part}", np.zeros((1, 2, 3)), surfaces.pale_edge, thickness=thickness

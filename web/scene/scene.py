@@ -162,6 +162,12 @@ class Scene:
         assert self._views is not None, "no run is shown"
         return self._views.hand.paths[skeleton.OBJECT]
 
+    @property
+    def ghost_node(self) -> str:
+        """The node that all of the ghost is below, once one is shown."""
+        assert self._ghost is not None, "no ghost is shown"
+        return self._ghost.name
+
     def remove(self) -> None:
         """Removes every node."""
         if self._ghost is not None:

@@ -32,5 +32,9 @@ function columns(run, name) {
 }
 
 function largestSlip(own) {
-  return columns(own, "slip").reduce((most, slip) => Math.max(most, Math.abs(slip)), 0);
+  let most = 0;
+  for (let row = 0; row < own.count; row++) {
+    for (let k = 0; k < own.columns.phase[1]; k++) most = Math.max(most, Math.hypot(...own.slipOf(row, k)));
+  }
+  return most;
 }

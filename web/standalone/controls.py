@@ -5,21 +5,31 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
+import numpy as np
+
 from slipgrasp.core.exceptions import ScenarioError, SlipgraspError
-from slipgrasp.core.scenario import PlanarScenario
+from slipgrasp.core.run.engine import make_engine
+from slipgrasp.core.scenario import PlanarScenario, Scenario
 from slipgrasp.core.scenario.loading import with_values
 from slipgrasp.core.scenario.table import place_of
 from slipgrasp.core.scenario.table import places as table_places
 from slipgrasp.web.model.parameter_names import ParameterNames, names_of
 from slipgrasp.web.model.slider_range import slider_range
 from slipgrasp.web.scene.scene import shape_of
+from slipgrasp.web.standalone.kernel_data import bytes_of
 
-DEFAULT = ("object.mass", "fingers.*.friction", "controller.position_gain")
+_USUAL = ("object.mass", "fingers.*.friction")
 _ALL = "fingers.*."
 
 
 class ControlError(SlipgraspError):
     """A parameter that cannot have a slider."""
+
+
+def usual_controls(scenario: Scenario) -> tuple[str, ...]:
+    """The parameters that have sliders unless others are chosen."""
+    planar = isinstance(scenario, PlanarScenario)
+    return (*_USUAL, "controller.position_gain") if planar else _USUAL
 
 
 class Control(NamedTuple):
@@ -33,7 +43,8 @@ class Control(NamedTuple):
         high: Largest value.
         step: Step from value to value.
         value: The value of the scenario.
-        places: Where the value stands in the table of the scenario.
+        places: Where the value stands in the table of the scenario; of a spatial hand among the
+            numbers of the model.
     """
 
     key: str
@@ -46,7 +57,7 @@ class Control(NamedTuple):
     places: tuple[int, ...]
 
 
-def controls_of(scenario: PlanarScenario, keys: Sequence[str]) -> tuple[Control, ...]:
+def controls_of(scenario: Scenario, keys: Sequence[str]) -> tuple[Control, ...]:
     """Sliders for some parameters of a scenario.
 
     Args:
@@ -61,18 +72,24 @@ def controls_of(scenario: PlanarScenario, keys: Sequence[str]) -> tuple[Control,
     return tuple(_control(scenario, key, names) for key in dict.fromkeys(keys))
 
 
-def _control(scenario: PlanarScenario, key: str, names: ParameterNames) -> Control:
+def _control(scenario: Scenario, key: str, names: ParameterNames) -> Control:
     parameter = names.definitions.get(key.replace(".*.", ".0."))
     if parameter is None or not isinstance(parameter.value, float):
         raise ControlError(f"'{key}' is no parameter with one number; see slipgrasp scenarios")
-    value, places = parameter.value, tuple(_places(scenario, key))
+    value = parameter.value
     low, high, step = slider_range(parameter, names.definitions, value)
     for end in (low, high):
         _check_end(scenario, key, end)
+    found = (
+        _places(scenario, key)
+        if isinstance(scenario, PlanarScenario)
+        else _in_model(scenario, key, (low, high))
+    )
+    places = tuple(found)
     return Control(key, names.label(key), parameter.text, low, high, step, value, places)
 
 
-def _check_end(scenario: PlanarScenario, key: str, end: float) -> None:
+def _check_end(scenario: Scenario, key: str, end: float) -> None:
     """Tries the end of a slider.
 
     Raises:
@@ -86,14 +103,33 @@ def _check_end(scenario: PlanarScenario, key: str, end: float) -> None:
         raise ControlError(f"'{key}' changes the shape of what is drawn: no slider for it")
 
 
-def _keys(scenario: PlanarScenario, key: str) -> list[str]:
+def _in_model(scenario: Scenario, key: str, values: Sequence[float]) -> Iterator[int]:
+    """Places in the packed model that are the value itself.
+
+    Raises:
+        ControlError: If the kernel of spatial hands reads anything that is computed from it.
+    """
+    models = []
+    for value in values:
+        other = with_values(scenario, {each: value for each in _keys(scenario, key)})
+        engine = make_engine(other, keeps_rows=True)
+        models.append((bytes_of(engine.pack()).view("<f8"), bytes_of(engine.run).tobytes()))
+    (low, before), (high, after) = models
+    # Bits, for integers among them may look like no number.
+    places = np.flatnonzero(low.view(np.int64) != high.view(np.int64))
+    if before != after or any((low[k], high[k]) != tuple(values) for k in places):
+        raise ControlError(f"'{key}' cannot be a slider of a spatial hand")
+    yield from map(int, places)
+
+
+def _keys(scenario: Scenario, key: str) -> list[str]:
     """The keys of single parameters."""
     if not key.startswith(_ALL):
         return [key]
     return [key.replace("*", str(i), 1) for i in range(len(scenario.fingers))]
 
 
-def _places(scenario: PlanarScenario, key: str) -> Iterator[int]:
+def _places(scenario: Scenario, key: str) -> Iterator[int]:
     for each in _keys(scenario, key):
         place = place_of(each)
         if place is not None:

@@ -28,57 +28,90 @@ export function field(kernel, record, name) {
   return new Numbers(kernel.exports.memory.buffer, kernel.at[record] + offset, length);
 }
 
-// A run without patches, from the table of its scenario. A segment lasts until its `end` [s]; its
-// pulses push with the `load`, and its timed changes have set the numbers of the table that
-// `changes` has, by their places.
-export class Run {
-  constructor(kernel, table, segments = [wholeRun(kernel, table)]) {
-    Object.assign(this, { kernel, table, segments, segment: -1, blocks: [], changes: [] });
+// A run without patches, segment by segment; a segment lasts until its `end` [s].
+class AnyRun {
+  constructor(kernel, segments, columns) {
+    Object.assign(this, { kernel, segments, segment: -1, blocks: [], changes: [], columns });
     this.status = kernel.layout.statuses.reached;
-    new Uint8Array(kernel.exports.memory.buffer, kernel.at.run, kernel.layout.records.run.size).fill(0);
-    write(kernel, table);
-    kernel.exports.slipgrasp_begin_run(kernel.at.table, kernel.at.run, kernel.at.outlet, 1n);
   }
 
   // Takes at most so many steps; whether the run has ended, with `status`.
   advance(steps) {
     const { kernel, segments } = this;
     const { exports, layout, at } = kernel;
-    if (this.status === layout.statuses.reached) this.pack();
+    if (this.status === layout.statuses.reached) this.begin();
     const { end } = segments[this.segment];
     const [first, same] = [BigInt(this.segment === 0), BigInt(this.hasSameTicks)];
-    const status = exports.slipgrasp_advance(at.model, at.run, at.outlet, end, first, same, BigInt(steps));
+    const status = exports[layout.advance](at.model, at.run, at.outlet, end, first, same, BigInt(steps));
     this.status = Number(status);
-    this.blocks.push(takeRows(kernel));
-    this.changes.push(takeChanges(kernel));
-    field(kernel, "outlet", "num_ticks")[0] = 0n; // commands lie in outlet.ticks
     const { running, reached } = layout.statuses;
     const isLast = this.segment === segments.length - 1;
-    return this.status !== running && (this.status !== reached || isLast);
+    const hasEnded = this.status !== running && (this.status !== reached || isLast);
+    this.blocks.push(takeRows(kernel, this.columns ?? countColumns(kernel), hasEnded));
+    this.changes.push(takeChanges(kernel));
+    field(kernel, "outlet", "num_ticks")[0] = 0n; // commands lie in outlet.ticks
+    return hasEnded;
   }
 
   // Begins the next segment.
-  pack() {
-    const { kernel, table } = this;
-    const { exports, at } = kernel;
-    const { load, changes } = this.segments[++this.segment];
+  begin() {
     const before = this.period;
-    const present = Float64Array.from(table);
-    for (const [place, value] of Object.entries(changes)) present[place] = value;
-    this.period = present[kernel.layout.places["controller.control_period"][0]];
+    this.period = this.pack(this.segments[++this.segment]);
     this.hasSameTicks = this.segment > 0 && this.period === before;
-    write(kernel, present);
-    field(kernel, "stretch", "load").set(load);
-    field(kernel, "stretch", "slip_minimum").fill(NaN); // the whole face
-    field(kernel, "stretch", "slip_maximum").fill(NaN);
-    field(kernel, "stretch", "friction_factor").fill(1);
-    exports.slipgrasp_pack(at.table, at.stretch, at.model);
-    field(kernel, "run", "begun")[0] = 0n;
+    field(this.kernel, "run", "begun")[0] = 0n;
   }
 
   // The contact or finger that the last event concerns, -1 if none.
   get contact() {
     return Number(field(this.kernel, "run", "concerned")[0]);
+  }
+}
+
+// A run from the table of its scenario. The pulses of a segment push with its `load`, and its timed
+// changes have set the numbers of the table that its `changes` have, by their places.
+export class Run extends AnyRun {
+  constructor(kernel, table, segments = [wholeRun(kernel, table)]) {
+    super(kernel, segments);
+    this.table = table;
+    new Uint8Array(kernel.exports.memory.buffer, kernel.at.run, kernel.layout.records.run.size).fill(0);
+    write(kernel, "table", table);
+    kernel.exports.slipgrasp_begin_run(kernel.at.table, kernel.at.run, kernel.at.outlet, 1n);
+  }
+
+  pack({ load, changes }) {
+    const { kernel, table } = this;
+    const present = Float64Array.from(table);
+    for (const [place, value] of Object.entries(changes)) present[place] = value;
+    write(kernel, "table", present);
+    field(kernel, "stretch", "load").set(load);
+    field(kernel, "stretch", "slip_minimum").fill(NaN); // the whole face
+    field(kernel, "stretch", "slip_maximum").fill(NaN);
+    field(kernel, "stretch", "friction_factor").fill(1);
+    kernel.exports.slipgrasp_pack(kernel.at.table, kernel.at.stretch, kernel.at.model);
+    return present[kernel.layout.places["controller.control_period"][0]];
+  }
+}
+
+// A run from packed records, as bytes: the run before it begins, and the model of each segment, of
+// which `values` are set by their places among its numbers unless a timed change has set them.
+export class PackedRun extends AnyRun {
+  constructor(kernel, { run, columns, segments, values }) {
+    super(kernel, segments, columns);
+    this.values = values;
+    writeBytes(kernel, "run", run);
+    field(kernel, "outlet", "keeps_rows")[0] = 1n;
+    for (const name of ["num_rows", "num_ticks"]) field(kernel, "outlet", name)[0] = 0n;
+    field(kernel, "outlet", "history").fill(-Infinity);
+  }
+
+  pack({ model, period }) {
+    const present = model.slice();
+    const [numbers, first] = [present, this.segments[0].model].map((each) => new Float64Array(each.buffer));
+    for (const [place, value] of this.values) {
+      if (numbers[place] === first[place]) numbers[place] = value;
+    }
+    writeBytes(this.kernel, "model", present);
+    return period;
   }
 }
 
@@ -96,16 +129,26 @@ function wholeRun(kernel, table) {
   return { end, load: [0, 0, 0], changes: {} };
 }
 
-function write(kernel, table) {
-  new Float64Array(kernel.exports.memory.buffer, kernel.at.table, table.length).set(table);
+function write(kernel, record, numbers) {
+  new Float64Array(kernel.exports.memory.buffer, kernel.at[record], numbers.length).set(numbers);
 }
 
-// The rows that the kernel has written since the last call, one after another.
-function takeRows(kernel) {
-  const count = field(kernel, "outlet", "num_rows");
-  const length = Number(count[0]) * countColumns(kernel);
-  count[0] = 0n;
-  return field(kernel, "outlet", "rows").slice(0, length);
+function writeBytes(kernel, record, bytes) {
+  new Uint8Array(kernel.exports.memory.buffer, kernel.at[record], bytes.length).set(bytes);
+}
+
+// The rows that the kernel has written, one after another. While a slip is young, others may still
+// come between its rows, which stay in the buffer until then, or until the run has ended.
+function takeRows(kernel, columns, hasEnded) {
+  const [count, rows] = ["num_rows", "rows"].map((name) => field(kernel, "outlet", name));
+  const since = field(kernel, "run", "slip.since");
+  const isYoung = !hasEnded && field(kernel, "run", "slip.level")[0] > 0n;
+  const settled = isYoung ? since[0] : count[0];
+  const taken = rows.slice(0, Number(settled) * columns);
+  rows.copyWithin(0, taken.length, Number(count[0]) * columns);
+  count[0] -= settled;
+  since[0] -= settled;
+  return taken;
 }
 
 // The phase changes since the last call: time, contact, phase before and phase after of each.

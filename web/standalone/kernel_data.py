@@ -4,75 +4,66 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slipgrasp.core.exceptions import SlipgraspError
-from slipgrasp.core.kernel.compilation.webassembly import kept_file
+from slipgrasp.core.kernel.compilation.records import Record
+from slipgrasp.core.kernel.compilation.webassembly import ADVANCE, SPATIAL_ADVANCE, kept_file
 from slipgrasp.core.kernel.loop.status import REACHED
+from slipgrasp.core.run.engine import engine_of, make_engine
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.core.run.schedule import Schedule
+from slipgrasp.core.run.schedule import Schedule, Timetable
 from slipgrasp.core.run.verdict import headline_of_end
 from slipgrasp.core.scenario import PlanarScenario, Scenario
 from slipgrasp.core.scenario.chosen_laws import custom_law_in
-from slipgrasp.core.scenario.table import place_of
+from slipgrasp.core.scenario.scenario import is_acting
 from slipgrasp.core.trace.trace import SIGNALS
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.core.words.endings import end_blanks, end_words
 
-ENTRIES = ("slipgrasp_pack", "slipgrasp_begin_run", "slipgrasp_advance")
-"""The units that a page calls."""
+_ENTRIES = ("slipgrasp_pack", "slipgrasp_begin_run", ADVANCE)
+"""The units that a page of a planar hand calls."""
 
 
 class PageError(SlipgraspError):
     """A scenario that a page cannot simulate."""
 
 
-def kernel_file() -> bytes:
-    """The kernel of planar hands as a WebAssembly file.
+def kernel_file(scenario: Scenario) -> bytes:
+    """The kernel of the hand of a scenario as a WebAssembly file.
 
     Raises:
         LinkError: If it has to be linked and the linker is missing.
     """
-    return kept_file(ENTRIES).read_bytes()
+    engine_of(scenario.space)
+    is_planar = isinstance(scenario, PlanarScenario)
+    return kept_file(_ENTRIES if is_planar else (SPATIAL_ADVANCE,)).read_bytes()
 
 
-def check_for_page(scenario: Scenario) -> PlanarScenario:
-    """The scenario, if a page can simulate it.
+def check_for_page(scenario: Scenario) -> None:
+    """Refuses what a page cannot simulate.
 
     Raises:
         PageError: If it cannot.
     """
-    if not isinstance(scenario, PlanarScenario):
-        raise PageError("a page simulates planar hands only, not yet spatial ones")
     if custom_law_in(scenario) is not None:
         raise PageError("a page has the built-in control laws only, no custom law")
     if scenario.patches:
         raise PageError("a page cannot simulate low-friction patches yet")
     if any(change.parameter.startswith("estimates.") for change in scenario.changes):
         raise PageError("a page cannot change estimates during a run yet")
-    return scenario
 
 
 def run_data(result: RunResult) -> dict[str, Any]:
     """Segments of the run, columns of its rows, and what its end is called, as plain values."""
-    scenario, shape = check_for_page(result.scenario), result.trace.shape
-    segments = list(segments_of(scenario))
+    scenario, shape = result.scenario, result.trace.shape
     widths = [shape.widths[signal.per] for signal in SIGNALS]
     starts = np.cumsum([0, *widths[:-1]]).tolist()
     return {
-        "table": _encoded(segments[0].table),
-        "segments": [
-            {
-                "end": segment.end,
-                "load": segment.load,
-                "changes": _differences(segments[0].table, segment.table),
-            }
-            for segment in segments
-        ],
-        "period": place_of("controller.control_period"),
+        "scenario": _planar(scenario) if isinstance(scenario, PlanarScenario) else _packed(result),
         "columns": {
             signal.name: [start, width]
             for signal, start, width in zip(SIGNALS, starts, widths, strict=True)
@@ -85,30 +76,57 @@ def run_data(result: RunResult) -> dict[str, Any]:
     }
 
 
-class Segment(NamedTuple):
-    """A part of a run in which all constants stay the same.
-
-    Attributes:
-        end: When it ends [s].
-        load: Force and moment of the pulses that act [N, N, N m].
-        table: The numbers of the scenario.
-    """
-
-    end: float
-    load: list[float]
-    table: NDArray[np.float64]
-
-
-def segments_of(scenario: PlanarScenario) -> Iterator[Segment]:
-    """The segments of a run without patches."""
-    schedule = Schedule(scenario)
+def _planar(scenario: PlanarScenario) -> dict[str, Any]:
+    """A planar scenario as its table, and what differs in each segment."""
+    schedule, segments = Schedule(scenario), []
     rest = np.zeros(len(scenario.fingers))
+    first = np.frombuffer(schedule.table.tobytes(), "<f8")
     while True:
         table = np.frombuffer(schedule.table.tobytes(), "<f8")
-        yield Segment(schedule.stretch_end, schedule.load().tolist(), table)
+        changes = _differences(first, table)
+        load = schedule.load().tolist()
+        segments.append({"end": schedule.stretch_end, "load": load, "changes": changes})
         if schedule.is_last:
-            return
+            return {"table": encoded(first), "segments": segments}
         schedule.pass_instant(rest, rest)
+
+
+def _packed(result: RunResult) -> dict[str, Any]:
+    """A spatial scenario as records: the run before it begins, and the model of each segment."""
+    engine, segments = make_engine(result.scenario, keeps_rows=True), []
+    while True:
+        model = engine.pack()
+        segments.append(
+            {
+                "end": engine.timetable.stretch_end,
+                "model": encoded(bytes_of(model)),
+                "period": float(model.law.period),
+            }
+        )
+        if engine.timetable.is_last:
+            run, columns = encoded(bytes_of(engine.run)), result.trace.shape.num_columns
+            return {"run": run, "columns": columns, "segments": segments}
+        engine.pass_instant()
+
+
+def bytes_of(record: Record) -> NDArray[np.uint8]:
+    """A record as it lies in memory."""
+    return np.frombuffer(record, np.uint8)
+
+
+def loads_of(scenario: Scenario) -> Iterator[tuple[float, list[float]]]:
+    """The segments of a run without patches: when each ends [s], and its pulses [N, N m]."""
+    timetable: Timetable[Any] = Timetable(scenario)
+    size = 3 if isinstance(scenario, PlanarScenario) else 6
+    while True:
+        load = np.zeros(size)
+        for pulse in timetable.present.pulses:
+            if is_acting(pulse, timetable.begin):
+                load += np.append(pulse.force, pulse.moment)
+        yield timetable.stretch_end, load.tolist()
+        if timetable.is_last:
+            return
+        timetable.end_stretch()
 
 
 def _differences(first: np.ndarray, table: np.ndarray) -> dict[int, float]:
@@ -130,5 +148,7 @@ def _ends() -> dict[int, dict[str, str]]:
     return {REACHED: completed, **ends}
 
 
-def _encoded(values: np.ndarray) -> str:
-    return base64.b64encode(np.ascontiguousarray(values, "<f8").tobytes()).decode()
+def encoded(array: NDArray[Any]) -> dict[str, str]:
+    """An array as the page's scripts read it."""
+    content = np.ascontiguousarray(array)
+    return {"$": content.dtype.str, "b": base64.b64encode(content.tobytes()).decode()}

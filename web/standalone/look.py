@@ -6,7 +6,6 @@ that nobody connects to.
 
 from __future__ import annotations
 
-import base64
 import json
 import re
 from collections.abc import Iterable, Iterator, Sequence
@@ -52,7 +51,7 @@ from slipgrasp.web.scene.layout import SceneLayout, reach_and_tick
 from slipgrasp.web.scene.scene import Scene
 from slipgrasp.web.screen import apply_theme
 from slipgrasp.web.standalone.controls import Control
-from slipgrasp.web.standalone.kernel_data import check_for_page, segments_of
+from slipgrasp.web.standalone.kernel_data import encoded, loads_of
 from slipgrasp.web.standalone.recorded_scene import Assignment, EverythingMoves, RecordingStage
 from slipgrasp.web.standalone.traced import Program, inputs
 
@@ -60,8 +59,7 @@ CHARTS = ("slip", "slip-velocity", "forces", "position-error")
 _CHART_HEIGHT = 140
 _USUAL = (1440, 900)
 _NARROW = 1000
-_GHOST_ROOT = "/ghost"
-_PUSH = "/push"
+_PUSH, _TRAIL = "/push", "/trail"
 _REACHES = np.geomspace(1e-6, 1.0, 1201)  # slips for which the scale of close-ups is listed [m]
 _HELP = (
     '<span class="sg-group"><button type="button" data-sg-help aria-label="Keys" '
@@ -339,13 +337,16 @@ class Capture:
         drawn = by_phase[ContactPhase.STICK]
         common = [each for each in drawn if each.contact is None and each.node != CLOCK]
 
+        def is_pale(assignment: Assignment) -> bool:
+            return assignment.node.startswith(f"{self._scene.ghost_node}/")
+
         def plain(chosen: Iterable[Assignment]) -> list[dict[str, Any]]:
             return [_plain(each, program) for each in chosen]
 
         return {
-            "ghostRoot": _GHOST_ROOT,
-            "ghost": plain(each for each in common if _is_pale(each)),
-            "common": plain(each for each in common if not _is_pale(each)),
+            "ghostRoot": self._scene.ghost_node,
+            "ghost": plain(each for each in common if is_pale(each)),
+            "common": plain(each for each in common if not is_pale(each)),
             "fingers": [
                 {
                     phase.value: plain(each for each in found if each.contact == i)
@@ -354,8 +355,8 @@ class Capture:
                 for i in range(len(self._result.scenario.fingers))
             ],
             "pushes": [
-                {"end": segment.end, "assignments": plain(self._pushed(segment.load))}
-                for segment in segments_of(check_for_page(self._result.scenario))
+                {"end": end, "assignments": plain(self._pushed(load))}
+                for end, load in loads_of(self._result.scenario)
             ],
         }
 
@@ -382,7 +383,10 @@ class Capture:
     def _assignments(self, phase: ContactPhase) -> list[Assignment]:
         with self._stage.recording() as record:
             self._scene.update(self._instant(phase, _OWN), self._instant(phase, _PALE))
-            return list(record.assignments.values())
+            found = list(record.assignments.values())
+        # A path has as many points as it needs; the close-ups show it.
+        has_paths = self._result.trace.shape.space.has_paths
+        return [each for each in found if not (has_paths and each.node.endswith(_TRAIL))]
 
     def _instant(
         self, phase: ContactPhase, names: Sequence[str], load: Sequence[float] | float = 0.0
@@ -403,10 +407,6 @@ def _charts(result: RunResult) -> list[Chart]:
     return [charts[key] for key in CHARTS]
 
 
-def _is_pale(assignment: Assignment) -> bool:
-    return assignment.node.startswith(f"{_GHOST_ROOT}/")
-
-
 def _know(
     rows: NDArray[Any], shape: TraceShape, phase: ContactPhase, load: Sequence[float] | float = 0.0
 ) -> None:
@@ -418,6 +418,8 @@ def _know(
             rows[:, start:stop] = float(phase.value)
         elif signal.name == "external_wrench":
             rows[:, start:stop] = load
+        elif signal.name == "slip_path":
+            rows[:, start:stop] = 0.0
         start = stop
 
 
@@ -427,7 +429,7 @@ def _plain(assignment: Assignment, program: Program) -> dict[str, Any]:
     if assignment.moves:
         return {**told, "places": program.add(assignment.value)}
     value = assignment.value
-    return {**told, "value": _encoded(value) if isinstance(value, np.ndarray) else value}
+    return {**told, "value": encoded(value) if isinstance(value, np.ndarray) else value}
 
 
 def _add_slider(gui: viser.GuiApi, control: Control) -> viser.GuiInputHandle[float]:
@@ -491,13 +493,13 @@ def _with_arrays(value: Any, arrays: Sequence[memoryview]) -> Any:
     if isinstance(value, dict):
         if "__binary_index" in value:
             array = np.frombuffer(arrays[value["__binary_index"]], value["dtype"])
-            return _encoded(array)
+            return encoded(array)
         return {
             key: _empty(inner) if key == "data" else _with_arrays(inner, arrays)
             for key, inner in value.items()
         }
     if isinstance(value, bytes | memoryview):
-        return _encoded(np.frombuffer(value, np.uint8))
+        return encoded(np.frombuffer(value, np.uint8))
     if isinstance(value, list | tuple):
         return [_with_arrays(each, arrays) for each in value]
     return value
@@ -505,12 +507,7 @@ def _with_arrays(value: Any, arrays: Sequence[memoryview]) -> Any:
 
 def _empty(columns: Any) -> Any:
     """Columns of a chart without their values."""
-    return [_encoded(np.empty(0)) for _ in columns]
-
-
-def _encoded(array: NDArray[Any]) -> dict[str, str]:
-    content = np.ascontiguousarray(array)
-    return {"$": content.dtype.str, "b": base64.b64encode(content.tobytes()).decode()}
+    return [encoded(np.empty(0)) for _ in columns]
 
 
 def _of_panels(messages: Sequence[Any]) -> list[Any]:

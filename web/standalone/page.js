@@ -110,13 +110,10 @@ function changed() {
 
 function request() {
   const { run, controls } = data;
-  const table = Float64Array.from(run.table);
-  for (const { key, value, places } of controls) {
-    if (values.get(key) === value) continue;
-    for (const place of places) table[place] = values.get(key);
-  }
+  const moved = controls.filter(({ key, value }) => values.get(key) !== value);
+  const set = moved.flatMap(({ key, places }) => places.map((place) => [place, values.get(key)]));
   const outcomes = Object.fromEntries(Object.entries(run.ends).map(([k, end]) => [k, end.outcome]));
-  worker.postMessage({ id: ++requests, table, segments: run.segments, outcomes });
+  worker.postMessage({ id: ++requests, values: set, scenario: run.scenario, outcomes });
 }
 
 function finish(answer) {

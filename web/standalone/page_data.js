@@ -15,8 +15,8 @@ export async function load(dark) {
     read: readerOf(chart),
     scales: data.messages.find(({ uuid }) => uuid === chart.uuid).props.scales,
   }));
-  const table = new Float64Array(bytesOf(data.run.table).buffer);
-  const revived = { ...data, charts, run: { ...data.run, table }, scene: revive(data.scene) };
+  const scenario = revive(data.run.scenario);
+  const revived = { ...data, charts, run: { ...data.run, scenario }, scene: revive(data.scene) };
   return { data: revived, messages: revive(messages), kernel };
 }
 

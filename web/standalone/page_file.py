@@ -73,9 +73,9 @@ def write_page(
         ControlError: If a parameter cannot have a slider.
         LinkError: If the kernel has to be linked and the linker is missing.
     """
-    planar = check_for_page(scenario)
-    sliders = controls_of(planar, controls)
-    result = simulate(planar)
+    check_for_page(scenario)
+    sliders = controls_of(scenario, controls)
+    result = simulate(scenario)
     look = look_of(result, sliders)
     data = {**look.data, "run": run_data(result), "command": command}
     head = "".join(
@@ -91,7 +91,7 @@ def write_page(
         (
             _plain("sg-worker", _worker()),
             _plain("sg-data", _packed(json.dumps(data, separators=(",", ":")).encode())),
-            _plain("sg-kernel", _packed(kernel_file())),
+            _plain("sg-kernel", _packed(kernel_file(scenario))),
             _plain("sg-modules", _packed(_modules(look.formulas))),
             f"<script>{_text(_OWN, 'loader.js')}</script>",
         )

@@ -37,6 +37,13 @@ export class Rows {
     return this.rows.subarray(k * this.width, (k + 1) * this.width);
   }
 
+  /** Slip of a finger in a row, along each tangent [m]. */
+  slipOf(k, finger) {
+    const [first, width] = this.columns.slip;
+    const tangents = width / this.columns.phase[1];
+    return this.row(k).subarray(first + finger * tangents, first + (finger + 1) * tangents);
+  }
+
   column(k) {
     return Float64Array.from({ length: this.count }, (_, row) => this.rows[row * this.width + k]);
   }
@@ -74,12 +81,12 @@ export class Rows {
 }
 
 function reachOf({ count, rows, width, columns }) {
-  const [first, fingers] = columns.slip;
-  const least = new Float64Array(count * fingers);
-  const largest = new Float64Array(count * fingers);
+  const [first, slips] = columns.slip;
+  const least = new Float64Array(count * slips);
+  const largest = new Float64Array(count * slips);
   for (let row = 0; row < count; row++) {
-    for (let k = 0; k < fingers; k++) {
-      const [at, before] = [row * fingers + k, Math.max(row - 1, 0) * fingers + k];
+    for (let k = 0; k < slips; k++) {
+      const [at, before] = [row * slips + k, Math.max(row - 1, 0) * slips + k];
       const slip = rows[row * width + first + k];
       least[at] = row ? Math.min(least[before], slip) : slip;
       largest[at] = row ? Math.max(largest[before], slip) : slip;

@@ -11,8 +11,8 @@ export function cardHtml(own, run, charts) {
   const told = sentence ? `<p>${escape(sentence)}</p>` : "";
   const rows = run.fingers.map((finger, k) => {
     const forces = own.column(own.columns.normal_force[0] + k);
-    const slip = own.row(own.count - 1)[own.columns.slip[0] + k];
-    const [far, most] = [1000 * slip, forces.reduce((a, b) => Math.max(a, b))].map(short);
+    const slip = own.slipOf(own.count - 1, k);
+    const [far, most] = [1000 * (slip.length > 1 ? Math.hypot(...slip) : slip[0]), forces.reduce((a, b) => Math.max(a, b))].map(short);
     return `<tr><th scope="row">${escape(finger)}</th><td>${far}</td><td>${most}</td></tr>`;
   });
   return (

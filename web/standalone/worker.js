@@ -13,12 +13,12 @@ onmessage = async ({ data }) => {
   else await compute(data);
 };
 
-async function compute({ id, table, segments, outcomes }) {
+async function compute({ id, values, scenario, outcomes }) {
   latest = id;
   const kernel = await loading;
   if (id !== latest) return;
   const began = performance.now();
-  const run = new Run(kernel, table, segments);
+  const run = runOf(kernel, scenario, values);
   let [yielded, told] = [began, began];
   while (!run.advance(STEPS)) {
     const now = performance.now();
@@ -37,6 +37,14 @@ async function compute({ id, table, segments, outcomes }) {
   const sha256 = await digest(rows, changes, outcomes[status]);
   if (id !== latest) return;
   postMessage({ id, rows, changes, status, contact, milliseconds, sha256 }, [rows.buffer]);
+}
+
+// A run with other values at some places: of its table, or of the model of a spatial hand.
+function runOf(kernel, scenario, values) {
+  if (scenario.run) return new PackedRun(kernel, { ...scenario, values });
+  const table = Float64Array.from(scenario.table);
+  for (const [place, value] of values) table[place] = value;
+  return new Run(kernel, table, scenario.segments);
 }
 
 function joined(blocks) {

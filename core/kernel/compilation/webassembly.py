@@ -41,7 +41,10 @@ RECORDS: Mapping[str, np.dtype] = {
     "run": PROGRESS,
     "outlet": OUTLET,
 }
+ADVANCE = "slipgrasp_advance"
+SPATIAL_ADVANCE = "slipgrasp_spatial_advance"
 
+_SLIP = "slip"
 _TRIPLE = "wasm32-unknown-unknown"
 _FEATURES = "+simd128,+bulk-memory,+nontrapping-fptoint,+sign-ext"
 _STACK_BYTES = 1 << 20
@@ -106,7 +109,9 @@ def build(path: Path, exports: Sequence[str] = ()) -> None:
         machine = _machine()
         product.write_bytes(machine.emit_object(_parse(_PRODUCT, machine)))
         _link([*objects, product], exports or [unit.symbol for unit in units], path)
-    section = _custom_section(SECTION, json.dumps(describe_memory()).encode())
+    is_spatial = list(exports) == [SPATIAL_ADVANCE]
+    layout = describe_spatial_memory() if is_spatial else describe_memory()
+    section = _custom_section(SECTION, json.dumps(layout).encode())
     path.write_bytes(path.read_bytes() + section)
 
 
@@ -203,24 +208,49 @@ def describe_memory() -> dict[str, Any]:
     of a row of the trace in their order.
     """
     return {
-        "records": {
-            name: {"size": layout.itemsize, "fields": _describe_fields(layout)}
-            for name, layout in RECORDS.items()
-        },
+        **_describe_run(RECORDS, ADVANCE),
         "places": {key: list(place) for key, place in places().items()},
         "choices": choice_fields(),
+    }
+
+
+def describe_spatial_memory() -> dict[str, Any]:
+    """The same of spatial hands, whose models Python packs."""
+    # Declared, and compiled, only where spatial hands are wanted.
+    from slipgrasp.core.kernel.spatial.model import MODEL as SPATIAL_MODEL
+    from slipgrasp.core.kernel.spatial.run import OUTLET as SPATIAL_OUTLET
+    from slipgrasp.core.kernel.spatial.run import PROGRESS as SPATIAL_PROGRESS
+
+    records = {"model": SPATIAL_MODEL, "run": SPATIAL_PROGRESS, "outlet": SPATIAL_OUTLET}
+    return _describe_run(records, SPATIAL_ADVANCE)
+
+
+def _describe_run(records: Mapping[str, np.dtype], advance: str) -> dict[str, Any]:
+    return {
+        "records": {
+            name: {"size": layout.itemsize, "fields": _describe_fields(layout)}
+            for name, layout in records.items()
+        },
         "statuses": {"running": RUNNING, "reached": REACHED, "left_face": LEFT_FACE},
         "row": [[signal.name, signal.per] for signal in SIGNALS],
+        "advance": advance,
     }
 
 
 def _describe_fields(layout: np.dtype) -> dict[str, list[Any]]:
-    """Offset in bytes, type and shape of every field that is no record itself."""
+    """Offset in bytes, type and shape of every field that is no record itself.
+
+    Of the slip that has just begun also what says which rows may still change.
+    """
     described = {}
     for name, (inner, offset, *_) in (layout.fields or {}).items():
         base, shape = inner.subdtype or (inner, ())
         if base.names is None:
             described[name] = [offset, base.str, list(shape)]
+        elif name == _SLIP:
+            for own in ("level", "since"):
+                kind, inside, *_ = base.fields[own]
+                described[f"{name}.{own}"] = [offset + inside, kind.str, []]
     return described
 
 
