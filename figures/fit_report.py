@@ -91,12 +91,13 @@ def _nuisances(problem: FitProblem) -> set[str]:
 
 def _summary(report: FitReport) -> str:
     per_value = report.chi_squared / max(report.degrees_of_freedom, 1.0)
-    finding = (
-        "The residuals are as large as the noise."
-        if report.explains
-        else "The residuals are larger than the noise: the model misses something. Intervals are "
-        "widened by that."
-    )
+    if not report.explains:
+        finding = "The residuals are larger than the noise: the model misses something. Intervals "
+        finding += "are widened by that."
+    elif report.noise_is_smaller:
+        finding = "The residuals are smaller than the stated noise: the intervals may be too wide."
+    else:
+        finding = "The residuals are as large as the stated noise."
     return (
         f"<p>Chi-squared per degree of freedom: {per_value:.4g}. {finding} "
         f"{report.evaluations} runs were simulated.</p>"

@@ -186,6 +186,11 @@ class FitReport:
         """True if the residuals are no larger than the noise, within a tenth."""
         return self.chi_squared <= 1.1 * self.degrees_of_freedom
 
+    @property
+    def noise_is_smaller(self) -> bool:
+        """True if the noise was stated at least twice as large as the residuals are."""
+        return self.chi_squared < 0.25 * self.degrees_of_freedom
+
     def to_mapping(self) -> dict[str, Any]:
         """The report as plain values for JSON (the ``fit --json`` object)."""
         mapping = asdict(self)

@@ -238,7 +238,9 @@ def _write_page(arguments: argparse.Namespace, problem: FitProblem, report: FitR
 
 def _lines(report: FitReport) -> Iterator[str]:
     per_value = report.chi_squared / max(report.degrees_of_freedom, 1.0)
-    found = "the noise explains the rest" if report.explains else "more than the noise explains"
+    found = "more than the noise explains"
+    if report.explains:
+        found = "less than the stated noise" if report.noise_is_smaller else "as the noise explains"
     yield f"chi-squared per degree of freedom {per_value:.4g}: {found}"
     starts = report.starts
     yield (
