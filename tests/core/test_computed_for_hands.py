@@ -217,9 +217,8 @@ def with_lists(scenario, values):
     return scenario_from_mapping(mapping)
 
 
-def uses(scenario, key, parameter):
+def uses(scenario, before, key, parameter):
     """Whether the kernel is given anything else where a parameter is another; None: who knows."""
-    before = consumed(scenario)
     tried = False
     for value in other_values(parameter, scenario):
         try:
@@ -246,10 +245,11 @@ def test_every_parameter_that_is_not_declared_for_other_hands_alone_is_read_by_t
     others = {k for k, hands in declared(controller, "controller.").items() if hand not in hands}
     left, known = set(template_keys(hand)) - {"title"}, {}
     for base in bases(hand):
+        before = consumed(base)
         for key, parameter in describe(base).items():
             template = template_key(key, hand)
             if template in left and not known.get(template):
-                known[template] = uses(base, key, parameter)
+                known[template] = uses(base, before, key, parameter)
         left -= {key for key, is_used in known.items() if is_used}
         if left <= others:
             break
