@@ -28,7 +28,8 @@ let scene = null;
 let contacts = null;
 let worker = null;
 let requests = 0;
-let shownAt = -Infinity;
+let movedAt = -Infinity;
+let before = null; // the run that the sliders were moved from
 let timeRange = [0, 1];
 let drawnAt = NaN;
 let readAt = -Infinity;
@@ -98,6 +99,10 @@ function take(message) {
   const control = data.controls.find(({ uuid }) => uuid === message.uuid);
   const value = message.updates.value;
   if (!control || !(value >= control.low && value <= control.high)) return;
+  // While a slider is dragged, the ghost stays the run from before.
+  const now = performance.now();
+  if (now - movedAt > PAUSE_MS) before = own;
+  movedAt = now;
   values.set(control.key, value);
   writeAddress({ values: changed() });
   request();
@@ -122,10 +127,7 @@ function finish(answer) {
     setHtml("card", endedHtml(data.run.ends[answer.status].headline));
     return;
   }
-  const now = performance.now();
-  // While a slider is dragged, the ghost stays the run from before.
-  if (own !== null && now - shownAt > PAUSE_MS) ghost = own;
-  shownAt = now;
+  ghost = before;
   own = new Rows(answer, data.run);
   playRun(own);
   if (scene !== null) show();
@@ -143,10 +145,10 @@ function show() {
 }
 
 /** The controls of the play head; where another time range is shown, timeline and charts. */
-function showPlayback({ playing, start, end }, before) {
+function showPlayback({ playing, start, end }, last) {
   const isWhole = end - start >= data.run.duration;
   setHtml("transport", data.transport[`${playing} ${isWhole ? "whole run" : "closer"}`]);
-  if (before.start === start && before.end === end) return;
+  if (last.start === start && last.end === end) return;
   timeRange = [start, end];
   if (own !== null) setHtml("strip", stripHtml(data, own, ghost, timeRange));
   viewer.feed(
