@@ -12,9 +12,8 @@ from typing import TYPE_CHECKING
 
 from slipgrasp.cli.arguments import (
     add_data_directory,
-    parse_assignments,
+    read_scenario,
     recording_path,
-    with_installed_laws,
 )
 from slipgrasp.cli.import_data import add_map, read_options
 from slipgrasp.cli.interrupt import Interrupt
@@ -75,6 +74,23 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         help="signals to explain, each with the standard deviation of its noise in its SI unit, "
         "such as object_pose:3e-4,slip:2e-4",
     )
+    _add_search(parser)
+    parser.add_argument(
+        "--output",
+        metavar="FIT.mcap",
+        type=Path,
+        required=True,
+        help="study to write; the report is FIT.json and FIT.html",
+    )
+    parser.add_argument("--force", action="store_true", help="replace existing files")
+    parser.add_argument("--json", action="store_true", help="print the report as one JSON object")
+    add_map(parser)
+    add_data_directory(parser)
+    parser.set_defaults(execute=_execute, law=None)
+
+
+def _add_search(parser: argparse.ArgumentParser) -> None:
+    """Adds what else is found, predicted and compared, and how the search starts."""
     parser.add_argument(
         "--nuisance",
         metavar="delay,force_bias",
@@ -104,23 +120,11 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         help="fit as many synthetic twins of the data, and count the intervals that hold the truth",
     )
     parser.add_argument("--seed", metavar="N", type=int, default=0, help="of starts and twins")
-    parser.add_argument(
-        "--output",
-        metavar="FIT.mcap",
-        type=Path,
-        required=True,
-        help="study to write; the report is FIT.json and FIT.html",
-    )
-    parser.add_argument("--force", action="store_true", help="replace existing files")
-    parser.add_argument("--json", action="store_true", help="print the report as one JSON object")
-    add_map(parser)
-    add_data_directory(parser)
-    parser.set_defaults(execute=_execute)
 
 
 def _execute(arguments: argparse.Namespace) -> ExitStatus:
     with Progress("reading the data"):
-        scenario = _read_scenario(arguments)
+        scenario = read_scenario(arguments)
         problem, options = _read(arguments, scenario)
     load_simulation(scenario.space)
     from slipgrasp.recordings.fit.journal import FitStoppedError
@@ -138,14 +142,6 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
     else:
         print("\n".join([*_lines(report), f"report     {page}"]))
     return ExitStatus.COMPLETED if report.explains else ExitStatus.DIFFERENT
-
-
-def _read_scenario(arguments: argparse.Namespace) -> Scenario:
-    from slipgrasp.core.scenario.loading import load_scenario, settable_parameters, with_values
-
-    scenario = with_installed_laws(lambda: load_scenario(arguments.scenario))
-    values = parse_assignments(arguments.assignments, settable_parameters(scenario))
-    return with_values(scenario, values) if values else scenario
 
 
 def _read(arguments: argparse.Namespace, scenario: Scenario) -> tuple[FitProblem, FitOptions]:

@@ -106,7 +106,7 @@ def test_no_metric_of_a_planar_run_depends_on_the_output_rate(name):
 
 
 def test_a_margin_is_least_where_the_grasp_force_reaches_a_limit_late_in_a_step():
-    """The kink lies behind the last slope of the step, so no value taken there tells of it."""
+    """The kink is behind the last slope of the step, so no value taken there shows it."""
     changes: dict[str, Any] = {
         "controller.kind": "certainty-equivalence",
         "controller.control_period": 0.0,
