@@ -105,8 +105,8 @@ def import_csv(
         RecordingError: If the recording cannot be written.
     """
     path = Path(source)
-    _check_options(options)
     table = _Table.of(path)
+    _check_options(options)
     sources = table.sources(options.mapping)
     signals = [each for each in sources if each.name != TIME_COLUMN]
     columns = [MeasuredColumn(name=s.name, unit=s.unit, source=s.text) for s in signals]
