@@ -80,7 +80,7 @@ def spatial_accept(model: Record, run: Record, until: float) -> float:
 
 @compiled
 def _needs_ledger(model: Record, run: Record, size: float) -> bool:
-    """Whether the energy of a step is looked at: steps in which slips begin tell no other error."""
+    """Whether the energy of a step is checked: a step in which a slip begins has no other error."""
     fast = size > LEAST_LEDGER_STEP and turns_fast(model, run)
     return fast or begins_slip(model, run.discrete)
 
