@@ -46,7 +46,6 @@ class Journal:
 
     Attributes:
         rows: Rows of a study, one per run of the fit itself, in order.
-        num_found: Number of runs that were there already.
 
     Raises:
         RecordingBusyError: If another process writes it, or it is that of another fit.
@@ -59,7 +58,6 @@ class Journal:
         self._places: dict[str, int] = {}
         self._synced_at = time.monotonic()
         self.rows: list[StudyRow] = []
-        self.num_found = 0
 
     def __enter__(self) -> Self:
         try:
@@ -100,7 +98,6 @@ class Journal:
             else:
                 self._note(entry, whole)
             whole += len(line)
-        self.num_found = len(self._places)
         self._stream.seek(whole)
         self._stream.truncate()
         if whole == 0:
