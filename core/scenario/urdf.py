@@ -141,7 +141,7 @@ class Description:
             root = ElementTree.fromstring(text)
             self._bodies = {each.get("name", ""): _body_of(each) for each in root.findall("link")}
             joints = [_joint_of(each) for each in root.findall("joint")]
-        except (ElementTree.ParseError, ValueError, AttributeError) as error:
+        except (ElementTree.ParseError, ValueError) as error:
             raise _refusal("the file", "URDF", f"it cannot be read as URDF: {error}") from None
         self._locked, coupled = dict(locked or {}), dict(coupled or {})
         self._joints = {
@@ -361,7 +361,7 @@ def _body_of(link: ElementTree.Element) -> _Body:
     inertial = link.find("inertial")
     if inertial is None:
         return _Body(0.0, np.zeros(3), np.zeros((3, 3)))
-    mass = float(inertial.find("mass").get("value"))  # pyright: ignore
+    mass = float(_attribute_of(inertial, "mass", "value"))
     given, inertia = inertial.find("inertia"), np.zeros((3, 3))
     if given is not None:
         for (a, b), name in zip(zip(*_UPPER, strict=True), _ENTRIES, strict=True):
@@ -384,8 +384,8 @@ def _joint_of(joint: ElementTree.Element) -> _Joint:
     return _Joint(
         joint.get("name", ""),
         joint.get("type", ""),
-        joint.find("parent").get("link"),  # pyright: ignore
-        joint.find("child").get("link"),  # pyright: ignore
+        _attribute_of(joint, "parent", "link"),
+        _attribute_of(joint, "child", "link"),
         _pose_of(joint),
         direction / np.linalg.norm(direction),
         low,
@@ -405,6 +405,15 @@ def _follows_of(mimic: ElementTree.Element | None) -> Follows | None:
         return None
     ratio, offset = (float(mimic.get(*each)) for each in (("multiplier", "1"), ("offset", "0")))
     return Follows(mimic.get("joint", ""), ratio, offset)
+
+
+def _attribute_of(element: ElementTree.Element, name: str, attribute: str) -> str:
+    """An attribute of the child of a name, both of which URDF requires."""
+    child = element.find(name)
+    value = None if child is None else child.get(attribute)
+    if value is None:
+        raise ValueError(f"there is no '{attribute}' of '{name}' in '{element.tag}'")
+    return value
 
 
 def _pose_of(element: ElementTree.Element) -> Pose:
