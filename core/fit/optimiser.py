@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from slipgrasp.core.fit.objective import OUTLIER_SIGMAS, Objective
-from slipgrasp.core.trace.trace import Floats
+from slipgrasp.core.trace.signals import Floats
 
 DIFFERENCE_STEP = 1e-4
 """Step of the differences as a share of the range: times of events make residuals rough below."""

@@ -34,7 +34,7 @@ from slipgrasp.core.scenario.custom_laws import LAW_PARAMETERS, Diagnostic, LawI
 from slipgrasp.core.scenario.field_errors import template_keys
 from slipgrasp.core.scenario.loading import scenario_from_mapping
 from slipgrasp.core.scenario.parameters import Parameter, iterate_parameters
-from slipgrasp.core.trace.trace import TraceShape
+from slipgrasp.core.trace.signals import TraceShape
 from slipgrasp.core.trace.types import Outcome, Reason, RunWarning
 from slipgrasp.recordings.file.schemas import format_of
 from slipgrasp.recordings.file.state_hash import digest_of

@@ -13,7 +13,7 @@ from functools import cache
 from typing import Literal
 
 from slipgrasp.core.scenario.space import PLANAR, SPATIAL
-from slipgrasp.core.trace.trace import SIGNALS, Signal, TraceShape
+from slipgrasp.core.trace.signals import SIGNALS, Signal, TraceShape
 from slipgrasp.recordings.file.state_hash import HASH_BYTES
 from slipgrasp.recordings.file.versions import (
     FIRST_FORMAT_WITH,

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from slipgrasp.core.trace.trace import TIME_COLUMN, Floats
+from slipgrasp.core.trace.signals import TIME_COLUMN, Floats
 from slipgrasp.recordings.file.atomic_file import atomic_file
 from slipgrasp.recordings.measured.recording import (
     MAX_GAPS,

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from pydantic import TypeAdapter, ValidationError
 
 from slipgrasp.core.run.provenance import program_version
-from slipgrasp.core.trace.trace import TIME_COLUMN, Floats
+from slipgrasp.core.trace.signals import TIME_COLUMN, Floats
 from slipgrasp.recordings.exceptions import (
     DamagedRecordingError,
     ForeignRecordingError,
