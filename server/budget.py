@@ -16,7 +16,7 @@ from slipgrasp.core.executors.limits import machine_memory
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.chosen_laws import diagnostics_of
-from slipgrasp.core.trace.trace import TraceShape
+from slipgrasp.core.trace.signals import TraceShape
 from slipgrasp.recordings.export import ROWS_PER_GROUP
 from slipgrasp.recordings.file.size import RecordingSize, size_of_run
 from slipgrasp.server.exceptions import MemoryBusyError, MemoryHeldError, MemoryLimitError

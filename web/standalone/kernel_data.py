@@ -20,7 +20,7 @@ from slipgrasp.core.run.verdict import headline_of_end
 from slipgrasp.core.scenario import PlanarScenario, Scenario
 from slipgrasp.core.scenario.chosen_laws import custom_law_in
 from slipgrasp.core.scenario.scenario import is_acting
-from slipgrasp.core.trace.trace import SIGNALS
+from slipgrasp.core.trace.signals import SIGNALS
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.core.words.endings import end_blanks, end_words
 

@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 from viser import _messages
 
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.core.trace.trace import SIGNALS, Trace, TraceShape
+from slipgrasp.core.trace.signals import SIGNALS, TraceShape
+from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.trace.types import ContactPhase
 from slipgrasp.recordings.palette import PHASES
 from slipgrasp.server.viewer.server import ViewerServer

@@ -37,7 +37,7 @@ def read_urdf(text: str) -> tuple[dict[str, Body], list[Joint]]:
         root = ElementTree.fromstring(text)
         bodies = {each.get("name", ""): _body_of(each) for each in root.findall("link")}
         return bodies, [_joint_of(each) for each in root.findall("joint")]
-    except (ElementTree.ParseError, ValueError, AttributeError) as error:
+    except (ElementTree.ParseError, ValueError) as error:
         raise refusal("the file", "URDF", f"it cannot be read as URDF: {error}") from None
 
 
@@ -45,7 +45,7 @@ def _body_of(link: ElementTree.Element) -> Body:
     inertial = link.find("inertial")
     if inertial is None:
         return Body(0.0, np.zeros(3), np.zeros((3, 3)))
-    mass = float(inertial.find("mass").get("value"))  # pyright: ignore
+    mass = float(_attribute_of(inertial, "mass", "value"))
     given, inertia = inertial.find("inertia"), np.zeros((3, 3))
     if given is not None:
         for (a, b), name in zip(zip(*UPPER, strict=True), _ENTRIES, strict=True):
@@ -64,8 +64,8 @@ def _joint_of(joint: ElementTree.Element) -> Joint:
     return Joint(
         joint.get("name", ""),
         joint.get("type", ""),
-        joint.find("parent").get("link"),  # pyright: ignore
-        joint.find("child").get("link"),  # pyright: ignore
+        _attribute_of(joint, "parent", "link"),
+        _attribute_of(joint, "child", "link"),
         _pose_of(joint),
         direction / np.linalg.norm(direction),
         low,
@@ -80,6 +80,15 @@ def _follows_of(mimic: ElementTree.Element | None) -> Follows | None:
         return None
     ratio, offset = (float(mimic.get(*each)) for each in (("multiplier", "1"), ("offset", "0")))
     return Follows(mimic.get("joint", ""), ratio, offset)
+
+
+def _attribute_of(element: ElementTree.Element, name: str, attribute: str) -> str:
+    """An attribute of the child of a name, both of which URDF requires."""
+    child = element.find(name)
+    value = None if child is None else child.get(attribute)
+    if value is None:
+        raise ValueError(f"there is no '{attribute}' of '{name}' in '{element.tag}'")
+    return value
 
 
 def _pose_of(element: ElementTree.Element) -> Pose:
