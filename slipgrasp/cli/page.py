@@ -48,6 +48,11 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         help="parameters with sliders, fingers.*.KEY for all fingers at once (default: "
         "object.mass,fingers.*.friction and, of planar hands, controller.position_gain)",
     )
+    parser.add_argument(
+        "--shared",
+        action="store_true",
+        help="put what all pages have in common into files beside this one, for a site of many",
+    )
     parser.add_argument("--force", action="store_true", help="replace an existing file")
     parser.set_defaults(execute=_execute)
 
@@ -59,11 +64,12 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
     load_simulation(scenario.space)
     with Progress("loading the dashboard"):
         from slipgrasp.web.standalone.controls import usual_controls
-        from slipgrasp.web.standalone.page_file import write_page
+        from slipgrasp.web.standalone.page_file import share_in, write_page
     content = io.BytesIO()
     with Progress("writing the page"):
         controls = usual_controls(scenario) if arguments.controls is None else arguments.controls
-        result = write_page(scenario, content, controls, command)
+        share = share_in(output.parent) if arguments.shared else str
+        result = write_page(scenario, content, controls, command, share)
     output.write_bytes(content.getvalue())
     print(f"{output}: {len(content.getvalue()) / 1e6:.2f} MB, SHA-256 of its run {result.sha256}")
     return ExitStatus.COMPLETED
