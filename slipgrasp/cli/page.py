@@ -43,9 +43,10 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     )
     parser.add_argument(
         "--controls",
-        metavar="KEY,KEY,…",
+        metavar="KEY[=LOW:HIGH],…",
         type=lambda text: [word.strip() for word in text.split(",") if word.strip()],
-        help="parameters with sliders, fingers.*.KEY for all fingers at once (default: "
+        help="parameters with sliders, fingers.*.KEY for all fingers at once; LOW and HIGH are the "
+        "ends of a slider (default: "
         "object.mass,fingers.*.friction and, of planar hands, controller.position_gain)",
     )
     parser.add_argument(
