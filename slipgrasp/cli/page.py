@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import argparse
 import io
-import os
 import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from slipgrasp.cli.arguments import add_scenario, read_scenario
+from slipgrasp.cli.arguments import add_scenario, check_output, read_scenario
 from slipgrasp.cli.progress import Progress, load_simulation
 from slipgrasp.cli.status import CommandError, ExitStatus
 
@@ -60,7 +59,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
 
 def _execute(arguments: argparse.Namespace) -> ExitStatus:
     output: Path = arguments.output
-    _check_output(output, arguments.force)
+    check_output(output, arguments.force)
     scenario, command = _scenario_of(arguments)
     load_simulation(scenario.space)
     with Progress("loading the dashboard"):
@@ -90,12 +89,3 @@ def _scenario_of(arguments: argparse.Namespace) -> tuple[Scenario, str]:
 
     with Progress("reading the recording"):
         return read_recording(path).scenario, ""
-
-
-def _check_output(output: Path, force: bool) -> None:
-    if output.is_dir() or not output.parent.is_dir():
-        raise CommandError(f"--output '{output}': give the name of a file in an existing folder")
-    if not os.access(output.parent, os.W_OK | os.X_OK):
-        raise CommandError(f"--output '{output}': no permission to write in that folder")
-    if output.exists() and not force:
-        raise CommandError(f"'{output}' exists; --force replaces it")
