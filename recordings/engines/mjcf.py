@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from slipgrasp.core.exceptions import SlipgraspError
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.core.scenario import FingerParameters, Scenario
+from slipgrasp.core.scenario import FingerParameters, PlanarScenario, Scenario
 from slipgrasp.core.scenario.geometry import contact_frame
 from slipgrasp.core.scenario.held_object import ObjectParameters
 from slipgrasp.core.scenario.spatial import SpatialFinger, SpatialScenario
@@ -103,18 +103,16 @@ def contacts_of(scenario: Scenario) -> list[dict[str, Any]]:
 
     The slip of a tip at x, with the object at p and turned by R, is tangents (R' (x - p) - anchor).
     """
-    found = []
-    for i, finger in enumerate(scenario.fingers):
-        if isinstance(scenario, SpatialScenario):
-            face = mjcf_spatial.contact_of(scenario, i)
-            anchor, tangents = face.anchor, [face.tangent_x, face.tangent_y]
-        else:
-            assert isinstance(finger, FingerParameters)
-            frame = contact_frame(scenario.object, finger)
-            anchor, tangents = point(frame.anchor), [point(frame.tangent)]
-        tangents = [[float(each) for each in tangent] for tangent in tangents]
-        found.append({"site": f"tip{i}", "anchor": list(map(float, anchor)), "tangents": tangents})
-    return found
+    if isinstance(scenario, SpatialScenario):
+        faces = [mjcf_spatial.contact_of(scenario, i) for i in range(len(scenario.fingers))]
+        places = [(face.anchor, (face.tangent_x, face.tangent_y)) for face in faces]
+    else:
+        frames = [contact_frame(scenario.object, finger) for finger in scenario.fingers]
+        places = [(frame.anchor, (frame.tangent,)) for frame in frames]
+    return [
+        {"site": f"tip{i}", "anchor": point(anchor), "tangents": [*map(point, tangents)]}
+        for i, (anchor, tangents) in enumerate(places)
+    ]
 
 
 def point(ours: Iterable[float]) -> list[float]:
@@ -173,7 +171,7 @@ def joint_names(scenario: Scenario) -> list[str]:
     return [f"q{i}{joint}" for i in range(len(scenario.fingers)) for joint in range(joints)]
 
 
-def _held_object(scenario: Scenario, contact: Contact) -> str:
+def _held_object(scenario: PlanarScenario, contact: Contact) -> str:
     body = scenario.object
     return f"""<body name="{OBJECT}">
       <joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 0 1"/>
@@ -184,7 +182,7 @@ def _held_object(scenario: Scenario, contact: Contact) -> str:
         friction="0 0 0" condim="3" contype="2" conaffinity="1" {contact.attributes}/></body>"""
 
 
-def _finger(scenario: Scenario, i: int, angles: list[float], contact: Contact) -> str:
+def _finger(scenario: PlanarScenario, i: int, angles: list[float], contact: Contact) -> str:
     finger = scenario.fingers[i]
     l1, l2 = finger.link_lengths
     first, second = (_inertial(finger, link) for link in range(2))

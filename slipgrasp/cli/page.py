@@ -16,10 +16,12 @@ if TYPE_CHECKING:
     from slipgrasp.core.scenario import Scenario
 
 RECORDING_SUFFIX = ".mcap"
+WHY = "why"
 DESCRIPTION = (
     "Write one HTML file that simulates a scenario in the browser: it needs no server, no "
     "network and no installation, and shows the SHA-256 of its run, which 'slipgrasp run --json' "
-    "prints too. SCENARIO may also be a recording (FILE.mcap), whose scenario is simulated again."
+    "prints too. SCENARIO may also be a recording (FILE.mcap), whose scenario is simulated again, "
+    "or 'why': the page 'Why does my object slip?', which asks for five numbers of a gripper."
 )
 EPILOG = (
     "The kernel is compiled to WebAssembly the first time, which takes a minute and needs "
@@ -60,6 +62,8 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
 def _execute(arguments: argparse.Namespace) -> ExitStatus:
     output: Path = arguments.output
     check_output(output, arguments.force)
+    if arguments.scenario == WHY:
+        return _write_questions(output)
     scenario, command = _scenario_of(arguments)
     load_simulation(scenario.space)
     with Progress("loading the dashboard"):
@@ -72,6 +76,14 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
         result = write_page(scenario, content, controls, command, share)
     output.write_bytes(content.getvalue())
     print(f"{output}: {len(content.getvalue()) / 1e6:.2f} MB, SHA-256 of its run {result.sha256}")
+    return ExitStatus.COMPLETED
+
+
+def _write_questions(output: Path) -> ExitStatus:
+    from slipgrasp.web.standalone.grip_page import grip_page
+
+    output.write_text(grip_page(), encoding="utf-8")
+    print(f"{output}: why does my object slip?")
     return ExitStatus.COMPLETED
 
 
