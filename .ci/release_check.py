@@ -2,9 +2,9 @@
 
 `python .ci/release_check.py [PYTHON …]`: the files beside the code are checked
 (release_material.py); source archive and wheel are built in two folders and have to be equal bytes;
-their metadata and contents are checked; each interpreter installs the wheel and runs a preset, whose
-hash has to be the one in docs/data/preset-hashes.csv. Nothing is published. `… --build FOLDER` only
-builds.
+their metadata and contents are checked; each interpreter installs the wheel and runs a preset,
+whose hash has to be the one in docs/data/preset-hashes.csv. Nothing is published.
+`… --build FOLDER` only builds.
 """
 
 from __future__ import annotations
