@@ -63,7 +63,8 @@ benchmark: $(VENV)/.benchmark
 wasm: $(VENV)/.wasm
 	$(BIN)/python -m slipgrasp.core.kernel.compilation.webassembly build/slipgrasp.wasm
 
-# The documentation as pages with a search, to be read without a network: build/site/index.html.
+# The documentation as pages with a search and with live pages, to be read without a network:
+# build/site/index.html.
 site: $(VENV)/.site
 	$(BIN)/python -m sphinx --quiet --fail-on-warning -c docs/site . build/site
 
@@ -107,7 +108,7 @@ $(VENV)/.serve: REQUIREMENT := .
 $(VENV)/.develop: REQUIREMENT := .[test,lint]
 $(VENV)/.benchmark: REQUIREMENT := .[test,bench]
 $(VENV)/.wasm: REQUIREMENT := .[wasm]
-$(VENV)/.site: REQUIREMENT := .[site]
+$(VENV)/.site: REQUIREMENT := .[site,wasm]
 $(VENV)/.audit: REQUIREMENT := .[audit]
 $(VENV)/.release: REQUIREMENT := .[release]
 

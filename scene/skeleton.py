@@ -267,7 +267,7 @@ def tip_at_start(scenario: Scenario, i: int) -> Values:
 def _slid(finger: int, along: Values, states: States) -> Values:
     """Positions of the slides along some of the axes."""
     slides = states.joint_positions[:, finger]
-    positions = np.zeros((len(slides), 3))
+    positions = np.zeros_like(slides, shape=(len(slides), 3))
     positions[:, : slides.shape[1]] = slides
     return positions * along
 

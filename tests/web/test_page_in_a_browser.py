@@ -15,7 +15,7 @@ from playwright.sync_api import Browser, Page
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.web.standalone.controls import usual_controls
-from slipgrasp.web.standalone.page_file import write_page
+from slipgrasp.web.standalone.page_file import share_in, write_page
 from tests.waiting import wait_until
 from tests.web.conftest import PATIENCE, hide_warning
 from tests.web.test_accessibility import AXE, violations
@@ -144,6 +144,17 @@ def test_a_spatial_hand_is_simulated_too(open_page: Open, tmp_path: Path) -> Non
     (value,) = re.findall(r"object\.mass=([\d.]+)", page.url)
     heavier = with_values(scenario, {"object.mass": float(value)})
     assert sha256_of(page) == simulate(heavier).sha256
+
+
+def test_pages_that_share_files_simulate(open_page: Open, tmp_path: Path) -> None:
+    for name in ("paper-case-2", "spatial-prism"):
+        scenario, path = load_scenario(name), tmp_path / f"{name}.html"
+        with path.open("wb") as stream:
+            result = write_page(scenario, stream, ["object.mass"], share=share_in(tmp_path))
+        assert path.stat().st_size < 1e5
+        assert sha256_of(open_page(path=path)) == result.sha256
+    # One kernel per kind of hand; viewer, styles, worker and modules.
+    assert len(list(tmp_path.glob("shared-*.js"))) == 6
 
 
 @pytest.mark.parametrize(

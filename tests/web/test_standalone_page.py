@@ -17,7 +17,7 @@ from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.words.endings import end_words
 from slipgrasp.server.viewer.server import ViewerServer
-from slipgrasp.web.charts.charts import contact_charts, tracking_charts
+from slipgrasp.web.charts.charts import contact_charts, estimate_charts, tracking_charts
 from slipgrasp.web.model.appearance import Appearance
 from slipgrasp.web.model.sampling import Sampler, locate
 from slipgrasp.web.scene.close_ups import arrays_of
@@ -52,6 +52,10 @@ SCENARIOS = {
     ),
     "motion of pieces": short("shake-test"),
     "spatial hand": short("spatial-prism"),
+    "jaws": short("parallel-gripper"),
+    "round object that is turned": with_values(
+        load_scenario("spatial-bottle"), {"simulation.duration": 1.2}
+    ),
 }
 
 
@@ -137,7 +141,8 @@ def test_charts_show_the_lines_of_the_dashboard():
     result = simulate(short("paper-case-2"))
     charts = {c.key: c for c in (*contact_charts(result), *tracking_charts(result))}
     look = look_of(result, ())
-    for key, told in zip(CHARTS, look.data["charts"], strict=True):
+    charts |= {chart.key: chart for chart in estimate_charts(result)}
+    for key, told in zip((*CHARTS, "estimates-friction"), look.data["charts"], strict=True):
         assert told["key"] == key
         assert told["lines"] == [line.key for line in charts[key].lines]
         assert f"'{key}':(a,o)=>" in look.formulas
@@ -165,6 +170,8 @@ def test_a_slider_of_all_fingers_sets_every_one():
         ("fingers.0.contact_offset", "cannot be a slider here"),
         ("object.shape", "no parameter with one number"),
         ("object.colour", "no parameter with one number"),
+        ("object.mass=3:1", "KEY=LOW:HIGH"),
+        ("object.mass=light:heavy", "KEY=LOW:HIGH"),
     ],
 )
 def test_what_cannot_have_a_slider_is_refused(key, words):
@@ -177,8 +184,12 @@ def test_a_slider_of_a_spatial_hand_sets_what_the_kernel_reads():
     mass, friction = controls_of(prism, usual_controls(prism))
     assert len(mass.places) == 1
     assert len(friction.places) == 2 * len(prism.fingers)  # kinetic and static
+    lift = load_scenario("gripper-lift")
+    (grip,) = controls_of(lift, ["controller.grip_force=4:10"])
+    assert (grip.low, grip.high, grip.step) == (4.0, 10.0, 0.02)
+    assert len(grip.places) == 2  # of the model, and of the run before it begins
     with pytest.raises(ControlError, match="of a spatial hand"):
-        controls_of(prism, ["controller.force_bandwidth"])
+        controls_of(lift, ["controller.force_bandwidth"])
 
 
 def test_what_a_page_cannot_simulate_is_refused():

@@ -6,7 +6,9 @@ window.slipgrasp.unpack = async (id) => {
   return new Uint8Array(await new Response(stream).arrayBuffer());
 };
 (async () => {
-  const modules = JSON.parse(new TextDecoder().decode(await window.slipgrasp.unpack("sg-modules")));
+  const textOf = async (id) => new TextDecoder().decode(await window.slipgrasp.unpack(id));
+  const [scripts, formulas] = await Promise.all(["sg-modules", "sg-formulas"].map(textOf));
+  const modules = { ...JSON.parse(scripts), formulas };
   const made = {};
   const addressOf = (name) => (made[name] ??= make(modules[name]));
   function make(text) {

@@ -24,7 +24,7 @@ from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.trace.types import ContactPhase
 from slipgrasp.recordings.palette import PHASES
 from slipgrasp.server.viewer.server import ViewerServer
-from slipgrasp.web.charts.charts import Chart, contact_charts, tracking_charts
+from slipgrasp.web.charts.charts import Chart, contact_charts, estimate_charts, tracking_charts
 from slipgrasp.web.charts.columns import Drawing
 from slipgrasp.web.charts.drawn import DrawnChart
 from slipgrasp.web.charts.html import Readings, readings_html
@@ -405,7 +405,7 @@ class Capture:
 def _charts(result: RunResult) -> list[Chart]:
     """The charts of the page."""
     charts = {chart.key: chart for chart in (*contact_charts(result), *tracking_charts(result))}
-    return [charts[key] for key in CHARTS]
+    return [*(charts[key] for key in CHARTS), *estimate_charts(result)[:1]]
 
 
 def _know(

@@ -1,14 +1,20 @@
-"""Writes the page: viser's page, the scripts and styles, the kernel and the data, in one file."""
+"""Writes the page: viser's page, the scripts and styles, the kernel and the data, in one file.
+
+Several pages of one site may share what does not depend on their scenarios: `share_in` keeps it in
+scripts beside them, which pages load from ``file://`` too.
+"""
 
 from __future__ import annotations
 
 import base64
 import gzip
+import hashlib
 import json
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from html import escape
 from importlib import resources
+from pathlib import Path
 from typing import BinaryIO
 
 from slipgrasp.core.run.result import RunResult
@@ -52,10 +58,18 @@ _KEYS = (
     *(JumpToEvent(1), GoToNextSlip(), Step(-1), Step(1), TogglePlay()),
     *(ChooseWindow(WindowChoice.WHOLE), Zoom()),
 )
+_VIEWER = re.compile(rb'<script data-p="[^"]*".*?</script>', re.DOTALL)
+
+Share = Callable[[str], str]
+"""What to write instead of HTML that is equal in many pages."""
 
 
 def write_page(
-    scenario: Scenario, stream: BinaryIO, controls: Sequence[str], command: str = ""
+    scenario: Scenario,
+    stream: BinaryIO,
+    controls: Sequence[str],
+    command: str = "",
+    share: Share = str,
 ) -> RunResult:
     """Writes a page that simulates a scenario.
 
@@ -64,6 +78,8 @@ def write_page(
         stream: Where the file goes.
         controls: Dotted keys of the parameters with sliders.
         command: What runs the scenario on a command line; empty if nothing does.
+        share: What becomes of the parts that do not depend on the scenario; they stay in the file
+            unless this puts them elsewhere.
 
     Returns:
         The run that the page shows first.
@@ -82,31 +98,49 @@ def write_page(
         (
             f"<title>{escape(result.name)} – slipgrasp</title>",
             f"<script>{_text(_OWN, 'boot.js')}</script>",
-            f"<style>{_styles()}</style>",
+            share(f"<style>{_styles()}</style>"),
             keys_html(_KEYS),
             colours_html(),
         )
     )
     body = "".join(
         (
-            _plain("sg-worker", _worker()),
+            share(_plain("sg-worker", _worker())),
+            share(_plain("sg-kernel", _packed(kernel_file(scenario)))),
+            share(_plain("sg-modules", _packed(_modules()))),
             _plain("sg-data", _packed(json.dumps(data, separators=(",", ":")).encode())),
-            _plain("sg-kernel", _packed(kernel_file(scenario))),
-            _plain("sg-modules", _packed(_modules(look.formulas))),
+            _plain("sg-formulas", _packed(look.formulas.encode())),
             f"<script>{_text(_OWN, 'loader.js')}</script>",
         )
     )
-    before, end, after = with_head(viewer_page(), head).rpartition(b"</body>")
+    viewer = _VIEWER.sub(lambda found: share(found[0].decode()).encode(), viewer_page())
+    before, end, after = with_head(viewer, head).rpartition(b"</body>")
     stream.write(before + body.encode() + end + after)
     return result
 
 
-def _modules(formulas: str) -> bytes:
-    """The scripts by their names, as JSON."""
+def share_in(folder: Path) -> Share:
+    """Puts shared HTML into scripts in the folder of the pages, named by their content."""
+
+    def share(html: str) -> str:
+        # Scripts within what is inserted run, and know themselves as those of a page do.
+        script = (
+            "document.currentScript.replaceWith("
+            f"document.createRange().createContextualFragment({json.dumps(html)}))"
+        )
+        name = f"shared-{hashlib.sha256(script.encode()).hexdigest()[:16]}.js"
+        (folder / name).write_text(script, encoding="utf-8")
+        return f'<script src="{name}"></script>'
+
+    return share
+
+
+def _modules() -> bytes:
+    """The scripts by their names, as JSON, without the formulas."""
     texts = {
         name: _text(package, f"{name}.js") for package, names in _MODULES.items() for name in names
     }
-    return json.dumps({**texts, "formulas": formulas}).encode()
+    return json.dumps(texts).encode()
 
 
 def _worker() -> str:
