@@ -14,6 +14,9 @@ from slipgrasp.cli.progress import Progress, load_simulation
 from slipgrasp.cli.status import CommandError, ExitStatus
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from slipgrasp.core.run.result import RunResult
     from slipgrasp.core.scenario import Scenario
 
 RECORDING_SUFFIX = ".mcap"
@@ -53,30 +56,48 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
 
 
 def _execute(arguments: argparse.Namespace) -> ExitStatus:
-    output: Path = arguments.output
-    _check_output(output, arguments.force)
+    check_page(arguments.output, "--output", force=arguments.force)
     scenario, command = _scenario_of(arguments)
     load_simulation(scenario.space)
+    with Progress("simulating"):
+        from slipgrasp.core.run.simulator import simulate
+
+        result = simulate(scenario)
+    print(write_page_of(result, arguments.output, arguments.controls, command))
+    return ExitStatus.COMPLETED
+
+
+def write_page_of(
+    result: RunResult, output: Path, controls: Sequence[str] | None, command: str
+) -> str:
+    """Writes the page of a run.
+
+    Args:
+        result: The run.
+        output: The file to write.
+        controls: Keys of the parameters with sliders; None for the usual ones.
+        command: What simulates the same on a command line; empty if nothing does.
+
+    Returns:
+        What was written, in words.
+    """
     with Progress("loading the dashboard"):
         from slipgrasp.web.standalone.controls import usual_controls
         from slipgrasp.web.standalone.page_file import write_page
     content = io.BytesIO()
     with Progress("writing the page"):
-        controls = usual_controls(scenario) if arguments.controls is None else arguments.controls
-        result = write_page(scenario, content, controls, command)
+        chosen = usual_controls(result.scenario) if controls is None else controls
+        write_page(result, content, chosen, command)
     output.write_bytes(content.getvalue())
-    print(f"{output}: {len(content.getvalue()) / 1e6:.2f} MB, SHA-256 of its run {result.sha256}")
-    return ExitStatus.COMPLETED
+    size = len(content.getvalue()) / 1e6
+    return f"{output}: {size:.2f} MB, SHA-256 of its run {result.sha256}"
 
 
 def _scenario_of(arguments: argparse.Namespace) -> tuple[Scenario, str]:
     """The scenario, and the command that runs it; no command for that of a recording."""
     path = Path(arguments.scenario)
     if path.suffix.lower() != RECORDING_SUFFIX:
-        words = ["slipgrasp", "run", arguments.scenario]
-        words += ["--law", arguments.law] if arguments.law else []
-        words += [word for each in arguments.assignments for word in ("--set", each)]
-        return read_scenario(arguments), shlex.join(words)
+        return read_scenario(arguments), command_of(arguments)
     if arguments.law or arguments.assignments:
         raise CommandError("--law and --set need a preset or a TOML file, not a recording")
     from slipgrasp.recordings.file.reader import read_recording
@@ -85,10 +106,23 @@ def _scenario_of(arguments: argparse.Namespace) -> tuple[Scenario, str]:
         return read_recording(path).scenario, ""
 
 
-def _check_output(output: Path, force: bool) -> None:
+def command_of(arguments: argparse.Namespace) -> str:
+    """The command that simulates what the arguments of `add_scenario` name."""
+    words = ["slipgrasp", "run", arguments.scenario]
+    words += ["--law", arguments.law] if arguments.law else []
+    words += [word for each in arguments.assignments for word in ("--set", each)]
+    return shlex.join(words)
+
+
+def check_page(output: Path, option: str, *, force: bool) -> None:
+    """Checks before the simulation that a page can be written.
+
+    Raises:
+        CommandError: If it cannot.
+    """
     if output.is_dir() or not output.parent.is_dir():
-        raise CommandError(f"--output '{output}': give the name of a file in an existing folder")
+        raise CommandError(f"{option} '{output}': give the name of a file in an existing folder")
     if not os.access(output.parent, os.W_OK | os.X_OK):
-        raise CommandError(f"--output '{output}': no permission to write in that folder")
+        raise CommandError(f"{option} '{output}': no permission to write in that folder")
     if output.exists() and not force:
         raise CommandError(f"'{output}' exists; --force replaces it")

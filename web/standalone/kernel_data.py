@@ -43,12 +43,15 @@ def kernel_file(scenario: Scenario) -> bytes:
     return kept_file(_ENTRIES if is_planar else (SPATIAL_ADVANCE,)).read_bytes()
 
 
-def check_for_page(scenario: Scenario) -> None:
-    """Refuses what a page cannot simulate.
+def check_for_page(result: RunResult) -> None:
+    """Refuses a run that a page cannot simulate, or not show.
 
     Raises:
         PageError: If it cannot.
     """
+    scenario = result.scenario
+    if result.trace.absent:
+        raise PageError("the recording is of an older format: simulate its scenario again first")
     if custom_law_in(scenario) is not None:
         raise PageError("a page has the built-in control laws only, no custom law")
     if scenario.patches:

@@ -1,5 +1,5 @@
 // The worker of a page: runs scenarios with the kernel, in pieces, so that a newer request stops an
-// older one. What is loaded before it: kernel.js.
+// older one. What is loaded before it: unpack.js and kernel.js.
 
 const STEPS = 200;
 const PIECE_MS = 12;
@@ -9,7 +9,7 @@ let loading = null;
 let latest = 0;
 
 onmessage = async ({ data }) => {
-  if (data.bytes) loading = loadKernel(data.bytes);
+  if (data.kernel) loading = unpack(data.kernel).then(loadKernel);
   else await compute(data);
 };
 
@@ -32,7 +32,7 @@ async function compute({ id, values, scenario, outcomes }) {
     yielded = performance.now();
   }
   const milliseconds = performance.now() - began;
-  const [rows, changes] = [joined(run.blocks), joined(run.changes)];
+  const [rows, changes] = [run.blocks, run.changes].map((blocks) => joined(Float64Array, blocks));
   const { status, contact } = run;
   const sha256 = await digest(rows, changes, outcomes[status]);
   if (id !== latest) return;
@@ -47,8 +47,8 @@ function runOf(kernel, scenario, values) {
   return new Run(kernel, table, scenario.segments);
 }
 
-function joined(blocks) {
-  const whole = new Float64Array(blocks.reduce((sum, block) => sum + block.length, 0));
+function joined(Numbers, blocks) {
+  const whole = new Numbers(blocks.reduce((sum, block) => sum + block.length, 0));
   let at = 0;
   for (const block of blocks) {
     whole.set(block, at);
@@ -59,7 +59,8 @@ function joined(blocks) {
 
 // The hash of a run (`RunResult.sha256`): its rows, its phase changes, and its outcome.
 async function digest(rows, changes, outcome) {
-  const bytes = await new Blob([rows, changes, outcome]).arrayBuffer();
-  const hash = new Uint8Array(await crypto.subtle.digest("SHA-256", bytes));
+  const parts = [rows, changes].map(({ buffer }) => new Uint8Array(buffer));
+  parts.push(new TextEncoder().encode(outcome));
+  const hash = new Uint8Array(await crypto.subtle.digest("SHA-256", joined(Uint8Array, parts)));
   return [...hash].map((byte) => byte.toString(16).padStart(2, "0")).join("");
 }
