@@ -17,9 +17,11 @@ from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.recordings.file.writer import write_recording
-from slipgrasp.web.standalone.controls import usual_controls
+from slipgrasp.recordings.study.categories import categorize
+from slipgrasp.web.standalone.controls import Control, controls_of, usual_controls
 from slipgrasp.web.standalone.kernel_data import run_data
 from slipgrasp.web.standalone.page_file import write_page
+from tests.recordings.studying import make_study, run_study
 from tests.waiting import wait_until
 from tests.web.conftest import PATIENCE, hide_warning
 from tests.web.test_accessibility import AXE, violations
@@ -198,3 +200,49 @@ def test_a_recording_is_simulated_again_and_compared_bit_by_bit(
     assert "simulation.duration is 1, here 7" in compared(page, tmp_path / "other.mcap")
     assert "it is no MCAP file" in compared(page, tmp_path / "text.mcap")
     assert "it ends within a record" in compared(page, tmp_path / "cut.mcap")
+
+
+def test_a_map_has_the_cells_of_a_study_and_each_opens_its_run(
+    open_page: Open, tmp_path: Path
+) -> None:
+    base = with_values(
+        load_scenario("paper-case-1"),
+        {"controller.grasp_force": "none", "simulation.duration": 0.62},
+    )
+    path, keys = tmp_path / "map.html", ("object.mass", "fingers.*.friction")
+    with path.open("wb") as stream:
+        write_page(simulate(base), stream, keys)
+    page = open_page("#t=0.05", path=path)
+    page.get_by_role("tab", name="Map").click()
+    page.get_by_label("cells").select_option("10")
+    page.get_by_role("button", name="Compute").click()
+    page.get_by_text("100 of 100 runs").wait_for()
+    found = page.evaluate(CELLS_OF_MAP)
+
+    mass, friction = controls_of(base, keys)
+    cells = [(middle(mass, k % 10), middle(friction, k // 10)) for k in range(100)]
+    runs = [
+        {"object.mass": m, "fingers.0.friction": mu, "fingers.1.friction": mu} for m, mu in cells
+    ]
+    study = make_study(base=base.to_mapping(), sampling={"method": "list"}, runs=runs)
+    results = run_study(study, tmp_path / "study.mcap")
+    assert found == categorize(results).tolist()
+    assert len(set(found)) > 1
+
+    page.locator("rect[data-sg-intent*='\"cell\":73}']").click()
+    expected = simulate(with_values(base, runs[73])).sha256
+    wait_until(lambda: sha256_of(page) == expected, "the page opens the run of the cell")
+
+
+CELLS_OF_MAP = """() => {
+  const found = [];
+  for (const rect of document.querySelectorAll("rect[data-sg-intent]")) {
+    const category = rect.parentElement.getAttribute("fill").match(/sg-way-(\\d+)/)[1];
+    found[JSON.parse(rect.dataset.sgIntent).cell] = Number(category);
+  }
+  return found;
+}"""
+
+
+def middle(control: Control, k: int) -> float:
+    return control.low + (k + 0.5) * (control.high - control.low) / 10

@@ -3,8 +3,12 @@
 const textOf = (id) => document.getElementById(id).textContent;
 const addressOfScript = (text) => URL.createObjectURL(new Blob([text], { type: "text/javascript" }));
 window.slipgrasp.unpack = (id) => unpack(textOf(id));
-window.slipgrasp.worker = new window.slipgrasp.Real(addressOfScript(textOf("sg-worker")));
-window.slipgrasp.worker.postMessage({ kernel: textOf("sg-kernel") });
+window.slipgrasp.makeWorker = () => {
+  const made = new window.slipgrasp.Real(addressOfScript(textOf("sg-worker")));
+  made.postMessage({ kernel: textOf("sg-kernel") });
+  return made;
+};
+window.slipgrasp.worker = window.slipgrasp.makeWorker();
 (async () => {
   const modules = JSON.parse(new TextDecoder().decode(await window.slipgrasp.unpack("sg-modules")));
   const made = {};

@@ -9,6 +9,7 @@ import { onFrame, timeNow, watchSessionState } from "./session_state.js";
 import { readAddress, writeAddress } from "./address.js";
 import { contactRun } from "./close_up_run.js";
 import { firstDifference, valuesFor } from "./compare.js";
+import { SuccessMap } from "./map.js";
 import { cameraMessages, load } from "./page_data.js";
 import { playRun, startPlayback } from "./playback.js";
 import { onIntent } from "./post.js";
@@ -29,6 +30,7 @@ let own = null;
 let ghost = null;
 let scene = null;
 let contacts = null;
+let map = null;
 let requests = 0;
 let movedAt = -Infinity;
 let before = null; // the run that the sliders were moved from
@@ -55,6 +57,7 @@ async function start() {
   viewer.feed(arrangement());
   viewer.feed(data.controls.map(({ key, uuid }) => update(uuid, { value: values.get(key) })));
   scene = new SceneFeed(data.scene);
+  if (data.html.map) map = new SuccessMap({ ...data, placed }, makeMapWorker, () => values, (content) => setHtml("map", content));
   startPlayback(data, address.time, showPlayback);
   for (const begin of [startClock, startGestures, startCharts, startKeyboard, startNames]) begin();
   for (const each of [draw, read, frameCamera, drawContacts]) onFrame(each);
@@ -76,6 +79,13 @@ function takeIntents(address) {
     event.preventDefault();
     takeRecording(event.dataTransfer.files[0]);
   });
+  onIntent("choose-map", ({ field, value }) => map.choose(field, value));
+  onIntent("compute-map", () => map.compute());
+  onIntent("stop-map", () => {
+    map.stop();
+    map.draw();
+  });
+  onIntent("open-cell", ({ cell }) => setValues(new Map([...values, ...map.valuesOf(cell)])));
   onIntent("toggle-dark", () => writeAddress({ dark: !address.dark }));
   onIntent("toggle-line", ({ chart: key, line }) => {
     const chart = data.charts.find((each) => each.key === key);
@@ -110,6 +120,19 @@ function take(message) {
   movedAt = now;
   values.set(control.key, value);
   dropped = null;
+  if (map !== null && !map.isAxis(control.key)) map.clear();
+  writeAddress({ values: changed() });
+  request();
+}
+
+/** Moves all sliders, and simulates. */
+function setValues(wanted) {
+  for (const [key, value] of wanted) {
+    if (values.get(key) !== value && !map?.isAxis(key)) map?.clear();
+    values.set(key, value);
+  }
+  viewer.feed(data.controls.map(({ key, uuid }) => update(uuid, { value: values.get(key) })));
+  [before, movedAt] = [own, performance.now()];
   writeAddress({ values: changed() });
   request();
 }
@@ -127,11 +150,7 @@ async function takeRecording(file) {
   try {
     dropped.read = await readRecording(new Uint8Array(await file.arrayBuffer()), data.recording);
     const set = valuesFor(dropped.read, data);
-    for (const { key, value } of data.controls) values.set(key, set.get(key) ?? value);
-    viewer.feed(data.controls.map(({ key, uuid }) => update(uuid, { value: values.get(key) })));
-    [before, movedAt] = [own, performance.now()];
-    writeAddress({ values: changed() });
-    request();
+    setValues(new Map(data.controls.map(({ key, value }) => [key, set.get(key) ?? value])));
   } catch (error) {
     dropped = { words: `${file.name} cannot be checked here: ${error.message}` };
     showCheck();
@@ -158,11 +177,21 @@ function changed() {
 }
 
 function request() {
-  const { run, controls } = data;
-  const moved = controls.filter(({ key, value }) => values.get(key) !== value);
-  const set = moved.flatMap(({ key, places }) => places.map((place) => [place, values.get(key)]));
+  const { run } = data;
   const outcomes = Object.fromEntries(Object.entries(run.ends).map(([k, end]) => [k, end.outcome]));
-  worker.postMessage({ id: ++requests, values: set, scenario: run.scenario, outcomes });
+  worker.postMessage({ id: ++requests, values: placed(values), scenario: run.scenario, outcomes });
+}
+
+/** Values of sliders that differ from the scenario, by their places. */
+function placed(wanted) {
+  const moved = data.controls.filter(({ key, value }) => wanted.get(key) !== value);
+  return moved.flatMap(({ key, places }) => places.map((place) => [place, wanted.get(key)]));
+}
+
+function makeMapWorker() {
+  const made = viewer.makeWorker();
+  made.onerror = tellFailure;
+  return made;
 }
 
 function finish(answer) {

@@ -29,6 +29,7 @@ from slipgrasp.web.page.keys import keys_html
 from slipgrasp.web.standalone.controls import controls_of
 from slipgrasp.web.standalone.kernel_data import check_for_page, kernel_file, run_data
 from slipgrasp.web.standalone.look import look_of
+from slipgrasp.web.standalone.map_data import map_data
 from slipgrasp.web.standalone.recording_data import recording_data
 
 _DASHBOARD, _OWN = "slipgrasp.web.page", "slipgrasp.web.standalone"
@@ -38,12 +39,12 @@ _MODULES = {
         *("names", "overlay", "pace", "projection", "session_state", "viser_view"),
     ),
     _OWN: (
-        *("address", "close_up_run", "compare", "page", "page_data", "playback", "post"),
+        *("address", "close_up_run", "compare", "map", "page", "page_data", "playback", "post"),
         *("recording", "rows", "scene_feed", "words"),
     ),
 }
 _STYLES = {
-    _DASHBOARD: ("charts", "outcome", "viser", "dashboard", "phone"),
+    _DASHBOARD: ("charts", "outcome", "study", "viser", "dashboard", "phone"),
     _OWN: ("page",),
 }
 _KEYS = (
@@ -74,7 +75,13 @@ def write_page(
     look = look_of(result, sliders)
     run = run_data(result)
     recording = recording_data(result, run["columns"])
-    data = {**look.data, "run": run, "command": command, "recording": recording}
+    data = {
+        **look.data,
+        "run": run,
+        "command": command,
+        "recording": recording,
+        "map": map_data(sliders),
+    }
     head = "".join(
         (
             f"<title>{escape(result.name)} – slipgrasp</title>",

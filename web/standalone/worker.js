@@ -10,6 +10,7 @@ let latest = 0;
 
 onmessage = async ({ data }) => {
   if (data.kernel) loading = unpack(data.kernel).then(loadKernel);
+  else if (data.cells) await computeCells(data);
   else await compute(data);
 };
 
@@ -37,6 +38,27 @@ async function compute({ id, values, scenario, outcomes }) {
   const sha256 = await digest(rows, changes, outcomes[status]);
   if (id !== latest) return;
   postMessage({ id, rows, changes, status, contact, milliseconds, sha256 }, [rows.buffer]);
+}
+
+// How the runs of some cells of a map end, as places in the program's list of categories.
+async function computeCells({ cells, scenario, columns, categories }) {
+  const kernel = await loading;
+  const found = cells.map(({ cell, values }) => {
+    const run = runOf(kernel, scenario, values);
+    while (!run.advance(STEPS));
+    return [cell, categoryOf(run, columns, categories)];
+  });
+  postMessage({ found });
+}
+
+function categoryOf(run, { width, phase: [first, fingers] }, { byStatus, held, notHeld, tooShort, window }) {
+  if (run.status in byStatus) return byStatus[run.status];
+  const [rows, changes] = [run.blocks, run.changes].map((blocks) => blocks.findLast(({ length }) => length > 0));
+  const last = rows.subarray(-width);
+  const isSlipping = last.subarray(first, first + fingers).some((phase) => phase !== 0);
+  const rest = changes ? last[0] - changes[changes.length - 4] : Infinity;
+  if (isSlipping || rest < window) return notHeld;
+  return last[0] - run.blocks[0][0] < window ? tooShort : held;
 }
 
 // A run with other values at some places: of its table, or of the model of a spatial hand.

@@ -14,7 +14,6 @@ import os
 import subprocess
 import sys
 import tempfile
-import threading
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -45,7 +44,6 @@ RECORDS: Mapping[str, np.dtype] = {
 ADVANCE = "slipgrasp_advance"
 SPATIAL_ADVANCE = "slipgrasp_spatial_advance"
 
-_building = threading.Lock()
 _SLIP = "slip"
 _TRIPLE = "wasm32-unknown-unknown"
 _FEATURES = "+simd128,+bulk-memory,+nontrapping-fptoint,+sign-ext"
@@ -129,11 +127,10 @@ def kept_file(exports: Sequence[str] = ()) -> Path:
     names = json.dumps([[unit.name for unit in all_units()], describe_memory(), list(exports)])
     digest = hashlib.sha256(names.encode()).hexdigest()
     path = code_path(f"webassembly-{digest[:40]}").with_suffix(".wasm")
-    with _building:
-        if not path.exists():
-            temporary = path.with_suffix(f".{os.getpid()}")
-            build(temporary, exports)
-            temporary.replace(path)
+    if not path.exists():
+        temporary = path.with_suffix(f".{os.getpid()}")
+        build(temporary, exports)
+        temporary.replace(path)
     return path
 
 
