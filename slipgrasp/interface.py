@@ -30,6 +30,7 @@ from slipgrasp.core.trace.frames import MissingPackageError
 from slipgrasp.core.trace.ticks import Ticks
 from slipgrasp.core.trace.trace import SIGNALS, Trace
 from slipgrasp.core.trace.types import ContactPhase, Outcome, PhaseChange, Reason, RunWarning
+from slipgrasp.notebook import show
 from slipgrasp.recordings.compare.comparison import Comparison, IncomparableError, compare
 from slipgrasp.recordings.compare.verification import Verification, verify
 from slipgrasp.recordings.exceptions import RecordingError

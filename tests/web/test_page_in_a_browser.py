@@ -13,6 +13,8 @@ import pytest
 from PIL import Image
 from playwright.sync_api import Browser, Page, expect
 
+import slipgrasp
+from benchmarks.page import CELLS_OF_MAP
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.trace.trace import Trace
@@ -23,7 +25,7 @@ from slipgrasp.web.standalone.kernel_data import run_data
 from slipgrasp.web.standalone.page_file import write_page
 from tests.recordings.studying import make_study, run_study
 from tests.waiting import wait_until
-from tests.web.conftest import PATIENCE, hide_warning
+from tests.web.conftest import LARGE, PATIENCE, hide_warning
 from tests.web.test_accessibility import AXE, violations
 from tests.web.test_standalone_page import MOST_BYTES
 
@@ -165,6 +167,23 @@ def test_axe_finds_nothing_wrong(open_page: Open, size: str, scheme: str) -> Non
     assert page.evaluate("document.documentElement.scrollWidth") <= SIZES[size][0]
 
 
+def test_an_exported_notebook_still_simulates(browser: Browser, tmp_path: Path) -> None:
+    result = simulate(load_scenario("paper-case-1"))
+    path = tmp_path / "notebook.html"
+    path.write_text(f"<!doctype html>{slipgrasp.show(result)._repr_html_()}", encoding="utf-8")
+    context = browser.new_context(viewport=LARGE, offline=True)
+    context.set_default_timeout(PATIENCE)
+    page = context.new_page()
+    page.goto(path.as_uri())
+    inside = page.frame_locator("iframe")
+    expect(inside.locator("#sg-sha256")).to_have_text(result.sha256, timeout=PATIENCE)
+    inside.get_by_role("slider", name="object mass [kg]").focus()
+    page.keyboard.press("ArrowRight")
+    expected = native_sha256(object__mass=1.01)
+    expect(inside.locator("#sg-sha256")).to_have_text(expected, timeout=PATIENCE)
+    context.close()
+
+
 def compared(page: Page, path: Path) -> str:
     """What the page says of a recording."""
     with page.expect_file_chooser() as chooser:
@@ -232,16 +251,6 @@ def test_a_map_has_the_cells_of_a_study_and_each_opens_its_run(
     page.locator("rect[data-sg-intent*='\"cell\":73}']").click()
     expected = simulate(with_values(base, runs[73])).sha256
     wait_until(lambda: sha256_of(page) == expected, "the page opens the run of the cell")
-
-
-CELLS_OF_MAP = """() => {
-  const found = [];
-  for (const rect of document.querySelectorAll("rect[data-sg-intent]")) {
-    const category = rect.parentElement.getAttribute("fill").match(/sg-way-(\\d+)/)[1];
-    found[JSON.parse(rect.dataset.sgIntent).cell] = Number(category);
-  }
-  return found;
-}"""
 
 
 def middle(control: Control, k: int) -> float:
