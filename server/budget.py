@@ -56,6 +56,9 @@ MOST_EXPORTED_WHOLE = 100_000
 GROUP_COST = 8.0
 """Peak memory of this, per byte of the rows that are written together."""
 
+PAGE_BYTES = 60_000_000
+"""Writing a page that simulates."""
+
 READ_COST = 2.3
 DIFF_COST = 2.0
 DRAW_COST = 5.0
@@ -171,6 +174,11 @@ class Need:
     def to_work_on(cls, *runs: RunResult) -> Need:
         """Comparing or drawing runs that are in memory."""
         return cls(round(WORK_COST * sum(map(size_of_run, runs))), "this work")
+
+    @classmethod
+    def to_write_page(cls, run: RunResult) -> Need:
+        """Writing a page that simulates the scenario of a run that is in memory."""
+        return cls(PAGE_BYTES + cls.to_work_on(run).num_bytes, "this page")
 
     @classmethod
     def for_rows(cls, count: int) -> Need:

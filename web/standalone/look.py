@@ -217,6 +217,9 @@ class Capture:
                 Plot(gui, _CHART_HEIGHT, drawn, dark=self._dark) for drawn in self._drawn()
             ]
             gui.add_html(readings_html(Readings({}, ())))
+        if len(self._controls) > 1:
+            with self._results.add_tab("Map", viser.Icon.LAYOUT_GRID):
+                html["map"] = gui.add_html("")
         self._player = gui.add_panel()
         with self._player.add_tab("Playback", viser.Icon.PLAYER_PLAY):
             html["strip"], html["transport"] = gui.add_html(""), gui.add_html("")
