@@ -38,6 +38,7 @@ from slipgrasp.server.http.log_limit import log_config
 from slipgrasp.server.http.openapi import DescribedApi, operation_id
 from slipgrasp.server.http.protocol import GuardedProtocol
 from slipgrasp.server.http.root_path import RootPath
+from slipgrasp.server.jobs.queue import JobQueue
 from slipgrasp.server.reading import RecordingReads
 from slipgrasp.server.routes import (
     diff,
@@ -137,9 +138,9 @@ async def _live(settings: Settings, lifespan: Lifespan | None, app: FastAPI) -> 
         app.state.recording_reads = RecordingReads(service.memory)
         service.start()
         studies_kept = StudyStore(settings.data_directory, store)
-        study_service = StudyService(
-            studies_kept, settings, app.state.stopping.is_set, service.is_recovered.wait
-        )
+        # A study may write a recording again that a killed service left.
+        queue = JobQueue(settings, service.is_recovered.wait)
+        study_service = StudyService(studies_kept, settings, queue, app.state.stopping.is_set)
         app.state.study_service = study_service
         app.state.event_slots = EventSlots(settings.max_event_streams)
         study_service.start()
