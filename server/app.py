@@ -19,9 +19,11 @@ from starlette.concurrency import run_in_threadpool
 from starlette.middleware import Middleware
 
 from slipgrasp.core.run.provenance import program_version
+from slipgrasp.recordings.fit.fit_store import FitStore
 from slipgrasp.recordings.store.store import RecordingStore
 from slipgrasp.recordings.study.study_store import StudyStore
 from slipgrasp.server.addresses import API_PATH, ESTIMATE_PATH, STUDIES_PATH, UPLOAD_PATH
+from slipgrasp.server.fits.service import FitService
 from slipgrasp.server.http.access import AccessGuard
 from slipgrasp.server.http.body_limit import BodyLimit
 from slipgrasp.server.http.connections import (
@@ -43,6 +45,7 @@ from slipgrasp.server.reading import RecordingReads
 from slipgrasp.server.routes import (
     diff,
     docs,
+    fits,
     health,
     recordings,
     retention,
@@ -144,8 +147,18 @@ async def _live(settings: Settings, lifespan: Lifespan | None, app: FastAPI) -> 
         app.state.study_service = study_service
         app.state.event_slots = EventSlots(settings.max_event_streams)
         study_service.start()
+        fits_kept = FitStore(settings.data_directory, store)
+        fit_service = FitService(
+            fits_kept, settings, queue, service.memory, app.state.stopping.is_set
+        )
+        app.state.fit_service = fit_service
+        fit_service.start()
         retention_service = RetentionService(
-            store, studies_kept, settings.retention, service.is_recovered.wait
+            store,
+            studies_kept,
+            settings.retention,
+            service.is_recovered.wait,
+            find_used=fits_kept.used_recordings,
         )
         app.state.retention_service = retention_service
         retention_service.start()
@@ -210,6 +223,7 @@ def _api() -> APIRouter:
         studies,
         study_events,
         study_results,
+        fits,
         diff,
         docs,
     ):
