@@ -47,6 +47,8 @@ MOST_DRAWN_WHOLE = 20_000
 SPARE_SAMPLES = 5000
 """Samples of a run in addition to the output rate: at events and in slips."""
 
+NUMBER_BYTES = 8
+
 COLUMN_BYTES = 10
 """A number of a column that is read, with the spare length of its array [bytes]."""
 
@@ -120,6 +122,11 @@ class Need:
             "this recording",
             "show it with 'slipgrasp replay' on a machine with more memory",
         )
+
+    @classmethod
+    def to_read_numbers(cls, count: int) -> Need:
+        """Reading measured data."""
+        return cls(_unpacked(READ_COST * NUMBER_BYTES * count), "this recording")
 
     @classmethod
     def to_read_signals(cls, size: RecordingSize, num_columns: int, share: float) -> Need:

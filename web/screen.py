@@ -16,6 +16,7 @@ from slipgrasp.web.panels.charts_panel import ChartsPanel
 from slipgrasp.web.panels.compare_panel import ComparePanel
 from slipgrasp.web.panels.controls_panel import ControlsPanel
 from slipgrasp.web.panels.export_panel import ExportPanel
+from slipgrasp.web.panels.fit_panel import FitPanel
 from slipgrasp.web.panels.outcome_panel import OutcomePanel
 from slipgrasp.web.panels.playback_panel import PlaybackPanel
 from slipgrasp.web.panels.recordings_panel import RecordingsPanel
@@ -73,6 +74,8 @@ class Screen:
             self._compare = ComparePanel(gui, send)
         with self._results.add_tab("Study", viser.Icon.GRID_DOTS):
             self._study = StudyPanel(gui, send, self._widen_results)
+        with self._results.add_tab("Fit", viser.Icon.TARGET):
+            self._fit_panel = FitPanel(gui, send)
         self._player = gui.add_panel()
         with self._player.add_tab("Playback", viser.Icon.PLAYER_PLAY):
             self._session_state = SessionStatePanel(gui, key)
@@ -96,6 +99,7 @@ class Screen:
             self._recordings,
             self._compare,
             self._study,
+            self._fit_panel,
             self._playback,
             self._charts,
             self._export,
@@ -128,11 +132,10 @@ class Screen:
 
     def _draw(self, shown: Shown, view: ViewState) -> None:
         """Draws the run at the play head, and the ghost."""
-        ghost = view.ghost.shown if view.ghost is not None else None
-        drawn = (shown.ticket, ghost, view.appearance)
+        pale = view.ghost.run if view.ghost is not None else None
+        drawn = (shown.ticket, pale, view.appearance)
         if drawn != self._drawn:
             self._drawn = drawn
-            pale = ghost.result if ghost is not None else None
             layout = self._scene.show(shown.result, pale, view.appearance)
             low, high = layout.corners(lenses=view.appearance.lenses)
             self._camera.show(low, high, layout.plane)

@@ -66,7 +66,7 @@ def strip_html(result: RunResult, playback: Playback, ghost: Ghost | None) -> st
         ghost: The run that is drawn pale; its phases lie as a thin lane below each lane.
     """
     window = playback.window
-    pale = None if ghost is None else ghost.shown.result
+    pale = None if ghost is None else ghost.run
     ticks, unit = axis_ticks(window)
     names = "".join(f"<span>{escape(name)}</span>" for name in result.scenario.finger_names)
     lanes = "".join(
