@@ -79,6 +79,8 @@ def test_the_first_lesson_by_keyboard(visitors: Visitors) -> None:
     page.keyboard.press("ArrowRight")
     wait_until(lambda: float(mass.get_attribute("aria-valuenow") or "nan") > before, "no change")
     expect(card).not_to_contain_text("47.2 mm")
+    tab_to(page, page.locator(".sg-listed > summary"))
+    page.keyboard.press("Enter")
     ghost = page.get_by_role("button", name="dismiss ghost")
     expect(ghost).to_be_visible()
     page.keyboard.press("x")

@@ -98,6 +98,7 @@ export class Overlay {
     const button = target.closest?.("[role=button]");
     if (!button || !getSelection().isCollapsed) return;
     const index = Number(button.dataset.contact);
+    this.element.dispatchEvent(new CustomEvent("sg-contact", { detail: index, bubbles: true }));
     this.enlarge(button.dataset.close !== undefined || this.large?.index === index ? null : index);
   }
 
