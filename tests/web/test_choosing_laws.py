@@ -5,10 +5,8 @@ from __future__ import annotations
 from itertools import permutations
 
 import pytest
-from playwright.sync_api import expect
 
 from slipgrasp.core.run.simulator import simulate
-from slipgrasp.core.run.verdict import describe_run
 from slipgrasp.core.scenario import CONTROL_LAWS, Change, Scenario
 from slipgrasp.core.scenario.law_choice import with_law as core_with_law
 from slipgrasp.core.scenario.loading import (
@@ -27,8 +25,6 @@ from slipgrasp.web.model.playback import Playback, TimeWindow, WindowChoice
 from slipgrasp.web.model.view import RunStage, RunStatus, ViewState
 from slipgrasp.web.panels.controls_panel import ControlsPanel
 from slipgrasp.web.panels.scenario_panel import changes_html
-from tests.web.conftest import Visitors
-from tests.web.driving import choose_case_2, choose_law, pause_at
 from tests.web.reducing import after, at
 
 pytestmark = pytest.mark.slow
@@ -196,43 +192,3 @@ def test_a_law_and_its_settings_are_one_line_among_the_changes() -> None:
     assert "remove all" not in html
     more = changes_html(draft.edited_from(0.08, "object.mass", 1.4).edited_from(0.1, SAFETY, 1.2))
     assert [more.count(words) for words in ("0.08 s</b>", "0.1 s</b>", "remove all")] == [2, 1, 1]
-
-
-def card(scenario: Scenario) -> tuple[str, str]:
-    """What the card of a run is headed, and what it says first."""
-    verdict = describe_run(simulate(scenario))
-    return verdict.headline, " ".join(verdict.sentences[:2])
-
-
-@pytest.mark.browser
-@pytest.mark.filterwarnings("ignore:Queued a .* on a closed connection")
-def test_a_law_chosen_on_the_page_shows_what_it_can_do_and_back_is_the_run_before(
-    visitors: Visitors,
-) -> None:
-    page = visitors.open()
-    first = card(FIRST.base)
-
-    def choose(kind: str) -> None:
-        choose_law(page, kind)
-        page.get_by_role("status").filter(has_text=f"{kind} on the whole run").wait_for()
-
-    def shows(told: tuple[str, str]) -> None:
-        expect(page.locator(".sg-outcome")).to_contain_text(told[1])
-        expect(page.locator(".sg-verdict")).to_have_text(told[0])
-        expect(page.get_by_text("Not simulated")).to_have_count(0)
-
-    choose_case_2(page)
-    pause_at(page, 0.05)
-    shows(first)
-    page.get_by_role("button", name="Play", exact=True).click()
-    choose("composite")
-    shows(card(core_with_law(FIRST.base, "composite")))
-    pause_at(page, 0.0)
-    choose("theorem-4")
-    shows(first)
-    choose("pd-gravity")
-    shows(card(core_with_law(FIRST.base, "pd-gravity")))
-    page.evaluate("document.activeElement.blur()")
-    page.keyboard.press("Control+z")
-    shows(first)
-    expect(page.get_by_role("status").filter(has_text="on the whole run")).to_have_count(0)

@@ -9,13 +9,17 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Locator, Page, expect
 
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.run.verdict import describe_run
 from slipgrasp.core.scenario import Change, ObjectParameters, Pulse, Scenario
+from slipgrasp.core.scenario.law_choice import with_law
 from slipgrasp.core.scenario.loading import load_scenario, scenario_from_toml, scenario_to_toml
 from slipgrasp.recordings.store.store import RecordingStore
 from tests.server.serving import RunningServer
 from tests.waiting import wait_until
 from tests.web.driving import (
     choose_case_2,
+    choose_law,
     choose_scenario,
     number_field,
     pause,
@@ -228,3 +232,41 @@ def load(page: Page, path: Path) -> None:
     with page.expect_file_chooser() as chooser:
         page.get_by_role("button", name="Load scenario").click()
     chooser.value.set_files(path)
+
+
+def card(scenario: Scenario) -> tuple[str, str]:
+    """What the card of a run is headed, and what it says first."""
+    verdict = describe_run(simulate(scenario))
+    return verdict.headline, " ".join(verdict.sentences[:2])
+
+
+def test_a_law_chosen_on_the_page_shows_what_it_can_do_and_back_is_the_run_before(
+    page: Page,
+) -> None:
+    case_2 = load_scenario("paper-case-2")
+    first = card(case_2)
+
+    def choose(kind: str) -> None:
+        choose_law(page, kind)
+        page.get_by_role("status").filter(has_text=f"{kind} on the whole run").wait_for()
+
+    def tells(told: tuple[str, str]) -> None:
+        expect(page.locator(".sg-outcome")).to_contain_text(told[1])
+        expect(page.locator(".sg-verdict")).to_have_text(told[0])
+        expect(page.get_by_text("Not simulated")).to_have_count(0)
+
+    choose_case_2(page)
+    pause_at(page, 0.05)
+    tells(first)
+    page.get_by_role("button", name="Play", exact=True).click()
+    choose("composite")
+    tells(card(with_law(case_2, "composite")))
+    pause_at(page, 0.0)
+    choose("theorem-4")
+    tells(first)
+    choose("pd-gravity")
+    tells(card(with_law(case_2, "pd-gravity")))
+    leave_field(page)
+    page.keyboard.press("Control+z")
+    tells(first)
+    expect(page.get_by_role("status").filter(has_text="on the whole run")).to_have_count(0)

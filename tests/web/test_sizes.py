@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 
 import pytest
-from playwright.sync_api import Browser, Error, Locator, Page, ViewportSize
+from playwright.sync_api import Error, Locator, Page, ViewportSize
 
-from tests.server.serving import RunningServer
 from tests.waiting import wait_until
-from tests.web.conftest import visitors_of
 from tests.web.driving import control
 
 pytestmark = [
@@ -53,20 +50,13 @@ def box_of(shown: Locator) -> Box:
     return Box(box["x"], box["y"], box["x"] + box["width"], box["y"] + box["height"])
 
 
-@pytest.fixture(scope="module")
-def small_page(browser: Browser, dashboard: RunningServer) -> Iterator[Page]:
-    with visitors_of(browser, dashboard) as visitors:
-        yield visitors.open()
-
-
 # It takes a moment until a page has told its size, and its columns have followed.
 
 
 @pytest.mark.parametrize("size", [(577, 800), (800, 800), (1024, 700)])
 def test_columns_leave_the_scene_its_place_and_the_strip_is_in_it(
-    small_page: Page, size: tuple[int, int]
+    page: Page, size: tuple[int, int]
 ) -> None:
-    page = small_page
     page.set_viewport_size(ViewportSize(width=size[0], height=size[1]))
     window = page.locator("[data-floating-window]", has=page.locator(STRIP))
 
@@ -82,8 +72,7 @@ def test_columns_leave_the_scene_its_place_and_the_strip_is_in_it(
     wait_until(fits, "something lies over the scene, or there is none")
 
 
-def test_a_phone_has_the_picture_the_strip_how_it_went_and_the_controls(small_page: Page) -> None:
-    page = small_page
+def test_a_phone_has_the_picture_the_strip_how_it_went_and_the_controls(page: Page) -> None:
     page.set_viewport_size(PHONE)
     page.locator(".mantine-Paper-root", has=page.locator(STRIP)).first.wait_for()
     whole = box_of(page.locator("body"))
