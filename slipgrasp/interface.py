@@ -31,6 +31,7 @@ from slipgrasp.core.trace.signals import SIGNALS
 from slipgrasp.core.trace.ticks import Ticks
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.trace.types import ContactPhase, Outcome, PhaseChange, Reason, RunWarning
+from slipgrasp.notebook import show
 from slipgrasp.recordings.compare.comparison import Comparison, IncomparableError, compare
 from slipgrasp.recordings.compare.verification import Verification, verify
 from slipgrasp.recordings.exceptions import RecordingError
