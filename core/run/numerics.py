@@ -21,6 +21,7 @@ from slipgrasp.core.kernel.compilation.compiler import OPTIONS, call
 from slipgrasp.core.kernel.compilation.entry import compile_entry
 from slipgrasp.core.kernel.compilation.normal_form import NormalForm
 from slipgrasp.core.kernel.laws.own_law import call_law
+from slipgrasp.core.run.computation import Computation
 from slipgrasp.core.run.engine import engine_of, make_engine
 from slipgrasp.core.run.metrics import compute_metrics
 from slipgrasp.core.scenario.chosen_laws import custom_law_in
@@ -76,11 +77,9 @@ def normal_form(space: Space) -> NormalForm:
 
 
 def _roots(space: Space) -> Iterator[Any]:
-    from slipgrasp.core.run.simulation import Simulation
-
     yield from (OPTIONS, compile_entry, compute_metrics)
-    yield from (Simulation._prepare, Simulation.advance, Simulation._pass_end)
-    yield from (Simulation._begin_stretch, Simulation._pack, Simulation._reset_estimate)
+    yield from (Computation._prepare, Computation.advance, Computation._pass_end)
+    yield from (Computation._begin_stretch, Computation._pack, Computation._reset_estimate)
     yield engine_of(space)
 
 

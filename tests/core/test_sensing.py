@@ -89,7 +89,7 @@ def test_a_seed_gives_the_same_run_bit_for_bit_and_another_seed_another():
 def test_noise_is_the_same_however_the_run_is_cut(monkeypatch):
     scenario = with_values(NOISY, SHORT)
     whole = simulate(scenario)
-    monkeypatch.setattr("slipgrasp.core.run.simulation._STEPS_PER_PIECE", 7)
+    monkeypatch.setattr("slipgrasp.core.run.computation._STEPS_PER_PIECE", 7)
     pieces = Simulation(scenario)
     run_to_end(pieces, lambda _: None)
     assert np.array_equal(pieces.result().trace.to_rows(), whole.trace.to_rows())

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from slipgrasp.core.run import simulation as simulation_module
+from slipgrasp.core.run import computation
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulation import Simulation
 from slipgrasp.core.run.simulator import simulate
@@ -111,7 +111,7 @@ def test_rows_that_were_read_while_the_run_goes_on_stay_as_they_are(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     whole = simulate(load_scenario("paper-case-1")).trace.to_rows()
-    monkeypatch.setattr(simulation_module, "_STEPS_PER_PIECE", 3)
+    monkeypatch.setattr(computation, "_STEPS_PER_PIECE", 3)
     simulation = Simulation(load_scenario("paper-case-1"))
     seen = []
     while not simulation.finished:

@@ -72,7 +72,7 @@ def state_of(record, n):
 
 def moments_of(scenario, monkeypatch):
     """Every tick but the first, before anything has moved on."""
-    monkeypatch.setattr("slipgrasp.core.run.simulation._STEPS_PER_PIECE", 1)
+    monkeypatch.setattr("slipgrasp.core.run.computation._STEPS_PER_PIECE", 1)
     simulation, found = Simulation(scenario), []
     run, n, p = simulation._run, len(scenario.fingers), len(scenario.estimates)
     senses, seen = run.senses, 1
@@ -162,7 +162,7 @@ def test_noise_is_the_same_however_the_run_is_cut_and_another_with_another_seed(
     whole = simulate(NOISY).trace.to_rows()
     other = simulate(with_values(NOISY, {"simulation.seed": 1})).trace.to_rows()
     assert not np.array_equal(whole[:, :20], other[: len(whole), :20])
-    monkeypatch.setattr("slipgrasp.core.run.simulation._STEPS_PER_PIECE", 7)
+    monkeypatch.setattr("slipgrasp.core.run.computation._STEPS_PER_PIECE", 7)
     assert np.array_equal(simulate(NOISY).trace.to_rows(), whole)
 
 

@@ -6,6 +6,7 @@ Rules for the code that no linter has are checked here too.
 import ast
 import re
 import tomllib
+from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
@@ -16,6 +17,7 @@ PAGES = (
     *(ROOT / name for name in ("ARCHITECTURE.md", "CONTRIBUTING.md")),
     *sorted((ROOT / "docs" / "decisions").glob("*.md")),
 )
+PACKAGES = ("core", "recordings", "scene", "figures", "server", "web", "slipgrasp")
 KINDS = (
     *("parameter", "thing that is drawn", "signal", "chart", "metric", "control law"),
     *("export format", "job that grows with a run", "REST route", "REST filter"),
@@ -61,13 +63,40 @@ def test_every_kind_of_change_names_the_files_that_it_touches():
     assert all(paths_in(files) for files in changes.values())
 
 
+def module_name(path):
+    parts = path.relative_to(ROOT).with_suffix("").parts
+    return ".".join(
+        part for part in ("slipgrasp", *parts[parts[0] == "slipgrasp" :]) if part != "__init__"
+    )
+
+
+def imported_names(tree):
+    """What a module imports anywhere, also inside functions and for types alone."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from ((alias.name, "") for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            yield from ((f"{node.module}.{alias.name}", node.module) for alias in node.names)
+
+
+def test_no_modules_import_each_other_in_a_circle():
+    modules = {module_name(path): path for top in PACKAGES for path in (ROOT / top).rglob("*.py")}
+    imports = {}
+    for name, path in modules.items():
+        pairs = imported_names(ast.parse(path.read_text(encoding="utf-8")))
+        found = (first if first in modules else second for first, second in pairs)
+        imports[name] = {each for each in found if each in modules and each != name}
+    assert sum(map(len, imports.values())) > len(modules)
+    TopologicalSorter(imports).prepare()  # raises CycleError
+
+
 QUIET = {("core/scenario/loading.py", "_with_plain_values")}
 """The quick way to set values: whatever it cannot do, the thorough one does again and refuses."""
 
 
 def test_no_handler_of_a_validation_error_is_silent():
     silent = set()
-    for package in ("core", "recordings", "scene", "figures", "server", "web", "slipgrasp"):
+    for package in PACKAGES:
         for path in (ROOT / package).rglob("*.py"):
             tree = ast.parse(path.read_text(encoding="utf-8"))
             for function in (n for n in ast.walk(tree) if isinstance(n, ast.FunctionDef)):
