@@ -1,8 +1,7 @@
-"""Fingers of a hand from its URDF description: what lies between the base and each fingertip.
+"""Fingers of a hand from its URDF file: the chain between the base and each fingertip.
 
-Links that are fixed to each other become one, with their masses added, and joints can be locked or
-follow others, so that three joints of every finger move by themselves
-(`slipgrasp.core.scenario.chain`).
+Links that are fixed to each other are merged, and joints can be locked or coupled to others, so
+that every finger has three independent joints (`slipgrasp.core.scenario.chain`).
 """
 
 from __future__ import annotations
@@ -37,17 +36,17 @@ Floats = NDArray[np.float64]
 
 MOVING = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic"}
 _UPPER = np.triu_indices(3)
-_LARGEST_END, _LARGEST_EFFORT = 100.0, 1e6  # of what a joint of a scenario may have [rad, N m]
+_LARGEST_END, _LARGEST_EFFORT = 100.0, 1e6  # of the allowed limits of a joint [rad, N m]
 
 
 class Pose(NamedTuple):
-    """A frame in another: rotation matrix and position [m]."""
+    """Pose of a frame relative to another: rotation matrix and position [m]."""
 
     turn: Floats
     place: Floats
 
     def after(self, other: Pose) -> Pose:
-        """The pose of a frame that has the pose ``other`` in this one."""
+        """Composes this pose with a pose ``other`` relative to it."""
         return Pose(self.turn @ other.turn, self.place + self.turn @ other.place)
 
 
@@ -55,7 +54,7 @@ AT_ORIGIN = Pose(np.eye(3), np.zeros(3))
 
 
 class _Body(NamedTuple):
-    """Mass [kg], centre of mass [m] and inertia about it [kg m^2] in some frame."""
+    """Mass [kg], centre of mass [m] and inertia about it [kg m^2] in a given frame."""
 
     mass: float
     centre: Floats
@@ -67,7 +66,7 @@ class _Body(NamedTuple):
 
 
 class Follows(NamedTuple):
-    """How a joint follows another one: its position is ratio times that of it, and an offset."""
+    """Coupling to another joint: position = ratio times the leader's position + offset."""
 
     leader: str
     ratio: float
@@ -87,7 +86,7 @@ class _Joint(NamedTuple):
     follows: Follows | None
 
     def moved(self, position: float) -> Pose:
-        """Pose of the link after the joint where that stands still."""
+        """Pose of the link after the joint at a fixed position."""
         if MOVING.get(self.kind) == "prismatic":
             return self.pose.after(Pose(np.eye(3), position * self.axis))
         return self.pose.after(Pose(about_axis(self.axis, np.array(position)), np.zeros(3)))
@@ -95,12 +94,12 @@ class _Joint(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class ImportedFinger:
-    """A finger that was read.
+    """An imported finger.
 
     Attributes:
         joints: Its chain.
-        tip: In the frame of the last link [m].
-        parts: Names of the links of the file that each of its links consists of.
+        tip: Position of the tip in the frame of the last link [m].
+        parts: Names of the links of the file that were merged to each link.
     """
 
     joints: tuple[ChainJoint, ...]
@@ -110,23 +109,23 @@ class ImportedFinger:
 
 @dataclass(slots=True)
 class _Group:
-    """Links that move together, in the frame of the first of them."""
+    """Links that move together, in the frame of the first one."""
 
     joint: _Joint
-    pose: Pose  # of its joint in the group before
+    pose: Pose  # of the joint in the previous group
     bodies: dict[str, _Body] = field(default_factory=dict)
 
 
 class Description:
-    """A hand as its URDF file describes it.
+    """A hand described by a URDF file.
 
     Args:
-        text: The file.
-        locked: Positions of joints that are taken for fixed, by name [rad, m].
-        coupled: Joints that follow others, besides those that the file names (mimic).
+        text: Content of the file.
+        locked: Positions of locked joints by name [rad, m].
+        coupled: Coupled joints, in addition to those in the file (mimic).
 
     Raises:
-        ScenarioError: If it is no description of links and joints.
+        ScenarioError: If the file is not a valid description of links and joints.
     """
 
     def __init__(
@@ -161,14 +160,14 @@ class Description:
         return frozenset(self._bodies)
 
     def finger(self, tip: str) -> ImportedFinger:
-        """The chain from the base to a link whose origin is the fingertip.
+        """Returns the chain from the base to a link whose origin is the fingertip.
 
         Args:
             tip: Name of the link.
 
         Raises:
-            ScenarioError: If there is no such link, or not three of the joints of its chain move by
-                themselves.
+            ScenarioError: If the link does not exist, or its chain does not have three independent
+                joints.
         """
         groups, end = list[_Group](), AT_ORIGIN
         path = self._path_to(tip)
@@ -188,17 +187,17 @@ class Description:
         return ImportedFinger(joints, _numbers(end.place), parts)
 
     def _leaders(self, tip: str, joints: Sequence[_Joint]) -> list[tuple[int, float, float] | None]:
-        """What each joint of a chain follows: number of a joint, ratio, offset; None: nothing."""
+        """Coupling of each joint of a chain: index of the leader, ratio, offset; None if none."""
         names = [joint.name for joint in joints]
         own = [joint.name for joint in joints if self._leader(joint)[0] is joint]
         if len(own) != NUM_JOINTS or len(joints) > MAX_LINKS:
             raise _refusal(
                 tip,
                 f"{NUM_JOINTS} joints",
-                f"{len(own)} of the {len(joints)} joints of '{tip}' move by themselves "
-                f"({', '.join(own) or 'none'}), of a chain {NUM_JOINTS} of at most {MAX_LINKS}: "
-                "lock others with --lock JOINT=POSITION, or let them follow these with --couple "
-                "JOINT=LEADER,RATIO",
+                f"{len(own)} of the {len(joints)} joints of '{tip}' are independent "
+                f"({', '.join(own) or 'none'}), but a chain has {NUM_JOINTS} of at most "
+                f"{MAX_LINKS}: lock others with --lock JOINT=POSITION, or couple them to these "
+                "with --couple JOINT=LEADER,RATIO",
             )
         found: list[tuple[int, float, float] | None] = []
         for joint in joints:
@@ -222,7 +221,7 @@ class Description:
         return self._joints[name]
 
     def _leader(self, joint: _Joint) -> tuple[_Joint, float, float]:
-        """The joint that a joint follows in the end, itself if none; ratio and offset."""
+        """Resolves a coupling to the independent joint, or the joint itself; ratio and offset."""
         ratio, offset, first = 1.0, 0.0, joint
         for _ in self._joints:
             if joint.follows is None or joint.name in self._locked:
@@ -233,7 +232,7 @@ class Description:
         raise _refusal(first.name, "another joint", f"joint '{first.name}' follows itself")
 
     def _standing(self, joint: _Joint) -> float | None:
-        """The position of a joint that does not move [rad, m]; None if it does."""
+        """The position of a locked joint [rad, m]; None if it moves."""
         leader, ratio, offset = self._leader(joint)
         if leader.name in self._locked:
             return ratio * self._locked[leader.name] + offset
@@ -255,7 +254,7 @@ class Description:
         return path[::-1]
 
     def _fixed_to(self, link: str, pose: Pose, path: Collection[str]) -> dict[str, _Body]:
-        """A link of a path, and what is fixed to it beside the path; each in the group's frame."""
+        """A link of a path and the links fixed to it outside the path, in the group's frame."""
         found = {link: self._bodies[link].seen_from(pose)}
         for joint in self._after.get(link, []):
             stands = self._standing(joint)
@@ -267,15 +266,15 @@ class Description:
 def with_fingers(
     scenario: SpatialScenario, fingers: Sequence[ImportedFinger], base: Pose
 ) -> dict[str, Any]:
-    """A scenario whose fingers are built as imported, as plain values.
+    """Returns a scenario with imported fingers, as plain values.
 
     Args:
-        scenario: Its fingers keep their faces and friction.
-        fingers: One for each of them.
+        scenario: The scenario; its fingers keep their faces and friction.
+        fingers: One finger for each of those in the scenario.
         base: Pose of the hand in the world.
 
     Raises:
-        ScenarioError: If there are more or fewer.
+        ScenarioError: If the numbers of fingers differ.
     """
     count = len(scenario.fingers)
     if len(fingers) != count:
@@ -286,7 +285,7 @@ def with_fingers(
     for i, (given, finger) in enumerate(zip(mapping["fingers"], fingers, strict=True)):
         target = np.add(tip_at_start(scenario, i), scenario.fingers[i].base) - base.place
         given |= finger_mapping(finger, base)
-        # Where a range has no end, the start is looked for within a turn.
+        # Without limits, the initial position is searched within one turn.
         joints = [
             replace(
                 joint,
@@ -303,10 +302,10 @@ def with_fingers(
 
 
 def finger_mapping(finger: ImportedFinger, base: Pose) -> dict[str, Any]:
-    """What a file says of a finger, as plain values of a scenario.
+    """Returns the plain values of a finger for a hand file.
 
     Args:
-        finger: It; its posture is the middle of its ranges.
+        finger: The finger; its posture is the middle of its limits.
         base: Pose of the hand in the world.
     """
     ranges = [range_of(finger.joints[k]) for k in moving(finger.joints)]
@@ -322,7 +321,7 @@ def finger_mapping(finger: ImportedFinger, base: Pose) -> dict[str, Any]:
 
 
 def _chain_joint(group: _Group, leader: tuple[int, float, float] | None) -> ChainJoint:
-    """Joint and link of links that move together."""
+    """Joint and link of a group of links that move together."""
     joint, bodies = group.joint, group.bodies.values()
     mass = sum(body.mass for body in bodies)
     centre = np.zeros(3)
@@ -396,7 +395,7 @@ def _joint_of(joint: ElementTree.Element) -> _Joint:
 
 
 def _within(value: float, largest: float) -> float | None:
-    """A limit; None where it is so large that it means that there is none."""
+    """A limit; None if it is so large that it means no limit."""
     return value if abs(value) <= largest else None
 
 

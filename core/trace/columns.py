@@ -1,7 +1,7 @@
-"""The signals of a trace as named columns, one number or phase over time each.
+"""The signals of a trace as named columns with one number or phase per row.
 
-This is the one definition of what a column is called, in which unit it is and in which
-order columns stand: tables in every format, the REST interface and comparisons use it.
+This is the only definition of the names, units and order of columns: tables in all formats, the
+REST interface and comparisons use it.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ _SHORT = (
     ("estimates",),
     ("diagnostics",),
 )
-"""The signals of the short table; those of one group alternate contact by contact."""
+"""The signals of the short table; those of one group are interleaved by contact."""
 
 _PHASE_LABELS = {phase.value: phase.label for phase in ContactPhase}
 
@@ -42,10 +42,10 @@ class Column:
     """One number or phase over time.
 
     Attributes:
-        name: What it is called: ``slip_0``, ``error_x``, ``torque_0_1``, ``estimate_object.mass``.
-        signal: The signal of the trace it belongs to.
+        name: Name: ``slip_0``, ``error_x``, ``torque_0_1``, ``estimate_object.mass``.
+        signal: The signal of the trace that contains it.
         unit: SI unit, "1" for pure numbers, "" for phases.
-        values: One entry per row of the trace, shape ``(rows,)``.
+        values: One value per row of the trace, shape ``(rows,)``.
     """
 
     name: str
@@ -59,25 +59,25 @@ class Column:
         return np.issubdtype(self.values.dtype, np.integer)
 
     def phase_labels(self) -> list[str]:
-        """The phases as words; only where it holds phases."""
+        """The phases as words; only for columns of phases."""
         return [_PHASE_LABELS[value] for value in self.values.tolist()]
 
 
 def columns_of(trace: Trace) -> list[Column]:
-    """All columns that a trace has, in the order of `SIGNALS`; the first is the time."""
+    """All columns of a trace in the order of `SIGNALS`; the first is the time."""
     present = (signal for signal in SIGNALS if signal.name not in trace.absent)
     return [column for signal in present for column in _columns_of(trace, signal)]
 
 
 def short_columns(trace: Trace) -> list[Column]:
-    """The columns of the short table (CSV): what the hand does, contact by contact."""
+    """The columns of the short table (CSV): the most important signals, contact by contact."""
     by_name = {signal.name: signal for signal in SIGNALS}
     groups = [[list(_columns_of(trace, by_name[name])) for name in group] for group in _SHORT]
     return [column for group in groups for column in _alternate(group)]
 
 
 def _alternate(signals: list[list[Column]]) -> Iterator[Column]:
-    """Columns of several signals entry by entry; of one with more entries several at a time."""
+    """Columns of several signals interleaved by item; several at a time for longer signals."""
     count = min(map(len, signals))
     for k in range(count):
         for columns in signals:
@@ -86,7 +86,7 @@ def _alternate(signals: list[list[Column]]) -> Iterator[Column]:
 
 
 def labels_of(signal: Signal, shape: TraceShape) -> tuple[str, ...]:
-    """What the entries of a signal are called, one per column; "" for a single number."""
+    """Names of the components of a signal, one per column; "" for a single number."""
     contacts = range(shape.num_contacts)
     if signal.per == "pose":
         return shape.space.pose
@@ -106,7 +106,7 @@ def labels_of(signal: Signal, shape: TraceShape) -> tuple[str, ...]:
 
 
 def units_of(signal: Signal, shape: TraceShape) -> list[str]:
-    """SI units of the entries of a signal, one per column."""
+    """SI units of the components of a signal, one per column."""
     if signal.per == "unknown":
         definitions, space = template_keys(shape.space), shape.space
         return [definitions[template_key(key, space)].unit for key in shape.unknowns]
@@ -118,7 +118,7 @@ def units_of(signal: Signal, shape: TraceShape) -> list[str]:
         joints = range(shape.width_of_joints)
         return [signal.slides_unit if k in shape.slides else signal.unit for k in joints]
     units = signal.unit_in(shape.space).split(", ")
-    # One unit for all, one each, or one for x and y and one for the angle.
+    # One common unit, one each, or one for x and y and one for the angle.
     return [*units[:1] * (shape.width(signal) - len(units)), *units]
 
 

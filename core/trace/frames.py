@@ -1,4 +1,4 @@
-"""Traces as pandas and xarray know data, where those packages are installed."""
+"""Traces as pandas and xarray objects, if those packages are installed."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ if TYPE_CHECKING:
 
 
 class MissingPackageError(SlipgraspError, ImportError):
-    """A package that only some people need is not installed."""
+    """An optional package is not installed."""
 
     def __init__(self, package: str) -> None:
         super().__init__(f"{package} is not installed; 'pip install {package}' adds it")
 
 
 def import_optional(package: str) -> Any:
-    """Imports a package that this program does not require.
+    """Imports an optional package.
 
     Raises:
         MissingPackageError: If it is not installed.
@@ -38,7 +38,7 @@ def import_optional(package: str) -> Any:
 
 
 def trace_to_pandas(trace: Trace) -> pandas.DataFrame:
-    """A trace as a table; see `slipgrasp.core.trace.trace.Trace.to_pandas`."""
+    """Converts a trace to a table; see `slipgrasp.core.trace.trace.Trace.to_pandas`."""
     pandas = import_optional("pandas")
     time, *columns = columns_of(trace)
     index = pandas.Index(time.values, name=time.name)
@@ -50,7 +50,7 @@ def trace_to_pandas(trace: Trace) -> pandas.DataFrame:
 
 
 def trace_to_xarray(trace: Trace) -> xarray.Dataset:
-    """A trace as labelled arrays; see `slipgrasp.core.trace.trace.Trace.to_xarray`."""
+    """Converts a trace to labelled arrays; see `slipgrasp.core.trace.trace.Trace.to_xarray`."""
     xarray = import_optional("xarray")
     there = (signal for signal in SIGNALS if trace.shape.has(signal))
     time, *signals = (signal for signal in there if signal.name not in trace.absent)
@@ -68,7 +68,7 @@ def _values(pandas: Any, column: Column, space: Space) -> Any:
 
 
 def _labels(trace: Trace) -> dict[str, list[str] | list[int]]:
-    """What the entries along each dimension but time are called."""
+    """Names of the coordinates along each dimension except time."""
     shape = trace.shape
     there = (s for s in SIGNALS if s.per and shape.has(s))
     labels = {_dimension(s, shape): list(labels_of(s, shape)) for s in there}
@@ -76,7 +76,7 @@ def _labels(trace: Trace) -> dict[str, list[str] | list[int]]:
 
 
 def _dimension(signal: Signal, shape: TraceShape) -> str:
-    """What the entries of a signal lie along: what there is one of has no dimension of its own."""
+    """Dimension of the components of a signal; none if there is only one."""
     if signal.per in ("path", "pad") or (signal.per == "tangent" and shape.space.num_tangents == 1):
         return "contact"
     if signal.per == "pose" and shape.space.pose == shape.coordinates:

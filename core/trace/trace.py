@@ -1,4 +1,4 @@
-"""The trace of a run: arrays over time, one definition of every signal.
+"""The trace of a run: arrays over time, with the only definition of every signal.
 
 The annotation of an attribute of `Trace` is the only definition of a signal. Columns, recorded
 messages, the REST interface and labels are derived from it, and the kernel writes its rows in
@@ -29,20 +29,20 @@ Phases = NDArray[np.int8]
 
 @dataclass(frozen=True, slots=True)
 class Signal:
-    """One quantity of the trace.
+    """A signal of the trace.
 
     Attributes:
-        topic: Group it is recorded with: time, object, contacts, joints, controller, energy.
-        per: What its entries stand for: "" (one number), pose, coordinate, contact, tangent (of
-            contacts, two in space), path (of contacts, in space only), pad (of contacts, where
-            any fingertip is soft), joint, unknown, diagnostic.
-        unit: SI unit, or one each where they differ.
-        text: One sentence.
-        slides_unit: Its unit for joints that are slides.
-        spatial_unit: Its unit in space, where that is another.
-        spatial_text: Its sentence in space, where that is another.
-        column: What the names of its columns begin with; its own name if None.
-        name: Attribute of `Trace` that carries it.
+        topic: Group in recordings: time, object, contacts, joints, controller, energy.
+        per: Meaning of its components: "" (one number), pose, coordinate, contact, tangent (of
+            contacts; two for spatial hands), path (of contacts; spatial hands only), pad (of
+            contacts, if any fingertip is soft), joint, unknown, diagnostic.
+        unit: SI unit, or one each if they differ.
+        text: Description in a sentence.
+        slides_unit: Unit for prismatic joints.
+        spatial_unit: Unit for spatial hands, if different.
+        spatial_text: Description for spatial hands, if different.
+        column: Prefix of its column names; its name if None.
+        name: Attribute of `Trace`.
         holds_phases: Whether its values are those of `slipgrasp.core.trace.types.ContactPhase`.
     """
 
@@ -58,29 +58,29 @@ class Signal:
     holds_phases: bool = False
 
     def unit_in(self, space: Space) -> str:
-        """Its SI unit, or one each, for a kind of hand."""
+        """SI unit, or one each, for a kind of hand."""
         return (space is SPATIAL and self.spatial_unit) or self.unit
 
     def text_in(self, space: Space) -> str:
-        """Its sentence for a kind of hand."""
+        """Description for a kind of hand."""
         return (space is SPATIAL and self.spatial_text) or self.text
 
     @property
     def prefix(self) -> str:
-        """What the names of its columns begin with."""
+        """Prefix of its column names."""
         return self.name if self.column is None else self.column
 
 
 @dataclass(frozen=True, slots=True)
 class TraceShape:
-    """What the widths of a trace follow from.
+    """The sizes that determine the widths of a trace.
 
     Attributes:
-        num_contacts: How many contacts there are, one per finger.
-        unknowns: Dotted keys of what is estimated.
+        num_contacts: Number of contacts, one per finger.
+        unknowns: Dotted keys of the estimated parameters.
         diagnostics: Diagnostics of a custom law; empty without one.
-        space: What depends on the hand being planar or spatial.
-        slides: Which joints slide, counted through all fingers; they have other units.
+        space: Kind of hand, planar or spatial.
+        slides: Indices of the prismatic joints, counted through all fingers; they have other units.
         soft: Whether any fingertip is soft.
     """
 
@@ -93,28 +93,28 @@ class TraceShape:
 
     @property
     def coordinates(self) -> tuple[str, ...]:
-        """What the coordinates of the object are called; the rotation vector is in world axes."""
+        """Names of the coordinates of the object; the rotation vector is in world axes."""
         return self.space.coordinates
 
     @property
     def joints_per_finger(self) -> int:
-        """How many joints every finger has."""
+        """Number of joints of every finger."""
         return self.space.joints_per_finger
 
     def has(self, signal: Signal) -> bool:
-        """Whether such a trace has a signal at all, if perhaps of no column."""
+        """Whether such a trace has a signal, possibly without columns."""
         if signal.per == "pad":
             return self.soft
         return signal.per != "path" or self.space.has_paths
 
     @property
     def width_of_joints(self) -> int:
-        """Numbers per joint of the hand."""
+        """Number of joints of the hand."""
         return self.joints_per_finger * self.num_contacts
 
     @property
     def widths(self) -> dict[str, int]:
-        """Number of columns of a signal by what it is given per."""
+        """Number of columns of a signal by its ``per``."""
         return {
             "": 1,
             "pose": len(self.space.pose),
@@ -134,22 +134,22 @@ class TraceShape:
 
     @property
     def num_columns(self) -> int:
-        """Number of columns of a whole row."""
+        """Number of columns of a complete row."""
         widths = self.widths
         return sum(widths[signal.per] for signal in SIGNALS)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Trace:
-    """What happened, over time: ``(rows,)`` or ``(rows, width)`` arrays, SI units.
+    """Signals of a run over time: ``(rows,)`` or ``(rows, width)`` arrays, SI units.
 
-    Each attribute carries its `Signal`, with unit and sentence. Rows are in time order; every
-    event (phase change, jump of the desired acceleration, timed change) gives two rows with the
-    same time, the state just before and just after. In the very first such pair the row before
-    is the stick phase that every run assumes at t = 0, with the force its law demands: where
-    that force lies outside its cone, the contact slips from the start.
+    Each attribute has a `Signal` with unit and description. Rows are in time order; every event
+    (phase change, jump of the desired acceleration, timed change) gives two rows at the same time,
+    with the state just before and just after. The first such pair starts with the stick phase that
+    every run assumes at t = 0, and the force that its law commands: if that force is outside its
+    cone, the contact slips from the start.
 
-    Signals named in ``absent`` are 0: the recording is older than they are.
+    Signals named in ``absent`` are 0, because the recording was written before they existed.
     """
 
     shape: TraceShape
@@ -181,7 +181,7 @@ class Trace:
             "object",
             "coordinate",
             "m/s, m/s, rad/s",
-            "Its first derivative.",
+            "First derivative of the pose.",
             spatial_unit="m/s, m/s, m/s, rad/s, rad/s, rad/s",
             spatial_text="Velocity and angular velocity, world axes.",
         ),
@@ -192,7 +192,7 @@ class Trace:
             "object",
             "coordinate",
             "m/s², rad/s²",
-            "Its second derivative.",
+            "Second derivative of the pose.",
             spatial_unit="m/s², m/s², m/s², rad/s², rad/s², rad/s²",
             spatial_text="Acceleration and angular acceleration, world axes.",
         ),
@@ -222,7 +222,10 @@ class Trace:
     input_rank: Annotated[
         Floats,
         Signal(
-            "object", "", "1", "Rank of B~ in the phase: how many accelerations torques choose."
+            "object",
+            "",
+            "1",
+            "Rank of B~ in the phase: number of accelerations that torques can set.",
         ),
     ]
     controllability: Annotated[
@@ -231,7 +234,7 @@ class Trace:
             "object",
             "coordinate",
             "1",
-            "Share of an acceleration that torques can produce whatever else is asked.",
+            "Fraction of an acceleration that torques can always produce.",
         ),
     ]
     slip: Annotated[
@@ -244,12 +247,14 @@ class Trace:
             spatial_text="Displacement of the fingertip along t_x and t_y of its face.",
         ),
     ]
-    slip_velocity: Annotated[Floats, Signal("contacts", "tangent", "m/s", "Its first derivative.")]
+    slip_velocity: Annotated[
+        Floats, Signal("contacts", "tangent", "m/s", "First derivative of the slip.")
+    ]
     slip_acceleration: Annotated[
-        Floats, Signal("contacts", "tangent", "m/s²", "Its second derivative.")
+        Floats, Signal("contacts", "tangent", "m/s²", "Second derivative of the slip.")
     ]
     slip_path: Annotated[
-        Floats, Signal("contacts", "path", "m", "Way that the fingertip has slid on its face.")
+        Floats, Signal("contacts", "path", "m", "Distance that the fingertip has slid on its face.")
     ]
     phase: Annotated[
         Phases,
@@ -262,7 +267,7 @@ class Trace:
         ),
     ]
     believed_phase: Annotated[
-        Phases, Signal("contacts", "contact", "", "The phase the controller acts on.")
+        Phases, Signal("contacts", "contact", "", "Phase that the controller assumes.")
     ]
     tangential_force: Annotated[
         Floats,
@@ -282,13 +287,13 @@ class Trace:
             "contact",
             "N",
             "mu F_n - |F_x|, positive inside the cone.",
-            spatial_text="mu F_n - |F_t|, positive inside the cone; in the pyramid the lesser of "
+            spatial_text="mu F_n - |F_t|, positive inside the cone; in the pyramid the smaller of "
             "mu F_n - |F_x| and mu F_n - |F_y|.",
         ),
     ]
     friction_coefficient: Annotated[
         Floats,
-        Signal("contacts", "contact", "1", "True friction at that time, of stick or of slip."),
+        Signal("contacts", "contact", "1", "True friction at that time, static or sliding."),
     ]
     joint_position: Annotated[
         Floats,
@@ -302,7 +307,14 @@ class Trace:
         ),
     ]
     joint_velocity: Annotated[
-        Floats, Signal("joints", "joint", "rad/s", "Their first derivative.", slides_unit="m/s")
+        Floats,
+        Signal(
+            "joints",
+            "joint",
+            "rad/s",
+            "First derivatives of the joint positions.",
+            slides_unit="m/s",
+        ),
     ]
     joint_torque: Annotated[
         Floats,
@@ -310,7 +322,7 @@ class Trace:
             "joints",
             "joint",
             "N m",
-            "Torque that acts on the joint; of slides force.",
+            "Torque that acts on the joint (for slides: force).",
             column="torque",
             slides_unit="N",
         ),
@@ -321,7 +333,7 @@ class Trace:
             "joints",
             "joint",
             "N m",
-            "Torque that the law asked for last, before limits and latency; of slides force.",
+            "Last torque that the law commanded, before limits and latency (for slides: force).",
             slides_unit="N",
         ),
     ]
@@ -334,23 +346,28 @@ class Trace:
     true_parameters: Annotated[
         Floats,
         Signal(
-            "controller", "unknown", "", "Their true values at that time.", column="true_parameter"
+            "controller",
+            "unknown",
+            "",
+            "True values of the unknown parameters at that time.",
+            column="true_parameter",
         ),
     ]
     lyapunov_value: Annotated[Floats, Signal("controller", "", "1", "V of Eq. 44.")]
     grasp_violation: Annotated[
         Floats,
-        Signal("controller", "", "N", "How far the commanded force leaves the estimated cones."),
+        Signal("controller", "", "N", "Distance of the commanded force from the estimated cones."),
     ]
     inertia_condition: Annotated[
         Floats, Signal("controller", "", "1", "Condition (1-norm) of the reduced inertia.")
     ]
     estimated_inertia_condition: Annotated[
-        Floats, Signal("controller", "", "1", "The same of its estimate.")
+        Floats,
+        Signal("controller", "", "1", "Condition (1-norm) of the estimated reduced inertia."),
     ]
     diagnostics: Annotated[
         Floats,
-        Signal("controller", "diagnostic", "", "What a custom law tells of itself.", column="law"),
+        Signal("controller", "diagnostic", "", "Diagnostics of a custom law.", column="law"),
     ]
     kinetic_energy: Annotated[
         Floats, Signal("energy", "", "J", "Kinetic energy of object and fingers.")
@@ -371,26 +388,28 @@ class Trace:
             "pad",
             "rad",
             "Angle by which the fingertip has turned on the face, about the normal into the "
-            "object; 0 of a hard point.",
+            "object; 0 for a hard point.",
         ),
     ]
-    spin_velocity: Annotated[Floats, Signal("contacts", "pad", "rad/s", "Its first derivative.")]
+    spin_velocity: Annotated[
+        Floats, Signal("contacts", "pad", "rad/s", "First derivative of that angle.")
+    ]
     torsional_moment: Annotated[
         Floats,
         Signal(
             "contacts",
             "pad",
             "N m",
-            "Moment of the fingertip on the object, about the opposite of that normal.",
+            "Moment of the fingertip on the object, about the outward normal.",
         ),
     ]
     absent: frozenset[str] = frozenset()
 
     @classmethod
     def from_rows(cls, shape: TraceShape, rows: NDArray[np.float64]) -> Trace:
-        """Builds a trace from rows ``(rows, shape.num_columns)`` in the order of `SIGNALS`.
+        """Creates a trace from rows ``(rows, shape.num_columns)`` in the order of `SIGNALS`.
 
-        Its arrays are views of ``rows`` but for the integers.
+        Its arrays are views of ``rows``, except for integers.
         """
         arrays = {}
         start, widths = 0, shape.widths
@@ -405,7 +424,7 @@ class Trace:
         """The inverse of `from_rows`: shape ``(rows, shape.num_columns)``.
 
         Args:
-            signals: Which signals; all of them if None.
+            signals: Signals to include; all of them if None.
         """
         n, widths = len(self), self.shape.widths
         columns = [
@@ -418,29 +437,29 @@ class Trace:
         return len(self.times)
 
     def __getitem__(self, rows: slice | NDArray[np.intp]) -> Trace:
-        """The trace of some of the rows; of a slice its arrays are views."""
+        """Returns the trace of some of the rows; for a slice its arrays are views."""
         arrays = {signal.name: getattr(self, signal.name)[rows] for signal in SIGNALS}
         return Trace(shape=self.shape, absent=self.absent, **arrays)
 
     @property
     def desired_pose(self) -> NDArray[np.float64]:
-        """Desired pose, shape ``(rows, 3)`` [m, m, rad]; of a spatial hand its position [m]."""
+        """Desired pose, shape ``(rows, 3)`` [m, m, rad]; desired position [m] for spatial hands."""
         return self.object_pose[:, :3] + self.tracking_error[:, :3]
 
     @property
     def tangential_size(self) -> NDArray[np.float64]:
-        """Size of the tangential force of every contact, shape ``(rows, contacts)`` [N]."""
+        """Magnitude of the tangential force of every contact, shape ``(rows, contacts)`` [N]."""
         parts = np.abs(self.tangential_force).reshape(len(self), self.shape.num_contacts, -1)
         return np.hypot.reduce(parts, axis=2)
 
     @property
     def slip_of_contacts(self) -> NDArray[np.float64]:
-        """Slip as one number per contact: along its only tangent, or the distance travelled [m]."""
+        """Slip as one number per contact: along the only tangent, or the distance travelled [m]."""
         return getattr(self, self.shape.space.slip_signal)
 
     @property
     def slid_way(self) -> NDArray[np.float64]:
-        """Way that every fingertip has slid so far, shape ``(rows, contacts)`` [m]."""
+        """Distance that every fingertip has slid so far, shape ``(rows, contacts)`` [m]."""
         if self.shape.space.has_paths:
             return self.slip_path
         ways = np.abs(np.diff(self.slip, axis=0, prepend=self.slip[:1]))
@@ -448,14 +467,14 @@ class Trace:
 
     @property
     def energy_residual(self) -> NDArray[np.float64]:
-        """Energy ledger that should stay 0 [J]: stored minus initial, supplied plus dissipated."""
+        """Energy balance [J], which should stay 0: stored minus initial, supplied plus lost."""
         stored = self.kinetic_energy + self.potential_energy
         return (stored - stored[0]) - self.supplied_energy + self.dissipated_energy
 
     def to_pandas(self) -> pandas.DataFrame:
         """The trace as a table: one row per sample, its index the time ``t`` [s].
 
-        Columns are called as in the CSV export, with those of all other signals too
+        Columns have the names of the CSV export, and include all other signals
         (`slipgrasp.core.trace.columns`); phases are categories of words; ``attrs["units"]`` has the
         SI units.
 
@@ -492,5 +511,5 @@ SIGNALS = tuple(_signals())
 
 
 def rows_from_start(trace: Trace) -> slice:
-    """All rows but those before the selection at the start: nothing moved by their forces."""
+    """All rows except those before the phase selection at the start, which do not affect motion."""
     return slice(int(np.searchsorted(trace.times, trace.times[0], side="right")) - 1, None)

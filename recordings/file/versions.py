@@ -1,4 +1,4 @@
-"""Version of the file format that every recording carries."""
+"""Versions of the file format."""
 
 from __future__ import annotations
 
@@ -6,25 +6,25 @@ from slipgrasp.core.scenario.space import PLANAR, SPATIAL
 
 PLANAR_FORMAT, SPATIAL_FORMAT, SOFT_FORMAT = 7, 8, 9
 FORMATS = {PLANAR: PLANAR_FORMAT, SPATIAL: SPATIAL_FORMAT}
-"""What is written of planar and of spatial hands, the least that holds it.
+"""Written format of planar and spatial hands: the oldest sufficient one.
 
-Of spatial hands with soft fingertips it is `SOFT_FORMAT`.
+Spatial hands with soft fingertips use `SOFT_FORMAT`.
 """
 
 SPATIAL_FORMATS = (6, SPATIAL_FORMAT, SOFT_FORMAT)
 """All formats of spatial hands."""
 
 FORMAT_VERSION = SOFT_FORMAT
-"""The newest that is read; raised when the reader before could not read a file correctly."""
+"""Newest readable format; raised when older readers cannot read a file correctly."""
 
 FIRST_FORMAT_WITH_SHA256 = 3
-"""Samples were hashed with BLAKE2b before, which takes longer where processors have SHA-256."""
+"""Earlier formats hashed samples with BLAKE2b, which is slower on processors with SHA-256."""
 
 FIRST_FORMAT_WITH_TICKS = 5
-"""What the law answered at every tick was not recorded before."""
+"""Earlier formats did not include the commands of the law."""
 
 FIRST_FORMAT_WITH_STEP_METRICS = 7
-"""Metrics were those of the samples before; they now count what happened between these too."""
+"""Earlier formats computed metrics from samples; now they include events between samples."""
 
 FIRST_FORMAT_WITH = {
     "external_wrench": 4,
@@ -37,7 +37,7 @@ FIRST_FORMAT_WITH = {
     "spin_velocity": SOFT_FORMAT,
     "torsional_moment": SOFT_FORMAT,
 }
-"""Signals and metrics that not every format holds, and since when.
+"""Signals and metrics that older formats lack, and their first format.
 
-In the trace of an older file such a signal is absent; such a metric is computed from the samples.
+In the trace of an older file such a signal is absent; such a metric is computed from samples.
 """

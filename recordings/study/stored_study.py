@@ -1,4 +1,4 @@
-"""A study in the store, and the sidecar that describes it without reading the study."""
+"""A stored study, and its sidecar, which describes it without reading its file."""
 
 from __future__ import annotations
 
@@ -23,18 +23,18 @@ _logger = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StoredStudy:
-    """A study in the store.
+    """A stored study.
 
     Attributes:
-        id: Its name in the store, twelve letters and digits.
-        created: When it was asked for, ISO 8601 in UTC.
-        title: What it is about.
-        base_name: The preset that varies; empty if it is none.
-        keys: What varies, by dotted key.
-        num_runs: How many runs it has; 0 if its file cannot be read.
-        recordings: Of which runs the recording is kept.
-        end: How it ended; None while it is not finished.
-        idempotency_key: What the client called its request; empty if nothing.
+        id: Its id, twelve letters and digits.
+        created: Time of its creation, ISO 8601 in UTC.
+        title: Its title.
+        base_name: Preset of its base; empty if there is none.
+        keys: Varied parameters by dotted key.
+        num_runs: Number of runs; 0 if its file cannot be read.
+        recordings: Runs whose recording is stored.
+        end: Its end; None while it is unfinished.
+        idempotency_key: Idempotency key of its request; may be empty.
         request_digest: Digest of that request.
         finding: Why its file cannot be read; empty if it can.
     """
@@ -53,7 +53,7 @@ class StoredStudy:
 
 
 def unknown_study(study_id: str, created: str) -> StoredStudy:
-    """A study of which no more is known than that there is a file of it."""
+    """A study of which only the file name is known."""
     return StoredStudy(
         id=study_id,
         created=created,
@@ -66,7 +66,7 @@ def unknown_study(study_id: str, created: str) -> StoredStudy:
 
 
 def told_by_file(path: Path, made: StoredStudy) -> StoredStudy:
-    """A study as read from its file, with the details that are known of its simulation.
+    """A study read from its file, with known details of its simulation.
 
     Raises:
         RecordingError: If the file is damaged.
@@ -87,10 +87,10 @@ def told_by_file(path: Path, made: StoredStudy) -> StoredStudy:
 
 
 class StudySidecars:
-    """The sidecars of a folder of studies; one is written at a time.
+    """The sidecars of a folder of studies; only one is written at a time.
 
     Args:
-        folder: Where they lie.
+        folder: Their folder.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -98,13 +98,13 @@ class StudySidecars:
         self._lock = Lock()
 
     def path_of(self, study_id: str) -> Path:
-        """Where the sidecar of a study lies, if there is one."""
+        """Path of the sidecar of a study."""
         return self._folder / f"{study_id}.json"
 
     def read(self, study_id: str) -> StoredStudy | None:
-        """What the sidecar of a study tells; None if it is missing, or not usable.
+        """Reads the sidecar of a study; None if it is missing or unusable.
 
-        The log says what is wrong with one that is not usable.
+        Defects of an unusable one are logged.
         """
         document = read_document(self.path_of(study_id))
         if not document:
@@ -123,8 +123,8 @@ class StudySidecars:
         """Writes the sidecar of a study.
 
         Raises:
-            RecordingBusyError: If another process is at it.
-            RecordingWriteError: If it cannot be written; then the old one is still there.
+            RecordingBusyError: If another process is writing it.
+            RecordingWriteError: If it cannot be written; the old one is then unchanged.
         """
         document = asdict(stored)
         del document["finding"]
@@ -134,7 +134,7 @@ class StudySidecars:
 
 
 def _is_possible(stored: StoredStudy) -> bool:
-    """Whether its numbers are such as a study can have."""
+    """Whether its numbers are valid."""
     num_ended = 0 if stored.end is None else stored.end.runs
     return 1 <= stored.num_runs <= MAX_RUNS and 0 <= num_ended <= stored.num_runs
 

@@ -30,11 +30,11 @@ ROWS_AT_ONCE = 100
 
 _EVENTS: dict[int | str, dict[str, Any]] = {
     200: {
-        "description": "Events `progress` and `end`, whose data is the study as "
-        "`GET /studies/{study_id}` gives it, and `rows`, whose data has new `rows`",
+        "description": "Events `progress` and `end`, with the study as in "
+        "`GET /studies/{study_id}`, and `rows`, with new `rows`",
         "content": {"text/event-stream": {"schema": {"type": "string"}}},
     },
-    204: {"description": "`Last-Event-ID` is that of the end: there is nothing more to come"},
+    204: {"description": "`Last-Event-ID` is that of the end: there are no more events"},
 }
 
 router = APIRouter(prefix="/studies", tags=["studies"])
@@ -56,7 +56,7 @@ async def stream_study_events(
 ) -> Response:
     """Server-sent events: progress, new rows on request, and the end.
 
-    The id of an event is how many runs it knows of. A client that comes back with
+    The id of an event is the number of runs that it includes. A client that reconnects with
     `Last-Event-ID` receives the events since then.
     """
     live = await run_in_threadpool(service.find_live, study_id)
@@ -66,7 +66,7 @@ async def stream_study_events(
     if status.state.has_ended and seen is not None and seen > status.finished:
         return Response(status_code=204)
     if seen is not None:
-        # Events that were not sent yet follow.
+        # Unsent events follow.
         seen = min(seen, status.finished)
     slots.check()
     results = None
@@ -77,7 +77,7 @@ async def stream_study_events(
 
 
 async def _pause(stopping: asyncio.Event, seconds: float) -> bool:
-    """Waits; returns True early if the server ends."""
+    """Waits; returns True if the server ends meanwhile."""
     try:
         async with asyncio.timeout(seconds):
             return await stopping.wait()
@@ -88,15 +88,15 @@ async def _pause(stopping: asyncio.Event, seconds: float) -> bool:
 class StudyEvents:
     """Sends the events of a study to one client until it has ended.
 
-    The id of an event is the number of runs that were done, so that a client that lost its
-    connection continues there.
+    The id of an event is the number of finished runs, so that a client that lost its connection
+    continues there.
 
     Args:
-        look: Gives how far the study is.
-        results: Its rows, if they are to be sent too.
-        seen: How many runs the client knows of; None if it is new.
-        heartbeat: After how much silence a comment is sent [s].
-        makers: The threads that make rows text.
+        look: Returns the progress of the study.
+        results: Its rows, if requested.
+        seen: Number of runs that the client knows; None if it is new.
+        heartbeat: Time of silence after which a comment is sent [s].
+        makers: Threads that encode rows.
     """
 
     def __init__(
@@ -118,7 +118,7 @@ class StudyEvents:
         """The encoded events.
 
         Args:
-            pause: Waits so many seconds, or less; True if the service is about to end.
+            pause: Waits for at most this number of seconds; returns True if the service ends.
         """
         spoken = time.monotonic()
         while True:
@@ -137,15 +137,15 @@ class StudyEvents:
     async def _news(self, status: StudyStatus) -> AsyncIterator[bytes]:
         is_further = status.finished > self._seen
         while self._results is not None and status.finished > self._seen:
-            # Made text there too: many rows for many clients would hold up the event loop.
+            # Encoded there too, because many rows for many clients would block the event loop.
             yield await to_thread.run_sync(
                 self._next_rows, self._results, status.finished, limiter=self._makers
             )
         if status.state.has_ended:
-            # One more than the number of runs: after this id there is nothing to send.
+            # One more than the number of runs: after this id there are no events.
             yield encode_event("end", _public(status), status.finished + 1)
         elif is_further or status.state is not self._state:
-            # With its rows a run has been reported under its id already.
+            # The event with its rows already has the id of this run.
             is_new = is_further and self._results is None
             told = status.finished if is_new else None
             yield encode_event("progress", _public(status), told)

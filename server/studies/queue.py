@@ -1,4 +1,4 @@
-"""The studies that wait and the one that runs, and the workers that they share."""
+"""The queue of studies, the running study, and the shared workers."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ from slipgrasp.server.studies.progress import LiveStudy, StudyState
 
 IDLE_SECONDS = 300.0
 _POLL = 0.1
-UNEXPECTED = "an unexpected error; the server's log has its traceback"
+UNEXPECTED = "an unexpected error; see the traceback in the server's log"
 
 _logger = logging.getLogger(__name__)
 
 
 class StudyQueue:
-    """Runs one study after the other, in the order in which they come.
+    """Runs one study after the other, in order of arrival.
 
     Args:
-        store: Where studies are kept.
-        settings: How many may wait, and who simulates.
-        wait_for_recordings: Waits for some time, and returns whether studies may begin.
+        store: Store of the studies.
+        settings: Limits and executor.
+        wait_for_recordings: Waits for some time, and returns whether studies may start.
     """
 
     def __init__(
@@ -52,7 +52,7 @@ class StudyQueue:
         self._closing = threading.Event()
 
     def close(self) -> None:
-        """Ends the one that runs where it is, without an end in its file, and all workers."""
+        """Stops the running study without ending its file, and all workers."""
         self._closing.set()
         with self._lock:
             worker = self._worker
@@ -61,20 +61,20 @@ class StudyQueue:
         self._executor.close()
 
     def find(self, study_id: str) -> LiveStudy | None:
-        """A study that waits, runs or has failed; None if there is none such."""
+        """A study that waits, runs or has failed; otherwise None."""
         with self._lock:
             return self._studies.get(study_id)
 
     def all(self) -> dict[str, LiveStudy]:
-        """All of them by id."""
+        """All studies by id."""
         with self._lock:
             return dict(self._studies)
 
     def check_capacity(self) -> None:
-        """Finds out whether another study may wait.
+        """Checks whether another study may wait.
 
         Raises:
-            ServiceBusyError: If it may not.
+            ServiceBusyError: If the queue is full.
         """
         waiting = sum(live.is_waiting for live in self.all().values())
         if waiting >= self._settings.max_studies_waiting:
@@ -82,19 +82,19 @@ class StudyQueue:
             raise ServiceBusyError(waiting, self._settings.retry_after, busy_with)
 
     def add(self, live: LiveStudy) -> None:
-        """Takes a study, which begins when those before it have ended."""
+        """Queues a study, which starts after the previous ones."""
         with self._lock:
             self._studies[live.id] = live
         self._begin_next()
 
     def cancel(self, live: LiveStudy) -> None:
-        """Ends a study soon; at once if its turn is still to come, or it has failed."""
+        """Ends a study soon; immediately if it is waiting or has failed."""
         live.cancel()
         if live.begin(StudyState.FAILED):
             self._end(live)
 
     def forget(self, study_id: str) -> None:
-        """Drops one that has failed and is deleted."""
+        """Removes a failed study that is deleted."""
         with self._lock:
             self._studies.pop(study_id, None)
 
@@ -119,9 +119,9 @@ class StudyQueue:
             self._begin_next()
 
     def _end(self, live: LiveStudy) -> None:
-        """Does what is left to do of a study, and says how it ended.
+        """Runs the rest of a study, and reports how it ended.
 
-        One that has failed is left as it is, to be resumed, or gone on with by the next service.
+        A failed study can be resumed, now or by the next service.
         """
         state, message = StudyState.FAILED, UNEXPECTED
         try:
@@ -132,7 +132,7 @@ class StudyQueue:
                 live.stored = self._store.note_end(live.stored, end)
                 state, message = StudyState(end.state), end.message
         except SlipgraspError as error:
-            message = f"{error}; it goes on where it is when it is resumed"
+            message = f"{error}; the study continues from here when it is resumed"
             _logger.error("study %s failed: %s", live.id, error)
         finally:
             live.end(state, message)
@@ -140,7 +140,7 @@ class StudyQueue:
                 self.forget(live.id)
 
     def _schedule(self, live: LiveStudy) -> StudyEnd | None:
-        """Runs what is left of a study; None if it is left to the next service."""
+        """Runs the rest of a study; None if it is left to the next service."""
 
         def should_stop() -> bool:
             return self._closing.is_set() or live.is_cancelled
@@ -169,7 +169,7 @@ class StudyQueue:
 
 
 def _cancelled(writer: StudyWriter) -> StudyEnd:
-    """The end of a study that was cancelled before its turn came."""
+    """The end of a study that was cancelled while waiting."""
     outcomes = dict(sorted(writer.outcomes.items()))
     return StudyEnd(state="cancelled", runs=writer.num_rows, outcomes=outcomes)
 
@@ -178,8 +178,8 @@ class WarmExecutor:
     """Keeps the workers of one study for the next.
 
     Args:
-        make: Makes an executor.
-        idle_seconds: After how long without work its workers are ended [s].
+        make: Creates an executor.
+        idle_seconds: Idle time after which its workers are stopped [s].
     """
 
     def __init__(self, make: Callable[[], Executor], idle_seconds: float = IDLE_SECONDS) -> None:
@@ -192,10 +192,10 @@ class WarmExecutor:
 
     @contextmanager
     def use(self) -> Iterator[Executor]:
-        """An executor, for one study at a time; after an error the next one gets another.
+        """An executor for one study at a time; after an error the next study gets a new one.
 
         Raises:
-            ExecutorError: If there is none of that name.
+            ExecutorError: If the executor does not exist.
         """
         with self._lock:
             self._stop_timer()
@@ -213,7 +213,7 @@ class WarmExecutor:
             self._timer.start()
 
     def close(self) -> None:
-        """Ends the workers; they are started again when they are needed."""
+        """Stops the workers; they are restarted on demand."""
         with self._lock:
             self._stop_timer()
             self._drop()

@@ -138,7 +138,7 @@ class StudyService:
         """The progress of a study.
 
         Raises:
-            StudyNotFoundError: If there is none.
+            StudyNotFoundError: If it does not exist.
         """
         live = self.find_live(study_id)
         return live.status() if live is not None else self._status_of(self.store.get(study_id))
@@ -169,7 +169,7 @@ class StudyService:
         """The rows of a study, which grow as long as it runs.
 
         Raises:
-            StudyNotFoundError: If there is none.
+            StudyNotFoundError: If it does not exist.
             RecordingError: If its file is damaged.
         """
         live = self.find_live(study_id)
@@ -194,7 +194,7 @@ class StudyService:
         """Ends a study; finished runs are kept, and ended studies are not changed.
 
         Raises:
-            StudyNotFoundError: If there is none.
+            StudyNotFoundError: If it does not exist.
         """
         live = self.find_live(study_id)
         if live is None:
@@ -208,7 +208,7 @@ class StudyService:
         Waiting and running studies are not changed.
 
         Raises:
-            StudyNotFoundError: If there is none.
+            StudyNotFoundError: If it does not exist.
             StudyEndedError: If it has ended otherwise.
             ServiceBusyError: If too many studies are waiting.
             RecordingError: If its file is damaged.
@@ -230,7 +230,7 @@ class StudyService:
         """Deletes a study permanently; recordings of its runs are kept.
 
         Raises:
-            StudyNotFoundError: If there is none.
+            StudyNotFoundError: If it does not exist.
             StudyUnfinishedError: If it has not ended.
         """
         live = self.find_live(study_id)
@@ -250,7 +250,7 @@ class StudyService:
         return StudyStatus.of(stored, stored.finding or self._broken.get(stored.id, ""))
 
     def _refuse_when_ending(self, share: float) -> None:
-        """Called repeatedly during long work, with the share that is done."""
+        """Called repeatedly during long work, with the completed fraction."""
         if self._is_ending():
             raise ServiceEndingError
 
@@ -279,8 +279,8 @@ class StudyService:
                 try:
                     results = read_results(self.store.file_of(stored.id))
                 except RecordingError as error:
-                    _logger.error("study %s cannot go on: %s", stored.id, error)
-                    self._broken[stored.id] = f"it cannot go on: {error}"
+                    _logger.error("study %s cannot continue: %s", stored.id, error)
+                    self._broken[stored.id] = f"it cannot continue: {error}"
                 else:
                     self._queue.add(LiveStudy(stored, results))
         finally:

@@ -1,4 +1,4 @@
-"""``slipgrasp hands``: the fingers of a hand that a URDF file describes, for scenarios."""
+"""``slipgrasp hands``: import the fingers of a hand from a URDF file."""
 
 from __future__ import annotations
 
@@ -15,26 +15,26 @@ if TYPE_CHECKING:
 _MOST_BYTES = 10_000_000
 _COUPLING = "JOINT=LEADER,RATIO[,OFFSET]"
 _USE = """\
-The fingers of {file}, as `slipgrasp hands import` read them. A scenario file of a spatial hand in
-this folder has them with the line
+The fingers of {file}, written by `slipgrasp hands import`. To use them, add the line
     hand = "{name}"
-above its tables, and with as many [[fingers]], each with its face and friction.
+above the tables of a scenario file of a spatial hand in this folder, and as many [[fingers]], each
+with its face and friction.
 """
 
 
 def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Adds the command to the parser."""
     text = "make the fingers of a scenario from the URDF file of a hand"
-    parser = commands.add_parser("hands", help=text, description=f"{text.capitalize()}.")
+    parser = commands.add_parser("hands", help=text, description=f"{text[0].upper()}{text[1:]}.")
     parts = parser.add_subparsers(metavar="COMMAND", required=True)
     command = parts.add_parser(
         "import",
         help="from a URDF file",
-        description="Reads what lies between the base of a hand and its fingertips, joins links "
-        "that are fixed to each other, and writes how the fingers are built, in numbers. A "
-        "scenario file in the same folder uses the result with the line 'hand = \"FILE.toml\"'; "
-        "with --scenario a whole scenario is written. Three joints of each finger move by "
-        "themselves; others are locked or follow them.",
+        description="Convert the joints and links between the base and the fingertips of a hand to "
+        "finger parameters; links fixed to each other are merged. A scenario file in the same "
+        "folder uses the result with the line 'hand = \"FILE.toml\"'; with --scenario, a complete "
+        "scenario is written. Three joints of each finger are independent; others are locked or "
+        "coupled to them.",
     )
     command.add_argument("file", metavar="FILE.urdf", type=Path, help="description of the hand")
     command.add_argument(
@@ -47,11 +47,11 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     command.add_argument(
         "--scenario",
         metavar="NAME",
-        help="preset or TOML file of a spatial hand, whose object, faces, friction, motion and law "
-        "are taken",
+        help="preset or TOML file of a spatial hand, which provides object, faces, friction, "
+        "motion and law",
     )
     command.add_argument(
-        "--output", metavar="FILE.toml", type=Path, required=True, help="where it is written"
+        "--output", metavar="FILE.toml", type=Path, required=True, help="file to write"
     )
     command.add_argument(
         "--base-pose",
@@ -67,15 +67,15 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         metavar="JOINT=POSITION",
         action="append",
         default=[],
-        help="a joint that does not move, and where it stands [rad, m]",
+        help="lock a joint at a position [rad, m]; may be repeated",
     )
     command.add_argument(
         "--couple",
         metavar=_COUPLING,
         action="append",
         default=[],
-        help="a joint that follows another one: its position is RATIO times that of LEADER, and "
-        "OFFSET; as the mimic joints of the file",
+        help="couple a joint to another one: its position is RATIO times that of LEADER, plus "
+        "OFFSET, as for mimic joints in the file; may be repeated",
     )
     command.set_defaults(execute=_import)
 
@@ -105,7 +105,7 @@ def _import(arguments: argparse.Namespace) -> ExitStatus:
 
 
 def _hand_toml(arguments: argparse.Namespace, fingers: Sequence[ImportedFinger], base: Pose) -> str:
-    """The fingers alone."""
+    """The TOML text of the fingers alone."""
     from slipgrasp.core.scenario.loading import fingers_to_toml
     from slipgrasp.core.scenario.urdf import finger_mapping
 
@@ -115,7 +115,7 @@ def _hand_toml(arguments: argparse.Namespace, fingers: Sequence[ImportedFinger],
 
 
 def _scenario_toml(name: str, fingers: Sequence[ImportedFinger], base: Pose) -> str:
-    """A scenario with these fingers."""
+    """The TOML text of a scenario with these fingers."""
     from slipgrasp.core.scenario import SpatialScenario
     from slipgrasp.core.scenario.loading import (
         load_scenario,
@@ -126,24 +126,24 @@ def _scenario_toml(name: str, fingers: Sequence[ImportedFinger], base: Pose) -> 
 
     scenario = load_scenario(name)
     if not isinstance(scenario, SpatialScenario):
-        raise CommandError(f"'{name}' is of a planar hand; give a spatial one")
+        raise CommandError(f"'{name}' has a planar hand; choose one with a spatial hand")
     return scenario_to_toml(scenario_from_mapping(with_fingers(scenario, fingers, base)))
 
 
 def _report(
     arguments: argparse.Namespace, hand: Description, fingers: Sequence[ImportedFinger]
 ) -> None:
-    """Says what was joined and what was left out."""
+    """Prints the merged links and the omitted ones."""
     parts = [names for finger in fingers for names in finger.parts]
     joined = "; ".join(f"{first} with {', '.join(rest)}" for first, *rest in parts if rest)
     left = ", ".join(sorted(hand.links.difference(*parts)))
     print(f"{arguments.output}: {len(fingers)} fingers")
-    print(f"joined, since they move together: {joined or 'none'}")
-    print(f"left out, links that move with none of them: {left or 'none'}")
+    print(f"merged, since they move together: {joined or 'none'}")
+    print(f"omitted, since they belong to no finger: {left or 'none'}")
     if arguments.scenario is None:
         name = arguments.output.name
         print(
-            f"to use it: the line 'hand = \"{name}\"' above the tables of a scenario file beside it"
+            f"to use it: add 'hand = \"{name}\"' above the tables of a scenario file in its folder"
         )
 
 

@@ -1,4 +1,4 @@
-"""``slipgrasp page``: one HTML file that simulates a scenario in any browser, without a network."""
+"""``slipgrasp page``: one HTML file that simulates a scenario in a browser, without a network."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ DESCRIPTION = (
     "prints too. SCENARIO may also be a recording (FILE.mcap), whose scenario is simulated again."
 )
 EPILOG = (
-    "The kernel is compiled to WebAssembly the first time, which takes a minute and needs "
-    "'pip install slipgrasp[wasm]'. exit status: 0 written, 2 bad input"
+    "The first use compiles the kernel to WebAssembly, which takes a minute and needs "
+    "'pip install slipgrasp[wasm]'. Exit status: 0 written, 2 bad input."
 )
 
 
@@ -46,7 +46,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         metavar="KEY,KEY,…",
         type=lambda text: [word.strip() for word in text.split(",") if word.strip()],
         help="parameters with sliders, fingers.*.KEY for all fingers at once (default: "
-        "object.mass,fingers.*.friction and, of planar hands, controller.position_gain)",
+        "object.mass,fingers.*.friction and, for planar hands, controller.position_gain)",
     )
     parser.add_argument("--force", action="store_true", help="replace an existing file")
     parser.set_defaults(execute=_execute)
@@ -70,7 +70,7 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
 
 
 def _scenario_of(arguments: argparse.Namespace) -> tuple[Scenario, str]:
-    """The scenario, and the command that runs it; no command for that of a recording."""
+    """The scenario, and the command that runs it; no command for a recording."""
     path = Path(arguments.scenario)
     if path.suffix.lower() != RECORDING_SUFFIX:
         words = ["slipgrasp", "run", arguments.scenario]

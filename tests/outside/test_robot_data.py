@@ -83,7 +83,7 @@ def test_a_finger_of_allegro_whose_last_joints_are_coupled_moves_as_in_pinocchio
 
 
 def test_all_four_joints_of_a_finger_of_allegro_are_too_many():
-    with pytest.raises(ScenarioError, match=r"lock others with --lock .*, or let them follow"):
+    with pytest.raises(ScenarioError, match=r"lock others with --lock .*, or couple them"):
         Description(file_of(ALLEGRO).read_text()).finger(FINGERS[0][1])
 
 
@@ -148,7 +148,7 @@ def middle_of(finger):
 
 def test_allegro_carries_a_box_until_a_joint_comes_to_its_limit(tmp_path, capsys):
     scenario = tray(tmp_path)
-    assert "left out, links that move with none of them: link_4.0" in capsys.readouterr().out
+    assert "omitted, since they belong to no finger: link_4.0" in capsys.readouterr().out
     run = simulate(scenario)
     assert run.metrics.slip_path == (0.0, 0.0, 0.0)
     assert np.abs(run.trace.energy_residual).max() < 1e-9

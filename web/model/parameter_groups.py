@@ -1,4 +1,4 @@
-"""Which parameters stand together in the scenario editor, and what they are called there."""
+"""Groups and labels of the parameters in the scenario editor."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ CONTROLLER = "Controller"
 
 _ESTIMATES = "Initial estimates"
 _MAIN = ("object", "fingers", "estimates", "controller")
-# Changeable, but of use only to those who know why.
+# Changeable, but only useful for experts.
 _DETAILS = (
     "recognition_time",
     "latency",
@@ -56,12 +56,12 @@ _FOLDED_TITLES = {
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """A place for a control.
+    """A control in a group.
 
     Attributes:
-        parameter: What it sets.
-        label: What it is called inside its group, with its unit.
-        as_text: Whether it is a text field, for one number or a list of them.
+        parameter: Its parameter.
+        label: Label in the group, with unit.
+        as_text: Whether it is a text field, for one number or a list.
     """
 
     parameter: Parameter
@@ -70,12 +70,12 @@ class Entry:
 
     @property
     def kind_key(self) -> str:
-        """Key of the parameter that says of which kind its part is."""
+        """Key of the parameter that selects the kind of its part."""
         return kind_key(self.parameter.key)
 
 
 def kind_key(key: str) -> str:
-    """Key of the parameter that says of which kind the part with some parameter is."""
+    """Key of the parameter that selects the kind of the part of a parameter."""
     part, _, inside = key.partition(".")
     index = inside.partition(".")[0]
     return f"{part}.{index}.kind" if index.isdigit() else f"{part}.kind"
@@ -83,11 +83,11 @@ def kind_key(key: str) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Group:
-    """Controls that stand together.
+    """A group of controls.
 
     Attributes:
-        title: What the group is called.
-        is_open: Whether it is unfolded at first.
+        title: Title.
+        is_open: Whether it is expanded initially.
         entries: Its controls, in order.
     """
 
@@ -99,11 +99,11 @@ class Group:
 def group_parameters(
     definitions: Mapping[str, Parameter], names: Sequence[str]
 ) -> tuple[Group, ...]:
-    """All parameters of a scenario: open groups with the main ones, then folded ones.
+    """All parameters of a scenario: expanded groups of the main ones, then collapsed ones.
 
     Args:
         definitions: Every parameter by key.
-        names: What the fingers are called.
+        names: Names of the fingers.
     """
     groups: dict[tuple[str, bool], list[Entry]] = {}
     for title, is_open, entry in _placed(definitions, names):
@@ -150,10 +150,10 @@ def _title(key: str, is_open: bool, names: Sequence[str]) -> str:
 
 
 def law_groups(base: Scenario) -> tuple[Group, ...]:
-    """A group for every custom law that has parameters, titled with its name.
+    """A group for every custom law with parameters, titled with its name.
 
     Args:
-        base: What controls start from; a law has the values that it has there.
+        base: Scenario with the initial values of the law.
     """
 
     def entry(parameter: Parameter) -> Entry:
@@ -170,19 +170,19 @@ def law_groups(base: Scenario) -> tuple[Group, ...]:
 
 
 def disturbance_title(disturbance: Disturbance) -> str:
-    """What a push or a low-friction patch is called, such as ``Push at 0.08 s``."""
+    """The name of a disturbance, such as ``Push at 0.08 s``."""
     return f"{_NOUNS[disturbance.place]} at {disturbance.time:g} s"
 
 
 def disturbance_groups(
     disturbances: Sequence[Disturbance], names: Sequence[str], space: Space
 ) -> tuple[Group, ...]:
-    """A group for everything that happens to the object; folded, or the controls below would leap.
+    """A collapsed group for each disturbance, so that the controls below do not move.
 
     Args:
-        disturbances: What happens.
-        names: What the fingers are called.
-        space: The kind of hand that holds the object.
+        disturbances: The disturbances.
+        names: Names of the fingers.
+        space: Kind of hand.
     """
     entries: dict[str, list[Entry]] = {}
     for parameter in disturbance_parameters(disturbances, space):
@@ -198,12 +198,12 @@ def disturbance_groups(
 def control_label(
     parameter: Parameter, definitions: Mapping[str, Parameter], names: Sequence[str]
 ) -> str:
-    """What a control is called inside its group, with its unit.
+    """The label of a control in its group, with unit.
 
     Args:
-        parameter: What it sets.
+        parameter: Its parameter.
         definitions: Every parameter by key.
-        names: What the fingers are called.
+        names: Names of the fingers.
     """
     parts = parameter.key.split(".")
     if parts[0] == "estimates":
@@ -221,15 +221,15 @@ def control_label(
 
 
 def _space_of(definitions: Mapping[str, Parameter]) -> Space:
-    """The kind of hand that parameters are of: its object has other moments of inertia."""
+    """The kind of hand of parameters, from the moments of inertia of its object."""
     return next((space for space in SPACES if space.inertias[0] in definitions), PLANAR)
 
 
 def value_words(scenario: Scenario, key: str, value: str) -> str:
-    """A parameter and a value of it, such as ``object mass 1.4 kg``.
+    """A parameter with a value, such as ``object mass 1.4 kg``.
 
     Args:
-        scenario: Whose parameter.
+        scenario: The scenario.
         key: Its key.
         value: The value, in the unit of the parameter.
     """

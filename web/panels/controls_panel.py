@@ -1,4 +1,4 @@
-"""A control for every parameter of the scenario, in groups, with what is wrong right below it."""
+"""Controls of all parameters in groups, with error messages below them."""
 
 from __future__ import annotations
 
@@ -38,11 +38,11 @@ _BEFORE_UNIT = re.compile(r"(?<=\d) (?=[a-zA-Z])")
 
 
 class ControlsPanel:
-    """Lets the user move controls; each shows the value that holds at the play head.
+    """Panel with controls; each shows the value at the play head.
 
     Args:
-        gui: Where it goes.
-        send: Takes the intents.
+        gui: Parent of the widgets.
+        send: Accepts the intents.
     """
 
     def __init__(self, gui: viser.GuiApi, send: Send) -> None:
@@ -62,10 +62,10 @@ class ControlsPanel:
         self._base: Scenario | None = None
 
     def update(self, view: ViewState) -> None:
-        """Shows the values that hold at the play head, and what is wrong with which.
+        """Shows the values at the play head, and errors.
 
-        There are no controls while the first recording is opened, which has others: a page that
-        is slow would receive updates of widgets that it has just been asked to remove.
+        There are no controls while the first recording is opened, which has other parameters: slow
+        pages would receive updates of removed widgets.
         """
         if view.status.stage is RunStage.OPENING:
             return
@@ -84,21 +84,21 @@ class ControlsPanel:
         return self._controls[key][index][0]
 
     def law_folder(self, kind: str) -> viser.GuiFolderHandle:
-        """Where the controls of a custom law are."""
+        """Parent of the controls of a custom law."""
         return self._law_folders[kind]
 
     @property
     def law_line(self) -> str:
-        """What stands below the control of the law, as HTML; empty if nothing does."""
+        """HTML below the control of the law; may be empty."""
         return self._law_line.content if self._law_line is not None else ""
 
     @property
     def errors(self) -> tuple[str, ...]:
-        """What stands below wrong fields, as HTML."""
+        """HTML below wrong fields."""
         return tuple(line.content for line in self._errors)
 
     def remove(self) -> None:
-        """Takes everything off the page."""
+        """Removes all widgets."""
         self._tell_law(None)
         laws = self._law_folders.values()
         for element in (*self._errors, *self._disturbance_folders, *laws, *self._folders):
@@ -120,7 +120,7 @@ class ControlsPanel:
                 self._law_folders = {law.title: self._add_group(law, {}) for law in laws}
 
     def _build_disturbances(self, draft: Draft) -> None:
-        """A folder for each push and patch, above all others; rebuilt when their number changes."""
+        """A folder for each disturbance, above all others; rebuilt when their number changes."""
         places = tuple(disturbance.place for disturbance in draft.disturbances)
         if places != self._disturbances:
             self._forget_errors()
@@ -158,9 +158,9 @@ class ControlsPanel:
             self._conditional.append((control, entry))
 
     def _show_values(self, draft: Draft, view: ViewState) -> None:
-        """Sets the controls once there is something else to show than the last time.
+        """Updates the controls if something changed.
 
-        The one in the user's hand stands right already.
+        The control that the user is moving is not changed.
         """
         moment = change_time(view.playback.time) if view.playback else 0.0
         in_hand = view.editing.key_in_hand(time.monotonic())
@@ -183,7 +183,7 @@ class ControlsPanel:
             )
 
     def _tell(self, errors: tuple[FieldError, ...], draft: Draft, editing: Editing) -> None:
-        """Puts what is wrong below the fields that are wrong."""
+        """Shows errors below their fields."""
         self._forget_errors()
         self._told = errors
         last = editing.gesture.key if editing.gesture else ""
@@ -194,7 +194,7 @@ class ControlsPanel:
                     self._errors.append(self._gui.add_html(content, order=order))
 
     def _tell_law(self, note: LawNote | None) -> None:
-        """Puts what was set with a law below the control that chose it."""
+        """Shows the settings of a law below its control."""
         self._law_note = note
         if self._law_line is not None:
             self._law_line.remove()
@@ -211,7 +211,7 @@ class ControlsPanel:
         self._errors, self._told = [], ()
 
     def _find(self, key: str) -> list[tuple[Control, viser.GuiFolderHandle]] | None:
-        """The controls of a parameter, or of the first below or above a key that has none."""
+        """The controls of a parameter, or of the closest key that has one."""
         for known, controls in self._controls.items():
             if known == key or known.startswith(f"{key}.") or key.startswith(f"{known}."):
                 return controls
@@ -219,7 +219,7 @@ class ControlsPanel:
 
 
 def _steady(definitions: dict[str, Parameter]) -> dict[str, Parameter]:
-    """The parameters of the scenario as it is when nothing changes and nothing happens."""
+    """The parameters of the scenario without changes and disturbances."""
     return {
         key: parameter
         for key, parameter in definitions.items()
@@ -228,18 +228,18 @@ def _steady(definitions: dict[str, Parameter]) -> dict[str, Parameter]:
 
 
 def _is_seen_by_custom_law(kind: str, key: str) -> bool:
-    """Whether a custom law is shown a parameter that only some built-in laws use."""
+    """Whether a custom law receives a parameter that only some built-in laws use."""
     law = custom_law(kind)
     return law is not None and key == law.facts.holds_with
 
 
 def error_html(message: str) -> str:
-    """What is wrong with a field, to stand right below it."""
+    """An error message below its field."""
     return f"<div role='alert' class='sg-wrong' style='color:{tone('bad')}'>{escape(message)}</div>"
 
 
 def law_note_html(note: LawNote) -> str:
-    """What was set with a law, and how to take it back, to stand right below the control."""
+    """The settings of a law, and how to undo them, below its control."""
     reach = f"from t = {note.time:g} s on" if note.time > 0.0 else "on the whole run"
     settings = escape(_BEFORE_UNIT.sub("\u00a0", note.settings or "no other setting changed"))
     return (

@@ -1,4 +1,4 @@
-"""The scenario panel: presets, the reach of controls, changes during the run, and undo."""
+"""The scenario panel: presets, reach of controls, changes during the run, and undo."""
 
 from __future__ import annotations
 
@@ -36,17 +36,17 @@ from slipgrasp.web.panels.parameter_inputs import as_text
 _UNDO, _REDO, _RESET = "↶ undo", "↷ redo", "reset"
 _STEPS: dict[str, Intent] = {_UNDO: Undo(), _REDO: Redo(), _RESET: ResetScenario()}
 _DISTURBANCES = {kind.value: kind for kind in DisturbanceKind}
-_NEAREST = "the one nearest to slip"
+_NEAREST = "the one closest to slip"
 _REACHES: dict[str, Reach] = {reach.value: reach for reach in Reach}
 
 
 class ScenarioPanel:
-    """Lets the user choose a preset, undo changes, and see the changes during the run.
+    """Lets the user choose a preset, undo changes, and view the changes during the run.
 
     Args:
-        gui: Where it goes.
+        gui: Parent of the widgets.
         draft: The first draft.
-        send: Takes the intents.
+        send: Accepts the intents.
     """
 
     def __init__(self, gui: viser.GuiApi, draft: Draft, send: Send) -> None:
@@ -72,14 +72,14 @@ class ScenarioPanel:
         self.disturbances = gui.add_button_group(
             "disturb",
             tuple(_DISTURBANCES),
-            hint="Where the play head stands. Push: a short force on the object, 5 N downwards at "
-            "first. Wet patch: less friction where a fingertip touches, from then on. Pour: mass "
-            "and inertia grow to 1.5 times what they are. Each can be edited below, and undone.",
+            hint="Acts at the play head. Push: a short force on the object, initially 5 N "
+            "downwards. Wet patch: less friction under a fingertip, from then on. Pour: mass and "
+            "inertia grow to 1.5 times their values. Each can be edited below, and undone.",
         )
         self.wet = gui.add_dropdown(
             "wet under",
             (_NEAREST, *draft.base.finger_names),
-            hint="Under which fingertip a low-friction patch appears.",
+            hint="Fingertip under which a low-friction patch appears.",
         )
         self.changes = gui.add_html("")
         self._connect()
@@ -104,7 +104,7 @@ class ScenarioPanel:
             self.changes.content = listed_html(draft, view.ghost)
 
     def remove(self) -> None:
-        """Takes everything off the page."""
+        """Removes all widgets."""
         for element in (self.origin, self.steps, self.reach, self.note):
             element.remove()
         for element in (self.disturbances, self.wet, self.changes):
@@ -137,7 +137,7 @@ class ScenarioPanel:
 
     @property
     def _contact(self) -> int | None:
-        """The contact that the user chose, None for the one nearest to slip."""
+        """The selected contact, None for the one closest to slip."""
         names = list(self.wet.options)
         return names.index(self.wet.value) - 1 if self.wet.value in names[1:] else None
 
@@ -180,11 +180,11 @@ def reach_html(reach: Reach, playback: Playback | None) -> str:
 
 
 def listed_html(draft: Draft, ghost: Ghost | None) -> str:
-    """Changes, events and the ghost, in a box of fixed size: the controls below never move."""
+    """Changes, events and the ghost, in a box of fixed size, so that controls do not move."""
     listed = changes_html(draft) + ghost_html(ghost)
     empty = (
-        "<div class='sg-editor-note sg-empty'>Drag the object in the picture to push it. What "
-        "changes during the run is listed here.</div>"
+        "<div class='sg-editor-note sg-empty'>Drag the object in the view to push it. Changes "
+        "during the run are listed here.</div>"
     )
     return (
         "<div class='sg-listed' role='region' tabindex='0' aria-label='Changes and ghost'>"
@@ -193,7 +193,7 @@ def listed_html(draft: Draft, ghost: Ghost | None) -> str:
 
 
 def changes_html(draft: Draft) -> str:
-    """Changes and disturbances, each with a button that removes it; empty without any.
+    """Changes and disturbances, each with a button that removes it; may be empty.
 
     A law and the settings that came with it are one entry.
     """
@@ -206,7 +206,7 @@ def changes_html(draft: Draft) -> str:
     count, clear = "1 change", ""
     if len(rows) > 1:
         count = f"{len(rows)} changes"
-        clear = _button("remove all", "Take all of these back", RemoveChanges())
+        clear = _button("remove all", "Remove all of these", RemoveChanges())
     return (
         "<div class='sg-editor-note'><div class='sg-editor-row'>"
         f"<span>{count} during the run</span>{clear}</div>{''.join(rows)}</div>"
@@ -219,14 +219,14 @@ def _change_html(draft: Draft, change: TimedEdit) -> str:
         if change.key == LAW
         else value_words(draft.base, change.key, as_text(change.value))
     )
-    button = _button("✕", "Take this change back", RemoveChange(change.time, change.key))
+    button = _button("✕", "Remove this change", RemoveChange(change.time, change.key))
     return f"<div class='sg-editor-row'><span><b>{change.time:g} s</b> {words}</span>{button}</div>"
 
 
 def _disturbance_html(draft: Draft, index: int) -> str:
     disturbance = draft.disturbances[index]
     words = escape(disturbance_words(disturbance))
-    button = _button("✕", "Take this back", RemoveDisturbance(index))
+    button = _button("✕", "Remove this", RemoveDisturbance(index))
     when = f"<b>{disturbance.time:g} s</b>"
     return f"<div class='sg-editor-row'><span>{when} {words}</span>{button}</div>"
 

@@ -1,4 +1,4 @@
-"""The sliders of a page: which parameters they set, between which values."""
+"""Sliders of a page: their parameters and ranges."""
 
 from __future__ import annotations
 
@@ -27,23 +27,23 @@ class ControlError(SlipgraspError):
 
 
 def usual_controls(scenario: Scenario) -> tuple[str, ...]:
-    """The parameters that have sliders unless others are chosen."""
+    """Default parameters of sliders."""
     planar = isinstance(scenario, PlanarScenario)
     return (*_USUAL, "controller.position_gain") if planar else _USUAL
 
 
 class Control(NamedTuple):
-    """One slider.
+    """A slider.
 
     Attributes:
-        key: Dotted key of its parameter, maybe with ``*`` for all fingers.
+        key: Dotted key of its parameter, possibly with ``*`` for all fingers.
         label: Name and unit.
-        text: What the parameter is, in a sentence.
+        text: Description of the parameter, a sentence.
         low: Smallest value.
         high: Largest value.
-        step: Step from value to value.
-        value: The value of the scenario.
-        places: Where the value stands in the table of the scenario; of a spatial hand among the
+        step: Step.
+        value: Value of the scenario.
+        places: Indices of the value in the table of the scenario; for a spatial hand, among the
             numbers of the model.
     """
 
@@ -58,15 +58,15 @@ class Control(NamedTuple):
 
 
 def controls_of(scenario: Scenario, keys: Sequence[str]) -> tuple[Control, ...]:
-    """Sliders for some parameters of a scenario.
+    """Creates sliders for parameters of a scenario.
 
     Args:
         scenario: The scenario.
         keys: Dotted keys, with ``fingers.*.`` for all fingers at once.
 
     Raises:
-        ControlError: If a parameter does not exist, is not one number, or changes the shape of
-            what is drawn.
+        ControlError: If a parameter does not exist, is not one number, or changes the shape of the
+            scene.
     """
     names = names_of(scenario)
     return tuple(_control(scenario, key, names) for key in dict.fromkeys(keys))
@@ -75,7 +75,7 @@ def controls_of(scenario: Scenario, keys: Sequence[str]) -> tuple[Control, ...]:
 def _control(scenario: Scenario, key: str, names: ParameterNames) -> Control:
     parameter = names.definitions.get(key.replace(".*.", ".0."))
     if parameter is None or not isinstance(parameter.value, float):
-        raise ControlError(f"'{key}' is no parameter with one number; see slipgrasp scenarios")
+        raise ControlError(f"'{key}' is not a parameter with one number; see slipgrasp scenarios")
     value = parameter.value
     low, high, step = slider_range(parameter, names.definitions, value)
     for end in (low, high):
@@ -90,24 +90,26 @@ def _control(scenario: Scenario, key: str, names: ParameterNames) -> Control:
 
 
 def _check_end(scenario: Scenario, key: str, end: float) -> None:
-    """Tries the end of a slider.
+    """Validates a slider at one end of its range.
 
     Raises:
-        ControlError: If the scenario does not allow it, or it changes the shape of what is drawn.
+        ControlError: If the scenario does not allow it, or it changes the shape of the scene.
     """
     try:
         other = with_values(scenario, {each: end for each in _keys(scenario, key)})
     except ScenarioError as error:
-        raise ControlError(f"'{key}' cannot be a slider here: {error}") from error
+        raise ControlError(f"'{key}' cannot have a slider: {error}") from error
     if shape_of(other) != shape_of(scenario):
-        raise ControlError(f"'{key}' changes the shape of what is drawn: no slider for it")
+        raise ControlError(
+            f"'{key}' cannot have a slider, because it changes the shape of the scene"
+        )
 
 
 def _in_model(scenario: Scenario, key: str, values: Sequence[float]) -> Iterator[int]:
-    """Places in the packed model that are the value itself.
+    """Indices in the packed model that contain the value itself.
 
     Raises:
-        ControlError: If the kernel of spatial hands reads anything that is computed from it.
+        ControlError: If the kernel of spatial hands uses values derived from it.
     """
     models = []
     for value in values:
@@ -115,10 +117,10 @@ def _in_model(scenario: Scenario, key: str, values: Sequence[float]) -> Iterator
         engine = make_engine(other, keeps_rows=True)
         models.append((bytes_of(engine.pack()).view("<f8"), bytes_of(engine.run).tobytes()))
     (low, before), (high, after) = models
-    # Bits, for integers among them may look like no number.
+    # Compared by bits, because integers among them may look like NaN.
     places = np.flatnonzero(low.view(np.int64) != high.view(np.int64))
     if before != after or any((low[k], high[k]) != tuple(values) for k in places):
-        raise ControlError(f"'{key}' cannot be a slider of a spatial hand")
+        raise ControlError(f"'{key}' cannot have a slider for a spatial hand")
     yield from map(int, places)
 
 
@@ -135,6 +137,6 @@ def _places(scenario: Scenario, key: str) -> Iterator[int]:
         if place is not None:
             yield place
         else:
-            # A number that may be a list stands in every place of the list.
+            # A number that may be a list occupies every index of the list.
             first, shape, strides = table_places()[f"{each}.*"]
             yield from (first + k * strides[0] for k in range(shape[0]))
