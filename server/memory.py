@@ -17,8 +17,8 @@ _M_TRIM_THRESHOLD, _M_MMAP_THRESHOLD, _M_ARENA_MAX = -1, -3, -8
 LARGE_BYTES = 1_000_000
 """Blocks above this size are returned to the system when they are freed."""
 
-KEPT_BYTES = 16_000_000
-"""Freed memory at the end of the heap that is retained."""
+KEPT_BYTES = 4_000_000
+"""How much freed memory at the end of the heap is kept for what comes next."""
 
 MAX_HEAPS = 2
 """Number of heaps that threads share; each heap retains some freed memory."""

@@ -8,6 +8,7 @@ import warnings
 import numpy as np
 import viser
 
+from slipgrasp.server.fits.service import FitService
 from slipgrasp.server.runs.service import RunService
 from slipgrasp.server.studies.service import StudyService
 from slipgrasp.server.viewer.server import ViewerServer
@@ -30,9 +31,10 @@ class Dashboard:
     """Serves the dashboard on a separate loopback port, behind a relay.
 
     Args:
-        runs: Service that simulates and stores runs.
-        studies: Service of studies.
-        first: Recording that every page shows first; a run of the first preset if None.
+        runs: Simulates and saves.
+        studies: Runs studies.
+        fits: Fits recordings.
+        first: The recording that every page shows first; a run of the first preset if None.
 
     Attributes:
         directory: Finds the session of a page.
@@ -43,6 +45,7 @@ class Dashboard:
         self,
         runs: RunService,
         studies: StudyService,
+        fits: FitService,
         first: Source | None = None,
     ) -> None:
         # A viewer may disconnect within a frame; viser drops the rest and warns each time.
@@ -50,7 +53,7 @@ class Dashboard:
         self.directory = SessionDirectory()
         self.recordings = OpenRecordings(runs.store, runs.memory)
         self._services = Services(
-            runs, SavedRuns(runs), self.recordings, studies, self.directory, FramePacer()
+            runs, SavedRuns(runs), self.recordings, studies, fits, self.directory, FramePacer()
         )
         self._first = first
         self._sessions: dict[int, Session] = {}

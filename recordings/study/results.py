@@ -1,190 +1,23 @@
-"""Results of a study as a table with one row per run, which grows while it is read."""
+"""The results of a study, with what can be read from them and the files that can be written."""
 
 from __future__ import annotations
 
-from copy import copy
 from os import PathLike
 from pathlib import Path
-from threading import Lock
-from typing import Any, BinaryIO, Self, TextIO
+from typing import BinaryIO, TextIO
 
-import numpy as np
-from numpy.typing import NDArray
-
-from slipgrasp.core.study.definition import Study
-from slipgrasp.core.trace.types import Outcome
-from slipgrasp.recordings.exceptions import QueryError
 from slipgrasp.recordings.study.reader import open_study
-from slipgrasp.recordings.study.result_columns import ResultColumn, column_for, columns_of
+from slipgrasp.recordings.study.result_table import ResultTable
 from slipgrasp.recordings.study.results_comparison import (
     CombinationComparison,
     compare_combinations,
 )
 from slipgrasp.recordings.study.results_export import write_csv, write_json, write_parquet
 from slipgrasp.recordings.study.results_summary import StudySummary, summarize
-from slipgrasp.recordings.study.study_row import StudyRow
 
 
-class StudyResults:
-    """One row per run, in the order of their indices.
-
-    One thread may append rows while others read: each read sees the rows that were complete when it
-    started.
-
-    Args:
-        study: The study.
-    """
-
-    def __init__(self, study: Study) -> None:
-        self.study = study
-        self.columns = columns_of(study)
-        self._stores = {column.name: column_for(column) for column in self.columns}
-        self._count = 0
-        self._lock = Lock()
-
-    @property
-    def num_rows(self) -> int:
-        """Number of finished runs."""
-        return self._count
-
-    @property
-    def column_names(self) -> tuple[str, ...]:
-        """Names of the columns, in order."""
-        return tuple(self._stores)
-
-    def append(self, row: StudyRow) -> None:
-        """Appends the row of the next run.
-
-        Raises:
-            ValueError: If it is not the next row.
-        """
-        cells = self._cells(row)
-        with self._lock:
-            if row.index != self._count:
-                raise ValueError(f"row {row.index} cannot follow {self._count} rows")
-            for name, store in self._stores.items():
-                store.append(cells.get(name))
-            self._count += 1
-
-    def _cells(self, row: StudyRow) -> dict[str, Any]:
-        reason = row.reason
-        return {
-            **row.values,
-            **row.metrics,
-            "index": row.index,
-            "sample": row.index // self.study.num_combinations,
-            "outcome": row.outcome.value,
-            "reason": None if reason is None else reason.code,
-            "reason_message": None if reason is None else reason.message,
-            "end_time": row.end_time,
-            "state_hash": row.state_hash,
-            "kernel": row.kernel,
-            "recording": row.recording,
-        }
-
-    def rows(
-        self,
-        offset: int = 0,
-        limit: int | None = None,
-        *,
-        sort: str = "index",
-        outcome: str | None = None,
-        held: bool | None = None,
-    ) -> tuple[list[dict[str, Any]], int]:
-        """Some of the rows, as plain values for JSON.
-
-        Args:
-            offset: Number of rows to skip.
-            limit: Largest number of rows; all if None.
-            sort: Name of a column, with a leading minus for descending order. Rows without a value
-                come last, equal ones in the order of their runs.
-            outcome: Only runs with this outcome.
-            held: Only runs that held the object (True), or that did not (False).
-
-        Returns:
-            The rows, and their number without offset and limit.
-
-        Raises:
-            QueryError: If the column or outcome does not exist.
-        """
-        column = self.column(sort.removeprefix("-"))
-        chosen = self._matching(outcome, held)
-        ordered = chosen
-        if column.name != "index" or sort.startswith("-"):
-            store = self._stores[column.name]
-            ordered = store.order(chosen, descending=sort.startswith("-"))
-        end = None if limit is None else offset + limit
-        return self._rows_at(ordered[offset:end].tolist()), len(chosen)
-
-    def first(self, num_rows: int) -> Self:
-        """The first rows, which do not change when others are appended; for a single reader.
-
-        Args:
-            num_rows: Number of rows, at most the available ones.
-        """
-        shown = copy(self)
-        shown._count = min(num_rows, self._count)
-        return shown
-
-    def row(self, index: int) -> dict[str, Any]:
-        """The row of a run, as plain values for JSON.
-
-        Raises:
-            IndexError: If it has not finished, or does not belong to the study.
-        """
-        if not 0 <= index < self.num_rows:
-            raise IndexError(f"there is no result of run {index}")
-        return self._rows_at([index])[0]
-
-    def _rows_at(self, places: list[int]) -> list[dict[str, Any]]:
-        columns = [store.take(places) for store in self._stores.values()]
-        names = self.column_names
-        return [dict(zip(names, cells, strict=True)) for cells in zip(*columns, strict=True)]
-
-    def _matching(self, outcome: str | None, held: bool | None) -> NDArray[np.intp]:
-        count = self.num_rows
-        chosen = np.arange(count)
-        if outcome is not None:
-            known = tuple(Outcome)
-            if outcome not in known:
-                raise QueryError(outcome, f"'{outcome[:80]}' is not an outcome", known)
-            words = self._stores["outcome"].take(range(count))
-            chosen = np.array([i for i in range(count) if words[i] == outcome], dtype=np.intp)
-        if held is not None:
-            same = (self.numbers("held", count) == 1.0) == held
-            chosen = chosen[(same & ~self.too_short(count))[chosen]]
-        return chosen
-
-    def too_short(self, count: int) -> NDArray[np.bool_]:
-        """Which of the first ``count`` runs are completed, but too short to tell if they held."""
-        completed = np.array(self.values("outcome", 0, count)) == Outcome.COMPLETED
-        return completed & np.isnan(self.numbers("held", count))
-
-    def column(self, name: str) -> ResultColumn:
-        """Returns a column.
-
-        Raises:
-            QueryError: If it does not exist.
-        """
-        for column in self.columns:
-            if column.name == name:
-                return column
-        raise QueryError(name, f"'{name[:80]}' is not a column of the results", self.column_names)
-
-    def numbers(self, name: str, count: int | None = None) -> NDArray[np.float64]:
-        """A column as numbers, NaN for others, shape ``(rows,)``; read-only.
-
-        Args:
-            name: Name of the column.
-            count: Number of rows; all available ones if None.
-        """
-        rows = self.num_rows if count is None else count
-        return self._stores[self.column(name).name].numbers(rows)
-
-    def values(self, name: str, start: int = 0, end: int | None = None) -> list[Any]:
-        """A range of rows of a column, as plain values for JSON."""
-        last = self.num_rows if end is None else end
-        return self._stores[self.column(name).name].take(range(start, last))
+class StudyResults(ResultTable):
+    """The results of a study: one row per run, in the order of their indices."""
 
     def summary(self) -> StudySummary:
         """Numbers of runs by outcome, and statistics of the metrics."""

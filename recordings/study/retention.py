@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
@@ -72,18 +72,23 @@ class Expired:
 
 
 def find_expired(
-    runs: RecordingStore, studies: StudyStore, retention: Retention, now: datetime
+    runs: RecordingStore,
+    studies: StudyStore,
+    retention: Retention,
+    now: datetime,
+    used: Collection[str] = (),
 ) -> list[Expired]:
     """Finds the runs that may be deleted, newest first; nothing is changed.
 
     Args:
-        runs: Store of the runs.
-        studies: Store of the studies of these recordings.
-        retention: Limits.
-        now: Reference time of ages.
+        runs: Where they are kept.
+        studies: The studies whose recordings are among them.
+        retention: What stays.
+        now: From when ages count.
+        used: Ids of runs that stay, whatever their age.
     """
     marks = _Marks(studies)
-    unmarked = [run for run in runs.list() if not marks.has(run)]
+    unmarked = [run for run in runs.list() if run.id not in used and not marks.has(run)]
     expired, num_kept, bytes_kept = [], 0, 0
     full: Rule | None = None
     for run in unmarked:

@@ -98,9 +98,9 @@ class MapPicture:
     """The map of a study with its finished runs.
 
     Attributes:
-        study: The study.
-        finished: Number of finished runs.
-        held: Number of these that held the object.
+        study: The study; None of a page that simulates.
+        finished: How many runs are done.
+        held: How many of them held.
         across: The horizontal axis.
         up: The vertical axis.
         panels: One per compared setting.
@@ -111,7 +111,7 @@ class MapPicture:
         note: Varied parameters that are not distinguished; may be empty.
     """
 
-    study: Study
+    study: Study | None
     finished: int
     held: int
     across: MapAxisPicture
@@ -125,8 +125,8 @@ class MapPicture:
 
 
 def locate(picture: MapPicture, index: int) -> tuple[int, Box] | None:
-    """The position of a run: index of its panel, and its cell or point; None if not shown."""
-    if not 0 <= index < picture.study.num_runs:
+    """Where a run stands: the place of its panel, and its cell or point; None if nowhere."""
+    if picture.study is None or not 0 <= index < picture.study.num_runs:
         return None
     values = picture.study.values_of(index)
     x, y = values.get(picture.across.key), values.get(picture.up.key)
