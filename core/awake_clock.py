@@ -1,18 +1,18 @@
-"""How long something takes, without the time in which this process stands still."""
+"""A clock that excludes the time in which this process is suspended."""
 
 from __future__ import annotations
 
 import time
 
 LONGEST_GAP = 5.0
-"""What counts at most between two readings [s]."""
+"""Largest interval between two readings that counts fully [s]."""
 
 
 class AwakeClock:
-    """Counts from the moment it is made, read often.
+    """A clock that starts at its creation and is read often.
 
-    A pause of the program (Ctrl-Z, a container or a computer that sleeps) does not use up its
-    limits: a gap between two readings counts as `LONGEST_GAP` at most.
+    A suspension of the program (Ctrl-Z, a paused container, a sleeping computer) does not use up
+    its limits: an interval between two readings counts as at most `LONGEST_GAP`.
     """
 
     def __init__(self) -> None:
@@ -20,7 +20,7 @@ class AwakeClock:
         self._read_at = time.monotonic()
 
     def read(self) -> float:
-        """The time that has passed [s]."""
+        """The elapsed time [s]."""
         now = time.monotonic()
         self._seconds += min(now - self._read_at, LONGEST_GAP)
         self._read_at = now

@@ -1,4 +1,4 @@
-"""Errors that the core raises: only for invalid input, never for physics."""
+"""Errors of the core: only for invalid input, never for physics."""
 
 from __future__ import annotations
 
@@ -7,18 +7,18 @@ from dataclasses import dataclass
 
 
 class SlipgraspError(Exception):
-    """Base of all errors this project raises."""
+    """Base class of all errors of this project."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FieldError:
-    """One wrong input: which field, what it held, what is allowed, and a sentence.
+    """One wrong input: field, value, limit and a sentence.
 
     Attributes:
         field: Dotted key, empty for the scenario as a whole.
-        value: What was given, as finite number, short text or None.
-        limit: The bound or set of choices that was violated, in words.
-        message: What is wrong and the way out, in one sentence.
+        value: Given value as finite number, short text or None.
+        limit: Violated bound or set of choices as text.
+        message: The error and its correction, in one sentence.
     """
 
     field: str
@@ -28,7 +28,7 @@ class FieldError:
 
 
 class ScenarioError(SlipgraspError, ValueError):
-    """A scenario that cannot be simulated, with one entry per wrong field."""
+    """A scenario that cannot be simulated, with one item per wrong field."""
 
     def __init__(self, errors: Sequence[FieldError]) -> None:
         self.errors = tuple(errors)

@@ -1,4 +1,4 @@
-"""Locks on open files that end with the process that holds them, however it ends."""
+"""Locks on open files that are released when their process ends for any reason."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ if sys.platform == "win32":
     _FAR_BEYOND_THE_END = 1 << 62
 
     def try_lock(stream: BinaryIO) -> bool:
-        """Locks a file until it is closed; False if another process holds it.
+        """Locks a file until it is closed; returns False if another process holds the lock.
 
         Raises:
-            OSError: If its file system has no locks.
+            OSError: If the file system has no locks.
         """
         position = stream.tell()
         stream.seek(_FAR_BEYOND_THE_END)
@@ -30,10 +30,10 @@ else:
     import fcntl
 
     def try_lock(stream: BinaryIO) -> bool:
-        """Locks a file until it is closed; False if another process holds it.
+        """Locks a file until it is closed; returns False if another process holds the lock.
 
         Raises:
-            OSError: If its file system has no locks.
+            OSError: If the file system has no locks.
         """
         try:
             fcntl.flock(stream.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)

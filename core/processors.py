@@ -1,4 +1,4 @@
-"""How many processors there are."""
+"""Number of processors."""
 
 from __future__ import annotations
 
@@ -6,6 +6,6 @@ import os
 
 
 def available_processors() -> int:
-    """How many processors this process may use."""
+    """Number of processors that this process may use."""
     affinity = getattr(os, "sched_getaffinity", None)
     return len(affinity(0)) if affinity else os.cpu_count() or 1

@@ -1,5 +1,5 @@
-"""The figures of a run for print, after the paper's Fig. 4 to 10, as SVG, PDF and PNG.
+"""Figures of a run for print, like the paper's Fig. 4 to 10, as SVG, PDF and PNG.
 
-Most of its modules import matplotlib, so only what draws figures should import them; what a map
-shows (`map_data`, `map_labels`) comes without.
+Most modules import matplotlib, so that only code that draws should import them; the content of maps
+(`map_data`, `map_labels`) does not need it.
 """

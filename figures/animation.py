@@ -1,4 +1,4 @@
-"""A run as an animated GIF: the hand, and how far its fingertips have slipped."""
+"""Animated GIF of a run: the hand, and the slips of its fingertips."""
 
 from __future__ import annotations
 
@@ -18,22 +18,22 @@ from slipgrasp.figures.style import paper_style
 from slipgrasp.recordings.clip import WHOLE, Clip
 
 MAX_FRAMES = 400
-"""Most frames of a file; a run that is too long for them has fewer per second."""
+"""Largest number of frames of a file; long runs have fewer per second."""
 
 _COLOURS = 256
 _DPI = 100
 _LAST_FRAME = 1500
 _TICK = 0.01
-"""GIF counts in hundredths of a second."""
+"""GIF times are in hundredths of a second."""
 
 
 def frame_times(result: RunResult, fps: float = 20.0, clip: Clip = WHOLE) -> NDArray[np.float64]:
-    """When the frames are taken [s]: every hundredth of a second of the viewer's clock or less.
+    """Times of the frames [s], at most one per hundredth of a second of the viewer's clock.
 
     Args:
         result: The run.
-        fps: Frames per second, at most; rounded so that the film runs at its speed.
-        clip: Time range of the run, and speed.
+        fps: Frames per second, at most; rounded so that the animation has the correct speed.
+        clip: Time range and speed.
     """
     start, end = clip.span(result)
     step = clip.speed * _step(end - start, fps, clip)
@@ -51,13 +51,13 @@ def write_gif(
 
     Args:
         result: The run.
-        stream: Where the file goes; it must be seekable.
-        progress: Called with the share that is done, from 0 to 1.
+        stream: Output stream; it must be seekable.
+        progress: Called with the completed fraction, 0 to 1.
         fps: Frames per second, at most; see `MAX_FRAMES`.
         clip: Time range, speed and height.
 
     Raises:
-        ClipError: If nothing of the run lies in the clip.
+        ClipError: If the clip contains no part of the run.
     """
     times = frame_times(result, fps, clip)
     start, end = clip.span(result)
@@ -78,7 +78,7 @@ def write_gif(
 
 
 def _step(span: float, fps: float, clip: Clip) -> float:
-    """Time from frame to frame on the viewer's clock, in whole hundredths of a second."""
+    """Interval between frames on the viewer's clock, in hundredths of a second."""
     least = math.ceil(span / clip.speed / (MAX_FRAMES - 1) / _TICK)
     return _TICK * max(round(1.0 / fps / _TICK), least)
 
@@ -86,7 +86,7 @@ def _step(span: float, fps: float, clip: Clip) -> float:
 def _frames(
     hand: MovingHand, count: int, progress: Callable[[float], None] | None
 ) -> Iterator[Image.Image]:
-    """All frames in one palette, so that what does not move needs no space in the file."""
+    """All frames with one palette, so that unchanged parts need no space in the file."""
     samples = np.concatenate([hand.draw(frame) for frame in (0, count // 2, count - 1)])
     palette = Image.fromarray(samples).quantize(_COLOURS, dither=Image.Dither.NONE)
     for frame in range(count):

@@ -1,4 +1,4 @@
-"""How each category of outcomes looks on a map: by colour, and without colours as well."""
+"""Styles of outcome categories on a map, by colour and by hatch."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def colour_of(category: int) -> Rgb:
 
 
 def hatch_of(category: int) -> str:
-    """The hatch of a category of failures; none where the object is held."""
+    """The hatch of a category of failures; none if the object is held."""
     if category == HELD:
         return ""
     reason = CATEGORIES[category].reason

@@ -1,4 +1,4 @@
-"""Two runs over each other, and their differences below."""
+"""Two overlaid runs, and their differences below."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ _TICKS = 10.5
 
 _PALE = 0.55
 _LONGEST_NAME = 48
-# Outside of these, numbers on an axis are written with exponents.
+# Outside this range, numbers on an axis are in exponential notation.
 _PLAIN = (1e-2, 1e5)
 
 
@@ -58,21 +58,20 @@ class _View(NamedTuple):
 def draw_comparison(
     comparison: Comparison, a: RunResult, b: RunResult, names: tuple[str, str] = ("a", "b")
 ) -> Figure:
-    """Draws two runs over each other: a pale and broad, b dark and narrow on top.
+    """Draws two overlaid runs: a pale and wide, b dark and narrow on top.
 
-    Below each quantity stands the difference b - a at the common instants, on an axis of
-    its own; a dotted line marks where a column of the panel first differs by more than
-    the tolerance.
+    Below each quantity is the difference b - a at the common instants, on a separate axis; a dotted
+    line marks where a column of the panel first differs by more than the tolerance.
 
     Args:
-        comparison: What `slipgrasp.recordings.compare.comparison.compare` found.
+        comparison: Result of `slipgrasp.recordings.compare.comparison.compare`.
         a: The first run.
         b: The second run.
-        names: What to call them.
+        names: Names of the runs.
 
     Returns:
-        The figure. Its axes are labelled ``phases slip``, ``b whole``, ``b difference
-        whole``: panel, what it shows, and time range.
+        The figure. Its axes are labelled ``phases slip``, ``b whole``, ``b difference whole``:
+        panel, content, and time range.
     """
     pair = pair_of(comparison, a, b)
     trends = trends_of(a, b)
@@ -96,7 +95,7 @@ def _lanes_height(run: RunResult) -> float:
 
 
 def _draw_header(figure: Figure, pair: Pair, names: tuple[str, str]) -> None:
-    """Which run is which, what is marked, and the colours of the phases."""
+    """Key of the runs, the marks, and the colours of the phases."""
     comparison = pair.comparison
     row = add_axes(figure, 0.0, _MARGIN, PAGE_WIDTH, 0.5 * _HEADER)
     row.set_axis_off()
@@ -124,7 +123,7 @@ def _shortened(name: str) -> str:
 
 
 def _draw_phases(figure: Figure, pair: Pair) -> None:
-    """Lanes of the phases: for each contact that of a, and right below it that of b."""
+    """Lanes of the phases: for each contact that of a, and that of b below."""
     top = _MARGIN + _HEADER
     _write_title(figure, "(a) phases of the contacts", 0.0, top, PAGE_WIDTH)
     views = _views(pair, 0.0, PAGE_WIDTH, share=0.42)
@@ -184,7 +183,7 @@ def _draw_trend(
 
 
 def _views(pair: Pair, left: float, width: float, share: float) -> tuple[_View, ...]:
-    """A closer look at the slips of both runs on the left, where there are, and all of both."""
+    """Close-up of the slips of both runs on the left, if there are any, and the complete runs."""
     available, start = width - _LABELS - _RIGHT, left + _LABELS
     whole = _around([whole_run(pair.a), whole_run(pair.b)])
     looks = [look for look in (closer_look(pair.a), closer_look(pair.b)) if look is not None]

@@ -1,4 +1,4 @@
-"""The one thread that draws for a service."""
+"""The thread of a service in which all figures are drawn."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ Drawn = TypeVar("Drawn")
 
 
 def in_drawing_thread(draw: Callable[[], Drawn]) -> Drawn:
-    """Has the thread that draws do something, and waits until it is done.
+    """Executes a function in the drawing thread, and waits for its result.
 
-    matplotlib opens every font anew for each thread that draws, and keeps it open long after
-    the thread has ended. A program that draws in many threads does it here.
+    matplotlib opens every font again for each drawing thread, and keeps it open long after the
+    thread has ended. Programs with many threads should draw here.
 
     Args:
-        draw: Makes figures and saves them; what it raises is raised here.
+        draw: Creates and saves figures; its exceptions are raised here.
 
     Returns:
-        What it returns.
+        The result of the function.
     """
     return _thread().submit(draw).result()
 

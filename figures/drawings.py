@@ -1,4 +1,4 @@
-"""All figures of a run by name; those of the paper's two cases carry the paper's numbers."""
+"""All figures of a run by name; those of the paper's two cases have the paper's numbers."""
 
 from __future__ import annotations
 
@@ -40,14 +40,13 @@ _PAPER_NUMBERS = {"paper-case-1": (4, 5, 6, 7), "paper-case-2": (4, 8, 9, 10)}
 
 
 def figure_names(scenario: Scenario) -> dict[str, str]:
-    """What the figures of a scenario are called.
+    """Names of the figures of a scenario.
 
     Returns:
-        Full name by kind, in order: ``schematic``, ``tracking``, ``estimates`` (if
-        anything is estimated), ``forces`` and ``premises`` (assumptions of the theorems, where they
-        speak of it); in a scenario equal to one of the paper's presets ``fig-4-schematic`` and
-        so on, where the paper has such a figure. Of a spatial hand ``slips`` in place of the
-        schematic.
+        Full name by kind, in order: ``schematic``, ``tracking``, ``estimates`` (if anything is
+        estimated), ``forces`` and ``premises`` (assumptions of the theorems, if these apply); in a
+        scenario equal to one of the paper's presets ``fig-4-schematic`` and so on, if the paper has
+        such a figure. Spatial hands have ``slips`` instead of the schematic.
     """
     first, _ = _FIRST[scenario.space]
     names = {kind: kind for kind in (first, *_panels(scenario))}
@@ -62,7 +61,7 @@ def draw_figures(result: RunResult) -> dict[str, Figure]:
     """Draws the schematic, tracking and slip, estimates, forces and assumptions of a run.
 
     Args:
-        result: The run, live or read back from its recording: both give equal figures.
+        result: The run, live or read from its recording: both give equal figures.
 
     Returns:
         The figures by name (`figure_names`), to be saved with `write_figures`.
@@ -77,7 +76,7 @@ def draw_figures(result: RunResult) -> dict[str, Figure]:
 
 
 def _panels(scenario: Scenario) -> _Panels:
-    """What each figure made of panels draws, by kind."""
+    """Content of each figure with panels, by kind."""
     panels: _Panels = {
         "tracking": _TRACKING[scenario.space],
         "estimates": estimate_panels,

@@ -1,4 +1,4 @@
-"""Figures as files: equal runs give equal bytes, and nobody else's file is replaced unasked."""
+"""Writes figures to files: equal runs give equal bytes, and other files are not replaced."""
 
 from __future__ import annotations
 
@@ -28,17 +28,17 @@ _METADATA: dict[str, dict[str, Any]] = {
 def check_folder(
     folder: Path, names: Iterable[str], formats: Sequence[str], *, overwrite: bool
 ) -> None:
-    """Makes the folder, and finds out whether all figures can be written into it.
+    """Creates the folder, and checks whether all figures can be written to it.
 
     Args:
-        folder: Where the figures go.
-        names: Their names, without the endings.
-        formats: Their endings, of `FORMATS`.
-        overwrite: Whether files that this program did not draw may be replaced.
+        folder: Folder of the figures.
+        names: Their names, without suffixes.
+        formats: Their suffixes, from `FORMATS`.
+        overwrite: Whether to replace files that this program did not draw.
 
     Raises:
-        RecordingWriteError: If the folder cannot be made or written to.
-        RecordingExistsError: If a file is in the way; earlier figures of this program are not.
+        RecordingWriteError: If the folder cannot be created or written.
+        RecordingExistsError: If another file exists; earlier figures of this program are replaced.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -65,17 +65,17 @@ def write_figures(
     """Saves figures, each in every format; earlier figures of this program are replaced.
 
     Args:
-        figures: What to save, by name.
-        folder: Where; made if it is not there.
-        formats: Endings, of `FORMATS`.
-        overwrite: Whether files that this program did not draw may be replaced.
+        figures: Figures to save, by name.
+        folder: Folder, created if missing.
+        formats: Suffixes from `FORMATS`.
+        overwrite: Whether to replace files that this program did not draw.
 
     Returns:
         The files, in order.
 
     Raises:
         RecordingWriteError: If the disk or its permissions do not allow it.
-        RecordingExistsError: If a file is in the way.
+        RecordingExistsError: If another file exists.
     """
     check_folder(folder, figures, formats, overwrite=overwrite)
     for name, figure in figures.items():
@@ -85,23 +85,23 @@ def write_figures(
 
 
 def write_figure(figure: Figure, path: Path, *, overwrite: bool = False) -> None:
-    """Saves one figure, in the format that the name of its file ends with.
+    """Saves one figure in the format of the file suffix.
 
     Args:
-        figure: What to save.
-        path: Where, ending with one of `FORMATS`.
-        overwrite: Whether an existing file is replaced.
+        figure: Figure to save.
+        path: File with a suffix from `FORMATS`.
+        overwrite: Whether to replace an existing file.
 
     Raises:
         RecordingWriteError: If the disk or its permissions do not allow it.
-        RecordingExistsError: If the file is there.
+        RecordingExistsError: If the file exists.
     """
     with atomic_file(path, overwrite=overwrite) as stream:
         save_figure(figure, stream, path.suffix.lower().removeprefix("."))
 
 
 def save_figure(figure: Figure, stream: BinaryIO, ending: str) -> None:
-    """Writes a figure to a stream, in one of `FORMATS`, in the style of all figures."""
+    """Writes a figure to a stream in one of `FORMATS`, in the common style."""
     with paper_style():
         figure.savefig(stream, format=ending, metadata=_METADATA[ending])
 
@@ -111,5 +111,5 @@ def _paths(folder: Path, names: Iterable[str], formats: Sequence[str]) -> tuple[
 
 
 def _is_our_own(path: Path) -> bool:
-    """Whether this program drew the file: it says so in its metadata."""
+    """Whether this program drew the file, according to its metadata."""
     return path.is_file() and _MARK.encode() in path.read_bytes()

@@ -1,6 +1,6 @@
-"""A run as a film: the moving picture of the GIF, with more colours and up to 1080 lines and more.
+"""Video of a run: like the GIF, with more colours and 1080 lines or more.
 
-The encoder is FFmpeg's, as the package ``av`` has it.
+The encoder is FFmpeg, from the package ``av``.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from slipgrasp.figures.style import paper_style
 from slipgrasp.recordings.clip import WHOLE, Clip
 
 MAX_FRAMES = 3600
-"""Most frames of a file, two minutes at 30 per second; a longer one has fewer per second."""
+"""Largest number of frames, two minutes at 30 per second; longer videos have fewer per second."""
 
 HEIGHT = 720
 _WIDE = 16 / 9
@@ -38,23 +38,23 @@ def write_film(
     *,
     container: str,
 ) -> None:
-    """Writes a time range of a run as a film.
+    """Writes a time range of a run as a video.
 
     Args:
         result: The run.
-        stream: Where the file goes; it must be seekable.
-        progress: Called with the share that is done, from 0 to 1.
+        stream: Output stream; it must be seekable.
+        progress: Called with the completed fraction, 0 to 1.
         fps: Frames per second of the viewer's clock, at most; see `MAX_FRAMES`.
-        clip: Time range, speed and height; the film is 16:9, and `HEIGHT` high by default.
+        clip: Time range, speed and height; the video is 16:9, with height `HEIGHT` by default.
         container: ``mp4`` (H.264) or ``webm`` (VP9).
 
     Raises:
         MissingPackageError: If ``av`` is not installed.
-        ClipError: If nothing of the run lies in the clip.
+        ClipError: If the clip contains no part of the run.
     """
     av = import_optional("av")
     times = clip.times(result, fps, MAX_FRAMES)
-    # Frames at half the colour resolution have an even number of lines.
+    # Chroma subsampling needs an even number of lines.
     height = (clip.height or HEIGHT) // 2 * 2
     size = round(height * _WIDE / 2) * 2, height
     codec, options = _CODECS[container]
@@ -62,7 +62,7 @@ def write_film(
     with file, paper_style():
         window = Window(*clip.span(result))
         hand = MovingHand(result, motion_of(result, times), window, clip.clock, size)
-        # No whole number of frames fits into the clip: their rate is what gives its speed.
+        # The length of the clip is not a multiple of the frame interval: the rate sets the speed.
         rate = Fraction((len(times) - 1) * clip.speed / float(times[-1] - times[0]))
         rate = rate.limit_denominator(1000)
         film = file.add_stream(codec, rate=rate, options=options)

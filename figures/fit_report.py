@@ -1,4 +1,4 @@
-"""The report of a fit as one HTML page: profiles, residuals, predictions, and what is missing."""
+"""Report of a fit as an HTML page: profiles, residuals, predictions, and missing evidence."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from slipgrasp.recordings.palette import FINGERS, MARK, MUTED
 _PER_ROW = 3
 _PANEL_HEIGHT, _ROW_HEIGHT = 34.0, 50.0
 _HIGHEST_RISE = 3.0
-"""Top of a profile, in thresholds."""
+"""Upper limit of profile plots, in thresholds."""
 
 _STYLE = (
     "body{font:15px/1.5 system-ui,sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem;"
@@ -42,9 +42,9 @@ def write_fit_page(problem: FitProblem, report: FitReport, path: Path) -> None:
     """Writes the report of a fit as an HTML page without links to other files.
 
     Args:
-        problem: What was fitted.
-        report: What was found.
-        path: The page; an existing one is replaced.
+        problem: The problem.
+        report: The result.
+        path: Output file; an existing one is replaced.
 
     Raises:
         RecordingError: If it cannot be written.
@@ -54,7 +54,7 @@ def write_fit_page(problem: FitProblem, report: FitReport, path: Path) -> None:
 
 
 def fit_page(problem: FitProblem, report: FitReport) -> str:
-    """The page: equal fits give equal pages."""
+    """The page as text: equal fits give equal pages."""
     sampled = sampled_at(problem, report)
     residuals = np.where(np.isnan(sampled), np.nan, sampled - problem.data.values)
     profiles, over_time = _draw_profiles(report), _draw_residuals(problem, report, residuals)
@@ -75,7 +75,7 @@ def _sections(
     yield _parameters([p for p in report.parameters.values() if p.key not in _nuisances(problem)])
     yield f"<p>Dashed: rise of chi-squared at the 95 % interval, {report.threshold:.4g}.</p>"
     yield profiles
-    yield "<h2>2 Where the information is</h2>" + _contacts(report)
+    yield "<h2>2 Information by contact</h2>" + _contacts(report)
     yield "<h2>3 Coverage by synthetic twins</h2>" + _coverage(report)
     yield "<h2>4 Data that were not fitted</h2>" + _held_out(report)
     yield "<h2>5 Residuals over time</h2>" + _residuals(report) + residuals
@@ -92,8 +92,8 @@ def _nuisances(problem: FitProblem) -> set[str]:
 def _summary(report: FitReport) -> str:
     per_value = report.chi_squared / max(report.degrees_of_freedom, 1.0)
     if not report.explains:
-        finding = "The residuals are larger than the noise: the model misses something. Intervals "
-        finding += "are widened by that."
+        finding = "The residuals are larger than the noise: the model is incomplete. The intervals "
+        finding += "are widened accordingly."
     elif report.noise_is_smaller:
         finding = "The residuals are smaller than the stated noise: the intervals may be too wide."
     else:
@@ -123,7 +123,7 @@ def _coverage(report: FitReport) -> str:
     if found is None:
         return _quiet("Not computed; --twins 200 fits twins of these data.")
     rows = [(key, f"{count} of {found.twins}") for key, count in found.covered.items()]
-    return _table(("parameter", "95 % intervals that held the truth"), rows)
+    return _table(("parameter", "95 % intervals that contain the true value"), rows)
 
 
 def _held_out(report: FitReport) -> str:
@@ -140,7 +140,7 @@ def _held_out(report: FitReport) -> str:
 
 def _residuals(report: FitReport) -> str:
     rows = [(s.name, s.sigma, s.rms, s.max, s.unit, s.autocorrelation) for s in report.residuals]
-    heads = ("signal", "noise as stated", "rms", "largest", "unit", "autocorrelation")
+    heads = ("signal", "stated noise", "rms", "largest", "unit", "autocorrelation")
     return _table(heads, rows)
 
 
@@ -148,12 +148,12 @@ def _starts(report: FitReport) -> str:
     starts = report.starts
     ends = ", ".join(f"{end:.6g}" for end in starts.chi_squared)
     text = f"{starts.same_minimum} of {starts.count} starts reached the lowest minimum found"
-    return f"<p>{text}. Chi-squared at their ends: {ends}.</p>"
+    return f"<p>{text}. Their final values of chi-squared: {ends}.</p>"
 
 
 def _models(report: FitReport) -> str:
     if not report.models:
-        return _quiet("None were compared; --compare KEY frees a parameter besides.")
+        return _quiet("None were compared; --compare KEY frees another parameter.")
     names = list(report.models[0].held_out)
     rows = [
         (", ".join(model.added) or "as fitted", model.chi_squared, *model.held_out.values())
@@ -168,7 +168,7 @@ def _changes(problem: FitProblem, report: FitReport) -> str:
         for p in problem.parameters
     ]
     edges = ", ".join(report.on_limit)
-    limits = f"At the end of its range: {edges}." if edges else "None is at the end of its range."
+    limits = f"At a limit of its range: {edges}." if edges else "None is at a limit of its range."
     heads = ("parameter", "in the scenario", "in the best run", "range from", "to", "unit")
     return _table(heads, rows) + f"<p>{escape(limits)}</p>"
 
@@ -227,7 +227,7 @@ def _draw_profile(axes: Axes, parameter: FittedParameter, threshold: float) -> N
 
 
 def _frame(axes: Axes, parameter: FittedParameter, threshold: float) -> None:
-    """Shows the part of the profile around the threshold; rises beyond are far away."""
+    """Limits the plot to the profile near the threshold."""
     near = [value for value, rise in parameter.profile if rise <= _HIGHEST_RISE * threshold]
     ends = [end for end in (parameter.low, parameter.high) if end is not None]
     low, high = min([*near, *ends]), max([*near, *ends])

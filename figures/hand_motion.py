@@ -1,8 +1,8 @@
-"""A hand over time as moving pictures show it: the scene, laid flat by a parallel projection.
+"""Motion of a hand for animations: the scene in a parallel projection.
 
-The object is the outline of its prism with the edges in it, a friction cone the outline of its
-edge and its tip. A planar hand is seen from the front. For a spatial one the viewpoint is where
-fingertips hide each other least, and fingers the object.
+The object is the outline of its prism with the edges inside, a friction cone the outline of its rim
+and tip. A planar hand is seen from the front. For a spatial hand the viewpoint minimizes occlusion
+among fingertips, and of the object by fingers.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ Values = NDArray[np.float64]
 
 _ELEVATION = math.radians(24.0)
 _ASIDE = math.radians(8.0)
-_IN_FRONT = 0.5  # what a finger in front of the object costs
+_IN_FRONT = 0.5  # penalty of a finger in front of the object
 _AZIMUTHS = np.radians(np.arange(-180.0, 180.0, 5.0))
 _FRONT = np.array([(1.0, 0.0, 0.0), (0.0, 0.0, 1.0)]).T
 _CONE_CORNERS = 24
@@ -33,19 +33,20 @@ _MOST_LINKS = 3
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class HandMotion:
-    """Points in the plane of the picture over time [m].
+    """Points in the image plane over time [m].
 
     Attributes:
-        states: Hand, object and contacts at the times.
+        states: Hand, object and contacts.
         corners: Outline of the object, shape ``(times, corners, 2)``.
-        desired: Outline of the object in its desired pose, likewise.
+        desired: Outline of the object in its desired pose, shape ``(times, corners, 2)``.
         edges: Edges of the object, shape ``(times, edges, 2, 2)``.
         joints: Base, joints and tip of each finger, shape ``(times, fingers, points, 2)``.
         normals: Unit vectors into the object, shape ``(times, contacts, 2)``.
-        cones: Outlines of friction cones of height 1, from their tips, ``(times, contacts, k, 2)``.
+        cones: Outlines of friction cones of unit height, from their tips, ``(times, contacts, k,
+            2)``.
         forces: Forces on the object, shape ``(times, contacts, 2)`` [N].
         behind: Fingers that touch the object from behind, shape ``(contacts,)``.
-        slip: Slips, of spatial hands travelled distances, shape ``(times, contacts)`` [m].
+        slip: Slips, or travelled distances of spatial hands, shape ``(times, contacts)`` [m].
     """
 
     states: States
@@ -61,7 +62,7 @@ class HandMotion:
 
 
 def motion_of(result: RunResult, times: Values) -> HandMotion:
-    """Reads a run at given times, on straight lines between its samples.
+    """Samples a run at given times, with linear interpolation.
 
     Args:
         result: The run.
@@ -99,15 +100,15 @@ def motion_of(result: RunResult, times: Values) -> HandMotion:
 
 
 def _corners(scenario: Scenario, position: Values, turn: Values) -> Values:
-    """Corners of the object, ``(times, 2 corners, 3)``: those below, then those above."""
+    """Corners of the object, ``(times, 2 corners, 3)``: bottom, then top."""
     solid = parts.solid(scenario, parts.sizes_of(scenario).half_depth)
     return position[:, None] + np.einsum("tij,cj->tci", turn, solid.points)
 
 
 def _joints(scenario: Scenario, poses: dict[str, tuple[Values, Values]]) -> Values:
-    """Starts of the links and the tip of each finger, ``(times, fingers, points, 3)``.
+    """Origins of the links and the tip of each finger, ``(times, fingers, points, 3)``.
 
-    Where another finger has more links, the first point of a finger is repeated.
+    If another finger has more links, the first point of a finger is repeated.
     """
     chains = []
     for i in range(len(scenario.fingers)):
@@ -121,11 +122,11 @@ def _joints(scenario: Scenario, poses: dict[str, tuple[Values, Values]]) -> Valu
 
 
 def _view(contacts: tuple[skeleton.Contact, ...], attitude: Values) -> Values:
-    """Right and up of the picture as columns, ``(3, 2)``.
+    """Right and up directions of the image as columns, ``(3, 2)``.
 
     Args:
         contacts: Contacts of a spatial hand.
-        attitude: Rotation matrix of the object at the start.
+        attitude: Initial rotation matrix of the object.
     """
     anchors = np.array([each.anchor for each in contacts]) @ attitude.T
     normals = np.array([each.axes @ each.inward for each in contacts]) @ attitude.T
@@ -150,7 +151,7 @@ def _outlines(points: Values) -> Values:
 
 
 def _outline(points: Values) -> Values:
-    """The convex hull, counterclockwise (Andrew's monotone chain), as many points as there were."""
+    """Convex hulls, counterclockwise (Andrew's monotone chain), padded to the number of points."""
     ordered = sorted(map(tuple, points.tolist()))
     hull: list[tuple[float, ...]] = []
     for run in (ordered, ordered[::-1]):

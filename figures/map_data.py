@@ -1,4 +1,4 @@
-"""What a map shows: its axes, its panels, and which runs stand where."""
+"""Content of a map: axes, panels, and positions of runs."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from slipgrasp.recordings.study.results import StudyResults
 from slipgrasp.recordings.study.results_comparison import rows_by_combination
 
 NOTHING = -1
-"""In place of a category: no run stands there."""
+"""Category of cells without a run."""
 
 Values = NDArray[np.float64]
 
@@ -27,11 +27,11 @@ class MapAxis:
 
     Attributes:
         key: The varied key.
-        low: Where it begins, in the unit of the parameter.
-        high: Where it ends.
-        is_log: Whether equal distances are equal ratios.
-        edges: Borders of the cells; None where there are points instead.
-        base: The value of the base, None if it is beyond the axis.
+        low: Lower limit, in the unit of the parameter.
+        high: Upper limit.
+        is_log: Whether the scale is logarithmic.
+        edges: Boundaries of the cells; None for points.
+        base: The value of the base, None if it is outside the axis.
     """
 
     key: str
@@ -42,7 +42,7 @@ class MapAxis:
     base: float | None
 
     def share(self, values: Values) -> Values:
-        """Where values stand on the axis, 0 at its begin and 1 at its end."""
+        """Positions of values on the axis, from 0 to 1."""
         low, high = self._scaled(np.array([self.low, self.high]))
         return (self._scaled(values) - low) / (high - low)
 
@@ -55,9 +55,9 @@ class MapPanel:
     """The runs of one panel.
 
     Attributes:
-        values: The crossed values that they have in common, by key.
+        values: Their common crossed values, by key.
         runs: Their indices, shape ``(runs,)``.
-        categories: How they ended, as places in `CATEGORIES`.
+        categories: Their categories as indices into `CATEGORIES`.
         x: Their values on the horizontal axis.
         y: Their values on the vertical axis.
     """
@@ -70,18 +70,19 @@ class MapPanel:
 
     @property
     def counts(self) -> NDArray[np.intp]:
-        """How many runs ended in each category."""
+        """Number of runs by category."""
         return np.bincount(self.categories, minlength=len(CATEGORIES))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Cells:
-    """A lattice of cells.
+    """A grid of cells.
 
     Attributes:
-        categories: The most frequent of each cell, shape ``(columns, rows)``; `NOTHING` if none.
-        runs: One run of that category, likewise.
-        most: How many runs a cell has at most.
+        categories: The most frequent category of each cell, shape ``(columns, rows)``; or
+            `NOTHING`.
+        runs: One run of that category for each cell.
+        most: Largest number of runs in a cell.
     """
 
     categories: NDArray[np.int8]
@@ -90,20 +91,20 @@ class Cells:
 
     @property
     def held(self) -> NDArray[np.bool_]:
-        """Where the object is held."""
+        """Cells in which the object is held."""
         return self.categories == HELD
 
 
 def map_axis(results: StudyResults, key: str) -> MapAxis:
-    """The axis of a varied key, as wide as its range.
+    """The axis of a varied key, with its range.
 
     Raises:
-        QueryError: If it does not vary, or not in numbers.
+        QueryError: If the key does not vary, or is not numeric.
     """
     study = results.study
     known = numeric_keys(study)
     if key not in known:
-        raise QueryError(key, f"'{key[:80]}' is no parameter that varies in numbers", known)
+        raise QueryError(key, f"'{key[:80]}' is not a varied numeric parameter", known)
     axis = next((axis for axis in study.axes if axis.key == key), None)
     is_log = axis is not None and axis.is_range and axis.scale == "log"
     levels = _levels(axis, study) if axis is not None else None
@@ -125,7 +126,7 @@ def _levels(axis: Axis, study: Study) -> Values | None:
 
 
 def _edges(levels: Values, is_log: bool) -> Values:
-    """Borders half way between neighbours, those at the ends as far out as inwards."""
+    """Boundaries halfway between neighbours, extrapolated at the ends."""
     scaled = np.log(levels) if is_log else levels
     if len(scaled) == 1:
         scaled = scaled + np.array([-0.5, 0.5])
@@ -138,7 +139,7 @@ def _edges(levels: Values, is_log: bool) -> Values:
 
 
 def _bounds(axis: Axis | None, values: Values) -> tuple[float, float]:
-    """The range that is sampled, or that of listed values with some margin around them."""
+    """The sampled range, or the range of listed values with a margin."""
     if axis is not None and axis.minimum is not None and axis.maximum is not None:
         low, high = axis.minimum, axis.maximum
         return (low, high) if low < high else (low - 0.5, high + 0.5)
@@ -157,7 +158,7 @@ def _base_value(study: Study, key: str, low: float, high: float) -> float | None
 
 
 def values_on(results: StudyResults, key: str) -> Values:
-    """What a key is in each run: as varied, else as in the base."""
+    """The value of a key in each run: varied, or that of the base."""
     values = results.numbers(key)
     parameter = parameter_of(results.study, key)
     base = None if parameter is None else parameter.value
@@ -167,7 +168,7 @@ def values_on(results: StudyResults, key: str) -> Values:
 
 
 def panels_of(results: StudyResults, x: str, y: str) -> list[MapPanel]:
-    """The runs of each combination of the values that are neither on x nor on y."""
+    """The runs of each combination of the values that are not on the axes."""
     categories = categorize(results)
     count = len(categories)
     horizontal, vertical = values_on(results, x)[:count], values_on(results, y)[:count]
@@ -180,7 +181,7 @@ def panels_of(results: StudyResults, x: str, y: str) -> list[MapPanel]:
 
 
 def cells_of(panel: MapPanel, x: MapAxis, y: MapAxis) -> Cells:
-    """The runs of a panel in cells; where one has several the most frequent category is shown."""
+    """The runs of a panel by cell; a cell shows its most frequent category."""
     assert x.edges is not None and y.edges is not None
     shape = len(x.edges) - 1, len(y.edges) - 1
     column = np.clip(np.searchsorted(x.edges, panel.x) - 1, 0, shape[0] - 1)
@@ -191,6 +192,6 @@ def cells_of(panel: MapPanel, x: MapAxis, y: MapAxis) -> Cells:
     categories = np.where(totals > 0, counts.argmax(axis=2), NOTHING).astype(np.int8)
     runs = np.full(shape, NOTHING, dtype=np.intp)
     shown = categories[column, row] == panel.categories
-    # Backwards, so that the first of several runs is the one that stays.
+    # In reverse order, so that the first of several runs is stored last.
     runs[column[shown][::-1], row[shown][::-1]] = panel.runs[shown][::-1]
     return Cells(categories, runs, int(totals.max(initial=0)))

@@ -1,4 +1,4 @@
-"""The key of a map: what its colours, hatches, marks and lines mean, with counts and shares."""
+"""The key of a map: meaning of colours, hatches, marks and lines, with counts and fractions."""
 
 from __future__ import annotations
 
@@ -42,12 +42,12 @@ _INDENT = 7.0
 
 
 class KeyLine(NamedTuple):
-    """One line of the key.
+    """A line of the key.
 
     Attributes:
-        words: What stands there.
-        category: The category it explains, as place in `CATEGORIES`; None for a line or mark.
-        style: How the line or mark looks.
+        words: Text.
+        category: Its category as index into `CATEGORIES`; None for a line or mark.
+        style: Style of the line or mark.
     """
 
     words: str
@@ -61,7 +61,7 @@ def key_lines(panels: Sequence[MapPanel], x: MapAxis, y: MapAxis) -> list[KeyLin
     shown = [k for k in range(len(CATEGORIES)) if counts[k] or k == HELD]
     lines = [KeyLine(CATEGORIES[k].words, k, {}) for k in shown]
     if 0 < counts[HELD] < counts.sum():
-        lines.append(KeyLine("boundary of where it is held", None, BOUNDARY_LINE))
+        lines.append(KeyLine("boundary of the region where it is held", None, BOUNDARY_LINE))
     if same_quantity(x.key, y.key):
         lines.append(KeyLine(equality_words(x.key, y.key), None, EQUAL_LINE))
     if x.base is not None and y.base is not None:
@@ -77,11 +77,11 @@ def draw_key(
     *,
     has_points: bool,
 ) -> None:
-    """Draws the key of a panel, with how many of its runs ended in each category.
+    """Draws the key of a panel, with the number of runs in each category.
 
     Args:
         figure: The page.
-        lines: What it explains.
+        lines: Lines of the key.
         panel: The panel.
         place: Left, top and width [mm].
         has_points: Whether runs are points rather than cells.

@@ -1,4 +1,4 @@
-"""What the axes and panels of a map are called: key, symbol and unit."""
+"""Labels of the axes and panels of a map: key, symbol and unit."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def axis_label(study: Study, key: str) -> str:
 
 
 def panel_title(study: Study, values: dict[str, Any]) -> str:
-    """The values of crossed keys that a panel shows, such as ``Q = 20``."""
+    """The crossed values of a panel, such as ``Q = 20``."""
     return ",  ".join(_equation(study, key, value) for key, value in values.items())
 
 
@@ -44,7 +44,7 @@ def _equation(study: Study, key: str, value: Any) -> str:
 
 
 def spelled(value: Any) -> str:
-    """A value as a person writes it."""
+    """Formats a value for people."""
     if isinstance(value, bool) or value is None:
         return json.dumps(value)
     if isinstance(value, (int, float)):
@@ -58,13 +58,13 @@ def same_quantity(x: str, y: str) -> bool:
 
 
 def equality_words(x: str, y: str) -> str:
-    """That both are equal, in symbols where they have any."""
+    """Equality of both, in symbols if available."""
     one, other = _symbol(x), _symbol(y)
     return f"{one} = {other}" if one and other else "both equal"
 
 
 def projection_note(study: Study, shown: tuple[str, ...]) -> str:
-    """Varied parameters that the map does not distinguish; empty if it shows all."""
+    """Varied parameters that the map does not show; empty if it shows all."""
     hidden = [key for key in study.keys if key not in shown]
     if not hidden:
         return ""
@@ -89,7 +89,7 @@ def _symbol(key: str) -> str:
 
 
 def _unit(study: Study, key: str) -> str:
-    """The unit as it is printed, nothing for a pure number."""
+    """The unit in print, empty for a pure number."""
     parameter = parameter_of(study, key)
     return "" if parameter is None or parameter.unit == "1" else parameter.unit
 

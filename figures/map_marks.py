@@ -1,4 +1,4 @@
-"""The runs on a map: cells or points in the colours of how they ended, and the boundary."""
+"""Runs on a map: cells or points in the colours of their outcomes, and the boundary."""
 
 from __future__ import annotations
 
@@ -18,26 +18,26 @@ from slipgrasp.recordings.palette import MARK
 from slipgrasp.recordings.study.categories import CATEGORIES, HELD
 
 _MOST_POINTS = 4000
-"""More would overlap; those left out still colour the background."""
+"""Largest number of points, to avoid overlap; the others still colour the background."""
 _RASTER = 256
 _PALE = 0.62
 _BOUNDARY = 1.1
 _OF_A_CELL = 0.2
-"""Lines around small cells must leave something to be seen of them."""
+"""Largest number of cells with outlines, which would otherwise hide them."""
 
 
 def run_link(index: int) -> str:
-    """Where the mark of a run leads to in an SVG."""
+    """Target of the link of a run in an SVG."""
     return f"#run-{index}"
 
 
 def has_cells(x: MapAxis, y: MapAxis) -> bool:
-    """Whether the runs stand in cells, rather than anywhere."""
+    """Whether the runs are in cells."""
     return x.edges is not None and y.edges is not None
 
 
 def draw_runs(axes: Axes, panel: MapPanel, x: MapAxis, y: MapAxis) -> None:
-    """Draws the runs of a panel, each as a link, and the line around where they hold."""
+    """Draws the runs of a panel, each as a link, and the boundary of held runs."""
     if x.edges is not None and y.edges is not None:
         cells = cells_of(panel, x, y)
         _draw_cells(axes, cells, x.edges, y.edges)
@@ -48,7 +48,7 @@ def draw_runs(axes: Axes, panel: MapPanel, x: MapAxis, y: MapAxis) -> None:
 
 
 def _draw_cells(axes: Axes, cells: Cells, x: NDArray[np.float64], y: NDArray[np.float64]) -> None:
-    """Each cell a link to its run, then the hatches of the failures over them."""
+    """Draws each cell as a link to its run, and the hatches of failures."""
     columns, rows = np.nonzero(cells.categories != NOTHING)
     faces = [paint(colour_of(category)) for category in cells.categories[columns, rows].tolist()]
     fill = PolyCollection(
@@ -69,7 +69,7 @@ def _draw_cells(axes: Axes, cells: Cells, x: NDArray[np.float64], y: NDArray[np.
 def _strips(
     chosen: NDArray[np.bool_], x: NDArray[np.float64], y: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Chosen cells as rectangles, neighbours in a column as one."""
+    """Selected cells as rectangles, with neighbours in a column merged."""
     changes = np.diff(np.pad(chosen, ((0, 0), (1, 1))).astype(np.int8), axis=1)
     columns, starts = np.nonzero(changes == 1)
     _, ends = np.nonzero(changes == -1)
@@ -102,7 +102,7 @@ def _hatch(axes: Axes, rectangles: NDArray[np.float64], category: int, share: fl
 def _draw_boundary(
     axes: Axes, held: NDArray[np.bool_], x: NDArray[np.float64], y: NDArray[np.float64]
 ) -> None:
-    """Lines between cells that hold and their neighbours that do not."""
+    """Lines between held cells and other neighbours."""
     columns, rows = np.nonzero(held[1:] != held[:-1])
     upright = np.stack(
         [
@@ -138,7 +138,7 @@ def _points_per_cell(axes: Axes, cells: NDArray[np.bool_]) -> float:
 
 
 def _draw_ground(axes: Axes, panel: MapPanel, x: MapAxis, y: MapAxis) -> None:
-    """The colour of the nearest sample, pale, and the line around where that one held."""
+    """Background in the pale colour of the nearest sample, and boundary of held samples."""
     nearest = nearest_samples(x.share(panel.x), y.share(panel.y), _RASTER)
     categories = panel.categories[nearest]
     colours = np.array([lighter(colour_of(category), _PALE) for category in range(len(CATEGORIES))])
@@ -191,15 +191,15 @@ _NONE = -1
 
 
 def nearest_samples(x: NDArray[np.float64], y: NDArray[np.float64], size: int) -> NDArray[np.intp]:
-    """Finds for each cell of a square raster the nearest sample, by jump flooding.
+    """Finds the nearest sample for each cell of a square raster, by jump flooding.
 
-    Each cell receives the samples of cells ever closer to it, 1/2, 1/4, 1/8 … of the raster
-    away, and keeps the nearest. The work does not grow with the number of samples.
+    Each cell receives the samples of cells at decreasing distances, 1/2, 1/4, 1/8 … of the raster,
+    and keeps the nearest one. The cost does not depend on the number of samples.
 
     Args:
-        x: Where the samples stand, 0 … 1 from left to right, shape ``(samples,)``.
-        y: Where they stand from bottom to top, shape ``(samples,)``.
-        size: Cells along each side.
+        x: Horizontal positions of the samples, 0 … 1 from left to right, shape ``(samples,)``.
+        y: Vertical positions, from bottom to top, shape ``(samples,)``.
+        size: Number of cells along each side.
 
     Returns:
         Indices of samples, shape ``(size, size)``, rows from bottom to top.
@@ -207,7 +207,7 @@ def nearest_samples(x: NDArray[np.float64], y: NDArray[np.float64], size: int) -
     nearest = np.full((size, size), _NONE, dtype=np.intp)
     rows, columns = (np.clip((v * size).astype(np.intp), 0, size - 1) for v in (y, x))
     nearest[rows, columns] = np.arange(len(x))
-    # Two steps more than halving needs, for the few that it misses.
+    # Two additional steps correct the few cells that halving misses.
     for step in [*_halves(size), 2, 1]:
         for along in (-step, 0, step):
             for across in (-step, 0, step):
@@ -228,7 +228,7 @@ def _offer(
     along: int,
     across: int,
 ) -> None:
-    """Offers each cell the sample of the cell that many rows and columns away."""
+    """Offers each cell the sample of the cell at a given offset of rows and columns."""
     size = len(nearest)
     here = _overlap(along, size), _overlap(across, size)
     there = _overlap(-along, size), _overlap(-across, size)

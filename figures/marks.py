@@ -26,12 +26,12 @@ _THIN = 0.5
 
 
 class Drawing(NamedTuple):
-    """Axes in metres with one scale, and what one millimetre on the page is in them.
+    """Axes in metres with equal scales, and the length of one millimetre on the page.
 
     Attributes:
-        axes: Where to draw.
-        mm: Length that is drawn as one millimetre [m].
-        halo: Whether labels have a white border, to be read across lines.
+        axes: Axes to draw on.
+        mm: Length that corresponds to one millimetre on the page [m].
+        halo: Whether labels have a white border, for legibility on lines.
     """
 
     axes: Axes
@@ -51,11 +51,11 @@ class Drawing(NamedTuple):
         self._path(np.stack([start, end]), colour, width, "<|-|>" if both else "-|>")
 
     def angle(self, centre: Point, start: float, end: float, radius: float, label: str) -> None:
-        """An arc with an arrow head from one direction to another [rad], radius in mm."""
+        """An arc with an arrow head between two directions [rad], with its radius in mm."""
         turns = np.linspace(start, end, 40)
         arc = centre + radius * self.mm * np.stack([np.cos(turns), np.sin(turns)], axis=1)
         self.line(*arc)
-        # A head bends with its shaft: the last part is drawn again as a straight arrow.
+        # A head on an arc would bend: the last part is drawn as a straight arrow.
         back = math.copysign(min(1.8 / radius, abs(end - start)), end - start)
         self.arrow(centre + radius * self.mm * unit(end - back), arc[-1], width=_THIN)
         middle = 0.5 * (start + end)
@@ -64,7 +64,7 @@ class Drawing(NamedTuple):
     def line(
         self, *points: Point, colour: Rgb = MARK, width: float = _THIN, style: str = "-"
     ) -> None:
-        """A polyline with round ends, its width in points."""
+        """A polyline with round ends, with its width in points."""
         xs, ys = np.stack(points).T
         self.axes.plot(
             xs,
@@ -76,7 +76,7 @@ class Drawing(NamedTuple):
         )
 
     def dot(self, point: Point, size: float, face: Rgb, edge: Rgb) -> None:
-        """A circle, its diameter in points."""
+        """A circle, with its diameter in points."""
         self.axes.plot(
             *point,
             marker="o",
@@ -87,7 +87,7 @@ class Drawing(NamedTuple):
         )
 
     def write(self, point: Point, text: str, *, turn: float = 0.0, colour: Rgb = MARK) -> None:
-        """Text with its centre at a point, turned by an angle [rad] but never upside down."""
+        """Text centred at a point, rotated by an angle [rad] but never upside down."""
         upright = (math.degrees(turn) + 90.0) % 180.0 - 90.0
         x, y = point.tolist()
         halo = [withStroke(linewidth=2.0, foreground="white")] if self.halo else None
@@ -123,12 +123,12 @@ class Drawing(NamedTuple):
 def new_drawing(
     figure: Figure, frame: Frame, points: Point, borders: Borders, *, halo: bool
 ) -> Drawing:
-    """Axes without ticks that show some points in one scale, as large as their frame allows.
+    """Axes without ticks that show the points as large as their frame allows.
 
     Args:
         figure: The page.
         frame: Left, top, width and height on the page [mm].
-        points: What is drawn, shape ``(points, 2)`` [m].
+        points: Points to include, shape ``(points, 2)`` [m].
         borders: Space for labels left, below, right and above [mm].
         halo: Whether labels have a white border.
     """

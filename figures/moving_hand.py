@@ -1,4 +1,4 @@
-"""The hand at one time after the other, and how far its fingertips have slipped."""
+"""Draws the hand at successive times, and the slips of its fingertips."""
 
 from __future__ import annotations
 
@@ -42,17 +42,17 @@ from slipgrasp.scene.states import drawable
 Pixels = NDArray[np.uint8]
 
 SIZE = (6.4, 5.6)
-"""Width and height [inches] of a picture of which no other size is asked for."""
+"""Default width and height of an image [inches]."""
 
-# Around the object, in its largest radius; what else is drawn, in the span of the picture.
+# Margin around the object in its largest radii; for other parts, as a fraction of the image.
 _MARGIN = 0.35
 _FORCE_LENGTH = 0.22
 _CONE_LENGTH = 0.16
 _TIP_RADIUS = 0.022
 _LINK_WIDTH = 0.05
-"""Width of a finger [m], at most `_WIDEST_LINK` of the span."""
+"""Width of a finger [m], at most `_WIDEST_LINK` times the span."""
 _WIDEST_LINK = 0.09
-_GLASS, _BEHIND = 0.75, 2.0  # the object in space, and what stands behind it
+_GLASS, _BEHIND = 0.75, 2.0  # of a spatial object, and of parts behind it
 _TITLE_WIDTH = 75
 _POINTS_PER_INCH = 72.0
 
@@ -78,14 +78,14 @@ class _Sizes(NamedTuple):
 
 
 class MovingHand:
-    """Draws a run at one time after the other; use it inside `style.paper_style`.
+    """Draws a run at successive times; must be used inside `style.paper_style`.
 
     Args:
         result: The run.
-        motion: Where everything stands at the times to be drawn.
+        motion: Positions at the times to draw.
         window: Time range of the chart.
-        clock: Returns a time in words.
-        size: Width and height of the picture [px]; letters grow with its height.
+        clock: Formats a time.
+        size: Width and height of the image [px]; the font scales with its height.
     """
 
     def __init__(
@@ -149,7 +149,7 @@ class MovingHand:
         self._still = self._canvas.copy_from_bbox(self._figure.bbox)
 
     def _collect(self) -> list[Artist]:
-        """What moves, from back to front."""
+        """The moving artists, from back to front."""
         fingers = [part for finger in self._fingers for part in finger]
         lenses = [part for lens in self._lenses for part in lens.artists]
         words = [self._clock, self._ending]
@@ -159,10 +159,10 @@ class MovingHand:
         )
 
     def draw(self, frame: int) -> Pixels:
-        """The picture at one of the times.
+        """Draws the image of one time.
 
         Args:
-            frame: Which time of the motion.
+            frame: Index of the time.
 
         Returns:
             Red, green and blue, shape ``(height, width, 3)``.
@@ -174,7 +174,7 @@ class MovingHand:
         return np.asarray(self._canvas.buffer_rgba())[..., :3].copy()
 
     def draw_figure(self, frame: int) -> Figure:
-        """The figure at one of the times, to be saved; nothing else can be drawn then."""
+        """Returns the figure of one time for saving; the object cannot be used afterwards."""
         self._place_all(frame)
         for artist in self._moving:
             artist.set_animated(False)
@@ -199,7 +199,7 @@ class MovingHand:
     def _place(self, finger: _Finger, index: int, frame: int) -> None:
         motion = self._motion
         tip, normal = motion.joints[frame, index, -1], motion.normals[frame, index]
-        # The ball touches the face from outside; the round end of the link stays behind it.
+        # The ball touches the face from outside; the round end of the link ends behind it.
         ball = tip - _TIP_RADIUS * self._span * normal
         points = _shortened(motion.joints[frame, index], ball, 0.5 * self._link_width)
         for part in (finger.outline, finger.links):
@@ -220,10 +220,10 @@ class MovingHand:
 
 
 def _show_what_is_held(axes: Axes, motion: HandMotion) -> tuple[float, float]:
-    """Sets the limits so that the object never leaves the picture, with its fingertips.
+    """Sets limits that always include the object and its fingertips.
 
     Returns:
-        The larger span of what is shown for sure [m], and how large a metre is [points].
+        The larger span of the guaranteed range [m], and the size of a metre [points].
     """
     points = np.concatenate([motion.corners, motion.desired]).reshape(-1, 2)
     radius = 0.5 * float(np.hypot(*np.ptp(motion.corners[0], axis=0)))
@@ -231,7 +231,7 @@ def _show_what_is_held(axes: Axes, motion: HandMotion) -> tuple[float, float]:
     figure = axes.get_figure()
     assert isinstance(figure, Figure)
     size = figure.get_size_inches() * axes.get_position().size
-    # One scale for both directions: the larger of what width and height need.
+    # Both directions have the same scale, the larger of the required ones.
     scale = float(((high - low) / size).max())
     middle, half = 0.5 * (low + high), 0.5 * scale * size
     axes.set_xlim(middle[0] - half[0], middle[0] + half[0])
@@ -243,14 +243,14 @@ def _show_what_is_held(axes: Axes, motion: HandMotion) -> tuple[float, float]:
 def _shortened(
     joints: NDArray[np.float64], ball: NDArray[np.float64], gap: float
 ) -> NDArray[np.float64]:
-    """The joints of a finger, whose last link ends at a gap from the middle of its fingertip."""
+    """The joints of a finger, whose last link ends at a gap from the centre of its fingertip."""
     along = ball - joints[-2]
     length = max(float(np.hypot(*along)), 1e-9)
     return np.concatenate([joints[:-1], [joints[-2] + max(1.0 - gap / length, 0.0) * along]])
 
 
 def _draw_chart(figure: Figure, result: RunResult, window: Window) -> Axes:
-    """The slips in a time range of the run, the phases above them, and the legend."""
+    """The slips in a time range of the run, with the phases above them and the legend."""
     contacts = range(result.trace.shape.num_contacts)
     strip = figure.add_axes((0.1, 0.325, 0.87, 0.035))
     draw_lanes(strip, result, contacts, window)
@@ -311,7 +311,7 @@ def _add_finger(hand: Axes, chart: Axes, index: int, sizes: _Sizes) -> _Finger:
 def _arrow_head(
     point: NDArray[np.float64], along: NDArray[np.float64], size: float
 ) -> NDArray[np.float64]:
-    """A triangle whose tip is at a point; nothing where there is no direction."""
+    """A triangle with its tip at a point; empty without a direction."""
     length = float(np.hypot(*along))
     if length == 0.0:
         return np.stack([point] * 3)

@@ -1,9 +1,9 @@
-"""A contact of a spatial hand in the plane of its face, from outside: a lens of moving pictures.
+"""Close-up of a contact of a spatial hand in the plane of its face, seen from outside.
 
-The spot first touched is in the middle and t_x points up. Around the fingertip lies what
-friction cannot leave, all of one size: a disc on the cone, a square in the pyramid; the line in it
-is the friction on the object. The pad of a soft fingertip is a disc as large as it is, with a line
-that turns with the fingertip.
+The initial contact point is at the centre and t_x points up. The limit of friction around the
+fingertip has a constant size: a disc for the cone, a square for the pyramid; the line in it is the
+friction on the object. The pad of a soft fingertip is a disc of its size, with a line that turns
+with the fingertip.
 """
 
 from __future__ import annotations
@@ -32,12 +32,12 @@ from slipgrasp.scene.states import States, drawable
 
 Values = NDArray[np.float64]
 
-# In the radius of the lens.
+# Fractions of the radius of the close-up.
 _REACH, _LIMIT, _EXTENT = 0.62, 0.34, 1.15
 
-# Where the lenses stand, in the width and height of the picture.
+# Positions of the close-ups as fractions of the image.
 _LOW, _HIGH, _WIDTH = 0.37, 0.9, 0.2
-_LEAST_SLIP = 1e-6  # that is drawn as large as the lens [m]
+_LEAST_SLIP = 1e-6  # that corresponds to the size of the close-up [m]
 
 
 class _Parts(NamedTuple):
@@ -54,13 +54,13 @@ class _Parts(NamedTuple):
 
 
 class MovingLens:
-    """Draws one contact at one time after the other.
+    """Draws one contact at successive times.
 
     Args:
-        figure: The picture.
+        figure: The figure.
         result: A run of a spatial hand.
-        contact: Which contact.
-        motion: The times to be drawn.
+        contact: Index of the contact.
+        motion: Positions at the times to draw.
     """
 
     def __init__(self, figure: Figure, result: RunResult, contact: int, motion: HandMotion) -> None:
@@ -92,7 +92,7 @@ class MovingLens:
         self._parts = self._add_parts()
 
     def _add_parts(self) -> _Parts:
-        """All of it moves, from back to front, so that it covers the fingers."""
+        """All artists move, from back to front, so that they cover the fingers."""
         face = Circle((0.0, 0.0), 1.0, fc=paint(lighter(OBJECT, 0.4)), lw=0.0, zorder=10.0)
         pad = Circle((0.0, 0.0), self._radius, alpha=0.4, lw=1.0, zorder=10.15)
         limit = Polygon(self._outline, fc=paint(lighter(CONE, 0.75)), ec=paint(CONE), lw=0.8)
@@ -119,11 +119,11 @@ class MovingLens:
 
     @property
     def artists(self) -> tuple[Artist, ...]:
-        """What moves."""
+        """The moving artists."""
         return self._parts
 
     def place(self, frame: int) -> None:
-        """Shows one of the times."""
+        """Shows one time."""
         parts, spot = self._parts, self._spots[frame]
         colour = paint(PHASES[ContactPhase(int(self._phases[frame]))])
         parts.rim.set_edgecolor(colour)
@@ -138,7 +138,7 @@ class MovingLens:
 
 
 def _share_of_limit(states: States, contact: int) -> Values:
-    """Friction on the object over the largest there is, ``(times, 2)``; 0 where there is none."""
+    """Friction on the object divided by its limit, ``(times, 2)``; 0 without a limit."""
     limit = (states.friction * states.normal_force)[:, contact, None]
     force = -states.tangential_force[:, contact, ::-1]
     return np.divide(force, limit, out=np.zeros_like(force), where=limit > 0.0)

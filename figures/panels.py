@@ -1,8 +1,8 @@
-"""What the figures of a run show: panels of curves over time, in the paper's order.
+"""Content of the figures of a run: panels of curves over time, in the paper's order.
 
-Symbols count from 1 as in the paper: links and joints through all fingers, contacts as
-their fingers. A colour stands for a finger, dark grey for the object; the second link of a
-finger has the lighter tone of its colour.
+Symbols count from 1 as in the paper: links and joints through all fingers, contacts like their
+fingers. Colours distinguish fingers, with dark grey for the object; the second link of a finger has
+a lighter tone.
 """
 
 from __future__ import annotations
@@ -27,13 +27,13 @@ LINKS_PER_FINGER = 2
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Curve:
-    """One line over time.
+    """A curve over time.
 
     Attributes:
-        label: What the legend calls it; nothing if it needs no entry of its own.
+        label: Label in the legend; empty for no entry.
         colour: Its colour.
-        values: One per row of the trace, in the unit of its plot.
-        role: What it is, or what it is held against: the truth, or a limit.
+        values: One value per row of the trace, in the unit of its plot.
+        role: Whether it is the signal, the true value, or a limit.
     """
 
     label: str
@@ -48,9 +48,9 @@ class Plot:
 
     Attributes:
         label: Quantity and unit.
-        curves: Its lines.
-        least_span: Range of values shown at least, so that rounding errors look like zero.
-        with_zero: Whether a line marks zero.
+        curves: Its curves.
+        least_span: Smallest vertical range, so that rounding errors look like zero.
+        with_zero: Whether to draw a line at zero.
     """
 
     label: str
@@ -64,9 +64,9 @@ class Panel:
     """One panel of a figure.
 
     Attributes:
-        title: What it shows.
+        title: Title.
         plots: Axes, from top to bottom.
-        contacts: The contacts whose phases are shaded.
+        contacts: Contacts whose phases are shaded.
     """
 
     title: str
@@ -80,7 +80,7 @@ def finger_colour(finger: int) -> Rgb:
 
 
 def lighter(colour: Rgb, share: float) -> Rgb:
-    """A tone of the colour with a share of white, 0 … 1."""
+    """Blends the colour with white, by a fraction from 0 to 1."""
     red, green, blue = (round(channel + share * (255 - channel)) for channel in colour)
     return (red, green, blue)
 
@@ -114,7 +114,7 @@ def tracking_panels(result: RunResult) -> tuple[Panel, ...]:
 
 def _slip_panel(result: RunResult, contacts: tuple[int, ...]) -> Panel:
     trace, names = result.trace, result.scenario.finger_names
-    # A legend of more than three has no space for names; the lanes show them in the same order.
+    # A legend with more than three entries has no space for names; lanes have the same order.
     shown = [f" {name}" if len(names) <= 3 else "" for name in names]
     slips = [
         Curve(label=f"$s_{i + 1}${shown[i]}", colour=finger_colour(i), values=1e3 * column)
@@ -137,7 +137,7 @@ def _slip_panel(result: RunResult, contacts: tuple[int, ...]) -> Panel:
 
 
 def force_panels(result: RunResult) -> tuple[Panel, ...]:
-    """For every finger its joint torques, and its force on the object (Fig. 7 and 10)."""
+    """Joint torques of every finger, and its force on the object (Fig. 7 and 10)."""
     return tuple(panel for i in range(len(result.scenario.fingers)) for panel in _forces(result, i))
 
 
@@ -165,7 +165,7 @@ def _forces(result: RunResult, finger: int) -> Iterator[Panel]:
 
 
 def torque_panel(result: RunResult, finger: int, colours: Sequence[Rgb]) -> Panel:
-    """The joint torques of a finger, or the forces on its slides, one joint per colour."""
+    """Joint torques of a finger, or forces on its slides, with one colour per joint."""
     first = len(colours) * finger
     torques = [
         Curve(
@@ -196,16 +196,16 @@ def contact_force_panel(result: RunResult, finger: int, *curves: Curve) -> Panel
 
 
 def estimate_panels(result: RunResult) -> tuple[Panel, ...]:
-    """The estimates against the truth (Fig. 6 and 9).
+    """Estimates and true values (Fig. 6 and 9).
 
-    Link masses share one panel per finger, friction has one per contact, mass and inertia
-    of the object one each, in this order.
+    Link masses share one panel per finger, friction has one panel per contact, mass and inertia of
+    the object have one each, in this order.
     """
     scenario, trace = result.scenario, result.trace
     groups: dict[tuple[str, int], list[tuple[int, Unknown]]] = {}
     for column, key in enumerate(trace.shape.unknowns):
         unknown = parse_unknown(scenario, key)
-        assert unknown is not None  # the scenario has been checked
+        assert unknown is not None  # the scenario is valid
         groups.setdefault((unknown.kind, unknown.finger), []).append((column, unknown))
     order = sorted(groups, key=lambda group: (_KINDS.index(group[0]), group[1]))
     return tuple(_estimate_panel(result, groups[group]) for group in order)
@@ -281,10 +281,10 @@ def _estimate_title(scenario: Scenario, unknown: Unknown) -> str:
 
 
 def axis_colour(axis: int) -> Rgb:
-    """The object's colour, darkest for z; -1 is the object itself."""
+    """The colour of an axis of the object, darkest for z; -1 is the object itself."""
     return lighter(MARK, (0.66, 0.33, 0.0)[axis])
 
 
 def link_colour(finger: int, link: int) -> Rgb:
-    """The finger's own colour, and a lighter tone for the second of its curves."""
+    """The colour of the finger, with a lighter tone for its second curve."""
     return lighter(finger_colour(finger), 0.5 * max(link, 0))

@@ -1,4 +1,4 @@
-"""What the figures of a spatial hand show where that differs from the plane."""
+"""Panels that differ between spatial and planar hands."""
 
 from __future__ import annotations
 
@@ -62,11 +62,11 @@ def _slip_panel(result: RunResult) -> Panel:
 
 
 def _spin_panel(result: RunResult) -> Panel:
-    """How far soft fingertips have turned on their faces, how fast, and with which moment."""
+    """Rotation of soft fingertips on their faces, its rate, and the moment."""
     trace = result.trace
     return _contact_panel(
         result,
-        "fingertip turns on their faces about the normals into the object, and their moments",
+        "fingertip rotations on their faces about the inward normals, and their moments",
         {
             r"$\psi$ [mrad]": trace.spin,
             r"$\dot\psi$ [mrad/s]": trace.spin_velocity,
@@ -76,7 +76,7 @@ def _spin_panel(result: RunResult) -> Panel:
 
 
 def _contact_panel(result: RunResult, title: str, quantities: Mapping[str, Values]) -> Panel:
-    """Quantities of all contacts, ``(rows, contacts)`` in SI units, by labels in thousandths."""
+    """Quantities of all contacts, ``(rows, contacts)`` in SI units, by label in thousandths."""
     plots = [
         Plot(
             label=label,
@@ -99,7 +99,7 @@ def _per_contact(result: RunResult, values: Values, *, named: bool) -> tuple[Cur
 
 
 def spatial_force_panels(result: RunResult) -> tuple[Panel, ...]:
-    """For every finger its joint torques, and the two parts of its force on the object."""
+    """Joint torques of every finger, and the two components of its force on the object."""
     return tuple(panel for i in range(len(result.scenario.fingers)) for panel in _forces(result, i))
 
 

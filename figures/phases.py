@@ -1,4 +1,4 @@
-"""How the phases of the contacts show: lanes above the axes, a tint behind them, and the key."""
+"""Phases of the contacts in figures: lanes above the axes, tinted background, and key."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def name_lanes(strip: Axes, result: RunResult, contacts: Sequence[int], offset: 
         strip: The axes of the lanes.
         result: The run.
         contacts: The contacts, from top to bottom.
-        offset: Distance of the names as a share of the axes' width.
+        offset: Distance of the names as a fraction of the axes' width.
     """
     names = result.scenario.finger_names
     for lane, contact in enumerate(contacts):
@@ -66,8 +66,8 @@ def name_lanes(strip: Axes, result: RunResult, contacts: Sequence[int], offset: 
 def shade(axes: Axes, result: RunResult, contacts: Sequence[int]) -> None:
     """Tints the background while contacts slip.
 
-    One contact alone gives the colour of its phase; several share one tint, as their phases
-    may differ.
+    A single slipping contact gives the colour of its phase; several share one tint, because their
+    phases may differ.
     """
     for contact in contacts:
         for phase, bars in _bars_by_phase(phase_spans(result, contact)).items():

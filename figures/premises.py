@@ -1,4 +1,4 @@
-"""The figure of the theorems' assumptions: Eq. 20, and the bound of Eq. 55 beside the run."""
+"""Figure of the theorems' assumptions: Eq. 20, and the bound of Eq. 55."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ def premise_panels(result: RunResult) -> tuple[Panel, ...]:
     """Eq. 20 along the desired motion; error, disturbance and radius of Eq. 50 to 57."""
     premises, contacts = find_premises(result), tuple(range(result.trace.shape.num_contacts))
     empty = not np.isfinite(premises.radius).any()
-    radius = "radius of Eq. 55: empty" if empty else "radius of Eq. 55"
+    radius = "radius of Eq. 55: none" if empty else "radius of Eq. 55"
     return (
         _panel(
             contacts,
@@ -25,23 +25,23 @@ def premise_panels(result: RunResult) -> tuple[Panel, ...]:
         ),
         _panel(
             contacts,
-            "error, and the radius it is to be confined to",
+            "error, and the radius that should bound it",
             r"$\log_{10}\Vert r_1\Vert$",
             (r"$\Vert r_1\Vert$", _log(premises.error)),
             (radius, _log(premises.radius)),
         ),
         _panel(
             contacts,
-            "what friction unknown disturbs",
+            "disturbance by unknown friction",
             r"$\Vert\tau_d^*\Vert$",
             ("", premises.disturbance),
         ),
-        _panel(contacts, "how far estimates are pulled back", r"$\sigma_s$", ("", premises.pull)),
+        _panel(contacts, "correction of the estimates", r"$\sigma_s$", ("", premises.pull)),
     )
 
 
 def _log(values: Values) -> Values:
-    """Decadic logarithm; NaN, which draws nothing, of 0 and of what is infinite."""
+    """Decadic logarithm; NaN (not drawn) for 0 and infinite values."""
     there = np.isfinite(values) & (values > 0.0)
     return np.log10(values, out=np.full(len(values), np.nan), where=there)
 

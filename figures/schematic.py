@@ -1,4 +1,4 @@
-"""The schematic of a scenario (Fig. 4): the hand in its start pose, the object, its contacts."""
+"""Schematic of a scenario (Fig. 4): the hand in its start pose, the object, its contacts."""
 
 from __future__ import annotations
 
@@ -37,9 +37,9 @@ _TIP = 2.6
 
 
 class FingerPose(NamedTuple):
-    """A finger in the plane: base, elbow and tip [m], and its two joint angles [rad].
+    """A planar finger: base, elbow and tip [m], and its two joint angles [rad].
 
-    On slides the elbow is the carriage of the first.
+    For slides, the elbow is the first carriage.
     """
 
     base: Point
@@ -50,10 +50,10 @@ class FingerPose(NamedTuple):
 
 
 def draw_schematic(scenario: PlanarScenario) -> Figure:
-    """Draws the hand in its start pose and, enlarged, the object with its contact frames.
+    """Draws the hand in its start pose, and a close-up of the object with its contact frames.
 
     Args:
-        scenario: What to draw.
+        scenario: Scenario to draw.
 
     Returns:
         The figure. Its axes are labelled ``a`` for the hand and ``b`` for the object.
@@ -75,10 +75,10 @@ def draw_schematic(scenario: PlanarScenario) -> Figure:
 
 
 def start_pose(scenario: PlanarScenario, index: int) -> FingerPose:
-    """Where a finger stands when its tip touches the object in its start pose.
+    """Position of a finger whose tip touches the object in its start pose.
 
-    The second joint angle follows from the distance d between base and tip,
-    cos q_2 = (d^2 - l_1^2 - l_2^2) / (2 l_1 l_2), its sign from the elbow branch.
+    The second joint angle follows from the distance d between base and tip, cos q_2 = (d^2 - l_1^2
+    - l_2^2) / (2 l_1 l_2), with the sign of the elbow branch.
     """
     finger = scenario.fingers[index]
     base = np.array(finger.base)
@@ -229,7 +229,7 @@ def _draw_object_frame(drawing: Drawing) -> None:
 
 
 def _draw_dimensions(drawing: Drawing, scenario: PlanarScenario) -> None:
-    """Half width or radius below the object, half length beside it, clear of any fingers there."""
+    """Half width or radius below the object, half length next to it, away from the fingers."""
     mm, body = drawing.mm, scenario.object
     width, length = body.half_sizes
     low = -length - _clearance(scenario, "bottom") * mm
@@ -250,12 +250,12 @@ def _draw_dimensions(drawing: Drawing, scenario: PlanarScenario) -> None:
 
 
 def _clearance(scenario: PlanarScenario, side: str) -> float:
-    """How far a label must stay from a side of the object [mm]."""
+    """Distance of a label from a side of the object [mm]."""
     return 15.0 if any(_side(scenario, finger) == side for finger in scenario.fingers) else 5.0
 
 
 def _side(scenario: PlanarScenario, finger: FingerParameters) -> str:
-    """The side of the object from which a finger comes."""
+    """The side of the object with a given finger."""
     x, y = contact_frame(scenario.object, finger).normal
     if abs(x) > abs(y):
         return "left" if x > 0.0 else "right"
@@ -265,7 +265,7 @@ def _side(scenario: PlanarScenario, finger: FingerParameters) -> str:
 def _draw_contact(
     drawing: Drawing, frame: ContactFrame, finger: FingerParameters, index: int
 ) -> None:
-    """The fingertip, its frame (x_c, n), the way of positive slip and the friction cone."""
+    """The fingertip, its frame (x_c, n), the direction of positive slip and the friction cone."""
     mm, number, colour = drawing.mm, index + 1, finger_colour(index)
     anchor, tangent, normal = (np.array(v) for v in (frame.anchor, frame.tangent, frame.normal))
     cone = [anchor + 8.0 * mm * (normal + sign * finger.friction * tangent) for sign in (1, -1)]
@@ -283,7 +283,7 @@ def _draw_contact(
     slip = anchor - 4.0 * mm * normal
     drawing.arrow(slip + 2.0 * mm * tangent, slip + 10.0 * mm * tangent, MARK)
     drawing.write(slip + mm * (6.0 * tangent - 5.0 * normal), f"$s_{number}>0$")
-    # Words are wide: beside an upright normal they need more space than above a level one.
+    # Text is wide: it needs more space next to a vertical normal than above a horizontal one.
     across, along = (4.6, 7.8) if abs(normal[0]) > 0.5 else (8.5, 4.5)
     friction = anchor + mm * (across * tangent + along * normal)
     drawing.write(friction, rf"$\mu_{number}$ = {finger.friction:.4g}")

@@ -1,4 +1,4 @@
-"""Draws the panels of one figure: two columns, each panel with a closer look at the slip."""
+"""Draws the panels of a figure in two columns, each with a close-up of the slip."""
 
 from __future__ import annotations
 
@@ -41,12 +41,12 @@ _TICKS = 10.5
 _KEY = 5.5
 _NAMES = 0.8
 
-# Outside of these, numbers on an axis are written with exponents.
+# Outside this range, numbers on an axis are in exponential notation.
 _PLAIN = (1e-3, 1e5)
 
 
 class _Cell(NamedTuple):
-    """Where a panel stands on the page, and the heights that its row agrees upon [mm]."""
+    """Position of a panel on the page, and the common heights of its row [mm]."""
 
     left: float
     top: float
@@ -65,11 +65,11 @@ class _View(NamedTuple):
 
 
 def draw_sheet(result: RunResult, panels: Sequence[Panel]) -> Figure:
-    """Draws panels in two columns, the phases shaded and explained below.
+    """Draws panels in two columns, with shaded phases and a key.
 
     Args:
         result: The run.
-        panels: What to draw, from `slipgrasp.figures.panels`.
+        panels: Panels from `slipgrasp.figures.panels`.
 
     Returns:
         The figure. Its axes are labelled ``a whole``, ``a slip``, ``d 2 whole``, ``a phases
@@ -96,7 +96,7 @@ def draw_sheet(result: RunResult, panels: Sequence[Panel]) -> Figure:
 
 
 def ending_words(result: RunResult) -> str:
-    """How a run ended early, nothing if it was completed."""
+    """Describes an early end; empty if the run was completed."""
     if result.outcome is Outcome.COMPLETED:
         return ""
     words = f"Ended early at {result.end_time:.4g} s: {result.outcome.value.replace('_', ' ')}"
@@ -148,7 +148,7 @@ def _draw_panel(figure: Figure, result: RunResult, panel: Panel, letter: str, ce
 
 
 def _views(result: RunResult, cell: _Cell) -> tuple[_View, ...]:
-    """The closer look on the left, where there is one, and the whole run."""
+    """The close-up on the left, if any, and the whole run."""
     left, available = cell.left + _LABELS, cell.width - _LABELS - _RIGHT
     look = closer_look(result)
     if look is None:
@@ -179,7 +179,7 @@ def _draw_plot(axes: Axes, result: RunResult, plot: Plot, view: _View, height: f
 
 
 def _limits(plot: Plot, rows: slice) -> tuple[float, float]:
-    """Where all finite values lie."""
+    """Range of all finite values."""
     values: NDArray[np.float64] = np.concatenate([curve.values[rows] for curve in plot.curves])
     finite = values[np.isfinite(values)]
     low, high = (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 0.0)
@@ -223,7 +223,7 @@ def _named_curves(panel: Panel) -> list[Curve]:
 
 
 def _draw_key(figure: Figure, result: RunResult, height: float, ending: str) -> None:
-    """What the colours of the phases mean, and below it how the run ended early."""
+    """Key of the phase colours, and below it the early end of the run, if any."""
     lines = 2 if ending else 1
     row = add_axes(figure, 0.0, height - _MARGIN - _KEY * lines, PAGE_WIDTH, _KEY)
     row.set_axis_off()

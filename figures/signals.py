@@ -1,4 +1,4 @@
-"""Curves of chosen signals over time, of one run or of two."""
+"""Plots of selected signals over time, for one run or two."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from slipgrasp.recordings.palette import Rgb
 _PLOT, _MARGINS = 38.0, 10.0
 _DASHED = {"linestyle": (0, (4.0, 2.0)), "linewidth": 0.8}
 _MARGIN = 0.06
-"""Of the range of values, above and below."""
+"""Fraction of the range of values, above and below."""
 _BY_NAME = {signal.name: signal for signal in SIGNALS}
 _OF_FINGERS = ("contact", "path", "tangent", "joint")
 
@@ -37,7 +37,7 @@ def draw_signals(
     over: RunResult | None = None,
     time: tuple[float, float] | None = None,
 ) -> Figure:
-    """Draws signals of a run over time, one below the other; its slips are shaded.
+    """Plots signals of a run over time, one below the other, with slip shaded.
 
     Args:
         run: The run.
@@ -46,7 +46,7 @@ def draw_signals(
         time: Start and end of the time axis [s]; the whole run if None.
 
     Raises:
-        ScenarioError: If a run has no such signal, or the times are no range.
+        ScenarioError: If a run has no such signal, or the times are not a valid range.
     """
     runs = [run] if over is None else [run, over]
     chosen = [[_columns(each, name) for each in runs] for name in names]
@@ -73,13 +73,13 @@ def draw_signals(
 def _window(run: RunResult, time: tuple[float, float] | None) -> Window:
     start, end = window = whole_run(run) if time is None else Window(*time)
     if not (math.isfinite(start) and math.isfinite(end) and start < end):
-        message = f"time: {start:g} to {end:g} s is no range; the start must be before the end"
+        message = f"time: {start:g} to {end:g} s is not a range; the start must be before the end"
         raise _refusal("time", f"{start:g}, {end:g}", message)
     return window
 
 
 def _columns(run: RunResult, name: str) -> dict[int, Column]:
-    """A signal, or a single column of it, by the places of its columns in the signal.
+    """Finds a signal, or a single column of it, with the indices of its columns.
 
     Raises:
         ScenarioError: If the run has no such signal.
@@ -113,7 +113,7 @@ def _draw(axes: Axes, run: RunResult, columns: dict[int, Column], **style: Any) 
 
 
 def _colour(run: RunResult, column: Column, place: int) -> Rgb:
-    """The colour of the column's finger, lighter from part to part; else one per column."""
+    """The colour of the column's finger, lighter by component; otherwise one per column."""
     signal, shape = _BY_NAME[column.signal], run.trace.shape
     if signal.per not in _OF_FINGERS:
         return finger_colour(place)
@@ -138,7 +138,7 @@ def _label(axes: Axes, name: str, columns: dict[int, Column]) -> None:
 
 
 def _fit(axes: Axes, window: Window) -> None:
-    """Fits the vertical axis to the values that the time axis shows."""
+    """Fits the vertical axis to the values in the shown time range."""
     shown = []
     for line in axes.get_lines():
         times, values = (np.asarray(data, float) for data in line.get_data())

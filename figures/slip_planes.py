@@ -1,7 +1,7 @@
 """Every contact of a spatial hand in the plane of its face, seen from outside the object.
 
-t_y points to the right and t_x up, as in the dashboard: the way of the fingertip is
-a curve, and friction on the object a curve in the disc or square that it cannot leave.
+t_y points to the right and t_x up, as in the dashboard: the path of the fingertip is a curve, and
+friction on the object is a curve in the disc or square of its limit.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ _MARGIN = 0.12
 
 
 def draw_slip_planes(result: RunResult) -> Figure:
-    """Draws the way of every fingertip on its face, and below it friction within its limit.
+    """Draws the path of every fingertip on its face, and below it friction within its limit.
 
     Args:
         result: A run of a spatial hand.
@@ -68,7 +68,7 @@ def draw_slip_planes(result: RunResult) -> Figure:
 
 
 def in_plane(values: Values, contact: int) -> Values:
-    """What a contact has along (t_x, t_y), of all rows, as (right, up): ``(rows, 2)``."""
+    """Components along (t_x, t_y) of a contact in all rows, as (right, up): ``(rows, 2)``."""
     return values[:, 2 * contact : 2 * contact + 2][:, ::-1]
 
 
@@ -88,7 +88,7 @@ def _draw_way(axes: Axes, result: RunResult, contact: int) -> None:
 
 
 def _draw_friction(axes: Axes, result: RunResult, contact: int) -> None:
-    """Friction on the object, which is against x_c and y_c, over the largest there is."""
+    """Friction on the object, opposite to x_c and y_c, divided by its limit."""
     trace, rows = result.trace, rows_from_start(result.trace)
     limit = (trace.friction_coefficient * trace.normal_force)[rows, contact]
     force = -in_plane(trace.tangential_force, contact)[rows]
@@ -105,7 +105,7 @@ def _draw_friction(axes: Axes, result: RunResult, contact: int) -> None:
 
 
 def _draw_curve(axes: Axes, result: RunResult, contact: int, points: Values) -> None:
-    """A curve in the colours of the phases, from row to row."""
+    """A curve in the colours of the phases."""
     axes.set_aspect("equal")
     phases = result.trace.phase[rows_from_start(result.trace), contact]
     for number in np.unique(phases):
@@ -123,7 +123,7 @@ def _draw_curve(axes: Axes, result: RunResult, contact: int, points: Values) -> 
 def _draw_key(figure: Figure, result: RunResult, top: float) -> None:
     row = add_axes(figure, 0.0, top, PAGE_WIDTH, _KEY)
     row.set_axis_off()
-    dots = [_dot("white", "first touched"), _dot(paint(MARK), "in the end")]
+    dots = [_dot("white", "first contact"), _dot(paint(MARK), "end")]
     handles: list[Artist] = [*phase_patches(result), *dots]
     row.legend(handles=handles, loc="center", ncols=5, handlelength=1.2, handleheight=0.8)
     if ending := ending_words(result):

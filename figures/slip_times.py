@@ -1,4 +1,4 @@
-"""When contacts slip, and which time range of the run deserves a closer look."""
+"""Times of slip, and the time range for a close-up."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Window(NamedTuple):
 
 
 class PhaseSpan(NamedTuple):
-    """A time range in which a contact keeps its phase [s]."""
+    """A time range in which the phase of a contact is constant [s]."""
 
     phase: ContactPhase
     start: float
@@ -32,7 +32,7 @@ class PhaseSpan(NamedTuple):
 
 
 def whole_run(result: RunResult) -> Window:
-    """From the start to where the run ended; never empty."""
+    """From the start to the end of the run; never empty."""
     start, end = float(result.trace.times[0]), result.end_time
     return Window(start, max(end, start + _SHORTEST))
 
@@ -48,11 +48,11 @@ def phase_spans(result: RunResult, contact: int) -> tuple[PhaseSpan, ...]:
 
 
 def closer_look(result: RunResult) -> Window | None:
-    """The longest episode of slip with some time around it.
+    """The longest episode of slip, with a margin.
 
     Returns:
-        The time range, or None if nothing slips or if the episode is easy to see in a
-        figure of the whole run.
+        The time range, or None if nothing slips or if the episode is easy to see in a figure of the
+        whole run.
     """
     start, end = whole_run(result)
     duration = end - start
@@ -69,7 +69,7 @@ def closer_look(result: RunResult) -> Window | None:
 
 
 def _slip_episodes(result: RunResult, gap: float) -> list[Window]:
-    """When any contact slips, episodes apart by no more than a gap taken as one."""
+    """Times at which any contact slips; episodes separated by at most a gap are merged."""
     slips = sorted(
         Window(span.start, span.end)
         for contact in range(result.trace.shape.num_contacts)

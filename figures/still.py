@@ -1,4 +1,4 @@
-"""An instant of a run as a picture of any size: the hand as in films, as PNG or SVG."""
+"""Still image of a run in any size: the hand as in videos, as PNG or SVG."""
 
 from __future__ import annotations
 
@@ -28,18 +28,18 @@ def write_still(
     *,
     ending: str,
 ) -> None:
-    """Writes an instant of a run as a picture.
+    """Writes a still image of a run.
 
     Args:
         result: The run.
-        stream: Where the file goes.
-        still: Which instant, and how large.
+        stream: Output stream.
+        still: Instant and size.
         clip: Time range of the chart in it.
-        ending: ``png`` or ``svg``, which can be scaled.
+        ending: ``png`` or ``svg``.
 
     Raises:
-        StillError: If the run does not have that instant.
-        ClipError: If nothing of the run lies in the clip.
+        StillError: If the run does not contain the instant.
+        ClipError: If the clip contains no part of the run.
     """
     motion = motion_of(result, np.array([still.time_in(result)]))
     size = still.width, still.height
@@ -58,7 +58,7 @@ def _clock(time: float) -> str:
 
 
 def _in_pixels(svg: str, still: Still) -> str:
-    """A drawing with the size that was asked for, whatever its letters are measured in."""
+    """Sets the requested size of a drawing, independent of its font unit."""
     sized = re.sub(r' width="[^"]*pt"', f' width="{still.width}"', svg, count=1)
     return re.sub(r' height="[^"]*pt"', f' height="{still.height}"', sized, count=1)
 

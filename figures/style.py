@@ -1,4 +1,4 @@
-"""How figures look: fonts, line widths and sizes of a printed page; no pyplot, no user settings."""
+"""Style of figures: fonts, line widths and sizes for print; without pyplot and user settings."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ _STYLE: dict[Any, Any] = {
     "legend.borderaxespad": 0.0,
     "savefig.dpi": 200,
     "svg.fonttype": "path",
-    # With a fixed salt the names of an SVG's parts, and so its bytes, depend on the run alone.
+    # A fixed salt makes the names of an SVG's elements, and so its bytes, depend on the run alone.
     "svg.hashsalt": "slipgrasp",
     "pdf.fonttype": 42,
 }
@@ -57,10 +57,10 @@ _TURN = RLock()
 
 @contextmanager
 def paper_style() -> Iterator[None]:
-    """The style of all figures, whatever the user's own settings are.
+    """A context with the style of all figures, independent of the user's settings.
 
-    Figures must be drawn and saved in it. matplotlib's settings and fonts are those of the
-    whole process, so threads take turns.
+    Figures must be drawn and saved in it. matplotlib's settings and fonts are global to the
+    process, so that threads take turns.
     """
     with _TURN, matplotlib.rc_context():
         matplotlib.rcdefaults()
@@ -69,7 +69,7 @@ def paper_style() -> Iterator[None]:
 
 
 def new_figure(height: float) -> Figure:
-    """An empty figure as wide as the page.
+    """An empty figure with the width of the page.
 
     Args:
         height: Its height [mm].
@@ -78,7 +78,7 @@ def new_figure(height: float) -> Figure:
 
 
 def add_axes(figure: Figure, left: float, top: float, width: float, height: float) -> Axes:
-    """Axes at a place on the page, measured from its upper left corner [mm]."""
+    """Axes at a position on the page, measured from its upper left corner [mm]."""
     page_height = figure.get_figheight() * _MM_PER_INCH
     bottom = page_height - top - height
     return figure.add_axes(
@@ -92,6 +92,6 @@ def add_axes(figure: Figure, left: float, top: float, width: float, height: floa
 
 
 def paint(colour: Rgb) -> tuple[float, float, float]:
-    """The colour as matplotlib wants it."""
+    """The colour in matplotlib's form."""
     red, green, blue = colour
     return (red / 255, green / 255, blue / 255)

@@ -1,4 +1,4 @@
-"""Where a study holds its object, and how it fails, over two of the parameters it varies."""
+"""Map of the outcomes of a study over two of its varied parameters."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ _LONGEST_NOTE = 120
 
 
 class _Place(NamedTuple):
-    """Where a panel stands on the page [mm]."""
+    """Position of a panel on the page [mm]."""
 
     left: float
     top: float
@@ -49,13 +49,13 @@ class _Place(NamedTuple):
 
 
 def draw_success_map(results: StudyResults, x: str, y: str) -> Figure:
-    """Draws how the runs of a study ended over two parameters that it varies.
+    """Draws the outcomes of a study over two varied parameters.
 
-    Grids are cells. Samples are points, and the ground has the paler colour of the sample
-    nearest to it. A line goes around where the object is held; the key says how many runs
-    are in which category. Values that are crossed with both parameters become panels.
+    Grids are cells. Samples are points, and the background has the paler colour of the nearest
+    sample. A line bounds the region where the object is held; the key shows the number of runs in
+    each category. Values that are crossed with both parameters become panels.
 
-    Below stands what was unknown to the controllers, and what they were given.
+    The text below describes the known and unknown parameters of the controllers.
 
     In an SVG each cell and point is a link to ``#run-INDEX``.
 
@@ -68,7 +68,7 @@ def draw_success_map(results: StudyResults, x: str, y: str) -> Figure:
         The figure; its panels are labelled ``a``, ``b`` …
 
     Raises:
-        QueryError: If one of them does not vary, or not in numbers, or both are the same.
+        QueryError: If one of them does not vary, or is not numeric, or both are the same.
     """
     if x == y:
         raise QueryError(y, f"a map needs two parameters, not '{y[:80]}' twice")
@@ -96,7 +96,7 @@ def draw_success_map(results: StudyResults, x: str, y: str) -> Figure:
 
 
 def _notes(study: Study, shown: tuple[str, ...]) -> list[str]:
-    """What the controllers were given, and what else varies, in lines as wide as the page."""
+    """Known parameters of the controllers, and other varied parameters, in lines of page width."""
     known = re.split(r"(?<=\.) ", describe_knowledge_in(study))
     lines = [line for sentence in known for line in textwrap.wrap(sentence, _LONGEST_NOTE)]
     return [*lines, *filter(None, [projection_note(study, shown)])]
@@ -105,7 +105,7 @@ def _notes(study: Study, shown: tuple[str, ...]) -> list[str]:
 def _layout(
     num_panels: int, num_lines: int, has_heading: bool, num_notes: int
 ) -> tuple[float, list[_Place]]:
-    """Height of the page, and where its panels stand."""
+    """Height of the page, and positions of its panels."""
     columns = min(num_panels, _COLUMNS)
     alone = num_panels == 1
     available = PAGE_WIDTH / columns - _LABELS - _RIGHT
@@ -128,7 +128,7 @@ def _layout(
 
 
 def _place_of_key(place: _Place, *, alone: bool) -> tuple[float, float, float]:
-    """Left, top and width of the key of a panel [mm]: beside it, or below it."""
+    """Left, top and width of the key of a panel [mm]: next to it, or below it."""
     if alone:
         return place.left + place.size + _GAP, place.top, _KEY_BESIDE
     return place.left, place.top + place.size + _TICKS, place.size
@@ -160,7 +160,7 @@ def _add_panel(figure: Figure, letter: str, place: _Place) -> Axes:
 
 
 def _finish(axes: Axes, results: StudyResults, x: MapAxis, y: MapAxis) -> None:
-    """Scales, labels, the line of equal values and the base's own point."""
+    """Scales, labels, the line of equal values, and the point of the base."""
     for axis, own, scale, limits, label in (
         (x, axes.xaxis, axes.set_xscale, axes.set_xlim, axes.set_xlabel),
         (y, axes.yaxis, axes.set_yscale, axes.set_ylim, axes.set_ylabel),

@@ -1,4 +1,4 @@
-"""What a picture of two runs shows: groups of columns of one quantity over time."""
+"""Content of a figure of two runs: groups of columns with one quantity over time."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _ESTIMATE_TITLES = {
 
 
 class Pair(NamedTuple):
-    """Both runs, their columns by name, and their rows at the same instants."""
+    """Two runs, their columns by name, and their rows at common instants."""
 
     a: RunResult
     b: RunResult
@@ -46,7 +46,7 @@ class Line:
 
     Attributes:
         column: Its name (`slipgrasp.core.trace.columns`).
-        label: What the legend calls it; nothing if it is alone.
+        label: Label in the legend; empty if it is the only line.
         colour: Its colour.
     """
 
@@ -60,11 +60,11 @@ class Trend:
     """Columns that share their axes.
 
     Attributes:
-        title: What they are.
+        title: Title.
         label: Quantity and unit of the axis.
-        scale: From SI to that unit.
+        scale: Factor from SI to that unit.
         lines: The columns.
-        least_span: Range of values shown at least, in the unit of the axis.
+        least_span: Smallest vertical range, in the unit of the axis.
     """
 
     title: str
@@ -77,11 +77,11 @@ class Trend:
 DRAWN_SIGNALS = frozenset(
     ("slip", "slip_path", "normal_force", "friction_margin", "tracking_error", "estimates")
 )
-"""The signals that the columns of all trends belong to."""
+"""The signals of the columns of all trends."""
 
 
 def pair_of(comparison: Comparison, a: RunResult, b: RunResult) -> Pair:
-    """Prepares two runs to be drawn over each other."""
+    """Prepares two runs for an overlay."""
     of_a, of_b = (_columns(run) for run in (a, b))
     rows = match_rows(a.trace.times, b.trace.times)
     return Pair(a, b, of_a, of_b, rows, comparison)
@@ -91,11 +91,11 @@ def _columns(run: RunResult) -> dict[str, NDArray[np.float64]]:
     return {column.name: drawable(column.values.astype(float)) for column in columns_of(run.trace)}
 
 
-_SLIP_TITLES = {"slip": "fingertip slips", "slip_path": "ways that fingertips slid"}
+_SLIP_TITLES = {"slip": "fingertip slips", "slip_path": "paths of the fingertips"}
 
 
 def trends_of(a: RunResult, b: RunResult) -> tuple[Trend, ...]:
-    """Slips, forces, margins, tracking errors, and the estimates that both runs have."""
+    """Slips, forces, margins, tracking errors, and common estimates."""
     slip = a.trace.shape.space.slip_signal
     margin = rf"$\mu F_n - |F_{a.trace.shape.space.force_index}|$ [N]"
     return (
@@ -139,7 +139,7 @@ def _contact_trend(run: RunResult, title: str, signal: str, label: str, scale: f
 
 
 def _estimate_trends(a: RunResult, b: RunResult) -> Iterator[Trend]:
-    """One per kind of unknown, of those that both controllers estimate."""
+    """One per kind of unknown that both controllers estimate."""
     shared = [key for key in a.trace.shape.unknowns if key in b.trace.shape.unknowns]
     unknowns = {key: parse_unknown(a.scenario, key) for key in shared}
     for kind, title in _ESTIMATE_TITLES.items():

@@ -1,1 +1,1 @@
-"""Runs as MCAP files: written, read back, kept in a folder, compared, verified and exported."""
+"""Runs as MCAP files: writing, reading, storage, comparison, verification and export."""

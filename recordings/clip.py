@@ -19,18 +19,18 @@ LEAST_HEIGHT, MOST_HEIGHT = 240, 2160
 
 
 class ClipError(SlipgraspError, ValueError):
-    """A time range, a speed or a height that no animation can have."""
+    """An invalid time range, speed or height of an animation."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Clip:
-    """A time range of a run as it is played.
+    """The time range, speed and size of an animation.
 
     Attributes:
-        start: Where it begins [s]; the start of the run if None.
-        end: Where it ends [s]; the end of the run if None.
+        start: Start of the animation [s]; the start of the run if None.
+        end: End of the animation [s]; the end of the run if None.
         speed: Simulated seconds per second of the viewer's clock.
-        height: Height of the picture [px]; as the format has it if None.
+        height: Height of the image [px]; the default of the format if None.
     """
 
     start: float | None = None
@@ -47,10 +47,10 @@ class Clip:
             )
 
     def span(self, result: RunResult) -> tuple[float, float]:
-        """Where it begins and ends in a run [s].
+        """Start and end in a run [s].
 
         Raises:
-            ClipError: If nothing of the run lies in it.
+            ClipError: If the range is outside the run.
         """
         first, last = float(result.trace.times[0]), result.end_time
         start = first if self.start is None else max(self.start, first)
@@ -68,10 +68,10 @@ class Clip:
 
         Args:
             result: The run.
-            fps: Frames per second of the viewer's clock; fewer where there would be too many.
-            most: Most frames.
+            fps: Frames per second of the viewer's clock; fewer if there would be too many.
+            most: Largest number of frames.
         """
-        # The table of formats, which a help reads, is imported without NumPy.
+        # Help texts import the table of formats without NumPy.
         import numpy as np
 
         start, end = self.span(result)
@@ -79,9 +79,9 @@ class Clip:
         return np.linspace(start, end, min(max(wanted, 2), most))
 
     def clock(self, time: float) -> str:
-        """A time of it in words, fine enough that it changes from frame to frame."""
+        """Formats a time precisely enough to differ between frames."""
         return f"t = {time:.2f} s" if self.speed >= 0.5 else f"t = {1e3 * time:.2f} ms"
 
 
 WHOLE = Clip()
-"""All of a run, in real time."""
+"""The whole run in real time."""

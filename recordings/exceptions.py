@@ -1,4 +1,4 @@
-"""Errors of recordings: each takes the facts and says in one sentence what is wrong."""
+"""Errors about recordings, with messages of one sentence."""
 
 from __future__ import annotations
 
@@ -14,28 +14,26 @@ if TYPE_CHECKING:
 
 
 class RecordingError(SlipgraspError):
-    """Base of everything that can go wrong with a recording."""
+    """Base class of errors about recordings."""
 
 
 class RecordingNotFoundError(RecordingError):
-    """There is no such recording."""
+    """The recording does not exist."""
 
     def __init__(self, name: str) -> None:
         super().__init__(f"there is no recording '{_shown(name)}'")
 
 
 class RecordingExistsError(RecordingError):
-    """The file to be written is already there."""
+    """The output file exists."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        super().__init__(
-            f"'{_shown(path)}' already exists; it is replaced only on request (--force)"
-        )
+        super().__init__(f"'{_shown(path)}' already exists; --force replaces it")
 
 
 class RecordingBusyError(RecordingError):
-    """A file of that name is being written, or was left by a writer that was killed."""
+    """The file is being written, or is unfinished after its writer was killed."""
 
     def __init__(self, path: Path, cause: str) -> None:
         self.path = path
@@ -62,13 +60,14 @@ class NoRunError(RecordingError):
 
     def __init__(self, name: str) -> None:
         super().__init__(
-            f"'{_shown(name)}' holds measured data, and no run; 'slipgrasp diff' compares it with "
-            "a run, 'slipgrasp fit' explains it, 'slipgrasp export' writes it as a table"
+            f"'{_shown(name)}' contains measured data, not a run; 'slipgrasp diff' compares it "
+            "with a run, 'slipgrasp fit' fits a scenario to it, 'slipgrasp export' writes it as a "
+            "table"
         )
 
 
 class NewerRecordingError(RecordingError):
-    """The file has a format that this version of the program does not know yet."""
+    """The file has a newer format than this version of the program supports."""
 
     def __init__(self, name: str, version: int, known: int) -> None:
         super().__init__(
@@ -78,21 +77,21 @@ class NewerRecordingError(RecordingError):
 
 
 class DamagedRecordingError(RecordingError):
-    """The file was a recording, but parts of it are missing or changed."""
+    """Parts of the recording are missing or changed."""
 
     def __init__(self, name: str, finding: str) -> None:
         super().__init__(f"the recording '{_shown(name)}' is damaged: {finding}")
 
 
 class AlteredRecordingError(DamagedRecordingError):
-    """Every checksum fits, yet the file does not hold what was written into it."""
+    """All checksums are correct, but the content of the file was changed."""
 
     def __init__(self, name: str) -> None:
-        super().__init__(name, "it was altered: its samples or documents do not fit their hash")
+        super().__init__(name, "it was altered: its samples or documents do not match their hash")
 
 
 class ContradictoryRecordingError(DamagedRecordingError):
-    """What the file states of the run is not what its own samples give."""
+    """Statements in the file contradict its samples."""
 
     def __init__(self, name: str, found: Sequence[Contradiction]) -> None:
         more = f", and {len(found) - 1} more" if len(found) > 1 else ""
@@ -100,14 +99,14 @@ class ContradictoryRecordingError(DamagedRecordingError):
 
 
 class NothingToRecoverError(RecordingError):
-    """The file is whole, or holds no sample that could be kept."""
+    """The file is complete, or contains no recoverable sample."""
 
     def __init__(self, name: str | Path, finding: str) -> None:
         super().__init__(f"there is nothing to recover from '{_shown(name)}': {finding}")
 
 
 class AnnotationError(RecordingError):
-    """A name, notes or tags beyond what may be written about a run."""
+    """A name, notes or tags of a run that exceed their limits."""
 
     def __init__(self, field: str, finding: str) -> None:
         self.field = field
@@ -115,11 +114,11 @@ class AnnotationError(RecordingError):
 
 
 class QueryError(RecordingError):
-    """A search of the recordings that names something unknown, or cannot be read.
+    """An invalid search of the recordings.
 
     Attributes:
-        value: What was asked for.
-        known: What can be asked for instead; empty where there is no list of it.
+        value: Invalid value.
+        known: Allowed values; empty if there is no list.
     """
 
     def __init__(self, value: str, finding: str, known: Sequence[str] = ()) -> None:
@@ -129,32 +128,32 @@ class QueryError(RecordingError):
 
 
 class RecordingChangedError(RecordingError):
-    """What is stored of a run is no longer what the change was made for."""
+    """A run was changed since the client read it."""
 
     def __init__(self, run_id: str) -> None:
         super().__init__(f"run '{_shown(run_id)}' was changed meanwhile; read it again")
 
 
 class UploadError(RecordingError):
-    """A file that was sent is no recording that can be kept."""
+    """An uploaded file is not a valid recording."""
 
 
 class StorageFullError(RecordingError):
-    """Another recording exceeds the quota of the folder, or the space on its disk."""
+    """Another recording would exceed the quota of the folder, or the space on its disk."""
 
     @classmethod
     def over_quota(cls, folder: Path, used: int, quota: int, incoming: int = 0) -> Self:
-        """The files of the folder take as much as they may, or would with what is to come."""
+        """The files of the folder reach their quota, or would with the next recording."""
         wanted = f"{_size(incoming)} more" if incoming else "another"
         return cls(
-            f"the recordings in '{_shown(folder)}' take {_size(used)} of the {_size(quota)} they "
-            f"may take and there is no space for {wanted}; delete some, or raise the quota"
+            f"the recordings in '{_shown(folder)}' use {_size(used)} of their quota of "
+            f"{_size(quota)}, and there is no space for {wanted}; delete some, or raise the quota"
         )
 
     @classmethod
     def low_disk(cls, folder: Path, free: int, floor: int, incoming: int = 0) -> Self:
-        """The disk would be left with less than must stay free."""
-        wanted = f", with {_size(incoming)} to come" if incoming else ""
+        """Too little free space would be left on the disk."""
+        wanted = f", with {_size(incoming)} to be added" if incoming else ""
         return cls(
             f"the disk of '{_shown(folder)}' has {_size(free)} free and {_size(floor)} must stay "
             f"free{wanted}; delete recordings or other files"
@@ -162,12 +161,12 @@ class StorageFullError(RecordingError):
 
 
 class FolderInUseError(RecordingError):
-    """Another service keeps its recordings in the same folder."""
+    """Another service uses the same folder."""
 
     def __init__(self, folder: Path, owner: str) -> None:
         by = f" (process {owner})" if owner else ""
         super().__init__(
-            f"another service keeps its recordings in '{_shown(folder)}'{by}; stop it, or choose "
+            f"another service uses the folder '{_shown(folder)}'{by}; stop it, or choose "
             "another folder with --data-dir"
         )
 
@@ -180,11 +179,11 @@ def _size(num_bytes: int) -> str:
 
 
 def told_within(error: Exception, folder: Path) -> str:
-    """What an error says, to those who need not know where a folder is.
+    """The message of an error without the location of the data folder.
 
     Args:
         error: The error.
-        folder: The folder; files in it are called by their path from there.
+        folder: The folder; paths in it are shown relative to it.
     """
     shown = _shown(folder)
     told = str(error).replace(f"'{shown}'", "the data folder")

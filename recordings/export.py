@@ -182,7 +182,7 @@ EXPORT_FORMATS = (
     ExportFormat(
         name="mp4",
         title="MP4",
-        contents="a film (H.264)",
+        contents="a video (MP4, H.264)",
         media_type="video/mp4",
         writer="slipgrasp.figures.film:write_mp4",
         package="av",
@@ -191,7 +191,7 @@ EXPORT_FORMATS = (
     ExportFormat(
         name="webm",
         title="WebM",
-        contents="a film (VP9)",
+        contents="a video (WebM, VP9)",
         media_type="video/webm",
         writer="slipgrasp.figures.film:write_webm",
         package="av",
@@ -200,7 +200,7 @@ EXPORT_FORMATS = (
     ExportFormat(
         name="png",
         title="PNG",
-        contents="a picture (PNG)",
+        contents="an image (PNG)",
         media_type="image/png",
         writer="slipgrasp.figures.still:write_png",
         is_still=True,

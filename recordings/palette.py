@@ -1,7 +1,7 @@
-"""The one palette: every phase, finger and surface keeps its colour on screen and on paper.
+"""Colours of phases, fingers and surfaces, common to the dashboard and figures.
 
-The phase colours are after Okabe and Ito; blue is darker and purple lighter than theirs,
-which people who see no red can hardly distinguish.
+The phase colours are based on Okabe and Ito, with a darker blue and a lighter purple, because
+people with protanopia can hardly distinguish the original ones.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ FINGERS: tuple[Rgb, ...] = (
     (0, 140, 160),
     (150, 60, 60),
 )
-"""Lines of a chart, one colour per finger; none of them is a phase colour."""
+"""Colours of lines in a chart, one per finger, distinct from phase colours."""
 
 LINK: Rgb = (148, 158, 172)
 JOINT: Rgb = (64, 74, 90)
@@ -41,15 +41,15 @@ GROUND: Rgb = (176, 182, 190)
 OBJECT: Rgb = (226, 221, 208)
 OBJECT_EDGE: Rgb = (120, 112, 96)
 GHOST: Rgb = (0, 133, 97)
-"""Outline of the pose that the object should have."""
+"""Outline of the desired pose of the object."""
 CONE: Rgb = (70, 76, 88)
 MUTED: Rgb = (120, 128, 140)
 MARK: Rgb = (30, 30, 30)
 SHADE: Rgb = (230, 97, 0)
-"""Behind a chart while any contact slips."""
+"""Background of a chart during slip of any contact."""
 
 HELD: Rgb = PHASES[ContactPhase.STICK]
-"""Runs of a study that hold the object; the darkest of a map, also in print without colours."""
+"""Runs of a study that hold the object; the darkest colour of a map, also without colours."""
 OUTCOMES: dict[Outcome, Rgb] = {
     Outcome.COMPLETED: (240, 160, 90),
     Outcome.LEFT_FACE: (236, 178, 216),
@@ -63,4 +63,4 @@ OUTCOMES: dict[Outcome, Rgb] = {
     Outcome.RECOVERED: (226, 228, 232),
     Outcome.FAILED: (250, 250, 250),
 }
-"""Runs of a study that do not hold it, by how they ended; completed means that it slips on."""
+"""Runs of a study that do not hold the object, by outcome; completed means that it still slips."""

@@ -1,4 +1,4 @@
-"""What of a run a picture that stands still shows: which instant, and how large."""
+"""Instant and size of a still image."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ LEAST_SIDE, MOST_SIDE = 240, 8192
 
 
 class StillError(SlipgraspError, ValueError):
-    """An instant or a size that no picture can have."""
+    """An invalid instant or size of a still image."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Still:
-    """An instant of a run as a picture.
+    """A still image of a run.
 
     Attributes:
         time: The instant [s]; the end of the run if None.
-        width: Width of the picture [px].
-        height: Its height [px].
+        width: Width of the image [px].
+        height: Height of the image [px].
     """
 
     time: float | None = None
@@ -43,7 +43,7 @@ class Still:
         """The instant in a run [s].
 
         Raises:
-            StillError: If the run does not have it.
+            StillError: If the run does not contain it.
         """
         first, last = float(result.trace.times[0]), result.end_time
         if self.time is None:
@@ -56,4 +56,4 @@ class Still:
 
 
 AT_THE_END = Still()
-"""The end of a run, in the usual size."""
+"""The end of a run, in the default size."""

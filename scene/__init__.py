@@ -1,7 +1,7 @@
-"""What a hand, its object and its contacts look like: drawing primitives, as arrays.
+"""Appearance of a hand, its object and its contacts: drawing primitives, as arrays.
 
-A scenario becomes frames and entities, the samples of a trace become states; an adapter draws the
-entities with the library of its medium. This package imports the model and numpy, nothing else.
+A scenario is converted to frames and entities, the samples of a trace to states; an adapter draws
+the entities with the library of its medium. This package imports only the model and numpy.
 
     scenario --> frames_of, entities_of --+
                                           +--> adapter: Foxglove, viser, matplotlib

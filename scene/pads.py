@@ -1,6 +1,6 @@
-"""The pad of a soft fingertip: a disc on the face, with a hand that turns as the fingertip does.
+"""The pad of a soft fingertip: a disc on the face, with a pointer that turns with the fingertip.
 
-The hand is a line from the middle of the disc to its edge, along t_x at the start.
+The pointer is a line from the centre of the disc to its edge, initially along t_x.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ class Pad(NamedTuple):
     """A pad of one contact.
 
     Attributes:
-        contact: Which contact.
-        radius: Of the disc [m].
-        eccentricity: Greatest moment over greatest tangential force [m].
+        contact: The contact.
+        radius: Radius of the disc [m].
+        eccentricity: Ratio of the largest moment to the largest tangential force [m].
     """
 
     contact: int
@@ -31,13 +31,13 @@ class Pad(NamedTuple):
     eccentricity: float
 
     def hand(self, states: States) -> Values:
-        """The end of the hand, from the middle, in parts along (t_x, t_y), shape ``(n, 2)`` [m]."""
+        """The end of the pointer from the centre, along (t_x, t_y), shape ``(n, 2)`` [m]."""
         spin = states.spin[:, self.contact]
         return self.radius * np.stack([np.cos(spin), np.sin(spin)], axis=1)
 
 
 def pad_of(scenario: Scenario, i: int) -> Pad | None:
-    """The pad of contact ``i``; None of a hard one."""
+    """The pad of contact ``i``; None for a hard one."""
     finger = scenario.fingers[i]
     if not isinstance(finger, SpatialFinger) or finger.eccentricity == 0.0:
         return None

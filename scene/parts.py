@@ -1,4 +1,4 @@
-"""What is drawn in the frames of `skeleton`: primitives, their sizes and their roles."""
+"""Primitives in the frames of `skeleton`, with their sizes and roles."""
 
 from __future__ import annotations
 
@@ -25,19 +25,19 @@ from slipgrasp.scene.states import States
 Values = NDArray[np.float64]
 
 LONGEST_ARROW = 100.0
-"""Longest arrow, as a multiple of the object's size: a run that diverges can still be drawn."""
+"""Longest arrow, as a multiple of the object's size, so that a run that diverges can be drawn."""
 
 _TAPER = 0.7
 _ARC_PIECES = 24
 PAD_THICKNESS = 0.25
-"""Of the disc that stands for a soft fingertip, in radii of the ball behind it."""
+"""Thickness of the disc of a soft fingertip, in radii of its ball."""
 PAD_POINTER = 1.35
-"""How far its hand reaches, in its radius: so it is seen from all sides."""
+"""Length of its pointer, in its radius, so that it is visible from all sides."""
 _LEAST_GRAVITY = 1.0
 
 
 class Role(StrEnum):
-    """What a primitive shows, where its colour is always the same."""
+    """Roles of primitives with a fixed colour."""
 
     OBJECT = "object"
     OBJECT_EDGE = "object edge"
@@ -49,7 +49,7 @@ class Role(StrEnum):
 
 
 Paint = Role | Callable[[States], NDArray[np.int8]]
-"""A role, or the phases whose colours a primitive has, shape ``(n,)``."""
+"""A role, or phases that determine the colours of a primitive, shape ``(n,)``."""
 
 
 class Triangles(NamedTuple):
@@ -71,9 +71,9 @@ class Lines(NamedTuple):
 
 
 class Rod(NamedTuple):
-    """A round bar from one point to another, with a radius at each end [m].
+    """A round bar between two points, with a radius at each end [m].
 
-    Where it is rounded, its ends are halves of balls beyond those points.
+    If it is rounded, its ends are half balls beyond those points.
     """
 
     paint: Paint
@@ -122,18 +122,18 @@ class Entity(NamedTuple):
 
 
 class Sizes(NamedTuple):
-    """Sizes that follow from the scenario [m].
+    """Sizes derived from the scenario [m].
 
     Attributes:
         inner_radius: Distance from the centre of mass to the nearest face.
-        half_depth: Half the height of the prism that the object is; of a planar one, its depth.
-        front: How far marks lie in front of a planar hand; 0 for a spatial one, of which one sees
-            into the object.
-        link_radius: Of the links at the start of the first.
-        tip_radius: Of the fingertips.
+        half_depth: Half the height of the prism; for a planar object, half its depth.
+        front: Distance of marks in front of a planar hand; 0 for a spatial one, which is
+            transparent.
+        link_radius: Radius of the links at the start of the first one.
+        tip_radius: Radius of the fingertips.
         mark: Slant height of a friction cone.
-        thickness: Of lines.
-        per_newton: Length of an arrow for each newton [m/N].
+        thickness: Thickness of lines.
+        per_newton: Length of an arrow per newton [m/N].
     """
 
     inner_radius: float
@@ -147,9 +147,9 @@ class Sizes(NamedTuple):
 
 
 def sizes_of(scenario: Scenario) -> Sizes:
-    """Sizes that suit a hand and object of any scale.
+    """Chooses sizes for a hand and object of any scale.
 
-    An arrow as long as the nearest face is far from the centre stands for twice the weight.
+    An arrow for twice the weight is as long as the distance of the nearest face from the centre.
 
     Args:
         scenario: Hand and object.
@@ -172,7 +172,7 @@ def sizes_of(scenario: Scenario) -> Sizes:
 
 
 def _lengths(scenario: Scenario, i: int) -> tuple[float, ...]:
-    """How long the links of a finger are, or how far its tip is from the zero of its slides."""
+    """Length of the links of a finger, or distance of its tip from the origin of its slides."""
     finger = scenario.fingers[i]
     if i in scenario.slides:
         return (float(np.linalg.norm(skeleton.tip_at_start(scenario, i))),)
@@ -182,15 +182,15 @@ def _lengths(scenario: Scenario, i: int) -> tuple[float, ...]:
 
 
 def outline_of(scenario: Scenario) -> Values:
-    """Corners of the base of the prism that the object is, counterclockwise, ``(k, 2)`` [m]."""
+    """Corners of the base of the object's prism, counterclockwise, ``(k, 2)`` [m]."""
     return outline(scenario.object)
 
 
 def entities_of(scenario: Scenario) -> list[Entity]:
-    """Everything that is drawn of a hand, its object and its contacts."""
+    """All entities of a hand, its object and its contacts."""
     sizes = sizes_of(scenario)
     body, edges = solid(scenario, sizes.half_depth), edges_of(scenario)
-    # Slightly deeper than the object, so that its front edges are in front of the object's.
+    # Slightly deeper than the object, so that its front edges hide the object's.
     wanted = solid(scenario, max(sizes.half_depth, sizes.front))
     lines = Lines(Role.OBJECT_EDGE, body.points, edges, sizes.thickness)
     desired = Lines(Role.DESIRED, wanted.points, edges, sizes.thickness, dashed=True)
@@ -225,7 +225,7 @@ def solid(scenario: Scenario, half_depth: float) -> Triangles:
 
 
 def edges_of(scenario: Scenario) -> NDArray[np.int64]:
-    """Pairs of points of the `solid` between which edges are drawn; of round ones a few rings."""
+    """Pairs of points of the `solid` for its edges; some rings for round ones."""
     count = len(outline_of(scenario))
     if scenario.object.shape == "sphere":
         return _ball_rings(count)
@@ -237,7 +237,7 @@ _PARALLELS = 13
 
 
 def _ball(equator: Values, half_axis: float) -> Triangles:
-    """A ball of the rings of points, from below, then the lower and the upper pole."""
+    """A ball from rings of points, from below, then the lower and the upper pole."""
     latitudes = np.linspace(-0.5, 0.5, _PARALLELS + 2)[1:-1] * math.pi
     heights = half_axis * np.sin(latitudes)
     rings = [
@@ -263,7 +263,7 @@ def _ball(equator: Values, half_axis: float) -> Triangles:
 
 
 def _ball_rings(count: int) -> NDArray[np.int64]:
-    """Its equator and two meridians across each other."""
+    """The equator and two perpendicular meridians."""
     index = np.arange(count)
     middle = _PARALLELS // 2 * count
     rings = [np.column_stack([middle + index, middle + (index + 1) % count])]
@@ -275,7 +275,7 @@ def _ball_rings(count: int) -> NDArray[np.int64]:
 
 
 def prism(corners: Values, half_height: float) -> Triangles:
-    """A convex outline ``(k, 2)`` drawn out along z: corners below, then those above."""
+    """A convex outline ``(k, 2)`` extruded along z: bottom corners, then top corners."""
     count = len(corners)
     points = np.concatenate(
         [np.column_stack([corners, np.full(count, z)]) for z in (-half_height, half_height)]
@@ -289,7 +289,7 @@ def prism(corners: Values, half_height: float) -> Triangles:
 
 
 def prism_edges(count: int) -> NDArray[np.int64]:
-    """Edges between the points of a prism over ``count`` corners: below, above, and upright."""
+    """Edges of a prism over ``count`` corners: bottom, top, and vertical."""
     index = np.arange(count)
     after = (index + 1) % count
     pairs = [(index, after), (index + count, after + count), (index, index + count)]
@@ -303,19 +303,19 @@ def force_in(contact: Contact, i: int, states: States) -> Values:
 
 
 def cone_rim(contact: Contact, rim: Values, i: int, states: States) -> Values:
-    """Directions on the edge of a friction cone, ``(n, k, 3)``: inward parts of 1, aside mu.
+    """Directions on the surface of a friction cone, ``(n, k, 3)``: unit normal part, tangential mu.
 
     Args:
         contact: The contact.
-        rim: Tangential directions in shares of mu F_n, shape ``(k, d - 1)``.
-        i: Its index.
+        rim: Tangential directions divided by mu F_n, shape ``(k, d - 1)``.
+        i: Index of the contact.
         states: The instants.
     """
     return contact.inward + states.friction[:, i, None, None] * contact.across(rim)
 
 
 def _finger(i: int, scenario: Scenario, sizes: Sizes, up: Values) -> Iterator[Entity]:
-    """The mount, and every link with the axle that it turns about; the last ends at the tip."""
+    """The mount, and every link with the axle of its joint; the last one ends at the tip."""
     radius, lengths = sizes.link_radius, scenario.fingers[i].link_lengths
     wide, narrow = 2.7 * radius, 1.3 * radius
     foot = Rod(Role.MOUNT, -2.9 * radius * up, -2.4 * radius * up, (wide, wide))
@@ -337,7 +337,7 @@ def _finger(i: int, scenario: Scenario, sizes: Sizes, up: Values) -> Iterator[En
 
 
 def _chain(i: int, finger: SpatialFinger, sizes: Sizes) -> Iterator[Entity]:
-    """A bar along every link to the joint after it, or to the tip, and the axle of its joint."""
+    """A bar along every link to the next joint or the tip, and the axle of its joint."""
     radius = sizes.link_radius
     for k, joint in enumerate(finger.joints):
         is_last = k == len(finger.joints) - 1
@@ -356,7 +356,7 @@ def _chain(i: int, finger: SpatialFinger, sizes: Sizes) -> Iterator[Entity]:
 
 
 def _slides(i: int, scenario: Scenario, sizes: Sizes, contact: Contact) -> Iterator[Entity]:
-    """A rail along x, the carriage on it, and the bar from there to the tip."""
+    """A rail along x, its carriage, and the bar from there to the tip."""
     radius, tip = sizes.link_radius, skeleton.tip_at_start(scenario, i)
     along, place = np.array([1.0, 0.0, 0.0]), np.array([tip[0], 0.0, 0.0])
     low, high = min(0.0, tip[0]) - 4.0 * radius, max(0.0, tip[0]) + 4.0 * radius
@@ -368,14 +368,14 @@ def _slides(i: int, scenario: Scenario, sizes: Sizes, contact: Contact) -> Itera
     yield Entity(name, name, (carriage,))
     outward = -contact.axes @ contact.inward
     ball = sizes.tip_radius * outward
-    # Long enough to be seen where the rail is as high as the tip.
+    # Long enough to be visible if the rail is at the height of the tip.
     end = place - tip if np.linalg.norm(place - tip) > 2.0 * sizes.tip_radius else 4.0 * ball
     bar = Rod(Role.LINK, ball, end, (min(radius, 0.9 * sizes.tip_radius), radius), rounded=True)
     yield Entity(f"finger_{i}/bar", skeleton.tip_frame(i), (bar,))
 
 
 def _contact(scenario: Scenario, contact: Contact, i: int, sizes: Sizes) -> Iterator[Shape]:
-    """Fingertip, force on the object, friction cone, and the line from where it first touched."""
+    """Fingertip, force on the object, friction cone, and line from the initial contact point."""
 
     def phase(states: States) -> NDArray[np.int8]:
         return states.phases[:, i]
@@ -408,7 +408,7 @@ def _contact(scenario: Scenario, contact: Contact, i: int, sizes: Sizes) -> Iter
 
 
 def _arrow(forces: Values, sizes: Sizes) -> Values:
-    """Arrows of forces ``(n, 3)``: of one scale, and never longer than can be drawn."""
+    """Arrows of forces ``(n, 3)`` with a common scale, limited in length."""
     longest = LONGEST_ARROW * sizes.mark
     with np.errstate(over="ignore"):
         length = sizes.per_newton * np.linalg.norm(forces, axis=1, keepdims=True)
@@ -419,8 +419,8 @@ def _arrow(forces: Values, sizes: Sizes) -> Values:
 
 
 def _cone_lines(scenario: Scenario, contact: Contact, i: int, sizes: Sizes, front: Values) -> Lines:
-    """Edges of a planar cone or of a pyramid, whose ends are joined around it."""
-    # Of the outline of a square every other point is a corner.
+    """Edges of a planar cone or of a pyramid, with their ends connected."""
+    # Every other point of the outline of a square is a corner.
     rim = friction_outline(scenario, 8)
     is_flat = rim.shape[1] == 1
     rim = rim if is_flat else rim[1::2]
@@ -437,15 +437,15 @@ def _cone_lines(scenario: Scenario, contact: Contact, i: int, sizes: Sizes, fron
 
 
 def _pad_hand(contact: Contact, pad: Pad, states: States) -> Values:
-    """From the middle of a pad beyond its edge, ``(n, 2, 3)``."""
+    """From the centre of a pad beyond its edge, ``(n, 2, 3)``."""
     end = -PAD_POINTER * contact.across(pad.hand(states))
     return np.stack([np.zeros_like(end), end], axis=1)
 
 
 def _first_touch(contact: Contact, i: int, front: Values, states: States) -> Values:
-    """From where the fingertip first touched the face to where it is, ``(n, k, 3)``.
+    """From the initial contact point on the face to the present one, ``(n, k, 3)``.
 
-    On a curved face along its arc, seen from the frame that has turned on the way.
+    On a curved face along its arc, in the present contact frame.
     """
     slips = states.slip[:, i]
     if not contact.is_curved:
@@ -458,7 +458,7 @@ def _first_touch(contact: Contact, i: int, front: Values, states: States) -> Val
 
 
 def _trail_phase(i: int, states: States) -> NDArray[np.int8]:
-    """The phase in which the fingertip would get from the first touch to where it is."""
+    """The slip phase in the direction from the initial contact point to the present one."""
     slip = states.slip[:, i]
     if slip.shape[1] == 1:
         return np.sign(slip[:, 0]).astype(np.int8)

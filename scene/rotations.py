@@ -1,4 +1,4 @@
-"""Rotations as unit quaternions (w, x, y, z), many at a time: arrays of shape ``(..., 4)``."""
+"""Rotations as unit quaternions (w, x, y, z), in arrays of shape ``(..., 4)``."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def product(first: Values, second: Values) -> Values:
 
 
 def matrices(quaternions: Values) -> Values:
-    """Rotation matrices ``(..., 3, 3)`` of quaternions of any length but 0."""
+    """Rotation matrices ``(..., 3, 3)`` of quaternions of any nonzero length."""
     w, x, y, z = np.moveaxis(
         quaternions / np.linalg.norm(quaternions, axis=-1, keepdims=True), -1, 0
     )
@@ -53,7 +53,7 @@ def matrices(quaternions: Values) -> Values:
 def of_matrix(matrix: Values) -> tuple[float, float, float, float]:
     """The rotation of a matrix ``(3, 3)``."""
     m = matrix
-    # The eigenvector of the largest eigenvalue: no case distinction by signs (Bar-Itzhack).
+    # The eigenvector of the largest eigenvalue, without distinction of cases (Bar-Itzhack).
     K = np.array(
         [
             [m[0, 0] + m[1, 1] + m[2, 2], m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]],
@@ -67,12 +67,12 @@ def of_matrix(matrix: Values) -> tuple[float, float, float, float]:
 
 
 def from_x_to(vectors: Values) -> Values:
-    """The shortest rotations of the x axis to directions ``(n, 3)``; none where one is zero."""
-    # Scaled first, so that the largest numbers that a recording holds do not overflow.
+    """The shortest rotations of the x axis to directions ``(n, 3)``; none for zero."""
+    # Scaled first, so that the largest numbers in a recording do not overflow.
     unit = vectors / np.maximum(np.abs(vectors).max(axis=1, keepdims=True), 1e-300)
     unit = unit / np.maximum(np.linalg.norm(unit, axis=1, keepdims=True), 1e-300)
     turned = np.stack([1.0 + unit[:, 0], 0.0 * unit[:, 0], -unit[:, 2], unit[:, 1]], axis=1)
-    turned[turned[:, 0] < _LEAST_COSINE] = (0.0, 0.0, 0.0, 1.0)  # back: half a turn about z
+    turned[turned[:, 0] < _LEAST_COSINE] = (0.0, 0.0, 0.0, 1.0)  # opposite: half a turn about z
     return turned / np.linalg.norm(turned, axis=1, keepdims=True)
 
 
@@ -82,6 +82,6 @@ def from_z_to(vector: Sequence[float]) -> tuple[float, float, float, float]:
     length = math.hypot(x, y, z)
     cosine = 1.0 + z / length
     if cosine < _LEAST_COSINE:
-        return (0.0, 1.0, 0.0, 0.0)  # back: half a turn about x
+        return (0.0, 1.0, 0.0, 0.0)  # opposite: half a turn about x
     size = math.hypot(cosine, x / length, y / length)
     return (cosine / size, -y / length / size, x / length / size, 0.0)

@@ -45,20 +45,20 @@ WORLD, PLANE, OBJECT, DESIRED = "world", "plane", "object", "desired"
 _ORIGIN = (0.0, 0.0, 0.0)
 _AXES = np.eye(3)
 UPRIGHT = (math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0)
-"""Turns the plane of a planar hand upright in the world."""
+"""Rotates the plane of a planar hand upright in the world."""
 LYING = (math.sqrt(0.5), -math.sqrt(0.5), 0.0, 0.0)
-"""Its inverse."""
+"""The inverse rotation."""
 _Z, _MINUS_Y = np.array([0.0, 0.0, 1.0]), np.array([0.0, -1.0, 0.0])
 
 
 ROOTS = {PLANAR: PLANE, SPATIAL: WORLD}
-"""The frame that a hand stands in."""
+"""The root frame of a hand."""
 JOINT_AXES = {PLANAR: (_Z, _Z), SPATIAL: (_Z, _MINUS_Y, _MINUS_Y)}
-"""The axes of the joints of a finger, each in the frame before it."""
+"""The axes of the joints of a finger, each in the preceding frame."""
 
 
 class Frame(NamedTuple):
-    """A frame in its parent: position [m] and unit quaternion (w, x, y, z), fixed or moving."""
+    """Pose of a frame in its parent: position [m], unit quaternion (w, x, y, z); may move."""
 
     name: str
     parent: str
@@ -67,15 +67,15 @@ class Frame(NamedTuple):
 
 
 class Contact(NamedTuple):
-    """Where a fingertip touches the object.
+    """A contact of a fingertip with the object.
 
     Attributes:
         anchor: Contact point at zero slip, in the object's frame, shape ``(3,)`` [m].
-        axes: The axes of the contact frame in the object's frame, as columns, ``(3, 3)``.
+        axes: Axes of the contact frame in the object's frame, as columns, ``(3, 3)``.
         dimensions: d: the frame's axis d - 1 (from 0) points into the object.
-        on_slides: Whether its finger is on slides, and never turns.
-        curvatures: Of the face along its d - 1 tangents [1/m].
-        pad: Of a soft fingertip; None of a hard one.
+        on_slides: Whether its finger is on slides, which do not rotate.
+        curvatures: Curvatures of the face along its d - 1 tangents [1/m].
+        pad: Pad of a soft fingertip; None for a hard one.
     """
 
     anchor: Values
@@ -96,7 +96,7 @@ class Contact(NamedTuple):
 
     @property
     def is_curved(self) -> bool:
-        """Whether the contact frame turns as the fingertip slips."""
+        """Whether the contact frame turns when the fingertip slips."""
         return any(self.curvatures)
 
     def along_face(self, slips: Values) -> Values:
@@ -108,7 +108,7 @@ class Contact(NamedTuple):
         return slide(np.zeros(3), axes, self.curvatures, slips)[0]
 
     def turned(self, slips: Values) -> Values:
-        """How the contact frame has turned after slips, from zero slip: unit quaternions."""
+        """Rotation of the contact frame after slips, from zero slip: unit quaternions."""
         turns = np.cross(-_AXES[: self.dimensions - 1], self.inward)
         return rotations.from_vectors(turned_by(self.curvatures, slips) @ turns)
 
@@ -195,17 +195,17 @@ def _contact(scenario: Scenario, i: int) -> Contact:
 
 
 def _touched(contact: Contact, i: int, states: States) -> Values:
-    """Where the fingertip is, in the object's frame."""
+    """Position of the fingertip in the object's frame."""
     return contact.anchor + contact.along_face(states.slip[:, i]) @ contact.axes.T
 
 
 def _following(contact: Contact, i: int, turn: Values, states: States) -> Values:
-    """How the contact frame is turned in the object's, where it follows a curved face."""
+    """Rotation of the contact frame in the object's frame, which follows a curved face."""
     return rotations.product(turn, contact.turned(states.slip[:, i]))
 
 
 def _finger(scenario: Scenario, root: str, i: int) -> Iterator[Frame]:
-    """Base, joints and tip: every link turns about the end of the one before."""
+    """Base, joints and tip: every link turns about the end of the previous one."""
     finger = scenario.fingers[i]
     if finger.kind == "chain":
         yield from _chain(finger, root, i)
@@ -230,7 +230,7 @@ def _finger(scenario: Scenario, root: str, i: int) -> Iterator[Frame]:
 
 
 def _chain(finger: SpatialFinger, root: str, i: int) -> Iterator[Frame]:
-    """Base, links, each turned about or shifted along the axis of its joint, and tip of a chain."""
+    """Base, links and tip of a chain; each link turns about, or moves along, its joint axis."""
     parent = base_frame(i)
     yield Frame(parent, root, finger.base, tuple(_unit(finger.attitude).tolist()))
     for k, joint in enumerate(finger.joints):
@@ -251,7 +251,7 @@ def _unit(vector: tuple[float, ...]) -> Values:
 
 
 def _joint_position(finger: int, chain: SpatialFinger, joint: int, states: States) -> Values:
-    """Positions of a joint of a chain, whatever it follows, shape ``(n,)`` [rad, m]."""
+    """Positions of a joint of a chain, independent or coupled, shape ``(n,)`` [rad, m]."""
     return all_positions(chain.joints, states.joint_positions[:, finger])[:, joint]
 
 
@@ -264,7 +264,7 @@ def _swung(position: Moving, turn: Values, axis: Values, states: States) -> Valu
 
 
 def tip_at_start(scenario: Scenario, i: int) -> Values:
-    """Where fingertip i is at the start, from the base of its finger, shape ``(3,)`` [m]."""
+    """Initial position of fingertip i, relative to the base of its finger, shape ``(3,)`` [m]."""
     if isinstance(scenario, SpatialScenario):
         return np.array(spatial_tip_at_start(scenario, i))
     return np.array([*planar_tip_at_start(scenario, i), 0.0])

@@ -1,4 +1,4 @@
-"""Samples of a trace in three dimensions, for planar and spatial hands alike."""
+"""Samples of a trace in three dimensions, for planar and spatial hands."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ class States(NamedTuple):
     Attributes:
         times: The instants, shape ``(n,)`` [s].
         object_pose: Position and unit quaternion (w, x, y, z), shape ``(n, 7)``.
-        desired_pose: The same of the desired pose.
-        joint_positions: Shape ``(n, fingers, joints)`` [rad], of slides [m].
-        slip: Along the d - 1 tangents, shape ``(n, contacts, d - 1)`` [m].
-        slip_velocity: Its derivative, likewise [m/s].
-        tangential_force: Of each fingertip on the object, likewise [N].
-        normal_force: Shape ``(n, contacts)`` [N].
+        desired_pose: Desired position and unit quaternion (w, x, y, z), shape ``(n, 7)``.
+        joint_positions: Joint positions, shape ``(n, fingers, joints)`` [rad, m].
+        slip: Slips along the d - 1 tangents, shape ``(n, contacts, d - 1)`` [m].
+        slip_velocity: Slip velocities, shape ``(n, contacts, d - 1)`` [m/s].
+        tangential_force: Force of each fingertip on the object, shape ``(n, contacts, d - 1)`` [N].
+        normal_force: Normal forces, shape ``(n, contacts)`` [N].
         friction: Friction coefficients, shape ``(n, contacts)``.
         phases: Numbers of the phases, shape ``(n, contacts)``.
-        spin: Angles by which soft fingertips have turned, shape ``(n, contacts)`` [rad].
-        torsional_moment: Of each on the object, about its outward normal, likewise [N m].
+        spin: Rotation angles of soft fingertips, shape ``(n, contacts)`` [rad].
+        torsional_moment: Moments on the object about its outward normals, ``(n, contacts)`` [N m].
     """
 
     times: Values
@@ -75,7 +75,7 @@ def states_of(samples: Trace) -> States:
 
 
 def states_at(trace: Trace, times: Values) -> States:
-    """States at given times, on straight lines between the rows of a trace.
+    """States at given times, by linear interpolation between the rows of a trace.
 
     Args:
         trace: A run.
@@ -90,17 +90,17 @@ def states_at(trace: Trace, times: Values) -> States:
 
 
 def of_pads(values: Values, contacts: int) -> Values:
-    """A signal of soft fingertips ``(n, contacts)``; 0 where a hand has none."""
+    """A signal of soft fingertips ``(n, contacts)``; 0 if a hand has none."""
     return values if values.shape[-1] else np.zeros((*values.shape[:-1], contacts))
 
 
 def drawable(values: NDArray[Any]) -> NDArray[Any]:
-    """Within what can be drawn: numbers from a file may be as large as numbers get."""
+    """Limits numbers to a range that can be drawn, because those in a file may be extreme."""
     return values.clip(-_LARGEST, _LARGEST)
 
 
 def in_three_dimensions(poses: Values) -> Values:
-    """Poses (x, y, theta) in the plane z = 0, or of any quaternion, with a unit one: ``(n, 7)``."""
+    """Converts poses (x, y, theta) in the plane z = 0, or with any quaternion, to ``(n, 7)``."""
     found = np.zeros_like(poses, shape=(len(poses), 7))
     if poses.shape[1] == 3:
         found[:, :2] = poses[:, :2]

@@ -1,1 +1,1 @@
-"""The REST interface and the one port on which it and the viewer are served."""
+"""The REST interface and the viewer, on one port."""

@@ -1,4 +1,4 @@
-"""Where the server has what: paths below its port, and how those outside write them."""
+"""Paths of the server, and their public form behind a proxy."""
 
 from __future__ import annotations
 
@@ -14,31 +14,31 @@ ESTIMATE_PATH = f"{STUDIES_PATH}/estimate"
 SESSIONS_PATH = f"{DASHBOARD_PATH}/sessions"
 
 root_path: ContextVar[str] = ContextVar("root_path", default="")
-"""Path at which a proxy shows the server that answers the request at hand; mostly empty."""
+"""Root path of the proxy of the present request; usually empty."""
 
 
 def from_outside(path: str) -> str:
-    """A path of the server as those write it who send the request at hand."""
+    """A path of the server as the sender of the request must write it."""
     return f"{root_path.get()}{path}"
 
 
 def from_page(path: str) -> str:
-    """A path of the server as links in the dashboard write it: from there, wherever that is."""
+    """A path of the server as a relative link in the dashboard."""
     return path.removeprefix("/")
 
 
 def preset_path(name: str) -> str:
-    """Where a preset is found."""
+    """Path of a preset."""
     return from_outside(f"{API_PATH}/presets/{name}")
 
 
 def run_path(run_id: str) -> str:
-    """Where a run is found."""
+    """Path of a run."""
     return from_outside(f"{API_PATH}/runs/{run_id}")
 
 
 def study_path(study_id: str) -> str:
-    """Where a study is found."""
+    """Path of a study."""
     return from_outside(f"{STUDIES_PATH}/{study_id}")
 
 

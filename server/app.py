@@ -1,4 +1,4 @@
-"""The application: routes, guards and lifespan put together."""
+"""The application: routes, middleware and lifespan."""
 
 from __future__ import annotations
 
@@ -70,11 +70,11 @@ MAX_VIEWER_MESSAGE_BYTES = 16 * 1024 * 1024
 
 
 def create_app(settings: Settings, lifespan: Lifespan | None = None) -> FastAPI:
-    """Builds the application.
+    """Creates the application.
 
     Args:
-        settings: Where it keeps runs, and how much it takes on.
-        lifespan: What else lives as long as it; entered when the services are there.
+        settings: Settings of the server.
+        lifespan: Additional context, entered after the services have started.
 
     Returns:
         The application with the REST interface below ``/api/v1``.
@@ -116,7 +116,7 @@ def create_app(settings: Settings, lifespan: Lifespan | None = None) -> FastAPI:
     app.state.stopping = stopping
     app.include_router(_api())
     if settings.metrics:
-        # It needs a package that not everybody has.
+        # It needs an optional package.
         from slipgrasp.server.http.metrics import Metrics
 
         Metrics().add_to(app)
@@ -126,7 +126,7 @@ def create_app(settings: Settings, lifespan: Lifespan | None = None) -> FastAPI:
 
 @asynccontextmanager
 async def _live(settings: Settings, lifespan: Lifespan | None, app: FastAPI) -> AsyncIterator[None]:
-    """The services, from first to last, and what else lives as long as they."""
+    """The services in order, and the additional context."""
     store = RecordingStore(settings.data_directory, settings.storage_limits)
     store.prepare()
     make_private(settings.data_directory)
@@ -174,7 +174,7 @@ async def _live(settings: Settings, lifespan: Lifespan | None, app: FastAPI) -> 
 
 
 class StoppableServer(uvicorn.Server):
-    """Sets ``app.state.stopping`` before it waits for the answers that are still going on."""
+    """Sets ``app.state.stopping`` before it waits for unfinished responses."""
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
         """Starts the application and its listeners."""
@@ -182,14 +182,14 @@ class StoppableServer(uvicorn.Server):
         await super().startup(sockets)
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
-        """Ends answers, then the application."""
+        """Ends responses, then the application."""
         if isinstance(self.config.app, FastAPI):
             self.config.app.state.stopping.set()
         await super().shutdown(sockets)
 
 
 def server_config(app: FastAPI, settings: Settings) -> uvicorn.Config:
-    """How uvicorn serves the application, with bounds on what a client may hold up."""
+    """The configuration of uvicorn, with limits on slow clients."""
     return uvicorn.Config(
         app,
         host=settings.host,
@@ -198,14 +198,14 @@ def server_config(app: FastAPI, settings: Settings) -> uvicorn.Config:
         backlog=BACKLOG,
         timeout_keep_alive=KEEP_ALIVE_SECONDS,
         log_config=log_config(settings.log_format),
-        # The peer is the proxy, not the client that its headers name.
+        # The peer is the proxy, not the client in its headers.
         proxy_headers=False,
         log_level="warning",
-        # Links have tokens in them.
+        # Links contain tokens.
         access_log=False,
         timeout_graceful_shutdown=GRACEFUL_SHUTDOWN_SECONDS,
         ws_max_size=MAX_VIEWER_MESSAGE_BYTES,
-        # What viser sends is compressed already.
+        # Messages of viser are already compressed.
         ws_per_message_deflate=False,
         server_header=False,
     )

@@ -23,23 +23,23 @@ from slipgrasp.server.exceptions import MemoryBusyError, MemoryHeldError, Memory
 
 DEFAULT_BYTES = 600_000_000
 SHARE_OF_MACHINE = 0.5
-"""Default of the memory of all jobs together: the lesser of both."""
+"""Default memory of all jobs together: the smaller of both."""
 
 HELD_SHARE = 0.75
-"""Share of the budget that pages may hold while they show runs; the rest is for requests."""
+"""Fraction of the budget for runs on pages; the rest is for requests."""
 
 SMALL_BYTES = 8_000_000
-"""Smaller jobs never wait, but count."""
+"""Smaller jobs never wait, but are counted."""
 
 MAX_WAITING = 16
 WAIT_SECONDS = 10.0
 POLL_SECONDS = 0.25
 
 RECORDED_RUN_BYTES = 80_000_000
-"""A run whose samples leave the memory when they are written, of any length."""
+"""A run of any length whose samples are released after they are written."""
 
 UNPACKING_BYTES = 24_000_000
-"""The chunk of a recording that is being unpacked."""
+"""The chunk of a recording that is being decompressed."""
 
 MOST_DRAWN_WHOLE = 20_000
 """A figure of a longer run reads only the samples that it needs."""
@@ -50,13 +50,13 @@ SPARE_SAMPLES = 5000
 NUMBER_BYTES = 8
 
 COLUMN_BYTES = 10
-"""A number of a column that is read, with the spare length of its array [bytes]."""
+"""A number of a column in memory, with the spare length of its array [bytes]."""
 
 MOST_EXPORTED_WHOLE = 100_000
-"""A longer recording is written as a table while it is read."""
+"""A longer recording is written as a table while it is being read."""
 
 GROUP_COST = 8.0
-"""Peak memory of this, per byte of the rows that are written together."""
+"""Peak memory of writing a table, per byte of the rows that are written together."""
 
 PAGE_BYTES = 60_000_000
 """Writing a page that simulates."""
@@ -134,14 +134,14 @@ class Need:
 
         Args:
             size: The recording.
-            num_columns: How many columns.
-            share: How much of its time, 0 to 1.
+            num_columns: Number of columns.
+            share: Fraction of its time, 0 to 1.
         """
         samples = min(size.samples, round(share * size.samples) + SPARE_SAMPLES)
         return cls(
             _unpacked(COLUMN_BYTES * samples * num_columns),
             "this part of the recording",
-            "ask for fewer signals in names, or a shorter time with t_from and t_to",
+            "request fewer signals in names, or a shorter time with t_from and t_to",
         )
 
     @classmethod
@@ -155,7 +155,7 @@ class Need:
 
     @classmethod
     def to_draw(cls, *sizes: RecordingSize) -> Need:
-        """Drawing recordings over each other; of long ones the samples that a figure needs."""
+        """Drawing overlaid recordings; for long ones, the samples that a figure needs."""
         drawn = sum(
             size.num_bytes * min(1.0, MOST_DRAWN_WHOLE / max(size.samples, 1)) for size in sizes
         )
@@ -167,13 +167,13 @@ class Need:
         return cls(
             _unpacked(TABLE_COST * size.num_bytes),
             "this table",
-            "ask for some signals or a part of the time with GET /runs/{id}/signals, or write it "
+            "request some signals or a part of the time with GET /runs/{id}/signals, or write it "
             "with 'slipgrasp export'",
         )
 
     @classmethod
     def to_export_long(cls, size: RecordingSize) -> Need:
-        """Writing all samples in another format as they are read."""
+        """Writing all samples in another format while reading them."""
         group = replace(size, samples=ROWS_PER_GROUP, ticks=0)
         return cls(_unpacked(GROUP_COST * group.num_bytes), "this table")
 
@@ -207,7 +207,7 @@ class Lease:
         self.num_bytes = num_bytes
 
     def keep(self, owner: object, num_bytes: int) -> None:
-        """Extends a part of the lease until an object is gone.
+        """Extends a part of the lease until an object is deleted.
 
         Args:
             owner: The object, which takes a weak reference.
@@ -309,12 +309,12 @@ class MemoryBudget:
         """Reserves memory for a job whose result is retained: pages have a share of the budget.
 
         Args:
-            need: The memory it needs, which is the most that it retains.
-            soon_free: Memory of pages that is freed once the result is there.
+            need: The memory it needs, which is also the most that it retains.
+            soon_free: Memory of pages that is freed after the result is available.
 
         Raises:
             MemoryLimitError: If it needs more than the limit.
-            MemoryBusyError: As `reserve`.
+            MemoryBusyError: As in `reserve`.
             MemoryHeldError: If pages hold too much; the job does not wait for them.
         """
         self.check(need)
@@ -322,7 +322,7 @@ class MemoryBudget:
         if need.num_bytes > most - self._held + soon_free:
             # Closed pages may be in reference cycles.
             gc.collect()
-        # A single page may hold everything.
+        # A single page may use everything.
         held = self._held - soon_free
         if held > 0 and need.num_bytes > most - held:
             raise MemoryHeldError(need.num_bytes, held, most)
@@ -330,12 +330,12 @@ class MemoryBudget:
             yield lease
 
     def hold(self, num_bytes: int) -> None:
-        """Counts memory as held by pages."""
+        """Counts memory as used by pages."""
         with self._lock:
             self._held += num_bytes
 
     def let_go(self, num_bytes: int) -> None:
-        """Releases memory that pages held."""
+        """Releases memory of pages."""
         with self._lock:
             self._held -= num_bytes
             self._give(num_bytes)
@@ -355,7 +355,7 @@ class MemoryBudget:
         return turn
 
     def _leave(self, turn: Future[None]) -> bool:
-        """Leaves the queue; False if its turn has come already."""
+        """Leaves the queue; returns False if its turn has already come."""
         with self._lock:
             if turn.done():
                 return False

@@ -1,7 +1,7 @@
-"""What routes ask for, as annotated aliases.
+"""Dependencies of routes, as annotated aliases.
 
-A dependency that only looks something up is a coroutine: FastAPI calls all others in one of
-forty threads, and while these wait for memory, a request for the health would wait too.
+Dependencies that only look something up are coroutines: FastAPI calls all others in one of forty
+threads, and while these wait for memory, a health request would wait too.
 """
 
 from __future__ import annotations
@@ -44,33 +44,33 @@ IdempotencyKey = Annotated[
     Header(
         max_length=200,
         pattern=r"^[ -~]*$",
-        description="Any text of your own, such as a UUID: sent again with the same key and body, "
-        "the request gives what it gave before, and nothing is made twice.",
+        description="Any unique text, such as a UUID: a repeated request with the same key and "
+        "body returns the same result, and creates nothing twice.",
         examples=["5f0c8f6e-6c1b-4d0e-9f57-3f6f0f1c2a4b"],
     ),
 ]
-"""As in the draft "The Idempotency-Key HTTP Header Field"; empty where there is none."""
+"""As in the draft "The Idempotency-Key HTTP Header Field"; empty if absent."""
 
 LastEventId = Annotated[
     str,
     Header(
         alias="Last-Event-ID",
         pattern=r"^[0-9]{0,12}$",
-        description="id of the last event that was received; only what is new is sent",
+        description="id of the last received event; only newer events are sent",
         examples=["120"],
     ),
 ]
-"""The header of that name; empty where there is none."""
+"""The header of that name; empty if absent."""
 
 
 async def get_settings(request: Request) -> Settings:
-    """The settings of the application that answers."""
+    """The settings of the application."""
     settings: Settings = request.app.state.settings
     return settings
 
 
 async def get_run_service(request: Request) -> RunService:
-    """The service of the application that answers."""
+    """The run service of the application."""
     return _run_service_of(request)
 
 
@@ -83,24 +83,24 @@ def check_ended(run_id: str, request: Request) -> str:
     """The id of a run that may be changed.
 
     Raises:
-        RunUnfinishedError: If it has not ended.
+        RunUnfinishedError: If the run has not ended.
     """
     _run_service_of(request).check_ended(run_id)
     return run_id
 
 
 def get_stored_run(run_id: str, request: Request) -> StoredRun:
-    """The saved run of that id.
+    """The stored run of an id.
 
     Raises:
-        RunUnfinishedError: If it has not ended.
-        RecordingNotFoundError: If there is none.
+        RunUnfinishedError: If the run has not ended.
+        RecordingNotFoundError: If it does not exist.
     """
     return _run_service_of(request).get(run_id)
 
 
 async def get_recording_reads(request: Request) -> RecordingReads:
-    """What reads whole recordings for the application that answers."""
+    """The shared reader of recordings."""
     reads: RecordingReads = request.app.state.recording_reads
     return reads
 
@@ -110,13 +110,13 @@ async def open_columns(
     query: Annotated[SignalsQuery, Query()],
     request: Request,
 ) -> AsyncIterator[list[Column]]:
-    """The columns that are asked for of the saved run of that id, until it is answered.
+    """The requested columns of a stored run, in memory until the response is sent.
 
     Raises:
-        InvalidRequestError: For a name there is none of.
+        InvalidRequestError: For an unknown name.
         RecordingError: If its file is damaged.
         MemoryLimitError: If they need more memory than there is.
-        ServiceBusyError: If there is none for them now.
+        ServiceBusyError: If the memory stays in use.
     """
     try:
         outline = await run_in_threadpool(read_outline, stored.path)
@@ -134,17 +134,17 @@ async def open_columns(
 
 
 def _width_of(segment: Segment, outline: Trace) -> int:
-    """Columns of all signals that are read, with their times."""
+    """Columns of all signals that were read, with their times."""
     return 1 + sum(column.signal in segment.signals for column in columns_of(outline))
 
 
 async def get_memory(request: Request) -> MemoryBudget:
-    """The account of memory of the application that answers."""
+    """The memory budget of the application."""
     return _run_service_of(request).memory
 
 
 async def get_study_service(request: Request) -> StudyService:
-    """The service for studies of the application that answers."""
+    """The study service of the application."""
     return _study_service_of(request)
 
 
@@ -154,10 +154,10 @@ def _study_service_of(request: Request) -> StudyService:
 
 
 def open_study_results(study_id: str, request: Request) -> StudyResults:
-    """The results of the study of that id.
+    """The results of the study of an id.
 
     Raises:
-        StudyNotFoundError: If there is none.
+        StudyNotFoundError: If it does not exist.
         RecordingError: If its file is damaged.
     """
     return _study_service_of(request).results(study_id)
@@ -185,36 +185,36 @@ async def read_run_create(request: Request) -> RunCreate:
 
 
 async def read_run_update(request: Request) -> RunUpdate:
-    """The body of a request to change what is written of a run."""
+    """The body of a request to change the annotations of a run."""
     return await read_body(request, RunUpdate, (JSON_TYPE, MERGE_TYPE))
 
 
 async def get_retention_service(request: Request) -> RetentionService:
-    """What deletes runs by rules for the application that answers."""
+    """The retention service of the application."""
     service: RetentionService = request.app.state.retention_service
     return service
 
 
 async def get_stopping(request: Request) -> asyncio.Event:
-    """What is set once the server is to stop."""
+    """The event that is set when the server stops."""
     stopping: asyncio.Event = request.app.state.stopping
     return stopping
 
 
 async def get_file_cache(request: Request) -> FileCache:
-    """The files that the application that answers has made and keeps."""
+    """The file cache of the application."""
     cache: FileCache = request.app.state.file_cache
     return cache
 
 
 async def get_event_slots(request: Request) -> EventSlots:
-    """How many streams of events of the application that answers are open."""
+    """The number of open event streams of the application."""
     slots: EventSlots = request.app.state.event_slots
     return slots
 
 
 async def get_upload_slots(request: Request) -> asyncio.Semaphore:
-    """How many more recordings may be sent at the same time."""
+    """The number of further concurrent uploads."""
     slots: asyncio.Semaphore = request.app.state.upload_slots
     return slots
 
@@ -224,15 +224,15 @@ async def read_wait_preference(
     prefer: Annotated[
         str | None,
         Header(
-            description="`respond-async` answers at once, `wait=10` after 10 s at most; the run "
-            "goes on meanwhile",
+            description="`respond-async` responds immediately, `wait=10` after at most 10 s; the "
+            "run continues meanwhile",
             examples=["wait=10"],
         ),
     ] = None,
 ) -> WaitPreference:
-    """How long the client is willing to wait."""
+    """Time that the client is willing to wait."""
     settings = await get_settings(request)
-    # There may be several lines, of which the parameter above is only one.
+    # The header may occur several times, but the parameter above has only one.
     text = ",".join(request.headers.getlist("prefer"))
     return WaitPreference.from_header(text, settings.answer_within, settings.max_wait)
 
@@ -243,21 +243,21 @@ async def read_download_request(
         str | None,
         Header(
             alias="Range",
-            description="which bytes; one range, otherwise the whole file is sent",
+            description="range of bytes; one range only, otherwise the whole file is sent",
             examples=["bytes=0-1023"],
         ),
     ] = None,
     if_range: Annotated[
-        str | None, Header(description="send the part only if the `ETag` is still this one")
+        str | None, Header(description="send the range only if the `ETag` still matches")
     ] = None,
     if_match: Annotated[
-        str | None, Header(description="answer 412 if the `ETag` is another one")
+        str | None, Header(description="respond with 412 if the `ETag` differs")
     ] = None,
     if_none_match: Annotated[
-        str | None, Header(description="answer 304 if the `ETag` is still this one")
+        str | None, Header(description="respond with 304 if the `ETag` still matches")
     ] = None,
 ) -> DownloadRequest:
-    """What of a file the client asks for."""
+    """The conditions and range of a file request."""
     return DownloadRequest(
         is_head=request.method == "HEAD",
         range=range_,

@@ -1,4 +1,4 @@
-"""Errors of the server: each takes the facts and says in one sentence what is wrong."""
+"""Errors of the server, with messages of one sentence."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ MEMORY_RETRY_AFTER = 5
 
 
 class SettingsError(SlipgraspError):
-    """A server that must not be started as asked."""
+    """Invalid settings of a server."""
 
 
 class InvalidRequestError(SlipgraspError):
-    """A request whose shape is wrong, with one entry per wrong field."""
+    """A malformed request, with one item per wrong field."""
 
     def __init__(self, errors: Sequence[FieldError]) -> None:
         self.errors = tuple(errors)
@@ -25,14 +25,14 @@ class InvalidRequestError(SlipgraspError):
 
 
 class UnreadableBodyError(SlipgraspError):
-    """A request body that is not what it should be, JSON unless told otherwise."""
+    """A request body that is not valid JSON, or not of another expected kind."""
 
     def __init__(self, finding: str, kind: str = "JSON") -> None:
         super().__init__(f"the body is not {kind}: {finding}")
 
 
 class UnsupportedBodyError(SlipgraspError):
-    """A request body of another type than those that are read."""
+    """A request body with an unsupported type."""
 
     def __init__(self, content_type: str, allowed: str = "application/json") -> None:
         super().__init__(
@@ -42,14 +42,14 @@ class UnsupportedBodyError(SlipgraspError):
 
 
 class BodyTooLargeError(SlipgraspError):
-    """A request body beyond the limit."""
+    """A request body that exceeds the size limit."""
 
     def __init__(self, limit: int) -> None:
-        super().__init__(f"the body is larger than {limit} bytes, the most that is read here")
+        super().__init__(f"the body is larger than {limit} bytes, the limit")
 
 
 class BodyTooSlowError(SlipgraspError):
-    """A request body that hardly arrives."""
+    """A request body that arrives too slowly."""
 
     def __init__(self) -> None:
         super().__init__("the body arrives too slowly; send it again")
@@ -59,7 +59,7 @@ class ServiceBusyError(SlipgraspError):
     """No capacity for another run, or another upload, at the moment.
 
     Attributes:
-        retry_after: When to come back [s].
+        retry_after: Time after which to try again [s].
     """
 
     def __init__(
@@ -70,7 +70,7 @@ class ServiceBusyError(SlipgraspError):
 
 
 class MemoryLimitError(SlipgraspError):
-    """A job that needs more memory than the server may use for all of them."""
+    """A job that needs more memory than the limit of the server."""
 
     def __init__(self, job: str, num_bytes: int, limit: int, cure: str) -> None:
         more = f"start the server with --memory of at least {_megabytes(num_bytes)}MB"
@@ -81,19 +81,19 @@ class MemoryLimitError(SlipgraspError):
 
 
 class MemoryBusyError(ServiceBusyError):
-    """A job for which there was no memory for some time."""
+    """A job that has waited too long for memory."""
 
     def __init__(self, waiting: int) -> None:
         super().__init__(waiting, MEMORY_RETRY_AFTER, "others wait for memory")
 
 
 class MemoryHeldError(ServiceBusyError):
-    """A recording that does not fit beside those that pages show."""
+    """A recording for which there is no memory next to those on pages."""
 
     def __init__(self, num_bytes: int, held: int, most: int) -> None:
         SlipgraspError.__init__(
             self,
-            f"no memory for it now: it takes {_megabytes(num_bytes)} MB, and what pages show takes "
+            f"no memory available: it needs {_megabytes(num_bytes)} MB, and open pages use "
             f"{held // 10**6} of {most // 10**6} MB; close another page, end a comparison or "
             "choose a short run, and open it again",
         )
@@ -105,7 +105,7 @@ def _megabytes(num_bytes: int) -> int:
 
 
 class ServiceNotReadyError(ServiceBusyError):
-    """No run can be taken on at the moment."""
+    """No run can be accepted at the moment."""
 
     def __init__(self, obstacles: Sequence[str]) -> None:
         SlipgraspError.__init__(self, f"the service is not ready: {'; '.join(obstacles)}")
@@ -113,7 +113,7 @@ class ServiceNotReadyError(ServiceBusyError):
 
 
 class RunRecoveringError(ServiceBusyError):
-    """A run that a killed service left, and that is still being recovered."""
+    """A run of a killed service that is still being recovered."""
 
     def __init__(self, run_id: str) -> None:
         SlipgraspError.__init__(
@@ -123,7 +123,7 @@ class RunRecoveringError(ServiceBusyError):
 
 
 class RunUnfinishedError(SlipgraspError):
-    """Something that can be done with a run only once it has ended."""
+    """An operation that needs a run to have ended."""
 
     def __init__(self, run_id: str) -> None:
         super().__init__(
@@ -133,11 +133,11 @@ class RunUnfinishedError(SlipgraspError):
 
 
 class RunUnrecordableError(SlipgraspError):
-    """A run that was not begun, because its recording cannot be."""
+    """A run that did not start because it cannot be recorded."""
 
     def __init__(self, cause: Exception) -> None:
         super().__init__(
-            f"the run is not begun, because its recording cannot be: {cause}; free space on the "
+            f"the run was not started, because it cannot be recorded: {cause}; free space on the "
             "disk, or let the server write to its data folder, and send the request again"
         )
 
@@ -163,7 +163,7 @@ class JobEndedError(SlipgraspError):
 
 
 class ResultNotFoundError(SlipgraspError):
-    """A study has no result of that run."""
+    """A study has no result of a run."""
 
     def __init__(self, study_id: str, index: int, num_rows: int, num_runs: int) -> None:
         there = f"but those of runs 0 … {num_rows - 1}" if num_rows else "and none yet of any"
@@ -173,29 +173,29 @@ class ResultNotFoundError(SlipgraspError):
 
 
 class ServiceEndingError(SlipgraspError):
-    """Something long was asked for, and the service is to end."""
+    """A long operation was requested while the service is ending."""
 
     def __init__(self) -> None:
         super().__init__("the service is about to end; send the request again in a moment")
 
 
 class RunForgottenError(SlipgraspError):
-    """A run that was still waiting for its turn when the service ended."""
+    """A run that was still queued when the service ended."""
 
     def __init__(self) -> None:
-        super().__init__("the service ended before the run began; send the request again")
+        super().__init__("the service ended before the run started; send the request again")
 
 
 class IdempotencyKeyReusedError(SlipgraspError):
-    """A key that came before with another request."""
+    """An idempotency key that was used with another request."""
 
     def __init__(self, link: str) -> None:
         super().__init__(
-            f"Idempotency-Key: this key made {link} from another body; take a new key for a new "
-            "request"
+            f"Idempotency-Key: this key was used for {link} with another body; use a new key for a "
+            "new request"
         )
 
 
 def printable(text: str, length: int = 80) -> str:
-    """The beginning of a text from outside, characters that cannot be shown as ``?``."""
+    """The beginning of an untrusted text, with unprintable characters as ``?``."""
     return "".join(c if c.isprintable() else "?" for c in text[:length])

@@ -1,4 +1,4 @@
-"""How a line of the log looks: words for people, or JSON for programs; one line per event."""
+"""Format of the log: text for people, or JSON for programs; one line per event."""
 
 from __future__ import annotations
 
@@ -9,26 +9,26 @@ from enum import StrEnum
 
 
 class LogFormat(StrEnum):
-    """What the lines of a log are."""
+    """Format of the lines of a log."""
 
     TEXT = "text"
     JSON = "json"
 
     @property
     def formatter(self) -> logging.Formatter:
-        """The formatter of records, whose ``left_out`` is the number of lines dropped before."""
+        """The formatter of records; ``left_out`` is the number of preceding dropped lines."""
         return _JsonLines() if self is LogFormat.JSON else _TextLines()
 
 
 class _TextLines(logging.Formatter):
     def format(self, record: logging.LogRecord) -> str:
         left_out = getattr(record, "left_out", 0)
-        told = f" (and {left_out} more such before)" if left_out else ""
+        told = f" (and {left_out} more before)" if left_out else ""
         return f"{super().format(record)}{told}"
 
 
 class _JsonLines(logging.Formatter):
-    """Objects with time, level, logger and message; some have left_out and exception, too."""
+    """Objects with time, level, logger and message; some have left_out and exception too."""
 
     def format(self, record: logging.LogRecord) -> str:
         told: dict[str, str | int] = {
@@ -41,5 +41,5 @@ class _JsonLines(logging.Formatter):
             told["left_out"] = left_out
         if record.exc_info:
             told["exception"] = self.formatException(record.exc_info)
-        # Escaped, so that no text of a client's, whatever it holds, ends the line.
+        # Escaped, so that text from clients cannot end the line.
         return json.dumps(told)

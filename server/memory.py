@@ -1,4 +1,4 @@
-"""What the service has freed goes back to the system (glibc)."""
+"""Returns freed memory to the system (glibc)."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ from pathlib import Path
 _M_TRIM_THRESHOLD, _M_MMAP_THRESHOLD, _M_ARENA_MAX = -1, -3, -8
 
 LARGE_BYTES = 1_000_000
-"""A larger block is the system's again at once when it is freed."""
+"""Blocks above this size are returned to the system when they are freed."""
 
 KEPT_BYTES = 4_000_000
 """How much freed memory at the end of the heap is kept for what comes next."""
 
 MAX_HEAPS = 2
-"""Threads share so many heaps; each heap keeps some of what it once held."""
+"""Number of heaps that threads share; each heap retains some freed memory."""
 
 LOOK_SECONDS = 5.0
-"""How often it is looked how much memory lies free."""
+"""Interval between checks of the free memory."""
 
 
 class _Words(ctypes.Structure):
-    """What ``mallinfo2`` tells, by the names of malloc.h [bytes, but for the counts]."""
+    """Result of ``mallinfo2``, with the names of malloc.h [bytes, except for counts]."""
 
     _fields_ = [
         (name, ctypes.c_size_t)
@@ -44,8 +44,8 @@ class Heap:
     """Memory of this process.
 
     Attributes:
-        free: What was freed and is still kept in the heaps, whether the system has it or not [B].
-        unused: Anonymous memory that the process has and that no block of the heaps uses [B].
+        free: Freed memory in the heaps, whether returned to the system or not [B].
+        unused: Anonymous memory of the process that no block of the heaps uses [B].
     """
 
     free: int
@@ -53,16 +53,16 @@ class Heap:
 
 
 def give_back_freed_memory(look_seconds: float = LOOK_SECONDS) -> None:
-    """Bounds what the C library keeps of freed memory; call it before threads are started.
+    """Limits the freed memory that the C library retains; must be called before threads start.
 
-    By itself glibc keeps a heap for each of many threads, and after the first large block also
+    By default glibc has a heap for each of many threads, and after the first large block also keeps
     blocks of up to 32 MB in them: a service that reads recordings in threads grows for hours
-    although all of it is freed. What is freed between blocks that are still in use it keeps
-    even so; that goes back once it has lain free for a while. Elsewhere, and with a glibc before
-    2.33, which cannot say how much that is, only the bounds are set.
+    although all memory is freed. Memory freed between used blocks is retained anyway; it is
+    returned after it has been free for some time. On other systems, and with glibc before 2.33,
+    which cannot report this memory, only the limits are set.
 
     Args:
-        look_seconds: How often it is looked how much lies free [s].
+        look_seconds: Interval between checks of the free memory [s].
     """
     with suppress(OSError, AttributeError):
         library = ctypes.CDLL(None)
@@ -77,12 +77,12 @@ def give_back_freed_memory(look_seconds: float = LOOK_SECONDS) -> None:
 class Trimmer:
     """Returns the free memory of all heaps to the system; takes about 10 ms.
 
-    It is not done by what the process or the machine does meanwhile, but by the heaps: what lay
-    free at two looks, and is more than after the last time, is not about to be used again.
+    This depends only on the heaps: memory that was free in two checks, and exceeds that after the
+    last trim, is not about to be reused.
 
     Args:
         look: Returns the free memory.
-        trim: Gives it back.
+        trim: Returns the memory to the system.
     """
 
     def __init__(self, look: Callable[[], Heap], trim: Callable[[], object]) -> None:
@@ -92,10 +92,10 @@ class Trimmer:
         self._before = 0
 
     def work(self) -> None:
-        """Checks once, and returns free memory if there is enough of it."""
+        """Checks once, and trims the heaps if there is enough free memory."""
         heap = self._look()
         self._left = min(self._left, heap.unused)
-        # Trimmed memory stays free in the heaps; that of others, as of Python, is none of them.
+        # Trimmed memory is still counted as free in the heaps.
         found = min(heap.free, heap.unused - self._left)
         if min(found, self._before) > KEPT_BYTES:
             self._trim()

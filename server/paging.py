@@ -1,4 +1,4 @@
-"""Lists page by page: which page is asked for, and links to those beside it."""
+"""Pages of lists, and links to neighbouring pages."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from slipgrasp.server.addresses import from_outside
 
 MAX_PAGE = 1000
 
-Limit = Annotated[int, Field(ge=1, le=MAX_PAGE, description="how many at most")]
-Offset = Annotated[int, Field(ge=0, le=10**9, description="how many to skip")]
+Limit = Annotated[int, Field(ge=1, le=MAX_PAGE, description="largest number of items")]
+Offset = Annotated[int, Field(ge=0, le=10**9, description="number of items to skip")]
 
 
 def page_links(url: str, offset: int, limit: int, count: int) -> dict[str, str]:
-    """Links to the next and the previous page, as far as there are any.
+    """Links to the next and the previous page, if they exist.
 
     Args:
-        url: What asked for this page.
-        offset: How many it leaves out.
-        limit: How many it has at most.
-        count: How many there are on all pages.
+        url: URL of this page.
+        offset: Number of skipped items.
+        limit: Largest number of items on the page.
+        count: Number of items on all pages.
     """
     links = {}
     if offset + limit < count:

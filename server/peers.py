@@ -1,7 +1,7 @@
-"""Who holds the other end of a connection on this machine, as the Linux kernel tells.
+"""User at the other end of a local connection, from the Linux kernel.
 
-Once a program has closed its end, and while the kernel still sees to its last packets, the
-kernel names no open file (inode 0) and root as the user; then nobody is said to hold it.
+After a program has closed its end, while the kernel handles the last packets, the kernel reports no
+open file (inode 0) and root as the user; the user is then unknown.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ Address = tuple[str, int]
 
 ROOT_UID = 0
 UNKNOWN_UID = 65534
-"""What the kernel calls users whom it cannot name in this container."""
+"""User id for users that are unknown in this container."""
 
 _TABLES = (Path("/proc/net/tcp"), Path("/proc/net/tcp6"))
 _TABLE_UID, _TABLE_INODE = 7, 9
@@ -37,7 +37,7 @@ _DIAG_SECONDS = 1.0
 
 @dataclass(frozen=True)
 class Connection:
-    """The two ends of a connection, as this process sees them.
+    """The two ends of a connection, as seen from this process.
 
     Attributes:
         local: Address and port of this end.
@@ -49,15 +49,15 @@ class Connection:
 
     @cached_property
     def is_own(self) -> bool:
-        """Whether the user of this process, or root, holds the other end; found out once.
+        """Whether the user of this process, or root, owns the other end; cached.
 
-        False also where the system does not tell.
+        False if the system does not report it.
         """
         return system_tells() and find_peer_uid(self.local, self.peer) in (os.geteuid(), ROOT_UID)
 
 
 def find_peer_uid(local: Address, peer: Address) -> int | None:
-    """The user who holds the other end of a connection; None where the system does not tell."""
+    """The user who owns the other end of a connection; None if unknown."""
     own, other = (_plain(peer[0]), peer[1]), (_plain(local[0]), local[1])
     if type(own[0]) is not type(other[0]):
         return None
@@ -67,7 +67,7 @@ def find_peer_uid(local: Address, peer: Address) -> int | None:
 
 @cache
 def system_tells() -> bool:
-    """Whether this system says who holds the other end of a connection; tried once."""
+    """Whether this system reports the user of a connection; tested once."""
     if sys.platform != "linux" or os.geteuid() == UNKNOWN_UID:
         return False
     try:
@@ -86,13 +86,13 @@ _PlainAddress = tuple[IPv4Address | IPv6Address, int]
 
 
 def _plain(address: str) -> IPv4Address | IPv6Address:
-    """An address, that of IPv4 where it is one written for IPv6."""
+    """An address; IPv4 addresses in IPv6 notation are converted."""
     found = ip_address(address.partition("%")[0])
     return getattr(found, "ipv4_mapped", None) or found
 
 
 def _ask_kernel(own: _PlainAddress, other: _PlainAddress) -> int | None:
-    """Asks for one socket; takes microseconds, however many there are."""
+    """Queries one socket; takes microseconds, regardless of their number."""
     family = socket.AF_INET if own[0].version == 4 else socket.AF_INET6
     ends = struct.pack(
         "!HH16s16s",
@@ -117,13 +117,13 @@ def _ask_kernel(own: _PlainAddress, other: _PlainAddress) -> int | None:
     if _MESSAGE_HEADER.unpack_from(answer)[1] != _DIAG_BY_FAMILY:
         return None
     found, uid, inode = _DIAG_ANSWER.unpack_from(answer, _MESSAGE_HEADER.size)
-    # Where there is no such connection, a socket that listens at its address may be found.
+    # Without such a connection, a listening socket at its address may be found.
     return uid if found == ends and inode else None
 
 
 def _look_up(own: _PlainAddress, other: _PlainAddress) -> int | None:
-    """Reads the tables of all sockets, for kernels that cannot be asked for one."""
-    # A row may be missed where one before it goes away while the table is read.
+    """Reads the tables of all sockets, for kernels without queries of one socket."""
+    # A row may be missed if a preceding one is removed during reading.
     for table in _TABLES * 2:
         try:
             rows = table.read_bytes()
@@ -131,14 +131,14 @@ def _look_up(own: _PlainAddress, other: _PlainAddress) -> int | None:
             continue
         for ends in _written(own, other):
             if (start := rows.find(ends)) >= 0:
-                # The number of the row stands before its ends.
+                # The index of the row precedes its addresses.
                 row = [b"", *rows[start:].split(b"\n", 1)[0].split()]
                 return int(row[_TABLE_UID]) if int(row[_TABLE_INODE]) else None
     return None
 
 
 def _written(own: _PlainAddress, other: _PlainAddress) -> list[bytes]:
-    """How the tables write two ends; sockets for IPv6 may carry connections of IPv4."""
+    """The two ends in the notation of the tables; IPv6 sockets may have IPv4 connections."""
     pairs = [(own[0].packed, other[0].packed)]
     if own[0].version == 4:
         mapped = b"\0" * 10 + b"\xff" * 2
@@ -149,5 +149,5 @@ def _written(own: _PlainAddress, other: _PlainAddress) -> list[bytes]:
 
 
 def _words(packed: bytes) -> str:
-    """The tables print each word of four bytes as a number of this machine."""
+    """The tables show each word of four bytes as a number in native byte order."""
     return "".join(f"{word:08X}" for word in struct.unpack(f"={len(packed) // 4}I", packed))

@@ -1,4 +1,4 @@
-"""Signals of recordings in memory: what several ask for at once is read once."""
+"""Signals of recordings in memory, shared by concurrent requests."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _END = object()
 
 
 class _Shared:
-    """A segment of a recording, read once for all readers that need it."""
+    """A segment of a recording, shared by all readers that need it."""
 
     def __init__(self) -> None:
         self.readers = 0
@@ -38,10 +38,10 @@ class _Shared:
 
 
 class RecordingReads:
-    """Reads parts of recordings where there is memory for them; belongs to one event loop.
+    """Reads parts of recordings within the memory budget; belongs to one event loop.
 
     Args:
-        memory: The account of memory.
+        memory: The memory budget.
     """
 
     def __init__(self, memory: MemoryBudget) -> None:
@@ -58,19 +58,19 @@ class RecordingReads:
         need: Need,
         is_gone: Callable[[], Awaitable[bool]],
     ) -> AsyncIterator[Trace]:
-        """Within it a part of a recording is in memory, once for all who need it at that time.
+        """A context with a part of a recording in memory, shared by concurrent readers.
 
         Args:
             path: The recording.
-            run_id: What to call it in errors.
+            run_id: Id of the run, for errors.
             segment: The part.
-            need: The memory that it takes.
+            need: Its memory.
             is_gone: Whether the client no longer waits for it.
 
         Raises:
-            RecordingError: If there is none, or it is damaged.
+            RecordingError: If the recording does not exist, or is damaged.
             MemoryLimitError: If it needs more memory than there is.
-            ServiceBusyError: If there is none for it for some time.
+            ServiceBusyError: If the memory stays in use for some time.
         """
         try:
             found = path.stat()
@@ -93,7 +93,7 @@ class RecordingReads:
                     entry.holder.cancel()
 
     async def _hold(self, entry: _Shared, path: Path, segment: Segment, need: Need) -> None:
-        """Reads from a file and keeps the memory taken until it is cancelled."""
+        """Reads from a file and retains the memory until it is cancelled."""
         read = partial(read_segment, path, segment, should_stop=entry.is_left.is_set)
         try:
             async with self._memory.reserve_async(need):
@@ -104,11 +104,11 @@ class RecordingReads:
         except Exception as error:
             if not entry.result.done():
                 entry.result.set_exception(error)
-                # Nobody may be left to receive it.
+                # There may be no reader left.
                 entry.result.exception()
 
     async def in_threads(self, pieces: Iterator[Value]) -> AsyncIterator[Value]:
-        """Makes pieces in few threads, so that who only wants to know how it is, is answered."""
+        """Encodes pieces in few threads, so that short requests do not wait."""
         while True:
             piece: Any = await anyio.to_thread.run_sync(next, pieces, _END, limiter=self._threads)
             if piece is _END:

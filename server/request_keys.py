@@ -1,10 +1,10 @@
-"""Requests that may be sent again without being done again, and what they have made.
+"""Requests that may be repeated without repeating their effect, and their results.
 
-The same key and the same request lead to the same thing. Which run came of a key is known after
-a restart too; a study is kept with its own.
+Equal keys and requests give the same result. The run of a key is known after a restart too; a study
+stores its own key.
 
-One line per key is appended to a file beside the recordings. It holds no more than ids: whether
-there still is such a run is asked of the store.
+Each key is one line in a file in the data folder. It contains only ids: the store knows whether the
+run still exists.
 """
 
 from __future__ import annotations
@@ -31,11 +31,11 @@ _logger = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True)
 class KeyedRequest:
-    """A request that may be sent again.
+    """A request that may be repeated.
 
     Attributes:
-        key: What the client calls it; empty if nothing.
-        digest: Equal for requests that mean the same, however they were written.
+        key: Idempotency key; may be empty.
+        digest: Equal for requests with the same meaning, regardless of notation.
     """
 
     key: str
@@ -43,25 +43,25 @@ class KeyedRequest:
 
     @classmethod
     def of(cls, key: str, body: Any) -> Self:
-        """The request that has a key.
+        """Creates the request of a key.
 
         Args:
-            key: What the client calls it.
-            body: What it asks for, as plain values for JSON.
+            key: Idempotency key.
+            body: Body as plain values for JSON.
         """
         return cls(key, _digest(json.dumps(body, sort_keys=True)))
 
 
 UNKEYED = KeyedRequest("", "")
-"""A request that is done anew whenever it is sent."""
+"""A request that is always executed."""
 
 
 class RequestKeys:
-    """The keys used last; not safe to use from several threads at once.
+    """Recently used keys; not thread-safe.
 
     Args:
         path: The file.
-        max_keys: How many are remembered.
+        max_keys: Number of stored keys.
     """
 
     def __init__(self, path: Path, max_keys: int = MAX_KEYS) -> None:
@@ -70,11 +70,11 @@ class RequestKeys:
         self._known: OrderedDict[str, tuple[str, str]] | None = None
 
     def find(self, key: str) -> tuple[str, str] | None:
-        """Digest and run of the request that used a key last, None if there was none."""
+        """Digest and run of the last request with a key, None if there is none."""
         return self._entries().get(_digest(key))
 
     def remember(self, request: KeyedRequest, run_id: str) -> None:
-        """Takes down which run a request makes; where it cannot be written, until the end."""
+        """Stores the run of a request; in memory only if it cannot be written."""
         known = self._entries()
         name = _digest(request.key)
         known.pop(name, None)
@@ -106,7 +106,7 @@ class RequestKeys:
 
 
 def _open_to_append(path: Path) -> TextIO:
-    """Opens the file itself: a link that somebody has put in its place is not followed."""
+    """Opens the file itself: links are not followed."""
     flags = os.O_WRONLY | os.O_APPEND | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0)
     return os.fdopen(os.open(path, flags, 0o666), "a", encoding="ascii")
 
@@ -116,12 +116,12 @@ def _digest(text: str) -> str:
 
 
 def _line(name: str, digest: str, run_id: str) -> str:
-    # Its end comes first: a line that was cut off must not take the next one with it.
+    # A line break comes first, so that an incomplete line does not spoil the next one.
     return "\n" + json.dumps([name, digest, run_id])
 
 
 def _read(path: Path) -> Iterator[tuple[str, str, str]]:
-    """Lines that can be used; a killed service may have left the last one unfinished."""
+    """Valid lines; a killed service may have left the last one incomplete."""
     try:
         if path.is_symlink() or path.stat().st_size > 2 * MAX_FILE_BYTES:
             return

@@ -1,6 +1,6 @@
-"""The data folder of a service: closed to other users of the machine, and to a second service.
+"""The data folder of a service, protected from other users and other services.
 
-Two services would not know of each other's runs and limits.
+Two services in one folder would not know each other's runs and limits.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ _logger = logging.getLogger(__name__)
 
 
 def make_private(folder: Path) -> None:
-    """Closes a data folder to other users of the machine.
+    """Denies other users access to a data folder.
 
-    A folder that serves others too, by what lies in it, whose it is or what it is, is only
-    reported: who keeps recordings in ``/tmp`` does not want it closed to everyone else.
+    A folder that also has other purposes, judged by its content, owner or kind, is only reported:
+    recordings in ``/tmp`` must not make it inaccessible to others.
     """
     if os.name != "posix":
         return
@@ -40,12 +40,12 @@ def make_private(folder: Path) -> None:
         folder.chmod(_PRIVATE)
         return
     _logger.warning(
-        "other users may read the data folder; it serves more than this, so it stays so"
+        "other users can read the data folder, which is not changed because it has other files"
     )
 
 
 def _is_ours(folder: Path) -> bool:
-    """Whether a folder is new, or was made for recordings."""
+    """Whether a folder is new, or was created for recordings."""
     with os.scandir(folder) as entries:
         names = [entry.name for entry in entries]
     return not names or LOCK_NAME in names or any(name.endswith(".mcap") for name in names)
@@ -53,14 +53,14 @@ def _is_ours(folder: Path) -> bool:
 
 @contextmanager
 def service_lock(folder: Path) -> Iterator[None]:
-    """Within it no other service can use the folder; the lock ends with this process.
+    """A context in which no other service can use the folder; the lock ends with this process.
 
     Args:
         folder: The data folder; it exists.
 
     Raises:
         FolderInUseError: If another service uses it.
-        RecordingWriteError: If no file can be made in it.
+        RecordingWriteError: If no file can be created in it.
     """
     with _open(folder / LOCK_NAME) as stream:
         if not _can_lock(stream):
@@ -72,18 +72,18 @@ def service_lock(folder: Path) -> Iterator[None]:
 
 
 def check_not_served(folder: Path) -> None:
-    """Finds out at once what `service_lock` would find; the lock stays free.
+    """Raises the errors of `service_lock` without locking the folder.
 
     Raises:
         FolderInUseError: If a service uses the folder.
-        RecordingWriteError: If no file can be made in it.
+        RecordingWriteError: If no file can be created in it.
     """
     with service_lock(folder):
         pass
 
 
 def _can_lock(stream: BinaryIO) -> bool:
-    """False if another process holds the lock; a file system without locks cannot tell."""
+    """Returns False if another process holds the lock; True if locks are not supported."""
     try:
         return try_lock(stream)
     except OSError:
@@ -99,6 +99,6 @@ def _open(path: Path) -> BinaryIO:
 
 
 def _owner(stream: BinaryIO) -> str:
-    """Number of the process that holds the lock; empty if it does not say."""
+    """Id of the process that holds the lock; empty if unknown."""
     text = stream.read(MAX_OWNER_LENGTH).decode("ascii", errors="replace")
     return text if text.isdecimal() else ""

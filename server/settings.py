@@ -126,11 +126,11 @@ class Settings:
                 f"least {LEAST_MEMORY // 10**6}MB"
             )
         if not 0 <= self.port <= 65535:
-            raise SettingsError(f"port is {self.port}; allowed: 0 … 65535, 0 takes any free one")
+            raise SettingsError(f"port is {self.port}; allowed: 0 … 65535, 0 for any free one")
 
     @property
     def needs_token(self) -> bool:
-        """Whether its own user needs the token too."""
+        """Whether the user of the server needs the token too."""
         is_proxied = bool(self.public_urls or self.root_path)
         is_local = self.host in LOOPBACK_HOSTS and not is_proxied
         return self.require_token or not (is_local and system_tells())

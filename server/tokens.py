@@ -1,4 +1,4 @@
-"""What lets in who is not known by his connection: two tokens, and what is made of them."""
+"""Tokens for access: the full token, the read-only token, and derived cookies."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _RANDOM_BYTES = 32
 
 
 class Right(IntEnum):
-    """What somebody may do; more includes less."""
+    """Rights of a sender; higher ones include lower ones."""
 
     NOTHING = 0
     READ = 1
@@ -53,7 +53,7 @@ class Tokens:
 
     @classmethod
     def random(cls) -> Tokens:
-        """Tokens that nobody knows yet."""
+        """Returns new random tokens."""
         return cls(secrets.token_urlsafe(_RANDOM_BYTES))
 
     @property
@@ -62,16 +62,16 @@ class Tokens:
         return _derived(self.full, "read-only token")
 
     def right_of(self, token: str) -> Right:
-        """What a token lets do, compared in a time that does not depend on it."""
+        """Returns the right of a token, compared in constant time."""
         return self._right(token, {Right.EVERYTHING: self.full, Right.READ: self.read_only})
 
     def right_of_cookie(self, cookie: str) -> Right:
-        """What a cookie lets do."""
+        """Returns the right of a cookie."""
         known = {right: self.cookie(right) for right in (Right.EVERYTHING, Right.READ)}
         return self._right(cookie, known)
 
     def cookie(self, right: Right) -> str:
-        """The value of the cookie that lets do so much; the token cannot be read from it."""
+        """Value of the cookie for a right, which does not reveal the token."""
         token = self.full if right is Right.EVERYTHING else self.read_only
         return _derived(token, "cookie")
 
@@ -79,13 +79,13 @@ class Tokens:
     def _right(shown: str, known: dict[Right, str]) -> Right:
         found = Right.NOTHING
         for right, text in known.items():
-            # Equal lengths, whatever was shown.
+            # Equal lengths for any input.
             if hmac.compare_digest(_digest(shown), _digest(text)):
                 found = right
         return found
 
     def save(self, folder: Path) -> None:
-        """Writes both into a folder, for the programs of its owner.
+        """Writes both into a folder, for programs of its owner.
 
         Raises:
             RecordingWriteError: If they cannot be written.
@@ -103,7 +103,7 @@ def _digest(text: str) -> bytes:
 
 
 def _write_private(path: Path, text: str) -> None:
-    """Writes a file that its owner alone can read, in the place of what is there."""
+    """Replaces a file by one that only its owner can read."""
     part = path.with_name(f"{path.name}.part")
     try:
         part.unlink(missing_ok=True)

@@ -6,8 +6,8 @@
     result = slipgrasp.simulate(slipgrasp.with_values(scenario, {"object.mass": 1.4}))
     slipgrasp.write_recording(result, Path("heavier.mcap"))
 
-The names are those of `slipgrasp.interface`. They are imported when the first of them is used, so
-that ``import slipgrasp`` costs nothing.
+The names are those of `slipgrasp.interface`. They are imported on first use, so that ``import
+slipgrasp`` is fast.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def __getattr__(name: str) -> Any:
-    """A public name, or the list of them, when it is first asked for (PEP 562)."""
+    """Returns a public name, or the list of them, on first use (PEP 562)."""
     if name == "__all__" or not name.startswith("_"):
         origin = vars(import_module("slipgrasp.interface"))
         public = {key: value for key, value in origin.items() if not key.startswith("_")}

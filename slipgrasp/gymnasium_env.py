@@ -1,4 +1,4 @@
-"""A run as an environment of Gymnasium: the action is the torque of every joint.
+"""A run as a Gymnasium environment: the action is the torque of every joint.
 
 from slipgrasp.gymnasium_env import GraspEnv
 
@@ -30,20 +30,20 @@ OBSERVED = (
     *("pose_error", "velocity_error", "joint_position", "joint_velocity"),
     *("slip", "slip_velocity", "believed_phase"),
 )
-"""What an observation holds, one after the other; pose and velocity as desired minus measured."""
+"""Components of an observation, in order; pose and velocity as desired minus measured values."""
 
 
 def tracking_reward(tick: Tick) -> float:
-    """Minus the squared tracking error, x² + y² + theta² [m², rad²]."""
+    """Returns the negative squared tracking error, x² + y² + theta² [m², rad²]."""
     error = tick.seen.desired_pose - tick.seen.pose
     return -float(error @ error)
 
 
 class GraspEnv(gymnasium.Env[np.ndarray, np.ndarray]):
-    """A run that is stepped from outside, one control tick per step.
+    """A run with one control tick per step.
 
-    An episode is truncated at the duration of the scenario, and terminated where the run ends
-    before, such as by a fingertip that separates; ``info["reason"]`` says why.
+    An episode is truncated at the duration of the scenario, and terminated if the run ends early,
+    for example because a fingertip separates; ``info["reason"]`` gives the reason.
 
     Attributes:
         simulation: The run of this episode; its `result` can be recorded.
@@ -58,12 +58,12 @@ class GraspEnv(gymnasium.Env[np.ndarray, np.ndarray]):
         largest_torque: float = 20.0,
         reward: Callable[[Tick], float] = tracking_reward,
     ) -> None:
-        """Begins nothing yet.
+        """Creates an environment; `reset` starts the first episode.
 
         Args:
-            scenario: What is simulated, under sampled control; its law is not asked.
+            scenario: Scenario with sampled control; its law is not used.
             largest_torque: Bound of the actions [N m].
-            reward: Gives the reward of a tick; at the end of an episode that of its last tick.
+            reward: Returns the reward of a tick; at the end of an episode, of its last tick.
         """
         n = len(scenario.fingers)
         self._scenario, self._reward = scenario, reward
@@ -78,10 +78,10 @@ class GraspEnv(gymnasium.Env[np.ndarray, np.ndarray]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[np.ndarray, dict[str, Any]]:
-        """Begins an episode.
+        """Starts an episode.
 
         Args:
-            seed: Of the noise of the sensors; as the scenario says if None.
+            seed: Seed of the sensor noise; that of the scenario if None.
             options: Not used.
 
         Raises:
@@ -97,7 +97,7 @@ class GraspEnv(gymnasium.Env[np.ndarray, np.ndarray]):
         return _observe(self._tick), {"time": 0.0}
 
     def step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
-        """Commands a torque until the next tick.
+        """Applies a torque until the next tick.
 
         Args:
             action: Torque of every joint, ``(n, 2)`` [N m].

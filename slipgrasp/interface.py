@@ -1,6 +1,6 @@
-"""Every name of the public Python interface, where it comes from.
+"""Every name of the public Python interface.
 
-`slipgrasp` gives these names on; importing this module takes half a second.
+`slipgrasp` exports these names; importing this module takes half a second.
 """
 
 from slipgrasp.core.exceptions import ScenarioError, SlipgraspError

@@ -18,16 +18,16 @@ from slipgrasp.web.page.routes import add_page_routes, head_html
 
 
 def create_dashboard_app(settings: Settings, first: Source | None = None) -> FastAPI:
-    """Builds the application with the dashboard at ``/`` and the API below ``/api/v1``.
+    """Creates the application with the dashboard at ``/`` and the API below ``/api/v1``.
 
     Args:
-        settings: Where it keeps runs, and how much it takes on.
-        first: The recording that the dashboard opens on; a run of its own if None.
+        settings: Settings of the server.
+        first: Recording that the dashboard opens; its own run if None.
     """
 
     @asynccontextmanager
     async def live(app: FastAPI) -> AsyncIterator[None]:
-        """Keeps a dashboard for as long as the application lives."""
+        """A context with the dashboard, for the lifetime of the application."""
         app.state.dashboard = await run_in_threadpool(
             Dashboard,
             app.state.run_service,

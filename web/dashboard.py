@@ -28,7 +28,7 @@ _FIRST_PICTURE = Picture(700, 900)
 
 
 class Dashboard:
-    """Serves the dashboard on a loopback port of its own, for a relay to pass on.
+    """Serves the dashboard on a separate loopback port, behind a relay.
 
     Args:
         runs: Simulates and saves.
@@ -37,8 +37,8 @@ class Dashboard:
         first: The recording that every page shows first; a run of the first preset if None.
 
     Attributes:
-        directory: Finds the session that a page posts to.
-        recordings: Those that pages show.
+        directory: Finds the session of a page.
+        recordings: Recordings that pages show.
     """
 
     def __init__(
@@ -48,7 +48,7 @@ class Dashboard:
         fits: FitService,
         first: Source | None = None,
     ) -> None:
-        # A viewer may leave in the middle of a frame; viser drops the rest and warns each time.
+        # A viewer may disconnect within a frame; viser drops the rest and warns each time.
         warnings.filterwarnings("ignore", message="Queued a .* on a closed connection")
         self.directory = SessionDirectory()
         self.recordings = OpenRecordings(runs.store, runs.memory)
@@ -60,7 +60,7 @@ class Dashboard:
         self._lock = threading.Lock()
         self._server = ViewerServer("slipgrasp")
         apply_theme(self._server.gui, dark=False)
-        # Until the first run is there; its scene then has its own camera.
+        # Until the first run is shown; its scene then sets the camera.
         framing = frame_box(*_FIRST_BOX, _FIRST_PICTURE)
         self._server.initial_camera.fov = FIELD_OF_VIEW
         self._server.initial_camera.position = framing.position
@@ -70,12 +70,12 @@ class Dashboard:
 
     @property
     def port(self) -> int:
-        """The loopback port that viewers are relayed to."""
+        """The loopback port of the relay."""
         return self._server.get_port()
 
     @property
     def num_sessions(self) -> int:
-        """How many browsers are connected."""
+        """The number of connected browsers."""
         with self._lock:
             return len(self._sessions)
 
@@ -90,8 +90,8 @@ class Dashboard:
             session.join(_CLOSING_TIME)
         self._server.stop()
 
-    # Both run in the viewer server's event loop, so that a viewer that is gone at once is
-    # never closed before it is opened.
+    # Both run in the viewer server's event loop, so that a viewer that disconnects immediately is
+    # not closed before it is opened.
     async def _open(self, client: viser.ClientHandle) -> None:
         session = Session(client, self._services, self._first)
         with self._lock:

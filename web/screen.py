@@ -1,4 +1,4 @@
-"""Everything one user sees: the scene and the panels, drawn from one view."""
+"""The complete page of a user: scene and panels, drawn from one view."""
 
 from __future__ import annotations
 
@@ -35,13 +35,13 @@ _DARK_BRAND: Rgb = (92, 168, 236)
 
 
 class Screen:
-    """Owns every node and panel of one viewer.
+    """Owns all nodes and panels of one viewer.
 
     Args:
-        client: The viewer; what it sees is its own.
+        client: The viewer.
         camera: Its camera.
-        view: What it shows first.
-        send: Takes the intents of its user.
+        view: Initial view.
+        send: Accepts the intents of its user.
         key: The key of the session, for the page's script.
     """
 
@@ -81,7 +81,7 @@ class Screen:
         with self._player.add_tab("Playback", viser.Icon.PLAYER_PLAY):
             self._session_state = SessionStatePanel(gui, key)
             self._playback = PlaybackPanel(gui, send)
-        # On a phone both are parts of one sheet, and folded up at first.
+        # On a phone both are parts of one sheet, collapsed initially.
         self._results.expand()
         self._player.expand()
         self._is_wide = self._is_lecture = False
@@ -111,7 +111,7 @@ class Screen:
         client.camera.on_update(lambda camera: send(_report(camera)))
 
     def update(self, view: ViewState) -> None:
-        """Draws a view; whatever did not change costs nothing."""
+        """Draws a view; unchanged parts cost nothing."""
         if view.page_layout is not None and view.page_layout != self._page_layout:
             self._page_layout = view.page_layout
             self._fit()
@@ -144,7 +144,7 @@ class Screen:
             self._scene.update(view.sample, view.ghost_sample, moving=view.playback.playing)
 
     def _fit(self) -> None:
-        """Gives every column its share of the page; what the user resized stays until then."""
+        """Sets the widths of all columns; sizes set by the user are kept until then."""
         size = (self._page_layout.width, self._page_layout.height)
         sizes = panel_sizes(*size, lecture=self._is_lecture)
         self._arrange(self._page_layout.arrangement)
@@ -157,10 +157,10 @@ class Screen:
         self._widths = widths
 
     def _arrange(self, arrangement: Arrangement) -> None:
-        """Puts the panels where they fit; on a phone viser has a sheet for all."""
+        """Places the panels; on a phone viser has a sheet for all."""
         if arrangement is self._arrangement:
             return
-        # A panel that is put elsewhere, or comes back from the sheet, forgets its width.
+        # A panel that is moved, or returns from the sheet, loses its width.
         self._arrangement, self._widths = arrangement, (0, 0, 0)
         if arrangement is Arrangement.SHEET:
             return
@@ -172,7 +172,7 @@ class Screen:
         self._player.float(x=MARGIN, y=-MARGIN)
 
     def _lay_out_lecture(self) -> None:
-        """Folds the controls up, and unfolds them for work at a desk."""
+        """Collapses the controls for lectures, and expands them for work at a desk."""
         self._fit()
         if self._is_lecture:
             self._gui.main_panel.minimize()
@@ -184,12 +184,12 @@ class Screen:
         self._charts.resize(sizes.chart)
 
     def _widen_results(self, is_wide: bool) -> None:
-        """Widens the results, for wide content."""
+        """Widens the results for wide content."""
         self._is_wide = is_wide
         self._fit()
 
     def remove(self) -> None:
-        """Takes everything off the page."""
+        """Removes everything from the page."""
         for panel in self._panels:
             panel.remove()
         self._results.remove()
@@ -203,7 +203,7 @@ def _report(camera: viser.CameraHandle) -> CameraMoved:
 
 
 def apply_theme(gui: viser.GuiApi, *, dark: bool) -> None:
-    """Makes a page bright or dark; what one may click has a colour that is legible there."""
+    """Switches between a light and a dark page; clickable elements have a legible colour."""
     gui.configure_theme(
         show_logo=False,
         show_share_button=False,

@@ -63,12 +63,12 @@ class Services:
 
     Attributes:
         runs: Simulates and stores runs.
-        saved: The runs that are stored already.
+        saved: Store of the runs.
         recordings: Opens recordings, and accounts for their memory.
         studies: Runs studies, one at a time.
         fits: Fits recordings, in the same queue.
         directory: All sessions by their keys.
-        pacer: Lets the sessions that play share the processor.
+        pacer: Shares the processor among playing sessions.
     """
 
     runs: RunService

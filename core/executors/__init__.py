@@ -1,6 +1,6 @@
-"""Engines that do the tasks of a study: here, in processes, or on a Dask cluster.
+"""Executors for the tasks of a study: inline, in processes, or on a Dask cluster.
 
-Results do not depend on the engine or on how many workers it has.
+Results do not depend on the executor or its number of workers.
 """
 
 from __future__ import annotations
@@ -40,26 +40,27 @@ _SCHEDULER = re.compile(r"dask://([\w.-]{1,253}|\[[0-9a-fA-F:.]{2,45}\]):([0-9]{
 
 
 def make_executor(specification: str = "processes", *, workers: int | None = None) -> Executor:
-    """The engine of this name; nothing is started before it is needed.
+    """Returns the executor with this name; it starts nothing before it is used.
 
     Args:
         specification: ``processes`` on this machine, ``inline`` in this process, ``dask`` for a
-            Dask cluster on this machine, ``dask://HOST:PORT`` for that of a Dask scheduler.
-        workers: How many processes; as many as there are processors if None.
+            Dask cluster on this machine, ``dask://HOST:PORT`` for an existing scheduler.
+        workers: Number of processes; as many as there are processors if None.
 
     Raises:
-        ExecutorError: If there is no such engine, or not with so many workers.
+        ExecutorError: If the executor does not exist or does not allow this number of workers.
     """
     match = _SCHEDULER.fullmatch(specification)
     if match is None and specification not in _NAMES:
         raise ExecutorError(
-            f"'{specification[:60]!s}' is no executor; choose one of {', '.join(SPECIFICATIONS)}"
+            f"'{specification[:60]!s}' is not an executor; choose one of "
+            f"{', '.join(SPECIFICATIONS)}"
         )
     if specification == "processes":
         return ProcessExecutor(workers)
     if workers is not None and specification != "dask":
         raise ExecutorError(
-            f"the executor '{specification[:60]}' has a fixed number of workers; leave it out"
+            f"the executor '{specification[:60]}' has a fixed number of workers; omit it"
         )
     if specification == "inline":
         return InlineExecutor()

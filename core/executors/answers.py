@@ -1,4 +1,4 @@
-"""Doing what a message asks for, and saying what came of it: the same on every kind of worker."""
+"""Execution of tasks from messages, and messages with their results, for all kinds of workers."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from slipgrasp.core.executors.messages import Kind, Message
 
 
 def ask(round: int, number: int, function: TaskFunction[Any, Any], task: object) -> Message:
-    """The message that asks for a task to be done.
+    """Returns the message that requests a task.
 
     Raises:
-        ExecutorError: If no worker would find the function.
+        ExecutorError: If a worker could not import the function.
     """
     if function.__module__ == "__main__":
         raise ExecutorError(
-            f"workers cannot find '{function.__qualname__}', which is defined in the script that "
-            "is run; put it into a module that the script imports"
+            f"workers cannot import '{function.__qualname__}', which is defined in the main "
+            "script; move it into a module that the script imports"
         )
     return Message.pack(Kind.DO, round, number, (function, task))
 
 
 def do(asked: Message, should_stop: ShouldStop) -> Message:
-    """Does the task that was asked for; raises what its function raises."""
+    """Executes the requested task; raises the exceptions of its function."""
     if should_stop():
         raise Cancelled
     function, task = cast("tuple[TaskFunction[Any, Any], Any]", asked.unpack())
@@ -35,7 +35,7 @@ def do(asked: Message, should_stop: ShouldStop) -> Message:
 
 
 def reply_with(asked: Message, done: Future[Message]) -> Message:
-    """What came of it as a message, an error too."""
+    """Returns the message with a result or an exception."""
     error = done.exception()
     if error is None:
         return done.result()
@@ -45,15 +45,15 @@ def reply_with(asked: Message, done: Future[Message]) -> Message:
 
 
 def open_answer(reply: Message) -> object:
-    """The result in a message.
+    """Returns the result in a message.
 
     Raises:
-        Exception: What the function raised, with a note that says where.
+        Exception: The exception of the function, with a note of its origin.
     """
     if reply.kind is Kind.RESULT:
         return reply.unpack()
     if reply.kind is Kind.CANCELLED:
-        raise ExecutorError("a task gave up without being asked to")
+        raise ExecutorError("a task stopped without a request")
     kind, arguments, state = cast(
         "tuple[type[BaseException], tuple[Any, ...], dict[str, Any]]", reply.unpack()
     )
@@ -64,7 +64,7 @@ def open_answer(reply: Message) -> object:
 
 
 def _pack_error(asked: Message, error: BaseException) -> Message:
-    """An error in pieces: many cannot be made again from their arguments alone."""
+    """Splits an exception into parts, because many cannot be created from their arguments alone."""
     error.add_note(f"In a worker:\n{''.join(traceback.format_exception(error))}")
     pieces = type(error), error.args, error.__dict__
     try:

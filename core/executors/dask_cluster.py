@@ -1,4 +1,4 @@
-"""Tasks on a Dask cluster: where one machine is not enough."""
+"""Tasks on a Dask cluster, for more than one machine."""
 
 from __future__ import annotations
 
@@ -36,34 +36,35 @@ if TYPE_CHECKING:
 Task = TypeVar("Task")
 Result = TypeVar("Result")
 
-_POLL = 0.05  # [s] between two questions whether to stop
-_COUNT_AGAIN = 5.0  # [s] between two looks at how many workers there are
-_DEPTH = 2  # tasks per worker: the one it does, and the next, so that it never waits
-_FETCHES = 4  # results on their way at a time
+_POLL = 0.05  # [s] between two checks whether to stop
+_COUNT_AGAIN = 5.0  # [s] between two queries of the number of workers
+_DEPTH = 2  # tasks per worker: the current one and the next, so that it never waits
+_FETCHES = 4  # results fetched at a time
 
 
 class _Answer(NamedTuple):
-    """What came back for a task."""
+    """The response to a task."""
 
     number: int
     reply: Future[Message]
 
 
 class DaskExecutor(Executor):
-    """Does tasks on a Dask cluster; see `slipgrasp.core.executors.executor.Executor`.
+    """Executes tasks on a Dask cluster; see `slipgrasp.core.executors.executor.Executor`.
 
-    The first `map` or `prepare` connects to the scheduler, or starts a cluster on this
-    machine. Workers may come and go.
+    The first `map` or `prepare` connects to the scheduler, or starts a cluster on this machine.
+    Workers may join and leave.
     """
 
     name = "dask"
 
     def __init__(self, address: str | None = None, *, workers: int | None = None) -> None:
-        """Starts nothing yet.
+        """Creates the executor without starting anything.
 
         Args:
-            address: Of the scheduler, such as ``tcp://10.0.0.1:8786``; None for a cluster here.
-            workers: How many workers a cluster here has; one per processor if None.
+            address: Address of the scheduler, such as ``tcp://10.0.0.1:8786``; None starts a
+                cluster.
+            workers: Number of workers of a started cluster; one per processor if None.
 
         Raises:
             ExecutorError: If Dask is not installed, or the number is out of bounds.
@@ -74,7 +75,7 @@ class DaskExecutor(Executor):
             )
         count = available_processors() if workers is None else workers
         if not 1 <= count <= MAX_WORKERS:
-            raise ExecutorError(f"{count} workers cannot be had; allowed: 1 … {MAX_WORKERS}")
+            raise ExecutorError(f"{count} workers are not possible; allowed: 1 … {MAX_WORKERS}")
         self.num_workers = count if address is None else 1
         self._connect = partial(_connect, address, count)
         self._connecting: Future[DaskConnection] | None = None
@@ -83,7 +84,7 @@ class DaskExecutor(Executor):
         self._round = 0
 
     def prepare(self, should_stop: ShouldStop = never) -> float:
-        """Connects and waits until the workers have loaded the kernel; the time taken [s]."""
+        """Connects, waits until the workers are ready, and returns the time taken [s]."""
         started = time.perf_counter()
         with only_caller(self._at_work, "the Dask cluster is"):
             self._connected(should_stop)
@@ -96,7 +97,7 @@ class DaskExecutor(Executor):
         *,
         should_stop: ShouldStop,
     ) -> Iterator[Finished[Task, Result]]:
-        """Does all tasks; see `slipgrasp.core.executors.executor.Executor.map`."""
+        """Executes all tasks; see `slipgrasp.core.executors.executor.Executor.map`."""
         with only_caller(self._at_work, "the Dask cluster is"):
             connection = self._connected(should_stop)
             if connection is None:
@@ -110,14 +111,14 @@ class DaskExecutor(Executor):
                 mapping.give_up()
 
     def close(self) -> None:
-        """Leaves the cluster; ends it if it was started here."""
+        """Disconnects from the cluster; stops it if it was started here."""
         connecting, self._connecting = self._connecting, None
         if connecting is not None and connecting.exception() is None:
             connecting.result().close()
         self._threads.shutdown(cancel_futures=True)
 
     def _connected(self, should_stop: ShouldStop) -> DaskConnection | None:
-        """The connection, made anew if it is lost; None if asked to stop meanwhile."""
+        """Returns the connection, renewed if it was lost; None if a stop is requested meanwhile."""
         known = self._connecting
         if known is None or (known.done() and (known.exception() or known.result().is_lost)):
             known = self._connecting = self._threads.submit(self._connect)
@@ -152,7 +153,7 @@ class _Map:
         self._alone: int | None = None
 
     def work(self, tasks: Iterable[Task], should_stop: ShouldStop) -> Iterator[Finished[Task, Any]]:
-        """Does the tasks."""
+        """Executes the tasks."""
         window = Window(tasks, window_length(self.num_workers))
         while not should_stop():
             if self._connection.is_lost:
@@ -168,17 +169,17 @@ class _Map:
                 yield from self._note(answer, window)
 
     def give_up(self) -> None:
-        """Has the cluster forget what is not finished; the workers then give up."""
+        """Cancels unfinished tasks on the cluster; the workers then stop."""
         unfinished = list(self._at.values())
         self._at.clear()
         if unfinished and not self._connection.is_lost:
             self._connection.client.cancel(unfinished)
 
     def _hand_out(self, window: Window[Any]) -> None:
-        """Submits what the workers can take.
+        """Submits as many tasks as the workers can take.
 
-        When a worker dies, Dask does not know which of its tasks is to blame. So a task that is
-        under suspicion for the last time is done alone.
+        When a worker dies, Dask does not know which of its tasks caused it, so that a task at its
+        last attempt is executed alone.
         """
         while self._alone not in self._at and len(self._at) < _DEPTH * self.num_workers:
             attempt, self._suspect = self._suspect or window.take(), None
@@ -197,7 +198,7 @@ class _Map:
         future.add_done_callback(partial(self._fetch, attempt.number))
 
     def _fetch(self, number: int, future: distributed.Future[Any]) -> None:
-        """Fetches a result in another thread; called by Dask when it is there."""
+        """Fetches a result in another thread; Dask calls this when the result is available."""
         fetched = self._threads.submit(future.result)
         fetched.add_done_callback(lambda reply: self._answers.put(_Answer(number, reply)))
 
@@ -207,7 +208,7 @@ class _Map:
         if self._at.pop(answer.number, None) is None:
             return
         error = answer.reply.exception()
-        # Given up unasked: the scheduler took a slow worker for dead.
+        # Stopped without a request: the scheduler considered a slow worker dead.
         if isinstance(error, KilledWorker | Cancelled):
             if not window.note_death(answer.number):
                 told = f"its worker died {ATTEMPTS} times"
@@ -226,12 +227,12 @@ class _Map:
 
 
 def _connect(address: str | None, workers: int) -> DaskConnection:
-    prepare_kernel()  # compiled once, for the workers of this machine too
+    prepare_kernel()  # compiled once, also for the workers of this machine
     return DaskConnection(address, workers)
 
 
 def _do_on_worker(asked: Message) -> Message:
-    """What a Dask worker does for a task: an error of the function is an answer as well."""
+    """Task function of a Dask worker, which returns exceptions of the function as results."""
     should_stop = _given_up()
     with ThreadPoolExecutor(1) as thread:
         done = thread.submit(do, asked, should_stop)
@@ -241,7 +242,7 @@ def _do_on_worker(asked: Message) -> Message:
 
 
 def _given_up() -> Callable[[], bool]:
-    """Whether the scheduler wants the present task no more, also because its client is gone."""
+    """Whether the scheduler has cancelled the present task, or lost its client."""
     from distributed import get_worker
 
     worker = get_worker()

@@ -1,4 +1,4 @@
-"""The way to a Dask cluster: one on this machine, or that of a scheduler."""
+"""Connection to a Dask cluster, on this machine or of an existing scheduler."""
 
 from __future__ import annotations
 
@@ -13,28 +13,28 @@ from slipgrasp.core.executors.executor import ExecutorError
 if TYPE_CHECKING:
     from distributed import Client, LocalCluster
 
-_PATIENCE = 10.0  # [s] until a scheduler that does not answer is given up
-_WORKERS_PATIENCE = 10.0  # [s] until one that has no workers is given up
+_PATIENCE = 10.0  # [s] timeout of a scheduler that does not respond
+_WORKERS_PATIENCE = 10.0  # [s] timeout of a scheduler without workers
 _POLL = 0.1
 _HOST = "127.0.0.1"
 
 
 class DaskConnection:
-    """A client of a scheduler whose workers can do what this program asks.
+    """A client of a scheduler with compatible workers.
 
     Attributes:
-        client: To submit tasks with.
+        client: Dask client for submitting tasks.
     """
 
     def __init__(self, address: str | None, workers: int) -> None:
-        """Connects, and waits until every worker is warm.
+        """Connects and waits until every worker has loaded the kernel.
 
         Args:
-            address: Of the scheduler; None starts a cluster on this machine.
-            workers: How many workers to start.
+            address: Address of the scheduler; None starts a cluster on this machine.
+            workers: Number of workers to start.
 
         Raises:
-            ExecutorError: If there is no scheduler, no worker, or one of another version.
+            ExecutorError: If there is no scheduler, no worker, or a worker with another version.
         """
         self._cluster = _start_cluster(workers) if address is None else None
         self._num_started = workers
@@ -49,29 +49,32 @@ class DaskConnection:
 
     @property
     def is_lost(self) -> bool:
-        """Whether the scheduler is gone."""
+        """Whether the scheduler is lost."""
         stream = self.client.scheduler_comm
         alive = stream is not None and stream.comm is not None and not stream.comm.closed()
         return self.client.status != "running" or not alive
 
     def lost_error(self) -> ExecutorError:
-        """What to raise when it is."""
-        return ExecutorError(f"the Dask scheduler {self._name} is gone; start it and go on")
+        """The error for a lost scheduler."""
+        return ExecutorError(
+            f"the connection to the Dask scheduler {self._name} is lost; restart the scheduler, "
+            "then continue"
+        )
 
     def count_threads(self) -> int:
-        """How many tasks the cluster does at a time."""
+        """Number of tasks that the cluster executes at a time."""
         return sum(self._threads_by_worker().values())
 
     def replace_lost_workers(self) -> None:
-        """Starts workers again that a cluster on this machine has given up.
+        """Restarts workers that a cluster on this machine has given up.
 
-        Dask does so by itself where one dies at work, but not where it dies while it starts.
+        Dask restarts workers that die at work, but not those that die while starting.
         """
         if self._cluster is not None:
             self._cluster.scale(self._num_started)
 
     def close(self) -> None:
-        """Leaves the cluster, and ends it if it was started here."""
+        """Disconnects from the cluster, and stops it if it was started here."""
         self.client.close(timeout=2)
         if self._cluster is not None:
             self._cluster.close(timeout=5)
@@ -87,11 +90,11 @@ class DaskConnection:
                 return Client(self._cluster or address, timeout=_PATIENCE, set_as_default=False)
         except OSError as error:
             raise ExecutorError(
-                f"no Dask scheduler answers at {address}; start one with 'dask scheduler'"
+                f"no Dask scheduler responds at {address}; start one with 'dask scheduler'"
             ) from error
 
     def _wait_for_workers(self) -> None:
-        # Dask's own wait goes by the wall clock, and ends when that is set forward.
+        # The wait of Dask uses the wall clock, and ends if that is set forward.
         deadline = time.monotonic() + _WORKERS_PATIENCE
         while not self._threads_by_worker():
             if time.monotonic() > deadline:
@@ -105,7 +108,7 @@ class DaskConnection:
         return cast("dict[str, int]", self.client.nthreads())
 
     def _check_workers(self) -> None:
-        """Every worker loads the kernel and says what it is."""
+        """Lets every worker load the kernel and report its versions."""
         ours = describe_installation()
         asked = {
             worker: self.client.submit(
@@ -118,18 +121,18 @@ class DaskConnection:
             if error is not None:
                 raise ExecutorError(
                     f"the Dask worker {worker} cannot run this program ({error}); "
-                    "install the same version of slipgrasp where it runs"
+                    "install the same version of slipgrasp on its machine"
                 )
             for what, theirs in future.result().items():
                 if theirs != ours[what]:
                     raise ExecutorError(
                         f"the Dask worker {worker} has another {what} ({theirs}) than this "
-                        f"program ({ours[what]}); install the same there"
+                        f"program ({ours[what]}); install the same version there"
                     )
 
 
 def describe_installation() -> dict[str, str]:
-    """What must be the same here and on a worker; loads the kernel."""
+    """Versions that must be equal here and on a worker; loads the kernel."""
     from slipgrasp.core.run.provenance import present_provenance
     from slipgrasp.core.run.simulator import prepare_kernel
 
@@ -149,7 +152,7 @@ def _start_cluster(workers: int) -> LocalCluster:
     from slipgrasp.core.kernel.compilation.cache import ROOT_VARIABLE, cache_root
 
     settings = {
-        # When a worker dies, its running task is distinguished from waiting ones.
+        # The death of a worker counts against its running task only, not against waiting ones.
         "distributed.scheduler.allowed-failures": 0,
         "distributed.scheduler.worker-saturation": 1.0,
     }
@@ -160,16 +163,16 @@ def _start_cluster(workers: int) -> LocalCluster:
                 threads_per_worker=1,
                 processes=True,
                 host=_HOST,
-                # Dask serves this address in any case: nothing on it, and any free port.
+                # Dask always serves this address: with no content, on any free port.
                 dashboard_address=f"{_HOST}:0",
                 scheduler_kwargs={"dashboard": False},
                 silence_logs=logging.CRITICAL,
                 env={ROOT_VARIABLE: str(cache_root())},
-                # Ctrl-C is handled by the process that started them.
+                # The process that started the workers handles Ctrl-C.
                 preload="import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)",
             )
     except RuntimeError as error:
         raise ExecutorError(
-            "the Dask workers cannot be started; a script that starts them must do so under "
+            "the Dask workers cannot be started; a script must start them within "
             f"'if __name__ == \"__main__\":' ({error})"
         ) from error

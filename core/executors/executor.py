@@ -1,4 +1,4 @@
-"""What every engine offers: one function mapped over many tasks, wherever they are done."""
+"""Interface of all executors: one function mapped over many tasks."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from typing import Generic, Protocol, Self, TypeVar
 from slipgrasp.core.exceptions import SlipgraspError
 
 AHEAD = 64
-"""How far, at least, tasks are taken beyond the oldest that is not finished."""
+"""Smallest number of tasks that are taken ahead of the oldest unfinished one."""
 
 ATTEMPTS = 3
-"""How often a task is tried whose worker dies."""
+"""Number of attempts at a task whose worker dies."""
 
 ATTEMPTS_IF_KILLED = 5
-"""Likewise, where somebody kills it: the system short of memory, or a person; not its own fault."""
+"""Number of attempts if the worker is killed from outside, for example for lack of memory."""
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
@@ -28,37 +28,37 @@ TaskFunction = Callable[[Task, ShouldStop], Result]
 
 
 class Caller(Protocol):
-    """The caller of a task, as its function sees it: called, it returns whether to stop."""
+    """The caller of a task, as its function sees it: calling it returns whether to stop."""
 
     def __call__(self) -> bool:
-        """Whether the task is to come to an end."""
+        """Whether the task should stop."""
         ...
 
     def report(self, share: float) -> None:
-        """Reports the share of the task that is done, 0 to 1."""
+        """Reports the completed fraction of the task, 0 to 1."""
         ...
 
 
 def never() -> bool:
-    """A caller that never stops its task."""
+    """Never stops a task."""
     return False
 
 
 class ExecutorError(SlipgraspError):
-    """There is no such engine, or it cannot work."""
+    """An executor that does not exist or cannot work."""
 
 
 class Cancelled(SlipgraspError):  # noqa: N818 - it is no error, but an answer
-    """A function gave up because it was asked to."""
+    """Raised by a function that stopped on request."""
 
 
 @dataclass(frozen=True, slots=True)
 class Finished(Generic[Task, Result]):
-    """A task that will not be tried any more.
+    """A task that will not be attempted again.
 
     Attributes:
         task: The task.
-        result: What the function gave, None if it never came to an end.
+        result: Result of the function, None if it never finished.
         failure: Why there is no result, in one sentence; None if there is one.
     """
 
@@ -68,24 +68,24 @@ class Finished(Generic[Task, Result]):
 
 
 class Executor(Protocol):
-    """An engine that does tasks; a context manager, whose end lets go of its workers.
+    """An executor of tasks; a context manager that releases its workers at the end.
 
     Attributes:
-        name: What it is called.
-        num_workers: How many tasks it does at a time, as far as known.
+        name: Name of the executor.
+        num_workers: Number of concurrent tasks, as far as known.
     """
 
     name: str
     num_workers: int
 
     def prepare(self, should_stop: ShouldStop = never) -> float:
-        """Starts all workers, as the first `map` would, and waits until they are warm.
+        """Starts all workers, as the first `map` would, and waits until they are ready.
 
         Args:
-            should_stop: Asked about 20 times a second; True ends the waiting, not the start.
+            should_stop: Called about 20 times a second; True ends the waiting, not the start.
 
         Returns:
-            How long that took, almost nothing if they were [s].
+            Time taken [s]; almost nothing if they were ready.
 
         Raises:
             ExecutorError: If they cannot be started or reached.
@@ -99,32 +99,31 @@ class Executor(Protocol):
         *,
         should_stop: ShouldStop,
     ) -> Iterator[Finished[Task, Result]]:
-        """Does all tasks, each exactly once as far as the caller can tell.
+        """Executes all tasks, each exactly once from the caller's point of view.
 
-        A worker that dies costs the task it was at, which is tried again, `ATTEMPTS` times
-        in all; then it has failed, and the others go on.
+        A task whose worker dies is attempted again, up to `ATTEMPTS` times; then it has failed, and
+        the other tasks continue.
 
         Args:
-            function: A function of an imported module, not of the script that is run. It
-                depends on nothing but its task. Its second argument is to be asked every few
-                milliseconds whether to give up, by raising `Cancelled`.
-            tasks: What to do, taken one by one: at most `AHEAD`, or four per worker where
-                that is more, beyond the oldest task that is not finished.
-            should_stop: Asked about 20 times a second; True ends the iteration within half a
-                second, without the tasks that are not finished.
+            function: A function of an imported module, not of the main script, that depends only on
+                its task. It should call its second argument every few milliseconds, and raise
+                `Cancelled` if that returns True.
+            tasks: The tasks, taken one by one: at most `AHEAD`, or four per worker if that is more,
+                ahead of the oldest unfinished one.
+            should_stop: Called about 20 times a second; True ends the iteration within half a
+                second, without the unfinished tasks.
 
         Yields:
-            The tasks, in the order in which they are finished.
+            The tasks in the order in which they finish.
 
         Raises:
-            ExecutorError: If the workers cannot be started or reached, or are at work
-                already for another caller.
-            Exception: What the function raised, whatever it is.
+            ExecutorError: If the workers cannot be started or reached, or serve another caller.
+            Exception: Any exception of the function.
         """
         ...
 
     def close(self) -> None:
-        """Lets go of the workers; what they are at is lost."""
+        """Releases the workers; unfinished work is lost."""
         ...
 
     def __enter__(self) -> Self:
@@ -141,17 +140,17 @@ class Executor(Protocol):
 
 @contextmanager
 def only_caller(at_work: Lock, workers: str) -> Iterator[None]:
-    """Within it nobody else can have the workers.
+    """A context that reserves the workers for one caller.
 
     Args:
-        at_work: Held by the user of the workers.
-        workers: What to call them.
+        at_work: Lock held while the workers are in use.
+        workers: Name of the workers with a verb, for messages.
 
     Raises:
-        ExecutorError: If somebody has them.
+        ExecutorError: If the workers are in use.
     """
     if not at_work.acquire(blocking=False):
-        raise ExecutorError(f"{workers} at work for another caller already")
+        raise ExecutorError(f"{workers} in use by another caller")
     try:
         yield
     finally:

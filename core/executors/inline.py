@@ -1,4 +1,4 @@
-"""One task after the other, in the calling process: for tests and for finding errors."""
+"""Sequential tasks in the calling process: for tests and debugging."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Result = TypeVar("Result")
 
 
 class InlineExecutor(Executor):
-    """Does tasks where they are asked for; see `slipgrasp.core.executors.executor.Executor`."""
+    """Executes tasks in the calling process; see `slipgrasp.core.executors.executor.Executor`."""
 
     name = "inline"
     num_workers = 1
@@ -40,7 +40,7 @@ class InlineExecutor(Executor):
         *,
         should_stop: ShouldStop,
     ) -> Iterator[Finished[Task, Result]]:
-        """Does all tasks in their order."""
+        """Executes all tasks in order."""
         for task in tasks:
             if should_stop():
                 return
@@ -51,4 +51,4 @@ class InlineExecutor(Executor):
             yield Finished(task, result)
 
     def close(self) -> None:
-        """There is nothing to let go of."""
+        """Does nothing: there are no workers to release."""

@@ -1,4 +1,4 @@
-"""What a task may take of the machine, so that one that takes too much harms no other."""
+"""Resource limits of tasks, so that a task with excessive demands harms no other."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import Self
 
 OUT_OF_MEMORY = 12
-"""Exit status of a worker that has used up its memory: errno's ENOMEM."""
+"""Exit status of a worker that has exhausted its memory: errno's ENOMEM."""
 
 LEAST_MEMORY = 1_000_000_000
 SHARE_OF_MEMORY = 0.5
-"""How much of the machine all workers may use together; the rest is for who started them."""
+"""Fraction of the machine for all workers; the rest is for the process that starts them."""
 
 _CGROUP_LIMIT = Path("/sys/fs/cgroup/memory.max")
 _OOM_SCORE = Path("/proc/self/oom_score_adj")
@@ -21,11 +21,11 @@ _OOM_SCORE = Path("/proc/self/oom_score_adj")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WorkerLimits:
-    """Bounds of one worker process.
+    """Limits of one worker process.
 
     Attributes:
-        memory: What it may use [bytes]; kept where the system can (Linux).
-        task_seconds: How long it may be at one task [s]; far longer than a run may compute.
+        memory: Memory limit [bytes]; enforced if the system supports it (Linux).
+        task_seconds: Time limit of one task [s]; far longer than a run may compute.
     """
 
     memory: int
@@ -33,14 +33,14 @@ class WorkerLimits:
 
     @classmethod
     def shared_by(cls, num_workers: int) -> Self:
-        """The bounds of each of several workers on this machine."""
+        """Limits of each of several workers on this machine."""
         return cls(
             memory=max(LEAST_MEMORY, round(SHARE_OF_MEMORY * machine_memory() / num_workers))
         )
 
 
 def bound_memory(num_bytes: int) -> None:
-    """Bounds the memory of this process, and lets the system end it first if all run short."""
+    """Limits the memory of this process, and makes the system kill it first if memory is short."""
     try:
         import resource
     except ImportError:
@@ -54,7 +54,7 @@ def bound_memory(num_bytes: int) -> None:
 
 
 def machine_memory() -> int:
-    """Memory of this machine, or of the container that it is for us [bytes]; 0 if unknown."""
+    """Memory of this machine, or of the container [bytes]; 0 if unknown."""
     with suppress(OSError, ValueError):
         return int(_CGROUP_LIMIT.read_text())
     with suppress(AttributeError, OSError, ValueError):

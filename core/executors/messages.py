@@ -1,7 +1,7 @@
-"""What goes between a process and its workers, over pipes.
+"""Messages between a process and its workers, over pipes.
 
-A message stands behind its length. What a task holds stays packed until it is where it is
-needed, so that a task that cannot be unpacked spoils no other.
+A message follows its length. The content of a task stays pickled until it is used, so that a task
+that cannot be unpickled affects no other.
 """
 
 from __future__ import annotations
@@ -15,24 +15,24 @@ _HEAD = struct.Struct("<BqqQ")
 
 
 class Kind(IntEnum):
-    """What a message says."""
+    """Kind of message."""
 
     DO = 1  # to the worker: a function and its task
-    STOP = 2  # to the worker: give up all tasks up to this round
+    STOP = 2  # to the worker: cancel all tasks up to this round
     READY = 3  # from the worker: the kernel is loaded
-    RESULT = 4  # from the worker: what the function gave
-    ERROR = 5  # from the worker: what the function raised, and where
-    CANCELLED = 6  # from the worker: given up as asked
-    PROGRESS = 7  # from the worker: the share of the task that is done
+    RESULT = 4  # from the worker: the result of the function
+    ERROR = 5  # from the worker: the exception of the function, with its origin
+    CANCELLED = 6  # from the worker: cancelled on request
+    PROGRESS = 7  # from the worker: completed fraction of the task
 
 
 class Message(NamedTuple):
     """A message.
 
     Attributes:
-        kind: What it says.
-        round: Which `map` it belongs to.
-        number: Which task of it.
+        kind: Kind of message.
+        round: Number of its `map` call.
+        number: Number of its task.
         body: Packed objects.
     """
 
@@ -43,19 +43,19 @@ class Message(NamedTuple):
 
     @classmethod
     def pack(cls, kind: Kind, round: int, number: int, content: object) -> Message:
-        """A message with this content."""
+        """Returns a message with this content."""
         return cls(kind, round, number, pickle.dumps(content, pickle.HIGHEST_PROTOCOL))
 
     def unpack(self) -> object:
-        """The content; it comes from one of our workers or from its parent."""
+        """Returns the content, which comes from a worker or its parent."""
         return pickle.loads(self.body)
 
 
 def write_message(stream: BinaryIO, message: Message) -> None:
-    """Writes a message at once.
+    """Writes a message immediately.
 
     Raises:
-        OSError: If nobody reads any more.
+        OSError: If the other end is closed.
     """
     head = _HEAD.pack(message.kind, message.round, message.number, len(message.body))
     stream.write(head + message.body)
@@ -63,7 +63,7 @@ def write_message(stream: BinaryIO, message: Message) -> None:
 
 
 def read_message(stream: BinaryIO) -> Message | None:
-    """The next message; None if the other end is gone, in the middle of a message too."""
+    """Reads the next message; None if the other end is closed, even within a message."""
     head = stream.read(_HEAD.size)
     if len(head) < _HEAD.size:
         return None

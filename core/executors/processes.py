@@ -31,37 +31,36 @@ MAX_WORKERS = 1024
 Task = TypeVar("Task")
 Result = TypeVar("Result")
 
-_POLL = 0.05  # [s] between two questions whether to stop
-_DEPTH = 2  # tasks per worker: the one it does, and the next, so that it never waits
-_GIVING_UP = 0.3  # [s] until a worker that does not give up its task is killed
-_STARTS = 3  # workers that end by themselves, one after the other, before they are ready
-_KILLED_STARTS = 30  # likewise, but killed by somebody else
-_FIRST_PAUSE, _LONGEST_PAUSE = 0.1, 5.0  # [s] before another is started; it doubles
+_POLL = 0.05  # [s] between two checks whether to stop
+_DEPTH = 2  # tasks per worker: the current one and the next, so that it never waits
+_GIVING_UP = 0.3  # [s] until a worker that does not cancel its task is killed
+_STARTS = 3  # successive workers that exit before they are ready
+_KILLED_STARTS = 30  # the same for workers that are killed from outside
+_FIRST_PAUSE, _LONGEST_PAUSE = 0.1, 5.0  # [s] before the next is started; doubles each time
 
 
 class ProcessExecutor(Executor):
-    """Does tasks in processes; see `slipgrasp.core.executors.executor.Executor`.
+    """Executes tasks in processes; see `slipgrasp.core.executors.executor.Executor`.
 
-    They are started when they are first needed and stay warm from one `map` to the next. A
-    worker that dies is replaced, and harms no other; one that takes more than it may is ended,
-    and its task has failed.
+    Processes start on first use and are kept for the next `map`. A worker that dies is replaced
+    without affecting others; one that exceeds its limits is killed, and its task fails.
     """
 
     name = "processes"
 
     def __init__(self, workers: int | None = None, limits: WorkerLimits | None = None) -> None:
-        """Starts nothing yet.
+        """Creates the executor without starting anything.
 
         Args:
-            workers: How many processes; as many as there are processors if None.
-            limits: What each may take; a share of the machine if None.
+            workers: Number of processes; as many as there are processors if None.
+            limits: Limits of each process; a fraction of the machine if None.
 
         Raises:
             ExecutorError: If the number is out of bounds.
         """
         count = available_processors() if workers is None else workers
         if not 1 <= count <= MAX_WORKERS:
-            raise ExecutorError(f"{count} workers cannot be had; allowed: 1 … {MAX_WORKERS}")
+            raise ExecutorError(f"{count} workers are not possible; allowed: 1 … {MAX_WORKERS}")
         self.num_workers = count
         self._limits = limits or WorkerLimits.shared_by(count)
         self._workers: list[WorkerProcess | None] = [None] * count
@@ -74,7 +73,7 @@ class ProcessExecutor(Executor):
         self._closed = False
 
     def prepare(self, should_stop: ShouldStop = never) -> float:
-        """Starts all workers and waits until each has loaded the kernel; the time taken [s]."""
+        """Starts all workers, waits until each is ready, and returns the time taken [s]."""
         started = time.perf_counter()
         with only_caller(self._at_work, "the worker processes are"):
             self._compile_kernel(should_stop)
@@ -93,7 +92,7 @@ class ProcessExecutor(Executor):
         *,
         should_stop: ShouldStop,
     ) -> Iterator[Finished[Task, Result]]:
-        """Does all tasks; see `slipgrasp.core.executors.executor.Executor.map`."""
+        """Executes all tasks; see `slipgrasp.core.executors.executor.Executor.map`."""
         window = Window(tasks, window_length(self.num_workers))
         with only_caller(self._at_work, "the worker processes are"):
             self._round += 1
@@ -104,7 +103,7 @@ class ProcessExecutor(Executor):
                 self._give_up()
 
     def close(self) -> None:
-        """Ends the workers, whatever they are at, for good."""
+        """Stops the workers, with their tasks, permanently."""
         self._closed = True
         workers = [worker for worker in self._workers if worker is not None]
         self._workers = [None] * self.num_workers
@@ -117,7 +116,7 @@ class ProcessExecutor(Executor):
         return all(worker is not None and worker.ready for worker in self._workers)
 
     def _compile_kernel(self, should_stop: ShouldStop) -> bool:
-        """Compiles the kernel once for all workers; False if asked to stop meanwhile."""
+        """Compiles the kernel once for all workers; False if a stop is requested meanwhile."""
         from slipgrasp.core.run.simulator import kernel_is_cached, prepare_kernel
 
         if kernel_is_cached():
@@ -147,7 +146,7 @@ class ProcessExecutor(Executor):
                 worker.end_if_overdue()
 
     def _hand_out(self, function: TaskFunction[Task, Result], window: Window[Task]) -> None:
-        """Gives every worker what it lacks, and starts those that are missing."""
+        """Gives tasks to idle workers, and starts missing workers."""
         for depth in range(_DEPTH):
             for place, worker in enumerate(self._workers):
                 if worker is None and not self._may_start():
@@ -166,7 +165,7 @@ class ProcessExecutor(Executor):
 
     def _start(self) -> WorkerProcess:
         if self._closed:
-            raise ExecutorError("the worker processes have been ended")
+            raise ExecutorError("the worker processes have been stopped")
         return WorkerProcess(self._events, self._limits)
 
     def _next_event(self) -> Event | None:
@@ -176,7 +175,7 @@ class ProcessExecutor(Executor):
             return None
 
     def _note(self, event: Event, window: Window[Task]) -> Iterator[Finished[Task, Any]]:
-        """What an event means for the tasks."""
+        """Handles an event with regard to the tasks."""
         worker, message = event
         if worker not in self._workers:
             return
@@ -188,10 +187,10 @@ class ProcessExecutor(Executor):
             yield Finished(window.finish(message.number), open_answer(message))
 
     def _note_life(self, event: Event) -> None:
-        """What an event means for the worker.
+        """Handles an event with regard to the worker.
 
         Raises:
-            ExecutorError: If it is the last of several that ended before they could work.
+            ExecutorError: If it is the last of several that exited before they were ready.
         """
         worker, message = event
         if message is None:
@@ -201,7 +200,7 @@ class ProcessExecutor(Executor):
             self._failed_starts = self._killed_starts = 0
 
     def _forget(self, worker: WorkerProcess) -> None:
-        """Lets another one take the place of a worker that has ended."""
+        """Replaces a worker that has exited."""
         if worker not in self._workers:
             return
         self._workers[self._workers.index(worker)] = None
@@ -211,11 +210,11 @@ class ProcessExecutor(Executor):
         if self._failed_starts >= _STARTS or self._killed_starts >= _KILLED_STARTS:
             raise ExecutorError(
                 f"worker processes cannot be started: the last one {how} before its first task; "
-                "what it said stands on standard error"
+                "its messages are on standard error"
             )
 
     def _note_failed_start(self, was_killed: bool) -> None:
-        """What kills workers is mostly over soon: it is waited for, ever longer."""
+        """The cause of kills is often temporary: the delay grows with each attempt."""
         if not was_killed:
             self._failed_starts += 1
             return
@@ -226,7 +225,7 @@ class ProcessExecutor(Executor):
     def _note_death(
         self, worker: WorkerProcess, window: Window[Task]
     ) -> Iterator[Finished[Task, Any]]:
-        """The task it was at has cost a worker, those that waited behind it have not."""
+        """The current task caused the death of a worker; the waiting ones did not."""
         if worker.ready and worker.pending:
             number = worker.pending.popleft()
             how = worker.how_it_ended()
@@ -240,7 +239,7 @@ class ProcessExecutor(Executor):
             window.put_back(worker.pending.popleft())
 
     def _give_up(self) -> None:
-        """Makes the workers give up what they are at; those that do not are killed."""
+        """Makes the workers cancel their tasks; kills those that do not."""
         deadline = time.monotonic() + _GIVING_UP
         for worker in self._busy():
             worker.stop(self._round)

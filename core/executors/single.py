@@ -1,7 +1,7 @@
-"""One task for one caller who waits, in a worker process that stays warm for the next.
+"""Single tasks for waiting callers, in worker processes that are reused.
 
-For what may break the process that does it. `slipgrasp.core.executors.processes` is for many
-tasks that depend on nothing but themselves and may be tried again; here none is.
+For tasks that may crash their process. `slipgrasp.core.executors.processes` is for many independent
+tasks that may be attempted again; these are attempted once.
 """
 
 from __future__ import annotations
@@ -29,26 +29,26 @@ from slipgrasp.core.executors.worker_process import Event, WorkerProcess
 Task = TypeVar("Task")
 Result = TypeVar("Result")
 
-_POLL = 0.05  # [s] between two questions whether to stop
-_GIVING_UP = 1.0  # [s] until a worker that does not come to an end is killed
-_TOO_LATE = f"did not come to an end within {_GIVING_UP:g} s of the request"
+_POLL = 0.05  # [s] between two checks whether to stop
+_GIVING_UP = 1.0  # [s] until a worker that does not finish is killed
+_TOO_LATE = f"did not finish within {_GIVING_UP:g} s of the request"
 
 
 class WorkerDiedError(ExecutorError):
-    """A worker ended before its task did; its text says how."""
+    """A worker died before its task finished; the message says how."""
 
 
 class SingleTasks:
-    """Does tasks one by one for callers that wait, in as many processes as there are callers.
+    """Executes single tasks for waiting callers, in as many processes as there are callers.
 
-    Safe to use from several threads. Processes are started when they are first needed.
+    Thread-safe. Processes start on first use.
     """
 
     def __init__(self, limits: WorkerLimits) -> None:
-        """Starts nothing yet.
+        """Creates the executor without starting anything.
 
         Args:
-            limits: What each task may take.
+            limits: Limits of each task.
         """
         self._limits = limits
         self._idle: LifoQueue[_Worker] = LifoQueue()
@@ -61,20 +61,20 @@ class SingleTasks:
         should_stop: ShouldStop,
         progress: Callable[[float], None] = lambda share: None,
     ) -> Result:
-        """Does a task.
+        """Executes a task.
 
         Args:
-            function: A function of an imported module. Its second argument returns whether to
-                stop; it then still returns its result. It may report the progress of the task.
-            task: What it is handed.
+            function: A function of an imported module. Its second argument returns whether to stop;
+                it still returns its result then. It may report the progress of the task.
+            task: Argument of the function.
             should_stop: Called about 20 times a second; True asks the function to stop. A second
                 later its worker is killed.
-            progress: Called with the share that is done, 0 to 1, as the function reports it.
+            progress: Called with the completed fraction, 0 to 1, that the function reports.
 
         Raises:
-            Cancelled: If it was stopped before it began.
-            WorkerDiedError: If its worker ends before it does.
-            Exception: What the function raised.
+            Cancelled: If it was stopped before it started.
+            WorkerDiedError: If its worker dies.
+            Exception: Any exception of the function.
         """
         worker = self._take_worker()
         asked = cast("TaskFunction[Task, Result]", function), task
@@ -87,7 +87,7 @@ class SingleTasks:
         return cast("Result", open_answer(answer))
 
     def close(self) -> None:
-        """Ends the workers; tasks are asked to stop."""
+        """Stops the workers; tasks are asked to stop."""
         self._closed.set()
         with suppress(Empty):
             while True:
@@ -111,7 +111,7 @@ class _Worker:
 
     @property
     def has_ended(self) -> bool:
-        """Whether it has ended while it had no task."""
+        """Whether it has exited while idle."""
         return not self._events.empty()
 
     def do(
@@ -120,13 +120,13 @@ class _Worker:
         should_stop: ShouldStop,
         progress: Callable[[float], None],
     ) -> Message:
-        """What comes of a task."""
+        """Returns the result of a task."""
         self._round += 1
         self._process.do(ask(self._round, 0, *asked))
         told_at = math.inf
         while True:
             event = self._next_event()
-            # Also with other messages: a task may report its progress more often than that.
+            # Checked after every message: a task may report its progress more often than that.
             if told_at == math.inf and self._process.ready and should_stop():
                 self._process.stop(self._round)
                 told_at = time.monotonic()
@@ -154,6 +154,6 @@ class _Worker:
             return None
 
     def close(self) -> None:
-        """Lets it end, and waits for that."""
+        """Lets the worker exit, and waits for it."""
         self._process.close()
         self._process.how_it_ended()

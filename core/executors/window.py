@@ -1,4 +1,4 @@
-"""Which task comes next: taken lazily, tried again where a worker died."""
+"""Order of tasks: taken lazily, attempted again after the death of a worker."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ _PER_WORKER = 4
 
 
 def window_length(num_workers: int) -> int:
-    """How far tasks may be taken beyond the oldest that is not finished."""
+    """Number of tasks that may be taken ahead of the oldest unfinished one."""
     return max(AHEAD, _PER_WORKER * num_workers)
 
 
 class Attempt(NamedTuple, Generic[Task]):
-    """A task to be begun.
+    """A task to start.
 
     Attributes:
-        number: The place of the task among all of them.
+        number: Index of the task.
         task: The task.
-        is_last: Whether it is not tried again if its worker dies.
+        is_last: Whether this is the last attempt.
     """
 
     number: int
@@ -33,14 +33,14 @@ class Attempt(NamedTuple, Generic[Task]):
 
 
 class Window(Generic[Task]):
-    """The tasks that have been taken and are not finished."""
+    """The tasks that are taken but not finished."""
 
     def __init__(self, tasks: Iterable[Task], length: int) -> None:
-        """Takes nothing yet.
+        """Creates an empty window.
 
         Args:
             tasks: All tasks.
-            length: How far they may be taken beyond the oldest that is not finished.
+            length: Number of tasks that may be taken ahead of the oldest unfinished one.
         """
         self._source = iter(tasks)
         self._length = length
@@ -52,11 +52,11 @@ class Window(Generic[Task]):
 
     @property
     def done(self) -> bool:
-        """Whether all tasks are finished; known once `take` has given None."""
+        """Whether all tasks are finished; known once `take` has returned None."""
         return self._exhausted and not self._unfinished
 
     def take(self) -> Attempt[Task] | None:
-        """The task to begin now, None if there is none or the oldest must be finished first."""
+        """The task to start now, None if there is none or the oldest must finish first."""
         if self._again:
             number = self._again.popleft()
             is_last = self._deaths.get(number, 0) == ATTEMPTS - 1
@@ -72,20 +72,20 @@ class Window(Generic[Task]):
         return None
 
     def finish(self, number: int) -> Task:
-        """The task of this number, which is finished."""
+        """Removes and returns the finished task with this number."""
         self._deaths.pop(number, None)
         return self._unfinished.pop(number)
 
     def put_back(self, number: int) -> None:
-        """Notes that a task was not begun, through no fault of its own."""
+        """Records that a task was not started, without counting an attempt."""
         self._again.append(number)
 
     def note_death(self, number: int, attempts: int = ATTEMPTS) -> bool:
-        """Notes that a worker died at this task; whether the task is to be tried again.
+        """Records that a worker died at this task; returns whether to attempt it again.
 
         Args:
             number: The task.
-            attempts: How often a task is tried whose worker ends so.
+            attempts: Number of attempts for this kind of death.
         """
         deaths = self._deaths.get(number, 0) + 1
         self._deaths[number] = deaths

@@ -1,7 +1,7 @@
-"""What runs inside a worker process: tasks come in on one pipe, results go out on another.
+"""Main program of a worker process: tasks arrive on one pipe, results leave on another.
 
-The main thread only listens, so that a wish to stop is heard while a task is done, and so
-that the worker ends as soon as the process that started it is gone, however that came about.
+The main thread only reads, so that stop requests take effect during a task, and the worker exits
+when its parent process ends for any reason.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ NICENESS = 5
 
 
 def serve(memory: int) -> None:
-    """Does the tasks that come in on standard input until it is closed, and ends the process.
+    """Executes the tasks from standard input until it is closed, then ends the process.
 
     Args:
-        memory: How much the process may use [bytes].
+        memory: Memory limit of the process [bytes].
     """
     bound_memory(memory)
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent handles Ctrl-C
@@ -38,12 +38,12 @@ def serve(memory: int) -> None:
     with suppress(OSError):
         write_message(replies, Message(Kind.READY))
         _Worker(requests, replies).listen()
-    # At once, whatever a task is at: nobody waits for it any more.
+    # Immediately, even during a task: nobody waits for its result.
     os._exit(0)
 
 
 def _take_streams() -> tuple[BinaryIO, BinaryIO]:
-    """Keeps the pipes to ourselves: what a task reads and prints goes elsewhere."""
+    """Reserves the pipes: tasks read and print elsewhere."""
     requests, replies = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
     nothing = os.open(os.devnull, os.O_RDONLY)
     os.dup2(nothing, 0)
@@ -54,7 +54,7 @@ def _take_streams() -> tuple[BinaryIO, BinaryIO]:
 
 
 class _Worker:
-    """Does one task after the other, in a thread of its own."""
+    """Executes tasks one after the other in a separate thread."""
 
     def __init__(self, requests: BinaryIO, replies: BinaryIO) -> None:
         self._requests = requests
@@ -62,7 +62,7 @@ class _Worker:
         self._stopped_round = 0
 
     def listen(self) -> None:
-        """Takes what comes in until there is nothing to come."""
+        """Reads messages until the pipe is closed."""
         thread = ThreadPoolExecutor(1)
         while (message := read_message(self._requests)) is not None:
             if message.kind is Kind.STOP:
@@ -72,18 +72,18 @@ class _Worker:
                 done.add_done_callback(partial(self._answer, message))
 
     def is_to_stop(self, asked: Message) -> bool:
-        """Whether a task is wanted no more."""
+        """Whether a task is cancelled."""
         return self._stopped_round >= asked.round
 
     def tell(self, message: Message) -> None:
-        """Sends a message, if anybody reads it still."""
-        # Without a reader the listening thread ends the process.
+        """Sends a message if the parent still reads."""
+        # Without a reader, the main thread ends the process.
         with suppress(OSError):
             write_message(self._replies, message)
 
     def _answer(self, asked: Message, done: Future[Message]) -> None:
         if isinstance(done.exception(), MemoryError):
-            # What is left of it may be in any state.
+            # The remaining state is undefined.
             os._exit(OUT_OF_MEMORY)
         self.tell(reply_with(asked, done))
 

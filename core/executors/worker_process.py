@@ -1,9 +1,9 @@
-"""One worker process, as seen from the process that started it.
+"""A worker process, as seen from its parent.
 
-It is a fresh interpreter that loads this package and nothing of the script that started it:
-a script needs no `if __name__ == "__main__"`, and threads of the service are not copied. It
-has one pipe for tasks and one for results, both held by nobody else, so that the end of
-either process ends the other's reading, be it in the middle of a result.
+It is a new interpreter that loads this package, but not the main script: scripts need no `if
+__name__ == "__main__"`, and threads of the server are not copied. Its two pipes, for tasks and for
+results, are open in no other process, so that the end of either process ends the reading of the
+other, even within a result.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ _PROGRAM = (
 )
 _THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 _SIGNALS_OF_OTHERS = (9, 15)  # SIGKILL, SIGTERM
-_PATIENCE = 2.0  # [s] until a process that should end by itself is killed
+_PATIENCE = 2.0  # [s] until a process that should exit is killed
 
 
 class Event(NamedTuple):
-    """Something a worker says; None is its end."""
+    """An event of a worker; its end if None."""
 
     worker: WorkerProcess
     message: Message | None
@@ -43,16 +43,16 @@ class WorkerProcess:
     """A worker process.
 
     Attributes:
-        ready: Whether it has loaded the kernel.
-        pending: Numbers of the tasks it has been given, in the order in which it does them.
+        ready: Whether the kernel is loaded.
+        pending: Numbers of its tasks, in the order of execution.
     """
 
     def __init__(self, events: SimpleQueue[Event], limits: WorkerLimits) -> None:
-        """Starts it, without waiting for it.
+        """Starts the worker without waiting for it.
 
         Args:
-            events: Where what it says is put.
-            limits: What it may take.
+            events: Queue of its events.
+            limits: Its limits.
         """
         self.ready = False
         self.pending: deque[int] = deque()
@@ -72,7 +72,7 @@ class WorkerProcess:
         threading.Thread(target=self._listen, args=(events,), daemon=True).start()
 
     def do(self, asked: Message) -> None:
-        """Gives it a task, to be done after those it has."""
+        """Gives it a task, to be executed after the previous ones."""
         if not self.pending:
             self._at_task = AwakeClock()
         self.pending.append(asked.number)
@@ -82,7 +82,7 @@ class WorkerProcess:
             self._asked.append(asked)
 
     def note_ready(self) -> None:
-        """Lets it begin with its first task; until then it knows of none."""
+        """Lets it start its first task; until then it has received none."""
         self.ready = True
         self._at_task = AwakeClock()
         for asked in self._asked:
@@ -90,19 +90,19 @@ class WorkerProcess:
         self._asked.clear()
 
     def note_done(self, number: int) -> None:
-        """Notes that it has done a task, and begins with the next."""
+        """Records that it has finished a task, and lets it start the next."""
         self.pending.remove(number)
         self._at_task = AwakeClock()
 
     def end_if_overdue(self) -> None:
-        """Kills it if it is at one task for longer than it may be; asked every now and then."""
+        """Kills it if a task exceeds the time limit; called regularly."""
         taken = self._at_task.read()
         if self.ready and self.pending and taken > self._limits.task_seconds:
             self._overran = True
             self.kill()
 
     def stop(self, round: int) -> None:
-        """Asks it to give up all tasks up to this round, or takes back what it does not know of."""
+        """Requests cancellation of all tasks up to this round, and takes back unsent ones."""
         if self.ready:
             self._tell(Message(Kind.STOP, round))
         else:
@@ -110,30 +110,30 @@ class WorkerProcess:
             self.pending.clear()
 
     def close(self) -> None:
-        """Lets it end, which it does at once."""
+        """Lets it exit, which it does immediately."""
         with suppress(OSError):
             self._requests.close()
 
     def kill(self) -> None:
-        """Ends it whatever it does."""
+        """Kills it."""
         self._process.kill()
         self.close()
 
     def was_killed(self) -> bool:
-        """Waits for its end, and returns whether another process, or the system, ended it."""
+        """Waits for its end; returns whether another process, or the system, killed it."""
         return -self._wait() in _SIGNALS_OF_OTHERS
 
     def went_too_far(self) -> bool:
-        """Waits for its end, and returns whether its task exceeded a limit."""
+        """Waits for its end; returns whether its task exceeded a limit."""
         return self._wait() == OUT_OF_MEMORY or self._overran
 
     def how_it_ended(self) -> str:
-        """Waits for its end, and says in words how it ended."""
+        """Waits for its end; returns a description of it."""
         status = self._wait()
         if self._overran:
-            return f"was at it for more than {self._limits.task_seconds:g} s"
+            return f"exceeded the time limit of {self._limits.task_seconds:g} s"
         if status == OUT_OF_MEMORY:
-            return f"used up the {self._limits.memory / 1e9:.3g} GB of memory that it may have"
+            return f"exceeded its memory limit of {self._limits.memory / 1e9:.3g} GB"
         if status < 0:
             return f"was killed by {signal.Signals(-status).name}"
         return f"ended with exit status {status}"
@@ -147,7 +147,7 @@ class WorkerProcess:
             return self._process.wait()
 
     def _tell(self, message: Message) -> None:
-        # Where it is gone or closed, its end is noted by the thread that listens to it.
+        # If it has exited or its pipe is closed, the reading thread notices.
         with suppress(OSError, ValueError):
             write_message(self._requests, message)
 
@@ -159,7 +159,7 @@ class WorkerProcess:
 
 
 def _environment() -> dict[str, str]:
-    """One thread each, and the same folder of machine code."""
+    """One thread each, and the same cache folder of machine code."""
     from slipgrasp.core.kernel.compilation.cache import ROOT_VARIABLE, cache_root
 
     threads = dict.fromkeys(_THREAD_VARIABLES, "1")

@@ -1,1 +1,1 @@
-"""Fits of measured data: parameters of a scenario, with intervals and what they rest on."""
+"""Fits of scenario parameters to measured data, with intervals and evidence."""

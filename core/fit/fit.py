@@ -1,4 +1,4 @@
-"""A fit, stage by stage: many starts, refinement at events, profiles, twins, predictions."""
+"""Stages of a fit: many starts, refinement at events, profiles, twins, predictions."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ from slipgrasp.core.trace.signals import Floats
 from slipgrasp.core.trace.trace import rows_from_start
 
 MAX_EVALUATIONS = 10_000
-"""Runs of one fit, twins apart: as many as a study lists."""
+"""Largest number of runs of a fit, except for twins; equal to that of a study."""
 
 _MOST_BETTER = 10
 _AT_LIMIT = 1e-6
@@ -58,14 +58,14 @@ def watch_nothing(progress: FitProgress) -> None:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FitOptions:
-    """How a fit is made.
+    """Options of a fit.
 
     Attributes:
         starts: Number of starts; the first is the scenario.
         seed: Seed of the other starts and of the twins.
         twins: Number of synthetic twins; 0 for none.
         held_out: Other data to predict, by name.
-        added: Other models to compare: keys that are free besides, one tuple per model.
+        added: Other models to compare: additional free keys, one tuple per model.
     """
 
     starts: int = 20
@@ -75,7 +75,7 @@ class FitOptions:
     added: tuple[tuple[str, ...], ...] = ()
 
     def check(self) -> None:
-        """Raises `FitError` if a number is out of its limits."""
+        """Raises `FitError` if an option exceeds its limits."""
         for name, value, low, high in (
             ("starts", self.starts, 1, 256),
             ("twins", self.twins, 0, 1000),
@@ -103,8 +103,8 @@ def fit(
         watch: Called with the progress, after every run.
 
     Raises:
-        FitError: If it needs too many runs, or a signal is not one of runs.
-        ScenarioError: If not even the best run is allowed.
+        FitError: If it needs too many runs, or runs have no such signal.
+        ScenarioError: If even the best run is not allowed.
     """
     options = options or FitOptions()
     options.check()
@@ -171,7 +171,7 @@ def _start_report(minima: Sequence[Minimum]) -> StartReport:
 
 
 def _refine(objective: Objective, best: Minimum) -> tuple[Objective, Minimum]:
-    """Weights samples near the events of the best run down, where forces or velocities jump."""
+    """Reduces the weights of samples near events of the best run, where signals may jump."""
     problem = objective.problem
     if not set(problem.data.units) & set(JUMPY_UNITS):
         return objective, best
@@ -184,7 +184,7 @@ def _refine(objective: Objective, best: Minimum) -> tuple[Objective, Minimum]:
 def _profiles(
     objective: Objective, best: Minimum, reports: ProgressReports
 ) -> tuple[Minimum, list[Profile], float]:
-    """All profiles, from the lowest minimum that they lead to."""
+    """All profiles, starting from the lowest minimum found."""
     for _ in range(_MOST_BETTER):
         scale = max(1.0, best.chi_squared / max(objective.degrees_of_freedom, 1.0))
         threshold = THRESHOLD_95 * scale
@@ -213,7 +213,7 @@ def _cover(
     threshold: float,
     reports: ProgressReports,
 ) -> Coverage:
-    """Fits twins, and counts the intervals that hold the truth."""
+    """Fits twins, and counts the intervals that contain the true value."""
     problem = objective.problem
     truth = objective.model(best.shares)
     truth = np.where(np.isnan(truth), problem.data.values, truth)
@@ -238,7 +238,7 @@ def _compare(
     evaluate: Evaluate,
     reports: ProgressReports,
 ) -> tuple[ModelComparison, ...]:
-    """Fits the other models from the best run, and predicts the other data with each."""
+    """Fits the other models from the best run, and evaluates their predictions."""
     if not options.added:
         return ()
     compared = [_judged(problem, best, (), options)]
@@ -287,7 +287,7 @@ def _predict(problem: FitProblem, best: Minimum, name: str, data: Observations) 
 
 
 def _residuals(data: Observations, residuals: Floats) -> list[SignalResidual]:
-    """Residuals signal by signal, from those in standard deviations, shape (samples, signals)."""
+    """Residuals by signal, from residuals in standard deviations, shape (samples, signals)."""
     found = []
     for k, (name, unit) in enumerate(zip(data.names, data.units, strict=True)):
         column = residuals[:, k]

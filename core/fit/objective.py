@@ -1,4 +1,4 @@
-"""How far a run is from the data: weighted residuals, and chi-squared with few outliers."""
+"""Objective of a fit: weighted residuals, and chi-squared with robust outliers."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ from slipgrasp.core.study.definition import apply_values
 from slipgrasp.core.trace.signals import Floats
 
 OUTLIER_SIGMAS = 4.0
-"""Residuals count linearly instead of squared beyond this (Huber)."""
+"""Residual beyond which residuals count linearly instead of squared (Huber)."""
 
 IMPOSSIBLE = 1e3
-"""Residual of every sample where the parameters are not allowed together, in deviations."""
+"""Residual of every sample if the parameter values are not allowed, in standard deviations."""
 
 EVENT_PERIODS = 2.0
 EVENT_WEIGHT = 0.1
-"""Weight of samples of jumping signals within two periods of an event."""
+"""Weight of samples of discontinuous signals within two periods of an event."""
 
 Evaluate = Callable[[FitProblem, tuple[float, ...]], Floats]
-"""The sampled signals of the run at values of the parameters, shape ``(samples, signals)``."""
+"""Returns the sampled signals of the run, shape ``(samples, signals)``."""
 
 
 def evaluate_here(problem: FitProblem, values: tuple[float, ...]) -> Floats:
-    """Simulates in this process; NaN where no run is allowed."""
+    """Simulates in this process; returns NaN if the run is not allowed."""
     try:
         run = run_at(problem, values)
     except ScenarioError:
@@ -37,21 +37,21 @@ def evaluate_here(problem: FitProblem, values: tuple[float, ...]) -> Floats:
 
 
 def run_at(problem: FitProblem, values: Sequence[float]) -> RunResult:
-    """The run at values of the parameters.
+    """The run with given values of the parameters.
 
     Raises:
-        ScenarioError: If they are not allowed together.
+        ScenarioError: If the values are not allowed.
     """
     return simulate(apply_values(problem.scenario, problem.scenario_values(values)))
 
 
 class Objective:
-    """Residuals of a problem for shares of the ranges of its parameters.
+    """Residuals of a problem as a function of parameters scaled to [0, 1].
 
     Args:
         problem: The problem.
-        evaluate: Gives the sampled signals; it may look them up.
-        data: Other data to explain, at the same times; those of the problem if None.
+        evaluate: Returns the sampled signals; it may use a cache.
+        data: Other data with the same times; those of the problem if None.
         weights: Weight of every value, shape ``(samples, signals)``; 1 if None.
     """
 
@@ -71,19 +71,19 @@ class Objective:
 
     @property
     def degrees_of_freedom(self) -> float:
-        """Number of values, each with its weight squared, less the free parameters."""
+        """Number of values, each with its squared weight, minus the number of free parameters."""
         return float((self.weights**2).sum()) - len(self.problem.parameters)
 
     def with_data(self, data: Floats) -> Objective:
-        """The same for other data at the same times."""
+        """The same objective for other data at the same times."""
         return Objective(self.problem, self._evaluate, data=data, weights=self.weights)
 
     def with_weights(self, weights: Floats) -> Objective:
-        """The same with other weights."""
+        """The same objective with other weights."""
         return Objective(self.problem, self._evaluate, data=self._data, weights=weights)
 
     def model(self, shares: Floats) -> Floats:
-        """The sampled signals of the run, shape ``(samples, signals)``; NaN where it has ended."""
+        """The sampled signals of the run, shape ``(samples, signals)``; NaN after its end."""
         values = self.problem.values_at(shares)
         if self._last is None or self._last[0] != values:
             self._last = values, self._evaluate(self.problem, values)
@@ -101,25 +101,25 @@ class Objective:
         return (self.weights * np.where(missing, far, found)).ravel()
 
     def chi_squared(self, shares: Floats) -> float:
-        """Sum of the squared residuals, of outliers their Huber loss."""
+        """Sum of the squared residuals, with Huber loss for outliers."""
         return float(huber(self.residuals(shares)).sum())
 
 
 def huber(residuals: Floats) -> Floats:
-    """Square of each residual, beyond `OUTLIER_SIGMAS` its tangent."""
+    """Square of each residual; beyond `OUTLIER_SIGMAS`, its tangent."""
     size = np.abs(residuals)
     linear = OUTLIER_SIGMAS * (2.0 * size - OUTLIER_SIGMAS)
     return np.where(size <= OUTLIER_SIGMAS, size**2, linear)
 
 
 def _held(model: Floats) -> Floats:
-    """The last sample before a run's end, for the samples after it."""
+    """Repeats the last sample before a run's end."""
     last = int(np.flatnonzero(~np.isnan(model[:, 0]))[-1])
     return np.broadcast_to(model[last], model.shape)
 
 
 def event_weights(data: Observations, events: Sequence[float]) -> Floats:
-    """Weights that make samples near events count little where signals jump.
+    """Weights that are small near events for discontinuous signals.
 
     Args:
         data: The data.

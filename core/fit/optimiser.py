@@ -1,4 +1,4 @@
-"""The minimum of an objective: least squares from many starts, with some parameters fixed."""
+"""Minimization of an objective: least squares from many starts, with some parameters fixed."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from slipgrasp.core.fit.objective import OUTLIER_SIGMAS, Objective
 from slipgrasp.core.trace.signals import Floats
 
 DIFFERENCE_STEP = 1e-4
-"""Step of the differences as a share of the range: times of events make residuals rough below."""
+"""Step of finite differences; residuals are rough below it because of event times."""
 
 TOLERANCE = 1e-5
 """Relative change of chi-squared at which a search ends."""
@@ -21,7 +21,7 @@ _LEAST_MOVE = 1e-7
 _LEAST_SLOPE = 1e-9
 MOST_STEPS = 40
 SAME_MINIMUM = 1.0
-"""Minima of which chi-squared differs by less are the same."""
+"""Difference of chi-squared below which minima are equal."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -29,10 +29,10 @@ class Minimum:
     """A local minimum.
 
     Attributes:
-        shares: The parameters as shares of their ranges.
-        chi_squared: The objective there.
-        jacobian: Derivative of the residuals by the shares of the parameters that were free,
-            shape ``(values, free)``.
+        shares: The parameters, scaled to [0, 1].
+        chi_squared: Its value of the objective.
+        jacobian: Derivative of the residuals with respect to the free scaled parameters, shape
+            ``(values, free)``.
     """
 
     shares: Floats
@@ -43,14 +43,14 @@ class Minimum:
 def minimise(
     objective: Objective, start: Floats, fixed: Mapping[int, float] | None = None
 ) -> Minimum:
-    """Finds the minimum that least squares lead to.
+    """Finds the local minimum by least squares.
 
     Args:
         objective: The objective.
-        start: Where to start, as shares of the ranges.
-        fixed: Parameters that keep a share, by index.
+        start: Scaled initial parameters.
+        fixed: Fixed scaled parameters, by index.
     """
-    # It takes a third of a second to load.
+    # Deferred, because the import takes a third of a second.
     from scipy.optimize import least_squares
 
     fixed = fixed or {}
@@ -90,7 +90,7 @@ def minimise(
 
 
 def _differences(residuals: Callable[[Floats], Floats], shares: Floats) -> Floats:
-    """Forward differences; backward ones at the upper end of a range."""
+    """Forward differences; backward differences at the upper end of a range."""
     base = residuals(shares)
     columns = []
     for k in range(len(shares)):
@@ -102,7 +102,7 @@ def _differences(residuals: Callable[[Floats], Floats], shares: Floats) -> Float
 
 
 def start_points(first: Floats, count: int, seed: int) -> Floats:
-    """Where to start: the given point, then a Sobol sequence, shape ``(count, parameters)``."""
+    """Starts: the given point, then a Sobol sequence, shape ``(count, parameters)``."""
     if count == 1:
         return first[None, :]
     from scipy.stats import qmc

@@ -1,4 +1,4 @@
-"""The problem of a fit: a scenario, its free parameters, measured signals with their noise."""
+"""Problem of a fit: a scenario, its free parameters, measured signals with their noise."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ FORCE_BIAS = "force_bias"
 NUISANCES = (DELAY, FORCE_BIAS)
 MOST_PERIODS_LATE = 5.0
 LARGEST_BIAS_SHARE = 0.2
-"""Bias of a force sensor, at most this share of the largest force."""
+"""Largest bias of a force sensor, as a fraction of the largest force."""
 
 MISSING_SIGMAS = 30.0
-"""Least deviation of a sample that a run ends before, in standard deviations."""
+"""Smallest residual of a sample after the end of a run, in standard deviations."""
 
 JUMPY_UNITS = ("N", "N m", "m/s", "rad/s", "m/s²", "rad/s²")
-"""Units of signals that jump at events."""
+"""Units of signals that are discontinuous at events."""
 
 _MOST_FREE = 12
 _FRICTION = re.compile(r"fingers\.(\d+)\.(static_)?friction")
@@ -54,7 +54,7 @@ class Observations:
     """Measured signals over time.
 
     Attributes:
-        names: Names of the columns, as those of runs.
+        names: Names of the columns, as in runs.
         units: Their SI units.
         times: Times of the samples, increasing, shape ``(samples,)`` [s].
         values: SI values, shape ``(samples, signals)``.
@@ -69,7 +69,7 @@ class Observations:
 
     @property
     def period(self) -> float:
-        """Usual time between samples [s]."""
+        """Median time between samples [s]."""
         return float(np.median(np.diff(self.times)))
 
     @property
@@ -81,16 +81,16 @@ class Observations:
     def choose(
         cls, times: Floats, columns: Mapping[str, tuple[str, Floats]], noise: Mapping[str, float]
     ) -> Observations:
-        """The signals to fit, of all that were measured.
+        """Selects the signals to fit.
 
         Args:
-            times: Times of the samples [s]; of equal ones the last sample is used.
-            columns: Name to unit and values.
-            noise: Name of a signal (``slip``) or of a single column (``slip_0``) to the standard
-                deviation of its noise, in its unit.
+            times: Times of the samples [s]; of repeated times, the last sample is used.
+            columns: Unit and values by name.
+            noise: Standard deviation of the noise, in the unit of the signal, by name of a signal
+                (``slip``) or of a single column (``slip_0``).
 
         Raises:
-            FitError: If a signal was not measured, or a deviation is none.
+            FitError: If a signal was not measured, or a standard deviation is invalid.
         """
         sigmas: dict[str, float] = {}
         for name, sigma in noise.items():
@@ -141,13 +141,13 @@ def _belongs(column: str, prefix: str, per: str) -> bool:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FreeParameter:
-    """A number that a fit may change.
+    """A free parameter of a fit.
 
     Attributes:
-        key: Dotted key of a parameter of the scenario; of the measurement ``delay`` or
-            ``force_bias.COLUMN``.
+        key: Dotted key of a parameter of the scenario, or ``delay`` or ``force_bias.COLUMN`` for
+            the measurement.
         unit: SI unit, "1" for pure numbers.
-        low: Least value considered.
+        low: Smallest value considered.
         high: Largest value considered.
         start: Value in the scenario.
         nuisance: Whether it belongs to the measurement and not to the scenario.
@@ -162,12 +162,12 @@ class FreeParameter:
 
     @property
     def contact(self) -> int | None:
-        """The contact whose friction it is, if any."""
+        """The contact of a friction parameter, if any."""
         matched = _FRICTION.fullmatch(self.key)
         return None if matched is None else int(matched[1])
 
     def value_at(self, share: float) -> float:
-        """The value at a share of the way from the least to the largest."""
+        """The value at a scaled position in the range."""
         return self.low + (self.high - self.low) * share
 
     def share_of(self, value: float) -> float:
@@ -180,8 +180,8 @@ class FitProblem:
     """A scenario, its free parameters and the data.
 
     Attributes:
-        scenario: What is simulated; it lasts as long as the data.
-        parameters: The free parameters, those of the measurement last.
+        scenario: Scenario with the duration of the data.
+        parameters: The free parameters; those of the measurement are last.
         data: The measured signals.
     """
 
@@ -197,18 +197,18 @@ class FitProblem:
         data: Observations,
         nuisance: Sequence[str] = (),
     ) -> FitProblem:
-        """Checks and completes a fit.
+        """Validates and completes a fit.
 
         Args:
-            scenario: What is simulated.
-            free: Dotted keys, such as ``object.mass`` or ``object.mass=0.5..2`` with the range to
-                search; ``fingers.*.friction`` are the frictions of all fingers, each on its own.
+            scenario: Base scenario.
+            free: Dotted keys, such as ``object.mass``, or ``object.mass=0.5..2`` with the range to
+                search; ``fingers.*.friction`` stands for one parameter per finger.
             data: The measured signals.
-            nuisance: What of the measurement is fitted with them: its delay, bias of forces.
+            nuisance: Parameters of the measurement to fit too: delay, bias of forces.
 
         Raises:
-            FitError: If there is no such number, a range is none, or the data do not suit.
-            ScenarioError: If the scenario cannot be as long as the data.
+            FitError: If a parameter does not exist, a range is invalid, or the data are unsuitable.
+            ScenarioError: If the scenario cannot have the duration of the data.
         """
         if len(data.times) < 2:
             raise FitError("the data have fewer than 2 samples; a fit needs a recording over time")
@@ -223,38 +223,38 @@ class FitProblem:
         return cls(scenario=_as_long(scenario, data), parameters=tuple(wanted), data=data)
 
     def with_data(self, data: Observations) -> FitProblem:
-        """The same scenario and parameters for other data, as long as these.
+        """The same scenario and parameters for other data, with their duration.
 
         Raises:
-            ScenarioError: If the scenario cannot be as long as the data.
+            ScenarioError: If the scenario cannot have the duration of the data.
         """
         return replace(self, scenario=_as_long(self.scenario, data), data=data)
 
     @cached_property
     def start(self) -> Floats:
-        """The values of the scenario as shares of the ranges."""
+        """The scaled values of the scenario."""
         return np.array([p.share_of(p.start) for p in self.parameters])
 
     def values_at(self, shares: Floats) -> tuple[float, ...]:
-        """Values of the parameters from shares of their ranges."""
+        """Values of the parameters from scaled values."""
         pairs = zip(self.parameters, shares.tolist(), strict=True)
         return tuple(parameter.value_at(share) for parameter, share in pairs)
 
     def scenario_values(self, values: Sequence[float]) -> dict[str, float]:
-        """The values that are set in the scenario, by dotted key."""
+        """The values to set in the scenario, by dotted key."""
         pairs = zip(self.parameters, values, strict=True)
         return {parameter.key: value for parameter, value in pairs if not parameter.nuisance}
 
     def sample(self, run: RunResult, values: Sequence[float]) -> Floats:
-        """The signals of a run as the sensors measure them, without noise.
+        """The signals of a run as measured by the sensors, without noise.
 
         Args:
-            run: The run at these values.
-            values: Values of the parameters, of which those of the measurement count.
+            run: The run with these values.
+            values: Values of the parameters, of which those of the measurement are used.
 
         Returns:
-            Shape ``(samples, signals)``; NaN after the end of a run that ended early, in all
-            columns but the time-independent ones.
+            Shape ``(samples, signals)``; NaN after an early end, except in time-independent
+            columns.
         """
         extra = {p.key: v for p, v in zip(self.parameters, values, strict=True) if p.nuisance}
         at = self.data.times - extra.get(DELAY, 0.0)
@@ -299,7 +299,7 @@ def _parameter(scenario: Scenario, parameter: Parameter, low: float, high: float
 
 
 def _usual_limits(parameter: Parameter) -> tuple[float, float]:
-    """The range of its slider, with its value in the scenario; else all that is allowed."""
+    """The range of its slider, extended to its value in the scenario; else the allowed range."""
     if parameter.typical is not None:
         low, high = parameter.typical
         if isinstance(parameter.value, (int, float)):
@@ -351,7 +351,7 @@ def _nuisance(key: str, unit: str, most: float) -> FreeParameter:
 
 
 def _as_long(scenario: Scenario, data: Observations) -> Scenario:
-    """The scenario over the time of the data, with samples at least as often as these."""
+    """The scenario with the duration of the data, and at least their sampling rate."""
     own = scenario.simulation
     rate = max(own.output_rate, min(1.0 / data.period, 10.0 * own.output_rate))
     late = MOST_PERIODS_LATE * data.period

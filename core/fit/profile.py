@@ -1,4 +1,4 @@
-"""Profile likelihood: how far each parameter can go while the others follow, and its class."""
+"""Profile likelihood: range of each parameter while the others adjust, and its class."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _BETTER = 0.1
 
 
 class BetterMinimumError(Exception):
-    """The profile went through a point below the minimum that it started from."""
+    """The profile found a point below the minimum from which it started."""
 
     def __init__(self, minimum: Minimum) -> None:
         self.minimum = minimum
@@ -39,10 +39,10 @@ class Profile:
     """The profile of one parameter.
 
     Attributes:
-        points: Share of the range and rise of chi-squared above its minimum, by share.
-        low: Share where the rise passes the threshold below the minimum; None if it does not
-            within the range.
-        high: The same above.
+        points: Scaled value and rise of chi-squared above its minimum, in order.
+        low: Scaled value where the rise crosses the threshold below the minimum; None if it does
+            not within the range.
+        high: The same above the minimum.
     """
 
     points: tuple[tuple[float, float], ...]
@@ -51,7 +51,7 @@ class Profile:
 
     @property
     def kind(self) -> ParameterClass:
-        """Which sides the data bound."""
+        """The sides on which the data bound the parameter."""
         if self.low is None:
             return "flat" if self.high is None else "only above"
         return "only below" if self.high is None else "bounded"
@@ -69,7 +69,7 @@ def profile(
     Args:
         objective: The objective.
         best: Its minimum.
-        index: The parameter.
+        index: Index of the parameter.
         threshold: Rise of chi-squared at the ends of the interval.
         note: Called with every share and the rise there.
 
@@ -85,20 +85,20 @@ def profile(
 
 
 def rise_at(objective: Objective, best: Minimum, index: int, truth: Floats) -> float:
-    """Rise of chi-squared where one parameter has its true share and the others follow.
+    """Rise of chi-squared with one parameter at its true value and the others adjusted.
 
     Args:
         objective: The objective.
         best: Its minimum.
-        index: The parameter.
-        truth: The true shares, from which the others start.
+        index: Index of the parameter.
+        truth: The true scaled values, from which the others start.
     """
     found = minimise(objective, truth, {index: float(truth[index])})
     return found.chi_squared - best.chi_squared
 
 
 def _first_step(best: Minimum, index: int, threshold: float) -> float:
-    """Distance at which the rise would reach the threshold if chi-squared were a parabola."""
+    """Distance at which the rise would reach the threshold if chi-squared were quadratic."""
     information = best.jacobian.T @ best.jacobian
     variance = np.linalg.pinv(information, rcond=1e-10)[index, index]
     seen = information[index, index] > 0.0 and variance > 0.0
@@ -109,8 +109,8 @@ def _first_step(best: Minimum, index: int, threshold: float) -> float:
 class _Side:
     """The search on one side of the minimum.
 
-    The other parameters start where the points so far lead to: in a narrow valley, such as that
-    of two frictions which only their ratio decides, a search from elsewhere would not find it.
+    The other parameters start from an extrapolation of the points so far: in a narrow valley, such
+    as that of two frictions with a determined ratio, a search from elsewhere would fail.
     """
 
     def __init__(
@@ -130,7 +130,7 @@ class _Side:
         self._tangent = _tangent(best, index)
 
     def search(self, step: float) -> tuple[float | None, dict[float, float]]:
-        """The share where the rise passes the threshold, and the rises on the way."""
+        """The scaled value where the rise crosses the threshold, and the rises on the way."""
         end = 1.0 if step > 0.0 else 0.0
         path = [self._best.shares]
         inner = (self._origin, 0.0)
@@ -148,7 +148,7 @@ class _Side:
         return None, rises
 
     def _rise(self, share: float, path: list[Floats]) -> tuple[float, Minimum]:
-        """The rise at a share, from the start that leads lower."""
+        """The rise at a scaled value, from the better of two starts."""
         fixed = {self._index: share}
         starts = [self._predicted(share, path), path[-1]]
         found = minimise(self._objective, starts[0], fixed)
@@ -163,7 +163,7 @@ class _Side:
         return rise, found
 
     def _predicted(self, share: float, path: list[Floats]) -> Floats:
-        """Where the other parameters are expected, by the last two points of the path."""
+        """Extrapolates the other parameters from the last two points of the path."""
         last = path[-1]
         slope = self._tangent
         if len(path) > 1:
@@ -177,9 +177,9 @@ class _Side:
         path: list[Floats],
         rises: dict[float, float],
     ) -> float:
-        """Where the rise is the threshold: its root is nearly straight in the distance.
+        """Finds where the rise equals the threshold: its root is nearly linear in the distance.
 
-        Every second step halves the distance, for the rise may have a jump.
+        Every second step halves the distance, because the rise may have a jump.
         """
         for number in range(_MOST_REFINEMENTS):
             if abs(outer[0] - inner[0]) < _RELATIVE_WIDTH * abs(outer[0] - self._origin):
@@ -201,7 +201,7 @@ class _Side:
 
 
 def _tangent(best: Minimum, index: int) -> Floats:
-    """How the others follow one parameter to first order: minus H_oo^-1 H_oi, by share."""
+    """First-order change of the others with one parameter: -H_oo^-1 H_oi, per scaled value."""
     information = best.jacobian.T @ best.jacobian
     others = [k for k in range(len(best.shares)) if k != index]
     slope = np.zeros(len(best.shares))

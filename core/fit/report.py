@@ -1,4 +1,4 @@
-"""The result of a fit, and the evidence for it."""
+"""Result of a fit, with evidence."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ from slipgrasp.core.fit.profile import ParameterClass
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FittedParameter:
-    """The estimate of one parameter, and its limits.
+    """Estimate of one parameter, with limits.
 
     Attributes:
         key: Dotted key.
         unit: SI unit.
         value: The estimate; None unless the data bound it on both sides.
-        low: Lower end of the 95 % interval; None where the data give none.
-        high: Upper end, likewise.
-        kind: Which sides the data bound; ``class`` in JSON.
-        limits: The range that was searched.
+        low: Lower end of the 95 % interval; None if the data do not determine it.
+        high: Upper end; None if the data do not determine it.
+        kind: Sides on which the data bound it; ``class`` in JSON.
+        limits: Searched range.
         start: Value in the scenario.
-        profile: Values and rise of chi-squared there, the other parameters following.
-        note: What else is to be said, in a sentence; mostly empty.
+        profile: Values and rise of chi-squared, with the other parameters adjusted.
+        note: Further remark in a sentence; usually empty.
     """
 
     key: str
@@ -44,12 +44,12 @@ class FittedParameter:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StartReport:
-    """How the searches from many starts ended.
+    """Results of the searches from many starts.
 
     Attributes:
         count: Number of starts.
-        same_minimum: How many of them reached the minimum with the lowest chi-squared.
-        chi_squared: Where each ended, lowest first.
+        same_minimum: Number of starts that reached the lowest minimum.
+        chi_squared: Final value of each start, lowest first.
     """
 
     count: int
@@ -64,11 +64,11 @@ class SignalResidual:
     Attributes:
         name: Name of the column.
         unit: SI unit.
-        sigma: Standard deviation of its noise, as stated.
+        sigma: Stated standard deviation of its noise.
         rms: Root mean square.
         max: Largest absolute residual.
-        autocorrelation: Correlation of neighbouring residuals; near 0 where noise is all that is
-            left, near 1 where the model misses something.
+        autocorrelation: Correlation of neighbouring residuals; near 0 for pure noise, near 1 for
+            model errors.
     """
 
     name: str
@@ -81,13 +81,13 @@ class SignalResidual:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ContactInformation:
-    """Where the information on a contact is.
+    """Information about a contact in the data.
 
     Attributes:
         contact: Index of the contact.
         slip_time: Time during which it slipped in the best run [s].
-        most_used_friction: Largest ratio of tangential to normal force in the best run; the true
-            friction of a contact that never slipped is at least that.
+        most_used_friction: Largest ratio of tangential to normal force in the best run, a lower
+            bound of the true friction of a contact that never slipped.
     """
 
     contact: int
@@ -97,13 +97,13 @@ class ContactInformation:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class HeldOut:
-    """How well the best run predicts data that were not fitted.
+    """Prediction of data that were not fitted.
 
     Attributes:
         name: Name of the data.
         chi_squared_per_value: Mean square of the residuals in standard deviations.
-        signals: Residuals signal by signal.
-        final: Model minus data at the last sample, by name of the column.
+        signals: Residuals by signal.
+        final: Model minus data at the last sample, by column name.
     """
 
     name: str
@@ -114,13 +114,13 @@ class HeldOut:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ModelComparison:
-    """Another model of the same data: the same parameters and more.
+    """Comparison of a model with additional free parameters.
 
     Attributes:
-        added: Keys of the parameters that are free besides, or none: the model that was fitted.
+        added: Keys of the additional free parameters; empty for the fitted model.
         chi_squared: Its minimum.
-        held_out: Mean square of its residuals on the data that were not fitted, by name.
-        values: What it found.
+        held_out: Mean square of its residuals on data that were not fitted, by name.
+        values: Fitted values.
     """
 
     added: tuple[str, ...]
@@ -131,12 +131,12 @@ class ModelComparison:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Coverage:
-    """Synthetic twins: the best run with new noise, fitted again.
+    """Result of synthetic twins: the best run with new noise, fitted again.
 
     Attributes:
         twins: Number of twins.
         seed: Seed of their noise.
-        covered: How many of their 95 % intervals held the truth, by key.
+        covered: Number of 95 % intervals that contain the true value, by key.
     """
 
     twins: int
@@ -150,20 +150,20 @@ class FitReport:
 
     Attributes:
         parameters: Parameters of the scenario and of the measurement, by key.
-        starts: How the searches ended.
-        evaluations: Number of runs that were simulated, twins and predictions apart.
+        starts: Results of the searches.
+        evaluations: Number of simulated runs, except those of twins and predictions.
         held_out: Predictions of other data.
         chi_squared: The minimum.
-        degrees_of_freedom: Number of values less the free parameters.
+        degrees_of_freedom: Number of values minus the number of free parameters.
         threshold: Rise of chi-squared at the ends of the intervals: 3.84, times chi-squared per
-            degree of freedom where the model misses more than the noise explains.
-        best: Values of the best run; where a parameter is not bounded, one of many.
-        on_limit: Parameters whose best value is at an end of its range.
-        residuals: Signal by signal.
+            degree of freedom if residuals exceed the noise.
+        best: Values of the best run; for an unbounded parameter, one of many.
+        on_limit: Parameters whose best value is at a limit of its range.
+        residuals: Residuals by signal.
         events: Times of the phase changes in the best run [s].
-        contacts: Where the information on each contact is.
+        contacts: Information about each contact.
         models: Other models, the fitted one first; empty if none was compared.
-        coverage: What twins showed; None without any.
+        coverage: Result of twins; None without twins.
     """
 
     parameters: dict[str, FittedParameter]
@@ -183,12 +183,12 @@ class FitReport:
 
     @property
     def explains(self) -> bool:
-        """True if the residuals are no larger than the noise, within a tenth."""
+        """Whether the residuals are no larger than the noise, within a tenth."""
         return self.chi_squared <= 1.1 * self.degrees_of_freedom
 
     @property
     def noise_is_smaller(self) -> bool:
-        """True if the noise was stated at least twice as large as the residuals are."""
+        """Whether the stated noise is at least twice as large as the residuals."""
         return self.chi_squared < 0.25 * self.degrees_of_freedom
 
     def to_mapping(self) -> dict[str, Any]:

@@ -1,1 +1,1 @@
-"""A run: simulated to its end, measured, judged, alone or as one of many."""
+"""Runs: simulation, metrics and outcomes, single or many."""

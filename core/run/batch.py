@@ -1,4 +1,4 @@
-"""Many runs at once, on threads, for their figures of merit: no trace is stored."""
+"""Many runs in parallel threads, without traces, for their metrics."""
 
 from __future__ import annotations
 
@@ -21,19 +21,18 @@ def simulate_many(
 ) -> Generator[RunSummary, None, None]:
     """Runs scenarios on several threads, without the GIL in the compiled part.
 
-    Scenarios are taken, and results given, one by one, so that memory does not grow with
-    their number. Each result is equal to that of `simulate` for its scenario alone,
-    whatever the number of threads.
+    Scenarios are taken and results returned one by one, so that memory does not grow with their
+    number. Each result is equal to that of `simulate` for its scenario, for any number of threads.
 
     Args:
-        scenarios: What to simulate.
-        threads: How many runs at a time; all processors if None.
+        scenarios: Scenarios to simulate.
+        threads: Number of concurrent runs; all processors if None.
 
     Yields:
-        Outcome and metrics of every run, in the order given.
+        Outcome and metrics of every run, in order.
 
     Raises:
-        ScenarioError: At the place of a scenario that cannot be simulated.
+        ScenarioError: When a scenario that cannot be simulated is reached.
     """
     prepare_kernel()
     count = threads or available_processors()
@@ -48,7 +47,7 @@ def simulate_many(
             while pending:
                 yield pending.popleft().result()
         finally:
-            # Nobody will read what is still running; the pool waits for it all the same.
+            # The pool waits for running simulations even though their results are not used.
             abandoned.set()
             for future in pending:
                 future.cancel()

@@ -1,9 +1,9 @@
-"""Machine code of a custom law in which every index is checked, as NumPy checks it.
+"""Compiled custom laws with bounds checks for every index, as in NumPy.
 
-An index outside its array raises IndexError instead of reading or writing the memory beside it:
-in the function itself and in all compiled functions that it calls. Numba checks on request, but
-each function by its own options, and functions that have been compiled before, in this process or
-by numba's own cache on disk, would be taken as they are; so each has a checked twin here.
+An index outside its array raises IndexError instead of accessing other memory, in the function and
+in all compiled functions that it calls. Numba supports bounds checks, but the option applies to
+single functions, and functions compiled earlier, in this process or in numba's cache on disk, would
+be used without them; so each gets a checked copy here.
 """
 
 from __future__ import annotations
@@ -20,15 +20,15 @@ from numba.core.dispatcher import Dispatcher
 from slipgrasp.core.kernel.compilation.compiler import OPTIONS
 
 _CHECKED: dict[str, Any] = {"boundscheck": True}
-# An exception in a parallel loop does not leave it in every version of numba.
+# In some versions of numba, an exception does not leave a parallel loop.
 _OF_TWINS: dict[str, Any] = {**_CHECKED, "parallel": False}
 
 
 def compile_checked(function: Callable[..., Any], signature: Any) -> Any:
-    """Machine code of a plain Python function, with the attribute ``address``.
+    """Returns the machine code of a Python function, with the attribute ``address``.
 
     Args:
-        function: What other code calls; it may call functions that numba compiles.
+        function: Function to compile; it may call functions that numba compiles.
         signature: Its numba types.
     """
     with _calls_of_twins():
@@ -37,10 +37,10 @@ def compile_checked(function: Callable[..., Any], signature: Any) -> Any:
 
 @contextmanager
 def in_python() -> Iterator[None]:
-    """Within it Python runs what numba has compiled, where it is called from Python.
+    """A context in which Python executes functions that numba has compiled.
 
-    Compiled code without checks could do the harm that is looked for. Other threads wait for
-    compilers meanwhile, and what they call themselves is slower.
+    Compiled code without checks could do the damage that is being diagnosed. Other threads wait for
+    compilation meanwhile, and their compiled functions are slower.
     """
     kind: Any = Dispatcher
     with global_compiler_lock:
@@ -53,7 +53,7 @@ def in_python() -> Iterator[None]:
 
 @contextmanager
 def _calls_of_twins() -> Iterator[None]:
-    """Numba asks the type of a compiled function for it: within this, that is its twin."""
+    """Returns the type of a compiled function: in this context, that of its checked copy."""
     kind: Any = types.Dispatcher
     before = kind.dispatcher
     with global_compiler_lock:
@@ -66,7 +66,7 @@ def _calls_of_twins() -> Iterator[None]:
 
 @cache
 def _twin(function: Any) -> Any:
-    """The same function with checks; numba's own, which check what they are given, stay."""
+    """A copy of the function with checks; numba's functions, which check arguments, are kept."""
     if function.py_func.__module__.partition(".")[0] == "numba":
         return function
     return type(function)(function.py_func, targetoptions=function.targetoptions | _OF_TWINS)

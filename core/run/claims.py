@@ -1,7 +1,7 @@
-"""Whether what a finished run claims is what its samples say: ending, phase changes, metrics.
+"""Checks of a finished run against its samples: ending, phase changes, metrics.
 
-A run that was just computed claims nothing else; a file may have been altered, or be of an older
-program that ended runs otherwise.
+A run that was just computed always agrees; a file may have been altered, or written by an older
+program that ended runs differently.
 """
 
 from __future__ import annotations
@@ -21,16 +21,16 @@ from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.trace.types import ContactPhase, Outcome, PhaseChange
 
 ROUNDING = 1e-9
-"""Relative difference of two sums over the same rows that were added up in another order."""
+"""Relative difference of two sums over the same rows in a different order."""
 
 LEAST_SLIP = 1e-9
-"""Slips that differ by less are equal [m]; computed ones are to 1e-15."""
+"""Slips with a smaller difference are equal [m]; computed ones are accurate to 1e-15."""
 
 PATH_ROUNDING = 1e-3
-"""How much shorter than the way between two samples an integrated path may be."""
+"""Largest excess of the distance between two samples over the integrated path."""
 
 ROWS_AT_ONCE = 1 << 16
-"""How many samples are looked at together, so that long runs take no more memory."""
+"""Number of samples processed at a time, to limit memory for long runs."""
 
 
 _ENDED_FROM_OUTSIDE = (Outcome.STOPPED, Outcome.LIMIT, Outcome.FAILED)
@@ -38,13 +38,13 @@ _ENDED_FROM_OUTSIDE = (Outcome.STOPPED, Outcome.LIMIT, Outcome.FAILED)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Contradiction:
-    """Something that is stated of a run and that its samples do not bear out.
+    """A statement about a run that contradicts its samples.
 
     Attributes:
-        what: ``outcome``, ``phase_changes``, ``slip`` or ``slip_path`` with the number of a
-            contact, or a metric by its name in tables.
-        stated: What is said.
-        computed: What the samples give.
+        what: ``outcome``, ``phase_changes``, ``slip`` or ``slip_path`` with the index of a contact,
+            or a metric by its name in tables.
+        stated: Stated value.
+        computed: Value from the samples.
     """
 
     what: str
@@ -56,22 +56,22 @@ class Contradiction:
 
 
 def contradictions_of(run: RunResult) -> tuple[Contradiction, ...]:
-    """All that a run claims against its own samples; empty for every run that was computed."""
+    """All contradictions between the statements and samples of a run; empty for computed runs."""
     scenario = run.scenario
     slips = _of_slips(run, scenario) if isinstance(scenario, SpatialScenario) else ()
     return (*_of_ending(run), *_of_phase_changes(run), *_of_metrics(run), *slips)
 
 
 def describe_false_end(outcome: Outcome, end_time: float, duration: float) -> str:
-    """How a run that says ``completed`` ended without having been simulated to its end.
+    """Describes the early end of a run that claims to be ``completed``.
 
     Args:
-        outcome: What it says.
+        outcome: Stated outcome.
         end_time: Time of its last row [s].
-        duration: How long it was to be [s].
+        duration: Duration in its scenario [s].
 
     Returns:
-        Words such as ``ended at 0.5 s of 7 s``; empty if there is nothing false.
+        Text such as ``ended at 0.5 s of 7 s``; empty if there is no contradiction.
     """
     reached = math.isfinite(end_time) and abs(end_time - duration) <= ROUNDING * duration
     if outcome is not Outcome.COMPLETED or reached:
@@ -93,7 +93,7 @@ def _last_row_is_finite(run: RunResult) -> bool:
 
 
 def _of_phase_changes(run: RunResult) -> Iterator[Contradiction]:
-    """The first row of each contact whose phase is not that of the changes before it."""
+    """The first row of each contact whose phase contradicts the preceding phase changes."""
     for contact in range(run.trace.shape.num_contacts):
         changes = [change for change in run.phase_changes if change.contact == contact]
         yield from _of_contact(run, contact, changes)
@@ -104,11 +104,11 @@ def _of_contact(
 ) -> Iterator[Contradiction]:
     times, phases = run.trace.times, run.trace.phase[:, contact]
     instants = np.array([change.time for change in changes])
-    # The phase before every change, and after the last; a run without any keeps its first.
+    # Phases before every change and after the last; without changes, the first phase.
     known = [int(change.from_phase) for change in changes]
     known.append(int(changes[-1].to_phase) if changes else int(phases[0]))
     expected = np.array(known)[np.searchsorted(instants, times, side="right")]
-    # A change has two rows: one before, one after.
+    # A change has two rows: before and after it.
     wrong = np.flatnonzero((phases != expected) & ~np.isin(times, instants))
     if len(wrong):
         row = wrong[0]
@@ -121,16 +121,16 @@ def _of_contact(
 
 
 def _of_metrics(run: RunResult) -> Iterator[Contradiction]:
-    """Metrics that the samples do not bear out.
+    """Metrics that contradict the samples.
 
-    Those that count what happened between the samples are known from these by bounds alone.
+    Metrics of events between samples can only be checked by bounds.
     """
     rate, stated = run.scenario.simulation.output_rate, run.metrics
     computed = metrics_of_trace(run.trace, run.phase_changes, run.outcome, rate)
     if not run.has_sample_metrics:
         computed = replace(computed, **dict(_allowed(stated, run.trace)))
         if run.outcome in _ENDED_FROM_OUTSIDE:
-            # The run went on for a part of an output interval after its last sample.
+            # The run continued for part of an output interval after its last sample.
             paths = zip(stated.slip_path, computed.slip_path, strict=True)
             computed = replace(
                 computed, slip_path=tuple(max(path, sample) for path, sample in paths)
@@ -142,7 +142,7 @@ def _of_metrics(run: RunResult) -> Iterator[Contradiction]:
 
 
 def _allowed(stated: Metrics, trace: Trace) -> Iterator[tuple[str, Any]]:
-    """What may be stated of what happened between the samples, next to what is stated."""
+    """Bounds of metrics that count events between samples, with the stated values."""
     greatest, least = trace.normal_force.max(axis=0).tolist(), least_margins(trace)
     peaks = zip(stated.peak_normal_force, greatest, strict=True)
     margins = zip(stated.minimum_friction_margin, least, strict=True)
@@ -161,13 +161,13 @@ def _allowed(stated: Metrics, trace: Trace) -> Iterator[tuple[str, Any]]:
 
 
 def _of_slips(run: RunResult, scenario: SpatialScenario) -> Iterator[Contradiction]:
-    """The first row of each contact in space whose slip the poses do not give, or its path.
+    """The first row of each contact whose slip or path contradicts the poses of a spatial hand.
 
-    Metrics follow from the path alone, which is integrated on its own.
+    Metrics depend on the path, which is integrated separately.
     """
     for contact in range(run.trace.shape.num_contacts):
         for first in range(0, len(run.trace), ROWS_AT_ONCE):
-            # One row more, for the way from the last to the next.
+            # One more row, for the distance from the last row to the next.
             rows = run.trace[first : first + ROWS_AT_ONCE + 1]
             if found := _of_slip(scenario, rows, contact):
                 yield found
@@ -175,7 +175,7 @@ def _of_slips(run: RunResult, scenario: SpatialScenario) -> Iterator[Contradicti
 
 
 def _of_slip(scenario: SpatialScenario, rows: Trace, contact: int) -> Contradiction | None:
-    with np.errstate(all="ignore"):  # A run that diverged ends with numbers beyond all bounds.
+    with np.errstate(all="ignore"):  # A run that diverged ends with arbitrarily large numbers.
         stated, path = rows.slip[:, 2 * contact : 2 * contact + 2], rows.slip_path[:, contact]
         computed = slips_from_poses(scenario, rows, contact)
         chords = np.linalg.norm(np.diff(contact_points(scenario, rows, contact), axis=0), axis=1)
@@ -203,7 +203,7 @@ def _of_slip(scenario: SpatialScenario, rows: Trace, contact: int) -> Contradict
 
 
 def _agree(stated: float | None, computed: float | None) -> bool:
-    """Whether two figures are the same but for rounding; flags and counts have none."""
+    """Whether two values are equal except for rounding; flags and counts must be equal."""
     if stated is None or computed is None:
         return stated is computed
     return stated == computed or math.isclose(stated, computed, rel_tol=ROUNDING)

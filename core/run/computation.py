@@ -41,8 +41,8 @@ class Computation:
         """Prepares the run.
 
         Args:
-            scenario: What to simulate.
-            keep_trace: Whether to store the trace; without it only `summary` can be had.
+            scenario: Scenario to simulate.
+            keep_trace: Whether to store the trace; without it only `summary` is available.
 
         Raises:
             ScenarioError: If the scenario cannot be simulated.
@@ -56,7 +56,7 @@ class Computation:
             self._identity = law.identity
 
     def _prepare(self, scenario: Scenario, diagnostics: tuple[Diagnostic, ...]) -> None:
-        """Everything of a run that has not begun."""
+        """Initializes the state of a run before its start."""
         self.scenario = scenario
         self.outcome: Outcome | None = None
         self._reason: Reason | None = None
@@ -73,7 +73,7 @@ class Computation:
         )
         self._size = count, len(unknowns)
         self._engine = make_engine(scenario, keeps_rows=self._keeps_trace)
-        # The kernel sets them again as it begins; a run may end before that.
+        # The kernel sets them again at the start, but a run may end before it.
         self._engine.estimates[:] = [estimate.initial for estimate in scenario.estimates]
         self._run, self._outlet = self._engine.run, self._engine.outlet
         self._timetable = self._engine.timetable
@@ -96,11 +96,11 @@ class Computation:
 
     @property
     def progress(self) -> float:
-        """Simulated share of the duration, 0 to 1."""
+        """Simulated fraction of the duration, 0 to 1."""
         return min(1.0, self.time / self.scenario.simulation.duration)
 
     def advance(self) -> None:
-        """Advances by one piece of at most about 50 ms of computing."""
+        """Advances by one chunk of at most about 50 ms of computing time."""
         if self.finished:
             return
         status = self._engine.advance(
@@ -116,7 +116,7 @@ class Computation:
             self._pass_end(status)
 
     def _pass_end(self, status: int) -> None:
-        """Begins the next segment, or ends the run."""
+        """Starts the next segment, or ends the run."""
         if status == REACHED and not self._timetable.is_last:
             self._begin_stretch(self._engine.pass_instant())
         elif status == LEFT_FACE and self._engine.cross_edge(int(self._run.concerned)):
@@ -125,12 +125,12 @@ class Computation:
             self._finish(status)
 
     def end(self, outcome: Outcome, reason: Reason) -> None:
-        """Ends the run early for a reason outside the model; what was simulated is kept."""
+        """Ends the run early for a reason outside the model; the simulated part is retained."""
         if not self.finished:
             self.outcome, self._reason = outcome, reason
 
     def _collect(self) -> None:
-        """Takes rows and phase changes out of the kernel's buffers."""
+        """Moves rows and phase changes out of the kernel's buffers."""
         run, outlet = self._run, self._outlet
         if outlet.num_rows > ROWS_BEFORE_PAUSE:
             self._rows.append(take_rows(run, outlet, self.shape.num_columns))
@@ -150,7 +150,7 @@ class Computation:
         run.num_changes = 0
 
     def _begin_stretch(self, changes: list[Change]) -> None:
-        """Switches to the constants that hold from now on."""
+        """Switches to the constants of the new segment."""
         before, self._model = self._model, self._pack()
         for change in changes:
             self._reset_estimate(change)
@@ -168,7 +168,7 @@ class Computation:
         return model
 
     def _reset_estimate(self, change: Change) -> None:
-        """A timed change of an initial estimate sets the estimate anew."""
+        """Applies a timed change of an initial estimate to the estimate."""
         head, _, tail = change.parameter.partition(".")
         index, _, field = tail.partition(".")
         if head == "estimates" and field == "initial":
@@ -189,7 +189,7 @@ class Computation:
             return
         contact = int(self._run.concerned)
         last = Trace.from_rows(self.shape, self._last_row())
-        # Of the last row: the present state has none where it is not finite.
+        # From the last row, because the present state may not be finite.
         self.outcome, self._reason = describe_end(
             status, contact, self.scenario, self._timetable.present, last, float(last.times[0])
         )
@@ -204,7 +204,7 @@ class Computation:
 
 
 def start_row(shape: TraceShape, scenario: Scenario) -> np.ndarray:
-    """All that is known of a run whose first row is not finite: where it starts."""
+    """The result of a run whose first row is not finite: its initial state."""
     row = np.zeros((1, shape.num_columns))
     row[0, 1 : 1 + len(scenario.trajectory.start)] = scenario.trajectory.start
     return row

@@ -1,4 +1,4 @@
-"""What of a run in progress differs between planar hands and spatial hands."""
+"""The parts of a run that differ between planar and spatial hands."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ if IN_WEBASSEMBLY:
 
 
 class Engine(Protocol):
-    """The kernel that computes a run, with its records.
+    """The kernel of a run, with its records.
 
     Attributes:
-        timetable: What holds when.
-        run: Everything that changes.
-        outlet: Buffers for rows, phase changes and ticks.
+        timetable: Segments of constant parameters.
+        run: State of the run.
+        outlet: Output buffers for rows, phase changes and ticks.
     """
 
     timetable: Timetable[Any]
@@ -40,15 +40,15 @@ class Engine(Protocol):
         ...
 
     def advance(self, model: Record, *, first: bool, same_ticks: bool, max_steps: int) -> int:
-        """Advances the run by one piece; the status of the kernel."""
+        """Advances the run by one chunk; returns the status of the kernel."""
         ...
 
     def pass_instant(self) -> list[Change]:
-        """Switches to the next segment; the timed changes that take place."""
+        """Switches to the next segment; returns the timed changes at its start."""
         ...
 
     def cross_edge(self, contact: int) -> bool:
-        """Switches to where a fingertip is beyond an edge; False if the face ends there."""
+        """Switches to the segment beyond an edge at a fingertip; False if the face ends."""
         ...
 
     @property
@@ -57,20 +57,20 @@ class Engine(Protocol):
         ...
 
     def last_row(self, model: Record) -> Floats:
-        """The last row of a run that keeps none, ``(1, num_columns)``."""
+        """The last row of a run without a trace, ``(1, num_columns)``."""
         ...
 
 
 def make_engine(scenario: Scenario, *, keeps_rows: bool) -> Engine:
-    """The engine of a run that has not begun."""
+    """Returns the backend of a run that has not started."""
     return engine_of(scenario.space)(scenario, keeps_rows=keeps_rows)
 
 
 def engine_of(space: Space) -> Callable[..., Engine]:
-    """The kernel of a kind of hand, whose units the compiler knows from then on."""
+    """Returns the kernel of a kind of hand, and registers its units for compilation."""
     if space is PLANAR:
         return PlanarEngine
-    # Compiled, and loaded, only for spatial hands.
+    # Compiled and loaded only for spatial hands.
     from slipgrasp.core.run.space_engine import SpatialEngine
 
     return SpatialEngine
@@ -83,14 +83,14 @@ class PlanarEngine:
         self._schedule = Schedule(scenario)
         self.timetable: Timetable[PlanarScenario] = self._schedule
         self.run, self.outlet = make_run(self._schedule.table, keeps_rows=keeps_rows)
-        self._start = self.run.step.start  # a view, as costly to make as all that reads it
+        self._start = self.run.step.start  # a view, which is costly to create
 
     def pack(self) -> Any:
         """The constants of the present segment."""
         return self._schedule.pack()
 
     def advance(self, model: Record, *, first: bool, same_ticks: bool, max_steps: int) -> int:
-        """Advances the run by one piece; the status of the kernel."""
+        """Advances the run by one chunk; returns the status of the kernel."""
         return kernel.advance_run(
             model,
             self.run,
@@ -102,11 +102,11 @@ class PlanarEngine:
         )
 
     def pass_instant(self) -> list[Change]:
-        """Switches to the next segment; the timed changes that take place."""
+        """Switches to the next segment; returns the timed changes at its start."""
         return self._schedule.pass_instant(*self._slips())
 
     def cross_edge(self, contact: int) -> bool:
-        """Switches to where a fingertip is beyond an edge; False if the face ends there."""
+        """Switches to the segment beyond an edge at a fingertip; False if the face ends."""
         return self._schedule.cross_edge(contact, *self._slips())
 
     @property
@@ -115,11 +115,11 @@ class PlanarEngine:
         return self._state().estimates
 
     def last_row(self, model: Record) -> Floats:
-        """The last row of a run that keeps none, ``(1, num_columns)``."""
+        """The last row of a run without a trace, ``(1, num_columns)``."""
         return last_row(model, self.run)
 
     def _slips(self) -> tuple[np.ndarray, np.ndarray]:
-        """Slip of every fingertip and its velocity [m, m/s]."""
+        """Slip [m] and slip velocity [m/s] of every fingertip."""
         state = self._state()
         return state.slip, state.slip_velocity
 

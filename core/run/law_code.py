@@ -1,8 +1,7 @@
-"""Code of a custom law as the kernel calls it: a Python class, or a compiled function.
+"""Calls of a custom law by the kernel: a Python class, or a compiled function.
 
-Either gets the same three named tuples: what it sees, its memory, and where its answer goes. Their
-entries are NumPy arrays in the memory of the run, so that a call copies nothing. docs/laws.md says
-what they hold.
+Both get the same three named tuples: inputs, memory and outputs. Their fields are NumPy arrays in
+the memory of the run, so that a call copies nothing. docs/laws.md describes them.
 """
 
 from __future__ import annotations
@@ -27,10 +26,10 @@ from slipgrasp.core.trace.ticks import Ticks
 
 FAILED = 1
 WORD = 8
-_MOST_WORDS = 200  # of what numba says of types
+_MOST_WORDS = 200  # of type descriptions by numba
 _PROTOTYPE = ctypes.CFUNCTYPE(ctypes.c_int64, *[ctypes.c_void_p] * 3)
 _GROUPS = ("model", "parameters")
-# What of the model of hand and object a law is shown, in the plane or in space.
+# Fields of the model of hand and object that a law receives, for planar and spatial hands.
 _OF_MODEL = frozenset(
     (
         *("friction", "object_mass", "object_inertia", "object_inertias", "link_masses"),
@@ -52,19 +51,19 @@ Entry = Callable[[int, int, int], int]
 
 
 class LawCode:
-    """A law at work in one run.
+    """A law during one run.
 
     Attributes:
-        interrupt: What its code raised that is no failure, such as KeyboardInterrupt.
+        interrupt: Exception of its code that is not a failure, such as KeyboardInterrupt.
     """
 
     def __init__(self, law: CustomLaw, own: Record, shape: Shape) -> None:
-        """Gives the law its memory, all zeros, and the kernel the address of its code.
+        """Creates the memory of the law, all zeros, and sets the address of its code in the kernel.
 
         Args:
             law: The law.
-            own: The law's part of the run in the kernel.
-            shape: How many fingers there are, and how many estimates.
+            own: Record of the law in the kernel.
+            shape: Numbers of fingers and estimates.
 
         Raises:
             SlipgraspError: If the kernel runs in WebAssembly, which cannot call the law.
@@ -89,18 +88,18 @@ class LawCode:
         own.address = _address(self._entry)
 
     def explain(self) -> str:
-        """What went wrong with the last answer, and in which line where its code says so."""
+        """Describes the failure of the last command, with the line of its code if known."""
         wrong = [n for n, v in self._out._asdict().items() if not np.isfinite(v).all()]
         if self._failure is None and wrong:
             return f"out.{wrong[0]} is not finite: {getattr(self._out, wrong[0]).tolist()}"
         if self._failure is None and self._compiled is not None:
-            # Compiled code reports no line: Python finds it, with the last input of the law.
+            # Compiled code reports no line: Python finds it by repeating the call.
             with in_python():
                 self._guarded(self._compiled.py_func)(0, 0, 0)
         return self._failure or self._refusal or "its compiled code raised an exception"
 
     def _compile(self) -> Any:
-        """The entry of a compiled law; where numba refuses its code, one that always fails."""
+        """The entry point of a compiled law; if numba rejects its code, one that always fails."""
         try:
             return _compiled_entry(self._law, self._compiled, self._own, self._shape)
         except Exception as error:
@@ -108,7 +107,7 @@ class LawCode:
             return _PROTOTYPE(lambda _seen, _memory, _answer: FAILED)
 
     def _guarded(self, command: Callable[..., Any]) -> Entry:
-        """A Python function for the kernel, which hears of a failure as a number."""
+        """A Python function for the kernel, which returns a failure as a number."""
         look, memory, out = seer(self._law, self._own, self._shape), self._memory, self._out
 
         def entry(_seen: int, _memory: int, _answer: int) -> int:
@@ -126,12 +125,12 @@ class LawCode:
 
 
 class Replay:
-    """The answers of a recorded run in the place of its law.
+    """Recorded commands of a run, in place of its law.
 
     Args:
-        ticks: What the law answered.
-        own: The law's part of the run in the kernel.
-        shape: How many fingers there are, and how many estimates.
+        ticks: Recorded commands.
+        own: Record of the law in the kernel.
+        shape: Numbers of fingers and estimates.
     """
 
     interrupt = None
@@ -158,18 +157,18 @@ class Replay:
         own.address = _address(self._entry)
 
     def explain(self) -> str:
-        """Why there is no answer."""
+        """Reason for a missing command."""
         return "the recording has no further command"
 
 
 def set_parameters(law: CustomLaw | None, values: Mapping[str, float], own: Record) -> None:
-    """Shows a law its parameters; those not given are as it declares them."""
+    """Sets the parameters of a law; missing ones have their declared defaults."""
     for k, (name, declared) in enumerate(law.parameters.items() if law else ()):
         own.seen["parameters"][k] = values.get(name, declared.value)
 
 
 def seer(law: CustomLaw, own: Record, shape: Shape) -> Callable[[], Any]:
-    """Gives what the law sees at a tick: views of its arrays, and its numbers as of now."""
+    """Updates the inputs of a law at a tick: views of its arrays, and current numbers."""
     seen, kind = own.seen, own.seen.dtype
     words = np.frombuffer(seen, np.float64)
     own_names, model_names = _names(kind)
@@ -193,10 +192,10 @@ def seer(law: CustomLaw, own: Record, shape: Shape) -> Callable[[], Any]:
 
 
 def answer_views(diagnostics: tuple[Diagnostic, ...], own: Record, shape: Shape) -> Any:
-    """Where the law's answer goes.
+    """Outputs of a law.
 
-    ``torque`` ``(n, 2)``, in space ``(n, 3)``, ``estimates`` ``(p,)``, and each diagnostic under
-    its name ``(1,)``.
+    ``torque`` ``(n, 2)``, for spatial hands ``(n, 3)``, ``estimates`` ``(p,)``, and each diagnostic
+    ``(1,)`` by name.
     """
     names = tuple(each.name for each in diagnostics)
     answer = own.answer
@@ -216,7 +215,7 @@ def _memory_views(law: CustomLaw, block: Floats) -> Any:
 
 
 def _names(seen: np.dtype) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """What a law is shown beside its model and its parameters, and what the model is of."""
+    """Inputs of a law other than its parameters, and fields of its model."""
     names = [name for name in seen.names or () if name != "parameters"]
     return (
         tuple(name for name in names if name not in _OF_MODEL),
@@ -226,44 +225,44 @@ def _names(seen: np.dtype) -> tuple[tuple[str, ...], tuple[str, ...]]:
 
 @cache
 def _tuple(name: str, fields: tuple[str, ...]) -> Any:
-    """A class of named tuples; one for equal names, so that compiled code is not made twice."""
+    """A class of named tuples, cached by names, so that compiled code is reused."""
     return namedtuple(name, fields)
 
 
 def _part(values: Any, name: str, shape: Shape) -> Any:
-    """The part of an array of the kernel that this hand uses."""
+    """The part of an array of the kernel that a hand uses."""
     count = _used(name, shape)
     return values if count is None else values[:count]
 
 
 def _used(name: str, shape: Shape) -> int | None:
-    """How many entries of an array are used, None for all."""
+    """Used lengths of the dimensions of an array, None for all."""
     if name == "estimates":
         return shape[1]
     return shape[0] if name in _PER_FINGER else None
 
 
 def _address(entry: Any) -> int:
-    """Of machine code made by numba, or of a Python function that ctypes wraps."""
+    """Machine code from numba, or a Python function wrapped by ctypes."""
     found = getattr(entry, "address", None)
     return ctypes.cast(entry, ctypes.c_void_p).value or 0 if found is None else int(found)
 
 
 def _compiled_part(command: Any) -> Any:
-    """The function that numba compiles, None where the law is plain Python."""
+    """The function that numba compiles, None if the law is plain Python."""
     function = getattr(command, "__func__", command)
     return function if hasattr(function, "py_func") else None
 
 
 def _first_reason(error: Exception) -> str:
-    """What numba says first, and where in the law's own file; all of it takes a hundred lines."""
+    """The first line of numba's message, with its line in the law's file; the rest is long."""
     lines = [line for line in str(error).splitlines() if not line.startswith("Failed in")]
     where = next((line for line in lines if line.startswith('File "')), "").rstrip(":")
     return f"{(lines or [''])[0][:_MOST_WORDS]} {where}".strip()
 
 
 def _describe_failure(error: Exception | SystemExit) -> str:
-    """An exception in a sentence with the innermost line of the law's own code."""
+    """Describes an exception in a sentence with the innermost line of the law's code."""
     frames = traceback.extract_tb(error.__traceback__)[1:]
     where = f" ({frames[-1].filename}, line {frames[-1].lineno})" if frames else ""
     own = [frame for frame in frames if "site-packages" not in frame.filename]
@@ -289,7 +288,7 @@ def entry(seen_at, memory_at, answer_at):
 
 
 def _compiled_entry(law: CustomLaw, command: Any, own: Record, shape: Shape) -> Any:
-    """Machine code with the address that the kernel calls, for a function numba compiles."""
+    """Machine code for the kernel, with its address, from a function that numba compiles."""
     names = tuple(each.name for each in law.diagnostics)
     kinds = own.seen.dtype, own.answer.dtype
     own_names, model_names = _names(kinds[0])
@@ -308,8 +307,8 @@ def _compiled_entry(law: CustomLaw, command: Any, own: Record, shape: Shape) -> 
 def _compile(
     command: Any, source: str, tuples: Mapping[str, Any], kinds: tuple[np.dtype, np.dtype]
 ) -> Any:
-    """The same function for the same hand is compiled once in a process."""
-    numba: Any = import_module("numba")  # which has no types of what is used of it here
+    """Caches compiled functions by hand within a process."""
+    numba: Any = import_module("numba")  # of which it has no type stubs
     types = numba.types
     scope = {**tuples, "carray": numba.carray, "command": command}
     exec(source, scope)
@@ -320,7 +319,7 @@ def _compile(
 def _entry_source(
     law: CustomLaw, own_names: tuple[str, ...], model_names: tuple[str, ...], shape: Shape
 ) -> str:
-    """The lines that lay out the named tuples in compiled code, as Python does with views."""
+    """Source lines that create the named tuples in compiled code, as Python does with views."""
     parts_seen = {}
     for name in (*own_names, *model_names):
         count = _used(name, shape)

@@ -1,7 +1,7 @@
-"""Figures of merit of a run: what each one is, and how they are computed.
+"""Metrics of a run: definitions and computation.
 
-The annotation of a field of `Metrics` is the only definition of a metric; tables, the REST
-schema, searches and the page are derived from it.
+The annotation of a field of `Metrics` is the only definition of a metric; tables, REST schema,
+searches and dashboard are derived from it.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.trace.types import ContactPhase, Outcome, PhaseChange
 
 HOLD_WINDOW = 0.5
-"""How long every contact must have been in stick at the end of a run that held the object [s]."""
+"""Time in stick at the end of a run after which the object counts as held [s]."""
 
 MetricKind = Literal["boolean", "integer", "number"]
 Coordinates = tuple[float, ...]
@@ -30,15 +30,15 @@ Coordinates = tuple[float, ...]
 
 @dataclass(frozen=True, slots=True)
 class Metric:
-    """One figure of merit, or one number of it.
+    """One metric, or one component of it.
 
     Attributes:
         text: One sentence.
-        unit: SI unit, "1" for pure numbers, "" for what has none.
-        per: What its entries stand for: "" (one value), coordinate, contact, pad (contact, where
-            any fingertip is soft).
-        name: Field of `Metrics`, or of one number in a table: ``slip_path_0``.
-        kind: What its values are.
+        unit: SI unit, "1" for pure numbers, "" if there is none.
+        per: Meaning of its components: "" (one value), coordinate, contact, pad (contact, if any
+            fingertip is soft).
+        name: Field of `Metrics`, or name of a component in a table: ``slip_path_0``.
+        kind: Type of its values.
     """
 
     text: str
@@ -48,7 +48,7 @@ class Metric:
     kind: MetricKind = "number"
 
     def single_values(self, num_contacts: int, space: Space = PLANAR) -> Iterator[Metric]:
-        """The numbers it consists of: contacts by index, coordinates by letter."""
+        """Its components: contacts by index, coordinates by letter."""
         labels = {
             "": ("",),
             "coordinate": space.coordinates,
@@ -58,35 +58,35 @@ class Metric:
         units = self.unit.split(", ")
         for i, label in enumerate(labels):
             name = f"{self.name}_{label}" if label else self.name
-            # Of coordinates the last unit is that of all angles, the first that of all distances.
+            # For coordinates, the last unit is that of angles, the first that of distances.
             unit = units[-1] if i >= space.num_positions else units[0]
             yield replace(self, name=name, unit=unit, per="")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Metrics:
-    """Figures of merit of a run, SI units; lists have one entry per contact or coordinate.
+    """Metrics of a run, SI units; lists have one item per contact or coordinate.
 
-    There are three coordinates in the plane (x, y, theta), six in space (x, y, z and the rotation
-    vector). Each field carries its `Metric`, with unit and sentence. None depends on the output
-    rate, but by rounding: extremes are those at both ends of every accepted step of the
-    integration, inside it and in every row; integrals are sums over the accepted steps
+    Planar hands have three coordinates (x, y, theta), spatial hands six (x, y, z and the rotation
+    vector). Each field has a `Metric` with unit and description. Metrics do not depend on the
+    output rate, except for rounding: extremes are evaluated at both ends of every accepted
+    integration step, inside it and in every row; integrals are sums over the accepted steps
     (docs/model.md, Metrics).
     """
 
     held: Annotated[
         bool | None,
         Metric(
-            "Completed with every contact in stick over the last 0.5 s, None if a run that is "
-            "shorter had no slip."
+            "Completed with every contact in stick over the last 0.5 s; None if a shorter run had "
+            "no slip."
         ),
     ]
     slipping_at_end: Annotated[bool, Metric("Whether any contact slips at the end.")]
     last_slip_time: Annotated[
-        float | None, Metric("When the last slip ended, None if nothing slipped.", "s")
+        float | None, Metric("Time of the end of the last slip, None if nothing slipped.", "s")
     ]
     slip_path: Annotated[
-        tuple[float, ...], Metric("Distance each fingertip slid on its face.", "m", "contact")
+        tuple[float, ...], Metric("Distance that each fingertip slid on its face.", "m", "contact")
     ]
     peak_normal_force: Annotated[
         tuple[float, ...],
@@ -94,19 +94,19 @@ class Metrics:
     ]
     minimum_friction_margin: Annotated[
         tuple[float | None, ...],
-        Metric("Least margin of each contact at any time in stick, None if never.", "N", "contact"),
+        Metric("Smallest margin of each contact in stick, None if never in stick.", "N", "contact"),
     ]
     rms_tracking_error: Annotated[
         Coordinates,
-        Metric("Root of the mean square over time, per coordinate.", "m, m, rad", "coordinate"),
+        Metric("Root mean square over time, per coordinate.", "m, m, rad", "coordinate"),
     ]
     final_tracking_error: Annotated[
-        Coordinates, Metric("At the end, per coordinate.", "m, m, rad", "coordinate")
+        Coordinates, Metric("Value at the end, per coordinate.", "m, m, rad", "coordinate")
     ]
     torque_effort: Annotated[
         float,
         Metric(
-            "Integral over time of the sum of the squared joint torques, of slides forces in N.",
+            "Integral over time of the sum of the squared joint torques (for slides: forces in N).",
             "N² m² s",
         ),
     ]
@@ -114,16 +114,18 @@ class Metrics:
     spin_path: Annotated[
         tuple[float, ...],
         Metric(
-            "Angle each fingertip turned on its face in all; none where none is soft.", "rad", "pad"
+            "Total angle that each fingertip turned on its face; none if no fingertip is soft.",
+            "rad",
+            "pad",
         ),
     ] = ()
     spin_end: Annotated[
         tuple[float, ...],
-        Metric("Spin of each fingertip at the end; none where none is soft.", "rad", "pad"),
+        Metric("Spin of each fingertip at the end; none if no fingertip is soft.", "rad", "pad"),
     ] = ()
 
     def flattened(self) -> dict[str, float | int | bool | None]:
-        """One value per name of `metric_names`, for tables: slip_path_0, rms_tracking_error_x."""
+        """Values by `metric_names`, for tables: slip_path_0, rms_tracking_error_x."""
         values: list[float | int | bool | None] = []
         for metric in METRICS:
             value = getattr(self, metric.name)
@@ -133,7 +135,7 @@ class Metrics:
         return dict(zip(names, values, strict=True))
 
     def are_of(self, num_contacts: int) -> bool:
-        """Whether they are those of a hand with so many contacts."""
+        """Whether the metrics fit a hand with this number of contacts."""
         lists = (getattr(self, metric.name) for metric in METRICS if metric.per == "contact")
         pads = {len(self.spin_path), len(self.spin_end)}
         return pads in ({0}, {num_contacts}) and all(
@@ -149,18 +151,18 @@ def _metrics() -> Iterator[Metric]:
 
 
 METRICS = tuple(_metrics())
-"""Every figure of merit, in the order of the fields."""
+"""Every metric, in the order of the fields."""
 
 
 @cache
 def single_metrics(
     num_contacts: int, space: Space = PLANAR, *, soft: bool = False
 ) -> tuple[Metric, ...]:
-    """The single numbers of `Metrics`, as they stand in tables.
+    """The components of `Metrics` as in tables.
 
     Args:
-        num_contacts: Fingers of the hand.
-        space: Whether it is planar or spatial.
+        num_contacts: Number of fingers.
+        space: Kind of hand.
         soft: Whether any fingertip is soft.
     """
     return tuple(
@@ -175,11 +177,11 @@ def single_metrics(
 def metric_names(
     num_contacts: int, space: Space = PLANAR, *, soft: bool = False
 ) -> tuple[str, ...]:
-    """Names of the single numbers of `Metrics`, as they stand in tables.
+    """Names of the components of `Metrics` as in tables.
 
     Args:
-        num_contacts: Fingers of the hand.
-        space: Whether it is planar or spatial.
+        num_contacts: Number of fingers.
+        space: Kind of hand.
         soft: Whether any fingertip is soft.
     """
     return tuple(metric.name for metric in single_metrics(num_contacts, space, soft=soft))
@@ -189,9 +191,9 @@ def compute_metrics(run: Record, shape: TraceShape, outcome: Outcome) -> Metrics
     """Computes all metrics of a run.
 
     Args:
-        run: Its progress in the kernel.
-        shape: Of its trace.
-        outcome: How it ended.
+        run: State of the run in the kernel.
+        shape: Shape of its trace.
+        outcome: Outcome of the run.
     """
     tally, n = run["tally"], shape.num_contacts
     peaks = np.maximum(tally["peak_normal_force"], tally["row_peak"])
@@ -215,12 +217,12 @@ def compute_metrics(run: Record, shape: TraceShape, outcome: Outcome) -> Metrics
 
 
 def _is_held(outcome: Outcome, rest: float, span: float) -> bool | None:
-    """Whether a run held the object; None where it is too short to tell.
+    """Whether a run held the object; None if it is too short to decide.
 
     Args:
-        outcome: How it ended.
-        rest: Since when no contact has slipped, up to the end; infinite if none ever did [s].
-        span: How long it lasted [s].
+        outcome: Outcome of the run.
+        rest: Time without slip up to the end; infinite if nothing ever slipped [s].
+        span: Duration of the run [s].
     """
     if outcome is not Outcome.COMPLETED or rest < HOLD_WINDOW:
         return False
@@ -245,16 +247,16 @@ def _numbers(values: np.ndarray) -> Coordinates:
 def metrics_of_trace(
     trace: Trace, changes: Sequence[PhaseChange], outcome: Outcome, output_rate: float
 ) -> Metrics:
-    """Computes the metrics of the samples of a run, where those between them are unknown.
+    """Computes the metrics from the samples of a run, without the values between them.
 
-    Integrals by the trapezoidal rule over the rows at output times and events. So all recordings
-    before format 7 have them, and recovered runs.
+    Integrals use the trapezoidal rule over the rows at output times and events. Recordings before
+    format 7 and recovered runs have these metrics.
 
     Args:
-        trace: What was stored.
+        trace: The stored trace.
         changes: The phase changes.
-        outcome: How the run ended.
-        output_rate: How many rows a second has apart from those at events and inside slips [Hz].
+        outcome: Outcome of the run.
+        output_rate: Rows per second, apart from those at events and inside slips [Hz].
     """
     trace = trace[_tallied_rows(trace, output_rate)]
     times, sticking = trace.times, trace.phase == ContactPhase.STICK
@@ -285,9 +287,9 @@ def _slip_paths(trace: Trace) -> NDArray[np.float64]:
 
 
 def _tallied_rows(trace: Trace, output_rate: float) -> NDArray[np.intp]:
-    """The rows that the kernel's tally has: all but those that show a short slip more closely.
+    """The rows in the kernel's accumulators: all except additional ones during short slips.
 
-    A run that keeps no rows has none of these, and the same metrics.
+    A run without a trace has no additional rows, but the same metrics.
     """
     times = trace.times
     at_output_time = np.rint(times * output_rate) / output_rate == times
@@ -307,9 +309,9 @@ def _rms_over_time(trace: Trace) -> Coordinates:
 
 
 def least_margins(trace: Trace) -> tuple[float | None, ...]:
-    """Least margin of each contact in the samples in stick, without the stick assumed at first.
+    """Smallest margin of each contact over samples in stick, without the initially assumed stick.
 
-    The first row has it if a second one follows at the same time.
+    The first row has assumed stick if a second one follows at the same time.
     """
     first = int(len(trace) > 1 and trace.times[1] == trace.times[0])
     sticking = trace.phase == ContactPhase.STICK

@@ -1,8 +1,9 @@
-"""The name of the numerics: a digest of all code that decides the bits of a run.
+"""Name of the numerics: a digest of all code that determines the bits of a run.
 
-What it leaves out (`slipgrasp.core.kernel.compilation.normal_form`) decides no bit: where code is
-defined and how it is called, comments, words, annotations, and what no code uses. So the name is
-the same for every version of Python, processor and machine code, and where Python runs the kernel.
+It excludes code that does not affect bits (`slipgrasp.core.kernel.compilation.normal_form`): the
+module and call style, comments, text, annotations and unused code. The name is therefore
+independent of the Python version, processor and machine code, and also valid for the interpreted
+kernel.
 """
 
 from __future__ import annotations
@@ -31,28 +32,28 @@ from slipgrasp.core.scenario.space import Space
 
 PORTABLE = "numerics-"
 
-# Names of earlier versions whose code was another and whose bits were the same, by the present
-# name: recordings with these verify bit for bit. An entry holds for this very name, so that it
-# ends with the next change of the code; who adds one has compared the hashes of
-# `python -m benchmarks portability` first (docs/portability.md).
+# Names of earlier versions with different code and equal bits, by the present name: recordings with
+# these verify bit for bit. An entry applies to the present name only and must be removed with the
+# next change of the code; before adding one, compare the hashes of `python -m benchmarks
+# portability` (docs/portability.md).
 SAME_BITS: dict[str, tuple[str, ...]] = {}
 
 _DIGEST_BYTES = 8
-# They read what is asked, or call what is not the kernel's; none of them computes anything.
+# They only read settings or call code outside the kernel, and compute nothing.
 _ENDS = (call, call_law, make_engine, with_values, law_number, law_of, custom_law_in)
 
 
 def same_bits(recorded: str, present: str) -> bool:
-    """Whether runs of two numerics are equal to the last bit, by their names."""
+    """Whether runs of two numerics, given by name, are equal to the last bit."""
     return recorded == present or recorded in SAME_BITS.get(present, ())
 
 
 @cache
 def numerics_name(space: Space) -> str:
-    """The name of what computes runs here; kept on disk until some source changes.
+    """Name of the present numerics; cached on disk until a source changes.
 
     Args:
-        space: Of which kind of hand; what computes one kind has no part in the other.
+        space: Kind of hand; each kind has separate code.
     """
     kept_as = f"numerics-{space.name}-{_sources_digest()}"
     kept = read_code(kept_as)
@@ -64,7 +65,7 @@ def numerics_name(space: Space) -> str:
 
 
 def compute_name(space: Space) -> str:
-    """The same, from the code."""
+    """The same, computed from the code."""
     digest = hashlib.blake2b(digest_size=_DIGEST_BYTES)
     for line in normal_form(space).lines:
         digest.update(f"{line}\n".encode())
@@ -72,7 +73,7 @@ def compute_name(space: Space) -> str:
 
 
 def normal_form(space: Space) -> NormalForm:
-    """All code that decides the bits of a run."""
+    """All code that determines the bits of a run."""
     return NormalForm(_roots(space), _ENDS)
 
 
@@ -84,7 +85,7 @@ def _roots(space: Space) -> Iterator[Any]:
 
 
 def _sources_digest() -> str:
-    """Of every source that could be reached, and of the library whose values it holds."""
+    """Digest of every reachable source, and of the library with its constants."""
     digest = hashlib.blake2b(np.__version__.encode(), digest_size=2 * _DIGEST_BYTES)
     for path in sorted(Path(slipgrasp.core.__path__[0]).rglob("*.py")):
         digest.update(path.read_bytes())

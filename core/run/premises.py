@@ -1,8 +1,8 @@
 """Assumptions and bounds of the paper's theorems along a run (Eq. 20 and 50 to 57).
 
-The kernel evaluates the state of every row again; no run depends on these quantities. The theorems
-apply to the torque of Eq. 23 and 27: another ``distribution`` of the forces adds a disturbance that
-tau_d does not include.
+The kernel evaluates the state of every row again; runs do not depend on these quantities. The
+theorems apply to the torque of Eq. 23 and 27: another ``distribution`` of the forces adds a
+disturbance that tau_d does not include.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ def _signal(unit: str, text: str) -> Signal:
 
 
 class PremisesError(SlipgraspError, ValueError):
-    """The theorems do not apply to a run."""
+    """Raised if the theorems do not apply to a run."""
 
     def __init__(self, scenario: Scenario) -> None:
         super().__init__(
@@ -46,9 +46,9 @@ class PremisesError(SlipgraspError, ValueError):
 class Premises:
     """Assumptions and bounds of Theorems 2 to 4, one value per row of the trace.
 
-    ``r_1`` of Eq. 50 is taken without positions whose gain is 0, as that of the slips usually is:
-    neither V nor Q depends on them, and the least eigenvalue of K* would be 0 always. SI units
-    throughout, as the paper adds them up. Each attribute but ``times`` [s] carries its `Signal`.
+    ``r_1`` of Eq. 50 excludes positions with zero gain, usually those of slips: neither V nor Q
+    depends on them, and the smallest eigenvalue of K* would always be 0. SI units throughout, added
+    as in the paper. Each attribute except ``times`` [s] has a `Signal`.
     """
 
     times: Floats
@@ -56,23 +56,23 @@ class Premises:
         Floats,
         _signal(
             "1",
-            f"Least eigenvalue of the integral of Eq. 20 over the last {WINDOW:g} s; none before "
-            "the end of the first.",
+            f"Smallest eigenvalue of the integral of Eq. 20 over the last {WINDOW:g} s; none "
+            f"before {WINDOW:g} s.",
         ),
     ]
-    greatest_excitation: Annotated[Floats, _signal("1", "Its greatest eigenvalue.")]
+    greatest_excitation: Annotated[Floats, _signal("1", "Largest eigenvalue of the same integral.")]
     error: Annotated[
         Floats, _signal("1", "Norm of r_1, the tracking errors and the errors of the estimates.")
     ]
     disturbance: Annotated[Floats, _signal("1", "Norm of tau_d* (Eq. 51).")]
     pull: Annotated[Floats, _signal("1/s", "sigma_s (Eq. 29).")]
-    least_eigenvalue: Annotated[Floats, _signal("1", "Least eigenvalue of K* (Eq. 53).")]
+    least_eigenvalue: Annotated[Floats, _signal("1", "Smallest eigenvalue of K* (Eq. 53).")]
     radius: Annotated[
         Floats,
         _signal(
             "1",
-            "T_d* / lambda_min(K*) of Eq. 55, with the greatest disturbance of the run for T_d*; "
-            "infinite where it says nothing.",
+            "T_d* / lambda_min(K*) of Eq. 55, with the largest disturbance of the run for T_d*; "
+            "infinite if Eq. 55 gives no bound.",
         ),
     ]
     decrease: Annotated[
@@ -81,14 +81,14 @@ class Premises:
     ]
 
     def columns(self) -> list[Column]:
-        """All of them as columns beside those of the trace, called ``premise_error`` and so on."""
+        """All attributes as additional columns of the trace, such as ``premise_error``."""
         return [
             Column(f"{signal.prefix}_{name}", signal.prefix, signal.unit, getattr(self, name))
             for name, signal in premise_signals().items()
         ]
 
     def describe_excitation(self) -> str:
-        """What Eq. 20 says along the desired motion, in one sentence."""
+        """Evaluates Eq. 20 along the desired motion, in one sentence."""
         told = np.isfinite(self.least_excitation)
         if not told.any():
             return (
@@ -107,11 +107,11 @@ class Premises:
         did = f"the error |r_1| went from {self.error[0]:.3g} to {self.error[-1]:.3g}, "
         did += f"at most {self.error.max():.3g}"
         if not finite.any():
-            return f"The bound of Eq. 55 is empty, for sigma_s is 0 throughout; {did}."
+            return f"Eq. 55 gives no bound, because sigma_s is always 0; {did}."
         share = 100.0 * float(np.mean(finite))
         return (
-            f"The bound of Eq. 55 is finite in {share:.0f} % of the rows, where its radius is "
-            f"{self.radius[finite].min():.3g} at least; {did}."
+            f"The bound of Eq. 55 is finite in {share:.0f} % of the rows, with a radius of at "
+            f"least {self.radius[finite].min():.3g}; {did}."
         )
 
 
@@ -123,22 +123,22 @@ def premise_signals() -> dict[str, Signal]:
 
 
 def describe_premises(result: RunResult) -> tuple[str, ...]:
-    """Compares the assumptions and bounds of Theorems 1 to 4 with a run, a sentence for each.
+    """Compares the assumptions and bounds of Theorems 1 to 4 with a run, in one sentence each.
 
     Args:
         result: A run for which `has_premises` holds.
     """
     premises, trace = find_premises(result), result.trace
     return (
-        f"Theorem 1: joints turned at {np.abs(trace.joint_velocity).max():.3g} rad/s and "
-        f"fingertips pressed with {trace.normal_force.max():.3g} N at most.",
+        f"Theorem 1: joint speeds are at most {np.abs(trace.joint_velocity).max():.3g} rad/s, "
+        f"normal forces at most {trace.normal_force.max():.3g} N.",
         f"Theorem 2: {premises.describe_excitation()}",
         f"Theorems 3 and 4: {premises.describe()}",
     )
 
 
 def has_premises(scenario: Scenario) -> bool:
-    """Whether the theorems apply to a scenario: to its law, and to constant parameters."""
+    """Whether the theorems apply to a scenario: its law, and constant parameters."""
     return scenario.controller.kind in KINDS and not (scenario.changes or scenario.patches)
 
 
@@ -149,7 +149,7 @@ def find_premises(result: RunResult) -> Premises:
         result: A run for which `has_premises` holds.
 
     Raises:
-        PremisesError: If it does not.
+        PremisesError: If the theorems do not apply.
     """
     if not has_premises(result.scenario):
         raise PremisesError(result.scenario)
@@ -187,7 +187,7 @@ def find_premises(result: RunResult) -> Premises:
 def _hand_of(scenario: Scenario) -> TheoremHand:
     if isinstance(scenario, PlanarScenario):
         return PlanarTheoremHand(scenario)
-    # Compiled, and loaded, only for spatial hands.
+    # Compiled and loaded only for spatial hands.
     from slipgrasp.core.run.spatial_theorem_hand import SpatialTheoremHand
 
     return SpatialTheoremHand(scenario)
@@ -203,7 +203,7 @@ def _pull(result: RunResult) -> Floats:
 
 
 def _excitation(hand: TheoremHand, times: Floats, desired: Floats) -> Floats:
-    """Least and greatest eigenvalue of the integral of Eq. 20, by row (trapezoidal rule)."""
+    """Smallest and largest eigenvalue of the integral of Eq. 20, by row (trapezoidal rule)."""
     inertias = np.array([hand.inertia_at(pose) for pose in desired])
     squares = inertias @ inertias.transpose(0, 2, 1)
     pieces = 0.5 * (squares[1:] + squares[:-1]) * np.diff(times)[:, None, None]

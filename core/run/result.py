@@ -27,13 +27,13 @@ class RunSummary:
     """A finished run without its trace.
 
     Attributes:
-        scenario: What was simulated.
-        outcome: How it ended.
-        reason: Why, where it ended early.
+        scenario: Simulated scenario.
+        outcome: Outcome of the run.
+        reason: Reason of an early end.
         end_time: Simulation time reached [s].
         estimates: Final estimates by dotted key of the unknown.
         metrics: Figures of merit.
-        warnings: What is worth knowing but did not end the run.
+        warnings: Warnings about the run.
     """
 
     scenario: Scenario
@@ -47,20 +47,20 @@ class RunSummary:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False, weakref_slot=True)
 class RunResult:
-    """A finished run, live or read back from a recording.
+    """A finished run, just simulated or read from a recording.
 
     Attributes:
-        scenario: What was simulated.
-        trace: What happened, over time.
-        phase_changes: Every contact's passages between stick and slip, in time order.
-        outcome: How it ended.
-        reason: Why, where it ended early.
-        warnings: What is worth knowing but did not end the run.
+        scenario: Simulated scenario.
+        trace: Signals over time.
+        phase_changes: Transitions of every contact between stick and slip, in time order.
+        outcome: Outcome of the run.
+        reason: Reason of an early end.
+        warnings: Warnings about the run.
         metrics: Figures of merit.
-        provenance: What computed it.
-        ticks: What the law answered at every tick; None where it was not recorded.
-        has_sample_metrics: Whether the metrics are those of the samples alone: of a recovered run,
-            and of a recording before format 7.
+        provenance: Program, numerics and law that computed the run.
+        ticks: Commands of the law at every tick; None if they were not recorded.
+        has_sample_metrics: Whether the metrics are computed from samples only, as for a recovered
+            run or a recording before format 7.
     """
 
     scenario: Scenario
@@ -89,20 +89,20 @@ class RunResult:
 
     @property
     def knowledge(self) -> Knowledge:
-        """What its controller knew of the hand and the object, and what not."""
+        """Known and unknown parameters of the hand and the object."""
         return knowledge_of(self.scenario)
 
     @property
     def name(self) -> str:
-        """Its name among other runs: the preset, and the differences from it."""
+        """Name of the run in lists: the preset, and the differences from it."""
         return name_run(self.scenario)
 
     @property
     def sha256(self) -> str:
-        """SHA-256 of all samples, phase changes and the outcome: equal for runs of equal bits.
+        """SHA-256 of all samples, phase changes and the outcome: equal for bit-identical runs.
 
-        On every machine the same for the same numerics; docs/portability.md has those of the
-        presets.
+        The same numerics give the same hash on every machine; docs/portability.md lists the hashes
+        of the presets.
         """
         digest = hashlib.sha256(np.ascontiguousarray(self.trace.to_rows(), "<f8").tobytes())
         changes = [
@@ -119,7 +119,7 @@ class RunResult:
         over: RunResult | None = None,
         time: tuple[float, float] | None = None,
     ) -> Figure:
-        """Draws signals over time, one below the other; slips are shaded.
+        """Plots signals over time, one below the other, with slip shaded.
 
         Args:
             signals: Signals (``slip``, ``normal_force``), or single columns (``slip_0``).
@@ -130,9 +130,9 @@ class RunResult:
             A matplotlib figure; ``figure.savefig("slip.pdf")`` saves it.
 
         Raises:
-            ScenarioError: If a run has no such signal, or the times are no range.
+            ScenarioError: If a run has no such signal, or the times are not a valid range.
         """
-        # Figures are above the core, and matplotlib takes a second to load.
+        # Figures are a layer above the core, and matplotlib takes a second to load.
         draw = import_module("slipgrasp.figures.signals").draw_signals
         return draw(self, signals or ("slip", "normal_force"), over=over, time=time)
 

@@ -1,8 +1,8 @@
-"""Schedules: a run is a sequence of segments in which its constants do not change.
+"""Schedules: sequences of segments with constant parameters.
 
-A segment ends at an instant known beforehand (a timed change, a pulse or a patch that
-comes or goes) or where a fingertip slides over the edge of a patch: friction is the same
-along a segment of a face, between the edges of its patches.
+A segment ends at a given instant (a timed change, or the start or end of a pulse or patch) or when
+a fingertip crosses the edge of a patch: friction is constant along a face between the edges of its
+patches.
 """
 
 from __future__ import annotations
@@ -32,18 +32,18 @@ from slipgrasp.core.scenario.scenario import AnyScenario, is_acting, is_there
 
 Floats = NDArray[np.float64]
 
-# On an edge [m]: both fingertips of a symmetric hand cross theirs at one instant.
+# Distance that counts as zero [m]: the fingertips of a symmetric hand cross edges together.
 EDGE_WIDTH = 1e-11
 
 
 class Timetable(Generic[AnyScenario]):
-    """The segments of a run of any hand, one after another.
+    """The successive segments of a run, for any hand.
 
     Args:
-        scenario: What is simulated.
+        scenario: Simulated scenario.
 
     Attributes:
-        present: The scenario with the timed changes so far, and without those to come.
+        present: The scenario with the timed changes so far, and without later ones.
     """
 
     def __init__(self, scenario: AnyScenario) -> None:
@@ -55,19 +55,19 @@ class Timetable(Generic[AnyScenario]):
 
     @property
     def stretch_end(self) -> float:
-        """When the present segment ends at the latest [s]."""
+        """Latest end of the present segment [s]."""
         return self._ends[0]
 
     @property
     def is_last(self) -> bool:
-        """Whether the run ends with the present segment."""
+        """Whether the present segment is the last."""
         return len(self._ends) == 1
 
     def end_stretch(self) -> list[Change]:
-        """Switches to the segment that begins where the present one ends.
+        """Switches to the next segment.
 
         Returns:
-            The timed changes that take place.
+            The timed changes at its start.
         """
         self.begin = self._ends.pop(0)
         due = list(takewhile(lambda change: change.time == self.begin, self._changes))
@@ -79,10 +79,10 @@ class Timetable(Generic[AnyScenario]):
 
 
 class Schedule(Timetable[PlanarScenario]):
-    """The segments of a run of a planar hand, where fingertips may cross the edges of patches.
+    """The segments of a run of a planar hand, whose fingertips may cross edges of patches.
 
     Attributes:
-        table: The numbers of the present scenario.
+        table: The present scenario as a table of numbers.
     """
 
     def __init__(self, scenario: PlanarScenario) -> None:
@@ -105,7 +105,7 @@ class Schedule(Timetable[PlanarScenario]):
         return pack_model(self.table, stretch)
 
     def load(self) -> Floats:
-        """Force and moment of the pulses that act in the present segment [N, N, N m]."""
+        """Force and moment of the active pulses in the present segment [N, N, N m]."""
         load = np.zeros(3)
         for pulse in self.present.pulses:
             if is_acting(pulse, self.begin):
@@ -113,14 +113,14 @@ class Schedule(Timetable[PlanarScenario]):
         return load
 
     def pass_instant(self, slips: Floats, velocities: Floats) -> list[Change]:
-        """Switches to the segment that begins where the present one ends.
+        """Switches to the next segment.
 
         Args:
-            slips: Where the fingertips are, shape ``(n,)`` [m].
+            slips: Slips of the fingertips, shape ``(n,)`` [m].
             velocities: Their slip velocities, shape ``(n,)`` [m/s].
 
         Returns:
-            The timed changes that take place.
+            The timed changes at its start.
         """
         due = self.end_stretch()
         if due:
@@ -129,13 +129,13 @@ class Schedule(Timetable[PlanarScenario]):
         return due
 
     def cross_edge(self, contact: int, slips: Floats, velocities: Floats) -> bool:
-        """Switches to the segment in which a fingertip is on the other side of an edge.
+        """Switches to the segment in which a fingertip has crossed an edge.
 
-        All that slide over an edge at this instant do so together.
+        All fingertips that cross an edge at this instant are included.
 
         Args:
-            contact: Which has reached the end of its segment.
-            slips: Where the fingertips are, shape ``(n,)`` [m].
+            contact: Contact at the end of its segment.
+            slips: Slips of the fingertips, shape ``(n,)`` [m].
             velocities: Their slip velocities, shape ``(n,)`` [m/s].
 
         Returns:
@@ -152,7 +152,7 @@ class Schedule(Timetable[PlanarScenario]):
         return True
 
     def _lay_patches(self, slips: Floats, velocities: Floats) -> None:
-        """Cuts the faces at the patches of now, and finds every fingertip on its own."""
+        """Divides the faces at the present patches, and locates every fingertip."""
         body = self.present.object
         patches = [patch for patch in self.present.patches if is_there(patch, self.begin)]
         for i, finger in enumerate(self.present.fingers):
@@ -166,7 +166,7 @@ def _edges(face: Sequence[Segment]) -> list[float]:
 
 
 def _instants(scenario: Scenario) -> Iterator[float]:
-    """When something changes."""
+    """Times at which parameters change."""
     for change in scenario.changes:
         yield change.time
     for pulse in scenario.pulses:
@@ -182,12 +182,12 @@ def _plain(change: Change) -> object:
 
 
 class Segment(NamedTuple):
-    """A part of a face without an edge inside.
+    """A part of a face with constant friction.
 
     Attributes:
         start: Slip of the fingertip at its lower end [m].
         end: Slip of the fingertip at its upper end [m].
-        factor: What friction is multiplied by there.
+        factor: Friction factor.
     """
 
     start: float
@@ -198,12 +198,12 @@ class Segment(NamedTuple):
 def segments_of(
     body: ObjectParameters, finger: FingerParameters, patches: Sequence[Patch]
 ) -> tuple[Segment, ...]:
-    """The face that a finger touches, cut at the edges of its patches, from its lower end.
+    """Returns the segments of a face between the edges of its patches, from its lower end.
 
     Args:
         body: The object.
         finger: The finger.
-        patches: What lies on the object at that time; those on other faces do not count.
+        patches: The present patches; those on other faces are ignored.
     """
     frame = contact_frame(body, finger)
     spans = [_span(patch, finger) for patch in patches if patch.face == finger.face]
@@ -216,11 +216,11 @@ def segments_of(
 def segment_at(segments: Sequence[Segment], slip: float, velocity: float) -> int:
     """Index of the segment that a fingertip is on, or slides onto.
 
-    At rest on an edge it has the smaller of both frictions.
+    At rest on an edge, the smaller friction applies.
 
     Args:
-        segments: Of its face.
-        slip: Where it is [m].
+        segments: Segments of its face.
+        slip: Slip of the fingertip [m].
         velocity: Its slip velocity [m/s].
     """
     touched = [
@@ -236,11 +236,11 @@ def segment_at(segments: Sequence[Segment], slip: float, velocity: float) -> int
 
 
 def _span(patch: Patch, finger: FingerParameters) -> Segment:
-    """A patch in terms of the slip of a finger on its face."""
+    """Range of slip in which a fingertip is on a patch."""
     middle = patch.centre - finger.contact_offset
     return Segment(middle - patch.half_length, middle + patch.half_length, patch.friction_factor)
 
 
 def _factor(start: float, end: float, spans: Sequence[Segment]) -> float:
-    """The product of what covers a segment, the same however the patches are listed."""
+    """Product of the factors of the covering patches, independent of their order."""
     return math.prod(sorted(s.factor for s in spans if s.start <= start and end <= s.end))

@@ -25,25 +25,25 @@ from slipgrasp.core.words.warnings import describe_warnings
 
 
 class Simulation(Computation):
-    """One run in progress, advanced piece by piece so that it can be watched and stopped.
+    """A run that advances in chunks, so that it can be watched and stopped.
 
     Attributes:
-        scenario: What is simulated.
+        scenario: Simulated scenario.
         shape: Shape of its trace.
-        outcome: How it ended, None while it goes on.
-        num_released_rows: First rows of the trace that it no longer holds, see `release`.
-        num_released_ticks: First ticks that it no longer holds.
+        outcome: Outcome of the run, None while it is in progress.
+        num_released_rows: Number of initial rows of the trace that were released, see `release`.
+        num_released_ticks: Number of initial ticks that were released.
     """
 
     num_released_rows = num_released_ticks = 0
 
     @classmethod
     def replaying(cls, result: RunResult, *, every_law: bool = False) -> Self:
-        """The run of a recording again, with the recorded answers of its law instead of its code.
+        """Returns a run that uses the recorded commands of its law instead of its code.
 
         Args:
-            result: A run that has its ticks.
-            every_law: Whether the answers of built-in laws are taken too; else those are computed.
+            result: A run with recorded ticks.
+            every_law: Whether commands of built-in laws are also taken from the recording.
         """
         assert result.ticks is not None, "a recording of this format has no ticks"
         simulation = cls.__new__(cls)
@@ -55,21 +55,21 @@ class Simulation(Computation):
         return simulation
 
     def ticks(self) -> Iterator[Tick]:
-        """Steps the run from outside, control tick by control tick.
+        """Steps the run externally, one control tick at a time.
 
-        Each waits for its torque::
+        Each tick waits for its torque::
 
             simulation = Simulation(scenario)
             for tick in simulation.ticks():
                 tick.torque = -0.1 * tick.seen.joint_velocity
             result = simulation.result()
 
-        The law of the scenario is not asked; the run has the law ``outside`` instead.
+        The law of the scenario is not used; the run has the law ``outside`` instead.
 
         Raises:
-            ScenarioError: If control is continuous, which has no ticks.
+            ScenarioError: If control is continuous, so that there are no ticks.
         """
-        assert self._run.begun == 0, "a run is stepped from its beginning"
+        assert self._run.begun == 0, "a run can only be stepped from its start"
         scenario = replace(
             self.scenario, controller=replace(self.scenario.controller, kind=OUTSIDE)
         )
@@ -84,14 +84,14 @@ class Simulation(Computation):
                 own.asked = ANSWERED
 
     def release(self, rows: int, ticks: int) -> None:
-        """Drops the first rows and ticks of the run from memory, as far as blocks of them end.
+        """Releases the first rows and ticks from memory, in whole blocks.
 
-        `result` then has the rest of the trace, at least its last row; the indices of rows and
-        ticks elsewhere still count from the start of the run.
+        `result` then contains the rest of the trace, at least its last row; indices of rows and
+        ticks still count from the start of the run.
 
         Args:
-            rows: How many rows nobody needs here any more.
-            ticks: How many ticks likewise.
+            rows: Number of rows that are no longer needed.
+            ticks: Number of ticks that are no longer needed.
         """
         while len(self._rows) > 1 and self.num_released_rows + len(self._rows[0]) <= rows:
             self.num_released_rows += len(self._rows.pop(0))
@@ -99,8 +99,8 @@ class Simulation(Computation):
             self.num_released_ticks += len(self._ticks.pop(0))
 
     def result(self) -> RunResult:
-        """The run so far, but for what was released; ``stopped`` if it has not ended."""
-        assert self._keeps_trace, "a run that keeps no trace has only a summary"
+        """The run so far, without released parts; ``stopped`` if it has not ended."""
+        assert self._keeps_trace, "a run without a trace has only a summary"
         outcome = self.outcome or Outcome.STOPPED
         return RunResult(
             scenario=self.scenario,
@@ -115,34 +115,34 @@ class Simulation(Computation):
         )
 
     def all_rows(self) -> np.ndarray:
-        """The held trace as rows ``(rows, shape.num_columns)``, see `Trace.to_rows`."""
+        """The retained trace as rows ``(rows, shape.num_columns)``, see `Trace.to_rows`."""
         rows = rows_in(self._outlet, self.shape.num_columns)
         if self._run.tally.rows == 0:
             return start_row(self.shape, self.scenario)
         if self._rows:
             return np.concatenate([*self._rows, rows])
-        # The buffer is written on while the run goes on.
+        # Copied, because the run continues to write to the buffer.
         return rows if self.finished else rows.copy()
 
     @property
     def num_rows(self) -> int:
-        """Rows of the trace so far."""
+        """Number of rows of the trace so far."""
         return self._num_taken_rows + int(self._outlet.num_rows)
 
     @property
     def num_settled_rows(self) -> int:
-        """Rows that never change: while a slip is young, others may yet come between the rest."""
+        """Number of final rows: during a short slip, rows may still be inserted after these."""
         if self.finished:
             return self.num_rows
         return self._num_taken_rows + settled_rows(self._run, self._outlet)
 
     @property
     def _num_taken_rows(self) -> int:
-        """Rows that have left the kernel's buffer."""
+        """Number of rows that have left the kernel's buffer."""
         return self.num_released_rows + sum(map(len, self._rows))
 
     def trace_from(self, row: int) -> Trace:
-        """The settled rows of the trace so far, from one of them on that was not released."""
+        """The final rows of the trace so far, from a row that was not released."""
         return Trace.from_rows(self.shape, self.rows_from(row))
 
     def rows_from(self, row: int) -> np.ndarray:
@@ -161,27 +161,27 @@ class Simulation(Computation):
 
     @property
     def num_ticks(self) -> int:
-        """Control ticks so far; 0 where control is continuous."""
+        """Number of control ticks so far; 0 for continuous control."""
         held = sum(map(len, self._ticks)) + int(self._outlet.num_ticks)
         return self.num_released_ticks + held
 
     def ticks_from(self, tick: int) -> Ticks:
-        """What the law answered so far, from one of the ticks on that was not released."""
+        """The commands of the law so far, from a tick that was not released."""
         last = ticks_in(self._outlet, Ticks.num_columns(self.shape))
         held = np.concatenate([*self._ticks, last])
         return Ticks.from_rows(self.shape, held[tick - self.num_released_ticks :])
 
     def phase_changes_from(self, index: int) -> tuple[PhaseChange, ...]:
-        """The phase changes so far, from one of them on."""
+        """The phase changes so far, from a given index."""
         return tuple(self._changes[index:])
 
     @property
     def provenance(self) -> Provenance:
-        """What computes the run."""
+        """Program, numerics and law that compute the run."""
         return replace(present_provenance(self.scenario.space), law=self._identity)
 
     def summary(self) -> RunSummary:
-        """The run without its trace; ``stopped`` while it goes on."""
+        """The run without its trace; ``stopped`` while it is in progress."""
         outcome = self.outcome or Outcome.STOPPED
         estimates = self._engine.estimates
         return RunSummary(

@@ -1,4 +1,4 @@
-"""Runs scenarios to their ends, and prepares the kernel that does it."""
+"""Runs scenarios to the end, and prepares the kernel."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ def simulate(
     should_stop: Callable[[], bool] | None = None,
     wall_limit: float | None = None,
 ) -> RunResult:
-    """Runs a scenario to its end.
+    """Runs a scenario to the end.
 
     Args:
-        scenario: What to simulate.
-        progress: Called with the simulated share, 0 to 1, after every piece.
-        should_stop: Asked after every piece; True ends the run as ``stopped``.
+        scenario: Scenario to simulate.
+        progress: Called with the simulated fraction, 0 to 1, after every chunk.
+        should_stop: Called after every chunk; True ends the run as ``stopped``.
         wall_limit: Computing time after which the run ends as ``limit`` [s].
 
     Returns:
-        The run; physics never raises, see ``outcome`` and ``reason``.
+        The run; physics never raises exceptions, see ``outcome`` and ``reason``.
 
     Raises:
         ScenarioError: If the scenario cannot be simulated.
@@ -56,9 +56,9 @@ def run_to_end(
     """Advances a simulation until it has ended.
 
     Args:
-        simulation: What to advance.
-        watch: Called after every piece, the last one too; it may end the run.
-        should_stop: Asked after every piece; True ends the run as ``stopped``.
+        simulation: Run to advance.
+        watch: Called after every chunk, including the last; it may end the run.
+        should_stop: Called after every chunk; True ends the run as ``stopped``.
         wall_limit: Computing time after which the run ends as ``limit`` [s].
     """
     clock = AwakeClock()
@@ -74,23 +74,23 @@ def run_to_end(
 
 
 def prepare_kernel(progress: Callable[[float], None] | None = None, space: Space = PLANAR) -> None:
-    """Loads the compiled kernel, compiling it the first time; safe to call from any thread.
+    """Loads the compiled kernel, and compiles it on first use; thread-safe.
 
     Args:
-        progress: Called with the share of the kernel that is ready, 0 to 1.
-        space: The kind of hand; that of planar hands is always loaded.
+        progress: Called with the completed fraction, 0 to 1.
+        space: Kind of hand; the kernel of planar hands is always loaded.
     """
     engine_of(space)
     prepare_units(progress)
 
 
 def kernel_progress() -> float:
-    """Share of the kernel that is loaded or lies compiled on disk, 0 to 1."""
+    """Fraction of the kernel that is loaded or compiled on disk, 0 to 1."""
     return share_ready()
 
 
 def kernel_is_cached(space: Space = PLANAR) -> bool:
-    """Whether no compilation is needed any more; otherwise the next run waits for it.
+    """Whether the kernel is compiled; otherwise the next run waits for it.
 
     Args:
         space: The kind of hand of that run.

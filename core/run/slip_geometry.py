@@ -1,9 +1,9 @@
-"""Where on their faces the fingertips of a spatial hand are, by joint angles and object pose.
+"""Slips of the fingertips of a spatial hand from joint positions and object pose.
 
-The distances that a recording states as slips follow from the pose of the object and the angles of
-the joints (docs/space.md): with tip p, object at x with attitude R, and a contact whose anchor is a
-and whose tangents are t_x and t_y, the slips are t_x, t_y of R^T (p - x) - a; on a
-curved face they are those of the point of its surface.
+The slips in a recording follow from the pose of the object and the joint positions (docs/space.md):
+for tip p, object position x and attitude R, and a contact with anchor a and tangents t_x and t_y,
+the slips are t_x, t_y of R^T (p - x) - a; on a curved face they are those of the nearest point of
+its surface.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ def slips_from_poses(scenario: SpatialScenario, trace: Trace, index: int) -> Flo
     """Slips of one contact along its tangents.
 
     Args:
-        scenario: Of a spatial hand.
+        scenario: Scenario of a spatial hand.
         trace: Samples of its run.
         index: The contact.
 
@@ -47,10 +47,10 @@ def slips_from_poses(scenario: SpatialScenario, trace: Trace, index: int) -> Flo
 
 
 def contact_points(scenario: SpatialScenario, trace: Trace, index: int) -> Floats:
-    """Where the slips of one contact put it: on its plane, or on a round object ``(samples, 3)``.
+    """Recorded slips of a contact, or for a round object its contact points ``(samples, 3)``.
 
     Args:
-        scenario: Of a spatial hand.
+        scenario: Scenario of a spatial hand.
         trace: Samples of its run.
         index: The contact.
 
@@ -70,7 +70,7 @@ def _stated(trace: Trace, index: int) -> Floats:
 
 
 def _tip(finger: SpatialFinger, angles: Floats) -> Floats:
-    """Fingertip of joint positions (yaw and two pitches, or slides), shape ``(samples, 3)`` [m]."""
+    """Fingertip from yaw and two pitches, or positions of slides, shape ``(samples, 3)`` [m]."""
     if finger.kind == "slides":
         return np.array(finger.base) + angles
     if finger.kind == "chain":
@@ -85,7 +85,7 @@ def _tip(finger: SpatialFinger, angles: Floats) -> Floats:
 
 
 def _in_object_frame(pose: Floats, point: Floats) -> Floats:
-    """R^T (p - x), with R of a quaternion (w, x, y, z) of any length."""
+    """R^T (p - x), with R from a quaternion (w, x, y, z) of any length."""
     distance, w, axis = point - pose[:, :3], pose[:, 3:4], pose[:, 4:7]
     across = 2.0 * np.cross(distance, axis)
     size = np.sum(pose[:, 3:7] ** 2, axis=1, keepdims=True)

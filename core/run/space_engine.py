@@ -1,4 +1,4 @@
-"""The kernel of spatial hands; to import it declares its compiled units."""
+"""The kernel of spatial hands; its import registers its compiled units."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class SpatialEngine:
         return pack_model(present, load, self._schedule.surfaces())
 
     def advance(self, model: Record, *, first: bool, same_ticks: bool, max_steps: int) -> int:
-        """Advances the run by one piece; the status of the kernel."""
+        """Advances the run by one chunk; returns the status of the kernel."""
         return kernel.advance_run(
             model,
             self.run,
@@ -47,11 +47,11 @@ class SpatialEngine:
         )
 
     def pass_instant(self) -> list[Change]:
-        """Switches to the next segment; the timed changes that take place."""
+        """Switches to the next segment; returns the timed changes at its start."""
         return self._schedule.pass_instant(*self._slips())
 
     def cross_edge(self, contact: int) -> bool:
-        """Switches to where a fingertip is beyond a rim; False if the face ends there."""
+        """Switches to the segment beyond an edge at a fingertip; False if the face ends."""
         return self._schedule.cross_edge(contact, *self._slips())
 
     @property
@@ -60,11 +60,11 @@ class SpatialEngine:
         return self.run.discrete.estimates[: len(self.timetable.present.estimates)]
 
     def last_row(self, model: Record) -> Floats:
-        """The last row of a run that keeps none, ``(1, num_columns)``."""
+        """The last row of a run without a trace, ``(1, num_columns)``."""
         return last_row(model, self.run)
 
     def _slips(self) -> tuple[list[Point], list[Point]]:
-        """Slip of every fingertip and its velocity [m, m/s]."""
+        """Slip [m] and slip velocity [m/s] of every fingertip."""
         state = parts_of(self.run.step.start, len(self.timetable.present.fingers))
         return _points(state.slip), _points(state.slip_velocity)
 

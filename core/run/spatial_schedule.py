@@ -1,4 +1,4 @@
-"""What holds when in space, where fingertips may slide over the rims of round patches."""
+"""Schedules of spatial hands, whose fingertips may cross the edges of round patches."""
 
 from __future__ import annotations
 
@@ -16,41 +16,41 @@ INSIDE, OUTSIDE = 1.0, -1.0
 
 
 class SpatialSchedule(Timetable[SpatialScenario]):
-    """The segments of a run of a spatial hand: one also ends where a fingertip reaches a rim."""
+    """The segments of a run of a spatial hand; one also ends when a fingertip reaches an edge."""
 
     def __init__(self, scenario: SpatialScenario) -> None:
         super().__init__(scenario)
         rest = ((0.0, 0.0),) * len(scenario.fingers)
-        # Per finger the side of each patch on its face, by the patch's place in the scenario.
+        # For each finger, its side of each patch on its face, by the index of the patch.
         self._sides: list[dict[int, float]] = [{} for _ in rest]
         self._lay_patches(rest, rest)
 
     def surfaces(self) -> list[Surface]:
-        """Where each fingertip is during the present segment."""
+        """Friction factors of the fingertips during the present segment."""
         return [self._surface(i, sides) for i, sides in enumerate(self._sides)]
 
     def pass_instant(self, slips: Sequence[Point], velocities: Sequence[Point]) -> list[Change]:
-        """Switches to the segment that begins where the present one ends.
+        """Switches to the next segment.
 
         Args:
-            slips: Where the fingertips are [m].
+            slips: Slips of the fingertips [m].
             velocities: Their slip velocities [m/s].
 
         Returns:
-            The timed changes that take place.
+            The timed changes at its start.
         """
         due = self.end_stretch()
         self._lay_patches(slips, velocities)
         return due
 
     def cross_edge(self, contact: int, slips: Sequence[Point], velocities: Sequence[Point]) -> bool:
-        """Switches to the segment in which a fingertip is on the other side of a rim.
+        """Switches to the segment in which a fingertip has crossed a patch edge.
 
-        All that slide over a rim at this instant do so together.
+        All fingertips that cross an edge at this instant are included.
 
         Args:
-            contact: Which has come to an edge.
-            slips: Where the fingertips are [m].
+            contact: Contact at an edge.
+            slips: Slips of the fingertips [m].
             velocities: Their slip velocities [m/s].
 
         Returns:
@@ -69,7 +69,7 @@ class SpatialSchedule(Timetable[SpatialScenario]):
         return True
 
     def _lay_patches(self, slips: Sequence[Point], velocities: Sequence[Point]) -> None:
-        """Finds on which side of each patch that has come fingertips are; forgets the others."""
+        """Determines the side of each fingertip for new patches; removes old patches."""
         for i, finger in enumerate(self.present.fingers):
             before = self._sides[i]
             self._sides[i] = {
@@ -82,11 +82,11 @@ class SpatialSchedule(Timetable[SpatialScenario]):
         patches = self.present.patches
         inside = [patches[k].friction_factor for k, side in sides.items() if side == INSIDE]
         rims = (Rim(self._centre(i, k), patches[k].radius, side) for k, side in sides.items())
-        # The same however the patches are listed.
+        # Independent of the order of the patches.
         return Surface(math.prod(sorted(inside)), tuple(rims))
 
     def _centre(self, i: int, k: int) -> Point:
-        """Middle of a patch in the slips of a fingertip on its face [m]."""
+        """Centre of a patch in slip coordinates of a fingertip on its face [m]."""
         (x, y), (own_x, own_y) = (
             self.present.patches[k].centre,
             self.present.fingers[i].contact_offset,
@@ -94,7 +94,7 @@ class SpatialSchedule(Timetable[SpatialScenario]):
         return x - own_x, y - own_y
 
     def _depth(self, i: int, k: int, slip: Point) -> float:
-        """How far a fingertip is inside a patch [m]; negative outside."""
+        """Distance of a fingertip from the edge of a patch, positive inside [m]."""
         x, y = self._from_centre(i, k, slip)
         return self.present.patches[k].radius - math.sqrt(x * x + y * y)
 
@@ -103,9 +103,9 @@ class SpatialSchedule(Timetable[SpatialScenario]):
         return slip[0] - x, slip[1] - y
 
     def _side(self, i: int, k: int, slip: Point, velocity: Point) -> float:
-        """The side of a patch on which a fingertip is, or slides onto.
+        """The side of a patch that a fingertip is on, or slides onto.
 
-        At rest on its rim it has the smaller of both frictions.
+        At rest on the edge, the smaller friction applies.
         """
         depth = self._depth(i, k, slip)
         if abs(depth) > EDGE_WIDTH:
@@ -117,6 +117,6 @@ class SpatialSchedule(Timetable[SpatialScenario]):
         return INSIDE if self.present.patches[k].friction_factor < 1.0 else OUTSIDE
 
     def _to_edge(self, i: int, slip: Point) -> float:
-        """Distance of a fingertip to the nearest edge of its face [m]."""
+        """Distance of a fingertip from the nearest edge of its face [m]."""
         scenario = self.present
         return distance_inside(spatial_contact(scenario.object, scenario.fingers[i]).outline, slip)

@@ -1,4 +1,4 @@
-"""A spatial hand at a state, for what the paper's theorems say of it."""
+"""State of a spatial hand for evaluating the paper's theorems."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ Floats = NDArray[np.float64]
 
 
 class SpatialTheoremHand(TheoremHand):
-    """A spatial hand: 6 + 2n coordinates, the attitude by the rotation vector of its error."""
+    """A spatial hand: 6 + 2n coordinates, with the attitude error as rotation vector."""
 
     def __init__(self, scenario: SpatialScenario) -> None:
         self._n, self._p = len(scenario.fingers), len(scenario.estimates)
@@ -38,7 +38,7 @@ class SpatialTheoremHand(TheoremHand):
         self._state, self._senses = make_record(STATE), make_record(SENSES)
 
     def desired_poses(self, trace: Trace) -> Floats:
-        """Where the object was wanted, ``(rows, 7)`` [m, and a unit quaternion w, x, y, z]."""
+        """Desired poses of the object, ``(rows, 7)`` [m, and a unit quaternion w, x, y, z]."""
         poses = trace.object_pose.copy()
         poses[:, :3] += trace.tracking_error[:, :3]
         poses[:, 3:] = _turned(poses[:, 3:], trace.tracking_error[:, 3:])
@@ -56,7 +56,7 @@ class SpatialTheoremHand(TheoremHand):
             np.searchsorted(self._model.motion.breaks, trace.times[k], side="right")
         )
         self._set_phases(trace, k)
-        # The theorems suppose that all is measured as it is.
+        # The theorems assume perfect measurements.
         senses, discrete.beliefs[:n] = self._senses, discrete.phases[:n]
         senses.measured.x[:] = self._state.x
         senses.slips[:n] = discrete.slips[:n]
@@ -78,7 +78,7 @@ class SpatialTheoremHand(TheoremHand):
         return self._work.room
 
     def _accelerated(self, forces: Floats) -> Floats:
-        """In the coordinates of the law, whose M~ is M~ blkdiag(I, A, I)."""
+        """Transforms M~ to the coordinates of the law: blkdiag(I, A, I)^T M~ blkdiag(I, A, I)."""
         work = self._work
         believed = self._inertia(work.believed_dynamics, work.believed, work.believed_system)
         found = np.zeros(self._size)
@@ -96,7 +96,7 @@ class SpatialTheoremHand(TheoremHand):
         return found
 
     def _set_phases(self, trace: Trace, k: int) -> None:
-        """The phases of a row, with the direction of every slip: against its friction."""
+        """The phases of a row, with the direction of every slip from its friction."""
         n, discrete, phases = self._n, self._discrete, trace.phase[k]
         along = trace.tangential_force[k].reshape(n, 2)
         sizes = np.linalg.norm(along, axis=1, keepdims=True)
@@ -136,12 +136,12 @@ def _symmetric(entries: Floats) -> Floats:
 
 
 def _cross(v: Floats) -> Floats:
-    """S(v), by which S(v) w = v x w."""
+    """The skew-symmetric matrix S(v): S(v) w = v x w."""
     return np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
 
 
 def _turned(quaternions: Floats, turns: Floats) -> Floats:
-    """Unit quaternions ``(rows, 4)`` turned further by rotation vectors ``(rows, 3)`` [rad]."""
+    """Rotates unit quaternions ``(rows, 4)`` by rotation vectors ``(rows, 3)`` [rad]."""
     angles = np.linalg.norm(turns, axis=1, keepdims=True)
     w, v = np.cos(0.5 * angles), 0.5 * np.sinc(0.5 * angles / np.pi) * turns
     w0, v0 = quaternions[:, :1], quaternions[:, 1:]

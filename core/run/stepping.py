@@ -1,4 +1,4 @@
-"""One tick of a run that is stepped from outside, tick by tick."""
+"""A control tick of an externally stepped run."""
 
 from __future__ import annotations
 
@@ -14,30 +14,30 @@ class Tick:
     """A control tick that waits for its torque.
 
     Attributes:
-        seen: What a law would see (docs/laws.md).
+        seen: Inputs of a law (docs/laws.md).
     """
 
     def __init__(self, own: Any, shape: Shape) -> None:
-        """Begins before the first tick.
+        """Creates the object before the first tick.
 
         Args:
-            own: The law's part of the run in the kernel.
-            shape: How many fingers there are, and how many estimates.
+            own: Record of the law in the kernel.
+            shape: Numbers of fingers and estimates.
         """
         law = custom_law(OUTSIDE)
-        assert law is not None, "the law from outside is always known"
+        assert law is not None, "the law 'outside' is always registered"
         self._look: Callable[[], Any] = seer(law, own, shape)
         self._out = answer_views((), own, shape)
         self.seen: Any = None
 
     def arrive(self) -> Tick:
-        """The same object at the tick that waits now."""
+        """Moves the object to the present tick."""
         self.seen = self._look()
         return self
 
     @property
     def torque(self) -> Floats:
-        """Torque ``(n, 2)``, in space ``(n, 3)``; where it is not set, that before [N m]."""
+        """Torque ``(n, 2)``, spatial ``(n, 3)`` [N m]; by default the previous one."""
         return self._out.torque
 
     @torque.setter
@@ -46,7 +46,7 @@ class Tick:
 
     @property
     def estimates(self) -> Floats:
-        """The estimates from now on, ``(p,)``; unless they are set as they were [SI]."""
+        """Estimates ``(p,)`` [SI]; by default the previous ones."""
         return self._out.estimates
 
     @estimates.setter

@@ -1,4 +1,4 @@
-"""A hand whose states the kernel evaluates again, for what the paper's theorems say of them."""
+"""States of a hand, evaluated again by the kernel for the paper's theorems."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ Floats = NDArray[np.float64]
 
 
 class TheoremHand(ABC):
-    """What the theorems need of a hand at a state; what has no K_p is in xi with its rate alone.
+    """Quantities of the theorems at a state; xi contains only the rate of coordinates without K_p.
 
     Args:
         law: The kernel's constants of the law.
-        size: How many coordinates the reduced form has.
-        controller: What they were packed from.
-        num_unknowns: How many estimates there are.
+        size: Number of coordinates of the reduced form.
+        controller: Parameters of the controller.
+        num_unknowns: Number of estimates.
 
     Attributes:
         adaptation_gains: Diagonal of Gamma.
@@ -50,7 +50,7 @@ class TheoremHand(ABC):
 
     @abstractmethod
     def desired_poses(self, trace: Trace) -> Floats:
-        """Where the object was wanted, row by row."""
+        """Desired poses of the object, by row."""
 
     @abstractmethod
     def evaluate_row(self, result: RunResult, k: int) -> None:
@@ -62,7 +62,7 @@ class TheoremHand(ABC):
 
     @abstractmethod
     def _workspace(self) -> Record:
-        """Where the law has left e and e'."""
+        """The e and e' that the law has computed."""
 
     @abstractmethod
     def _accelerated(self, forces: Floats) -> Floats:
@@ -70,7 +70,7 @@ class TheoremHand(ABC):
 
     @abstractmethod
     def _unmodelled(self, result: RunResult, k: int) -> Floats:
-        """tau_d of Eq. 33: the effect of the friction that the estimate misses."""
+        """tau_d of Eq. 33: effect of the error of the estimated friction."""
 
     def errors(self) -> Floats:
         """Xi of the evaluated state (Eq. 41), ``(x,)``."""
@@ -102,7 +102,7 @@ class PlanarTheoremHand(TheoremHand):
         self._state = make_record(STATE)
 
     def desired_poses(self, trace: Trace) -> Floats:
-        """Where the object was wanted, ``(rows, 3)`` [m, m, rad]."""
+        """Desired poses of the object, ``(rows, 3)`` [m, m, rad]."""
         return trace.object_pose + trace.tracking_error
 
     def evaluate_row(self, result: RunResult, k: int) -> None:

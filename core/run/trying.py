@@ -1,7 +1,7 @@
-"""Hints that were tried: each option in a separate run; only options that help are reported.
+"""Trials of hints: each option in a separate run; only successful options are reported.
 
-Nothing here reads a clock: how much is tried is counted in runs and in pieces of computing, so
-that the same run gives the same hints; a caller who has no more patience cuts the rest off.
+The budget counts runs and chunks of computation, not time, so that the same run gives the same
+hints; impatient callers can stop the trials.
 """
 
 from __future__ import annotations
@@ -31,13 +31,13 @@ Simulate = Callable[[Scenario, Stop], AnyRun]
 Follow = Callable[[Option], Scenario]
 
 _BETTER = 0.8
-"""Share of a slip or an error to which it must fall to be called less."""
+"""Fraction below which a slip or an error counts as reduced."""
 _SAME = 1.05
-"""Share of a slip or an error up to which it has not grown."""
+"""Fraction up to which a slip or an error counts as unchanged."""
 _SLIP, _OFFSET, _ANGLE = 1e-4, 1e-3, 1e-2
-"""Slip, distance and angle below these are as good as none [m, m, rad]."""
+"""Slips, distances and angles below these count as zero [m, m, rad]."""
 _NOISE = 1e-6
-"""Slip and distance between which no hint is preferred to another [m]."""
+"""Difference of slip and distance below which no option is preferred [m]."""
 _LEAST_DURATION = 0.5
 """Shortest run that shows whether its object is held [s]."""
 _FORCE = 1.5
@@ -46,13 +46,13 @@ _FORCE = 1.5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Budget:
-    """How much may be tried.
+    """Budget of trials.
 
     Attributes:
-        runs: Options at most.
-        pieces: Pieces of at most 1000 steps, in all runs together.
-        pieces_per_run: The same of one run; what takes longer is not tried.
-        enough: Options that help, after which no more are tried.
+        runs: Largest number of options.
+        pieces: Largest number of chunks of at most 1000 steps, in all runs together.
+        pieces_per_run: The same for one run; longer runs are abandoned.
+        enough: Number of successful options after which trials end.
     """
 
     runs: int = 14
@@ -63,11 +63,11 @@ class Budget:
 
 @dataclass(frozen=True, slots=True)
 class TriedOption:
-    """An option that helps.
+    """A successful option.
 
     Attributes:
         option: What to set.
-        effect: What that changes, as a part of a sentence: ``held instead of lost at 0.31 s``.
+        effect: Its effect, as a clause: ``held instead of lost at 0.31 s``.
     """
 
     option: Option
@@ -76,12 +76,12 @@ class TriedOption:
 
 @dataclass(frozen=True, slots=True)
 class TriedHint:
-    """What came of trying a hint.
+    """The result of trying a hint.
 
     Attributes:
         hint: The hint.
-        helpful: The options that help, the best first.
-        count: How many were tried to their ends.
+        helpful: The successful options, the best first.
+        count: Number of completed trials.
     """
 
     hint: Hint
@@ -89,7 +89,7 @@ class TriedHint:
     count: int = 0
 
     def __str__(self) -> str:
-        """The hint as a sentence without its capital letter and full stop."""
+        """The hint as a sentence without capital letter and full stop."""
         if not self.count:
             return str(self.hint)
         options = [f"{each.option.words} ({each.effect})" for each in self.helpful]
@@ -98,7 +98,7 @@ class TriedHint:
 
     @property
     def failure(self) -> str:
-        """That nothing tried helps, as a part of a sentence; else empty."""
+        """A clause if no option helps; else empty."""
         if self.helpful or not self.count:
             return ""
         changes = f"none of {self.count} changes" if self.count > 1 else "the one change"
@@ -107,16 +107,16 @@ class TriedHint:
 
 _FAILED = {
     Goal.HOLD: "holds the object",
-    Goal.LESS_SLIP: "lessens the slip without a loss elsewhere",
-    Goal.NEARER: "brings the object nearer to its target without a loss elsewhere",
+    Goal.LESS_SLIP: "reduces the slip without other disadvantages",
+    Goal.NEARER: "brings the object nearer to its target without other disadvantages",
 }
 
 
 def follow(scenario: Scenario, option: Option) -> Scenario:
-    """The scenario in which an option is followed, on the whole run.
+    """Returns the scenario with an option applied to the whole run.
 
     Raises:
-        ScenarioError: If the scenario does not allow it.
+        ScenarioError: If the scenario does not allow the option.
     """
     values = {key: value for key, value in option.values.items() if key != LAW}
     if LAW in option.values:
@@ -134,17 +134,17 @@ def try_hint(
     simulate: Simulate | None = None,
     should_stop: Stop = lambda: False,
 ) -> TriedHint:
-    """Tries the options of a hint one after the other, and ranks those that help.
+    """Tries the options of a hint one after the other, and ranks the successful ones.
 
-    Options that would run a custom law again, which may do anything, are not tried.
+    Options that would run a custom law are not tried, because such a law may have side effects.
 
     Args:
-        before: The run that the hint is about.
-        hint: What may help.
-        budget: How much may be tried.
-        follow_option: Gives the scenario in which an option is followed.
-        simulate: Gives the run of a scenario, ``stopped`` if it was asked to.
-        should_stop: Asked after every piece whether nobody wants to know any more.
+        before: The run of the hint.
+        hint: The hint.
+        budget: Budget of trials.
+        follow_option: Returns the scenario with an option applied.
+        simulate: Returns the run of a scenario, ``stopped`` on request.
+        should_stop: Called after every chunk; True ends the trials.
     """
     found: list[_Found] = []
     count, meter = 0, _Meter(budget, should_stop)
@@ -165,23 +165,23 @@ def try_hint(
 
 
 def _without_more(found: list[_Found]) -> list[_Found]:
-    """What helps, without options that set more than another one that helps alone."""
+    """Successful options, without those that extend another successful one."""
     return [each for each in found if not _adds(each[1].option, found)]
 
 
 def _adds(option: Option, found: list[_Found]) -> bool:
-    """Whether an option sets all that another one sets that helps, and more."""
+    """Whether an option includes everything that another successful option sets."""
     values = option.values.items()
     return any(tried.option.values.items() < values for _, tried in found)
 
 
 class Judgement(NamedTuple):
-    """Whether a run is better than another for some goal.
+    """Whether a run is better than another with respect to a goal.
 
     Attributes:
-        helps: Whether it is.
-        cost: The less of that the better.
-        effect: What is different, as a part of a sentence.
+        helps: Whether it is better.
+        cost: Value for ranking; smaller is better.
+        effect: The difference as a clause.
     """
 
     helps: bool
@@ -190,10 +190,10 @@ class Judgement(NamedTuple):
 
 
 def judge(before: AnyRun, after: AnyRun, goal: Goal) -> Judgement:
-    """Compares the run in which an option is followed with the one before.
+    """Compares a run with an option applied to the run before.
 
-    A lost object is to be held. Of a held one the slip, or its distance from where it was
-    wanted, is to fall by a fifth, while it stays held and neither the other nor its angle grows.
+    A lost object should be held. For a held object, the slip or its distance from its target should
+    decrease by a fifth, while it stays held and neither the other nor its angle grows.
     """
     old, new = _measure(before), _measure(after)
     effect = _effect(old, new)
@@ -215,7 +215,7 @@ _Found = tuple[Judgement, TriedOption]
 
 
 class _Measures(NamedTuple):
-    """What runs are compared by: slip and distance [m], angle [rad], normal force [N]."""
+    """Quantities for comparing runs: slip and distance [m], angle [rad], normal force [N]."""
 
     held: bool
     slip: float
@@ -237,7 +237,7 @@ def _measure(run: AnyRun) -> _Measures:
 
 
 def _effect(old: _Measures, new: _Measures) -> str:
-    """What is less of a held object, and how much more force it takes, in words."""
+    """Describes the reductions for a held object, and the increase of the force."""
     told = []
     if new.slip <= _BETTER * old.slip and old.slip >= _NOISE:
         told.append(f"slip {length_words(new.slip)} instead of {length_words(old.slip)}")
@@ -249,18 +249,18 @@ def _effect(old: _Measures, new: _Measures) -> str:
 
 
 def _prices(old: _Measures, new: _Measures) -> Iterator[str]:
-    """What holding an object costs that was not held before, in words."""
+    """Describes the slip and forces with which a previously lost object is held."""
     if new.slip >= _OFFSET:
         yield f"slip {length_words(new.slip)}"
     if new.offset >= _OFFSET:
         yield f"{length_words(new.offset)} off"
-    # A lost object may have been lost before it was pressed at all.
+    # A lost object may have been lost before it was grasped firmly.
     if new.force >= _FORCE * old.force:
         yield f"normal force up to {new.force:.3g} N"
 
 
 def _ending(run: AnyRun) -> str:
-    """How a run that did not hold its object ended, as a part of a sentence."""
+    """Describes the end of a run that did not hold its object, as a clause."""
     if run.outcome is Outcome.COMPLETED:
         return "still slipping" if run.metrics.slipping_at_end else "not yet at rest"
     lost = run.outcome in (Outcome.SEPARATED, Outcome.LEFT_FACE)
@@ -270,7 +270,7 @@ def _ending(run: AnyRun) -> str:
 def _runnable(
     before: Scenario, hint: Hint, follow_option: Follow | None
 ) -> Iterator[tuple[Option, Scenario]]:
-    """The options that can be tried, each with its scenario; no run that is too short."""
+    """Options that can be tried, each with its scenario; none if the run is too short."""
     known = [before]
     for option in hint.trials:
         try:
@@ -289,11 +289,11 @@ def _runs_custom_law(scenario: Scenario) -> bool:
 
 
 class _Meter:
-    """Counts the pieces of computing that trials take.
+    """Counts the chunks of computation of trials.
 
     Args:
-        budget: How many there may be.
-        should_stop: Asked after every piece.
+        budget: Budget of trials.
+        should_stop: Called after every chunk.
     """
 
     def __init__(self, budget: Budget, should_stop: Stop) -> None:
@@ -303,11 +303,11 @@ class _Meter:
 
     @property
     def is_over(self) -> bool:
-        """Whether nothing more is to be tried."""
+        """Whether the trials should end."""
         return self._is_stopped or self._pieces >= self._budget.pieces or self._should_stop()
 
     def begin(self) -> Stop:
-        """What one more run asks after every piece."""
+        """Stop condition of one more run, checked after every chunk."""
         last = min(self._pieces + self._budget.pieces_per_run, self._budget.pieces)
 
         def should_stop() -> bool:

@@ -1,6 +1,6 @@
-"""The outcome of a run in words: held or not, why, which contacts slipped, grip force, hints.
+"""Outcome of a run as text: held or not, cause, slipping contacts, grip force, hints.
 
-The command line, the figures and the dashboard use the same words.
+The command line, the figures and the dashboard use the same text.
 """
 
 from __future__ import annotations
@@ -56,21 +56,21 @@ _LEAST_FORCE = 1e-3
 _ROUNDING = 1e-6
 _NO_WAY = 1e-15  # [m]
 _MOST = 0.5
-_SWITCHINGS = 100  # of one contact, in a run and in a second of it
+_SWITCHINGS = 100  # of one contact, per run and per second
 _WATCHED = 0.2  # [s]
 _LITTLE_SLIP = 1e-4  # [m]
 
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """The outcome of a run in words.
+    """Outcome of a run as text.
 
     Attributes:
         tone: ``good``: held, with little slip and near its target; ``bad``: ended early;
-            ``warning``: anything between.
-        headline: The outcome in a few words.
-        sentences: What happened.
-        hint: What to try next.
+            ``warning``: anything else.
+        headline: Short form of the outcome.
+        sentences: Description.
+        hint: Suggestion.
     """
 
     tone: Tone
@@ -85,7 +85,7 @@ class Verdict:
 
 
 def describe_run(result: RunResult) -> Verdict:
-    """Describes in words how a run ended, which contacts slipped, and what to try."""
+    """Describes how a run ended, which contacts slipped, and what to try."""
     reason, found = result.reason, _find_overestimates(result)
     cause = [sentence(_describe_reason(result, reason))] if reason and reason.message else []
     estimates = map(_describe_estimate, found[:1]) if found else _describe_other_estimate(result)
@@ -102,14 +102,14 @@ def describe_run(result: RunResult) -> Verdict:
 
 
 def _describe_reason(result: RunResult, reason: Reason) -> str:
-    """Why a run ended early, and what of its delays and its law may have had part in that."""
+    """The reason of an early end, with possible causes in delays and the law."""
     present = scenario_at(result.scenario, result.end_time)
     more = describe_circumstances(reason, result.scenario, present, result.trace[-1:])
     return "; ".join([reason.message, *more])
 
 
 def headline_of(run: RunResult | RunSummary) -> str:
-    """How a run went, in a few words."""
+    """The outcome in a few words."""
     metrics = run.metrics
     if run.outcome is not Outcome.COMPLETED:
         return headline_of_end(run.outcome, run.reason.code if run.reason else "")
@@ -126,25 +126,25 @@ def headline_of(run: RunResult | RunSummary) -> str:
 
 
 def headline_of_end(outcome: Outcome, code: str) -> str:
-    """How a run went that ended early, in a few words.
+    """The outcome of a run that ended early, in a few words.
 
     Args:
         outcome: Its outcome.
-        code: Code of its reason; empty if it has none.
+        code: Code of its reason; empty if there is none.
     """
     return _ENDED_BY.get(code, _ENDED_EARLY[outcome])
 
 
 def title_of(run: RunResult | RunSummary) -> str:
-    """What stands over a run: its `scenario_title`, if the run came to the end that this tells."""
+    """The title above a run: its `scenario_title`, if the run ended as the title says."""
     is_preset = run.scenario.title in _presets_by_title()
     return scenario_title(run.scenario) if run.outcome is Outcome.COMPLETED or not is_preset else ""
 
 
 def scenario_title(scenario: Scenario) -> str:
-    """The title of a scenario; empty where it is that of a preset from which it differs.
+    """The title of a scenario; empty if it is that of a preset from which the scenario differs.
 
-    The title of a preset says how the preset goes: nothing else may be called by it.
+    The title of a preset describes its outcome, which modified scenarios may not have.
     """
     return scenario.title if _presets_by_title().get(scenario.title, scenario) == scenario else ""
 
@@ -162,7 +162,7 @@ def _tone(result: RunResult) -> Tone:
 
 
 def _describe_slips(result: RunResult) -> str:
-    """Who slipped how far, and until when; else how near it came to that."""
+    """Slip distances and times of the contacts; without slip, the smallest margin."""
     names, paths = result.scenario.finger_names, result.metrics.slip_path
     slipped = [i for i, path in enumerate(paths) if path > 0.0]
     if not slipped:
@@ -175,17 +175,17 @@ def _describe_slips(result: RunResult) -> str:
 
 
 def _describe_pyramid(result: RunResult) -> Iterator[str]:
-    """What a run with the paper's friction does not show."""
+    """Limitation of a run with the paper's friction."""
     if result.scenario.friction_cone == "pyramid":
         yield (
             "Friction is the paper's pyramid: a fingertip that slips along one tangent of its face "
-            "still sticks along the other, which hides how far it would drift aside on the cone, "
-            "Coulomb's law, and whether the object would still be held."
+            "still sticks along the other. This hides how far it would drift aside on the cone "
+            "(Coulomb's law), and whether the object would still be held."
         )
 
 
 def _describe_switching(result: RunResult) -> Iterator[str]:
-    """That contacts switch between stick and slip all the time, and why if that is known."""
+    """Frequent switching between stick and slip, with the cause if known."""
     count, contacts = result.metrics.phase_change_count, len(result.scenario.fingers)
     if count < _SWITCHINGS * contacts or count < _SWITCHINGS * contacts * result.end_time:
         return
@@ -202,7 +202,7 @@ def _describe_switching(result: RunResult) -> Iterator[str]:
 
 
 def _describe_lasting_error(result: RunResult) -> Iterator[str]:
-    """How far a held object stays from its target, unless the headline says it."""
+    """Distance of a held object from its target, unless the headline contains it."""
     if not result.metrics.held:
         return
     trace = result.trace
@@ -212,12 +212,12 @@ def _describe_lasting_error(result: RunResult) -> Iterator[str]:
         earlier = trace.tracking_error[np.searchsorted(trace.times, result.end_time - _WATCHED)]
         words = describe_lasting_error(final, earlier.tolist())
         yield from [
-            f"At the end the object is {words} from its target, and does not come nearer."
+            f"At the end the object is {words} from its target, and no longer approaches it."
         ] * bool(words)
 
 
 def _fingertips(names: Sequence[str], total: int) -> str:
-    """Some of the fingertips, as the subject of a sentence."""
+    """Names of some of the fingertips, as the subject of a sentence."""
     if len(names) == 1:
         return f"The {names[0]} fingertip"
     if len(names) == total:
@@ -233,7 +233,7 @@ def _describe_end_of_slip(result: RunResult) -> str:
 
 
 def _describe_least_margin(result: RunResult) -> str:
-    """How much more tangential force would have made a fingertip slip, where and when."""
+    """Smallest additional tangential force that would have caused slip, with contact and time."""
     margins = [
         (margin, contact)
         for contact, margin in enumerate(result.metrics.minimum_friction_margin)
@@ -243,10 +243,10 @@ def _describe_least_margin(result: RunResult) -> str:
         return ""
     least, contact = min(margins)
     if least < 0.0:
-        # Only where the run ended because no phase was right.
+        # Only if the run ended because no phase was consistent.
         return ""
     trace = result.trace
-    # In the first row the forces of the first control update do not act yet.
+    # In the first row, the first command has no effect yet.
     row = 1 + int(np.argmin(trace.friction_margin[1:, contact]))
     where = result.scenario.finger_names[contact]
     when = milliseconds(float(trace.times[row]))
@@ -254,15 +254,15 @@ def _describe_least_margin(result: RunResult) -> str:
 
 
 class _Overestimate(NamedTuple):
-    """An estimate of friction that was too large when a fingertip began to slip.
+    """An estimate of friction that was too large at the onset of slip.
 
     Attributes:
-        finger: What the finger is called.
-        share: Part of all its slip that it slid before it stuck again, 0 to 1.
+        finger: Name of the finger.
+        share: Fraction of its total slip until it stuck again, 0 to 1.
         estimate: Index of the estimate.
-        time: When the slip began [s].
+        time: Onset of the slip [s].
         estimated: The friction that the controller estimated.
-        true: The friction there was.
+        true: True friction.
     """
 
     finger: str
@@ -274,13 +274,13 @@ class _Overestimate(NamedTuple):
 
 
 def _find_overestimates(result: RunResult) -> list[_Overestimate]:
-    """First slips that began because the law trusted in friction that was not there, in order."""
+    """First slips that were caused by an overestimated friction, in order."""
     onsets = (_overestimate_at_onset(result, k) for k in range(len(result.scenario.estimates)))
     return sorted((found for found in onsets if found), key=lambda found: found.time)
 
 
 def _overestimate_at_onset(result: RunResult, index: int) -> _Overestimate | None:
-    """What an estimate of friction was when its contact first slipped, if that was too much."""
+    """The overestimate of friction at the first slip of a contact, if any."""
     scenario, trace = result.scenario, result.trace
     keys = [f"fingers.{i}.friction" for i in range(len(scenario.fingers))]
     key = scenario.estimates[index].parameter
@@ -305,7 +305,7 @@ def _overestimate_at_onset(result: RunResult, index: int) -> _Overestimate | Non
 
 
 def _share_of_first_slip(trace: Trace, contact: int, row: int) -> float:
-    """The part of all its slip that a fingertip slides from a row on until it sticks."""
+    """Fraction of its total slip that a fingertip slides from a row until it sticks."""
     ways = np.diff(trace.slid_way[:, contact])
     rests = np.flatnonzero(trace.phase[row:, contact] == ContactPhase.STICK)
     first = ways[: row + int(rests[0])] if len(rests) else ways
@@ -313,13 +313,13 @@ def _share_of_first_slip(trace: Trace, contact: int, row: int) -> float:
 
 
 def _static_over_kinetic(finger: FingerParameters | SpatialFinger) -> float:
-    """How many times more friction a contact has in stick, the same on a patch."""
+    """Ratio of static to sliding friction of a contact, which patches do not change."""
     static = finger.static_friction
     return static / finger.friction if static is not None and finger.friction > 0.0 else 1.0
 
 
 def _describe_estimate(found: _Overestimate) -> str:
-    """The estimate of friction when too small a grip force let a fingertip slip."""
+    """Reports the estimate of friction that led to a too small grip force and slip."""
     if found.time == 0.0:
         return (
             f"The controller first estimated the friction as {found.estimated:.3g}; it is "
@@ -333,9 +333,9 @@ def _describe_estimate(found: _Overestimate) -> str:
 
 
 def _describe_other_estimate(result: RunResult) -> Iterator[str]:
-    """The worst other estimate, if a fingertip slipped from the start on.
+    """Reports the worst other estimate, if a fingertip slipped from the start.
 
-    An end before time comes with its cause.
+    Early ends already have a cause.
     """
     trace = result.trace
     if result.reason is None and trace.phase[trace.times == 0.0].any():
@@ -344,7 +344,7 @@ def _describe_other_estimate(result: RunResult) -> Iterator[str]:
 
 
 def _describe_grip_force(result: RunResult) -> Iterator[str]:
-    """How hard the contact nearest to slip presses at the end, against the least that holds."""
+    """Final normal force of the contact closest to slip, and the smallest sufficient force."""
     trace = result.trace
     friction, normal = trace.friction_coefficient[-1], trace.normal_force[-1]
     tangential = trace[-1:].tangential_size[0]
@@ -352,7 +352,7 @@ def _describe_grip_force(result: RunResult) -> Iterator[str]:
     if result.outcome is not Outcome.COMPLETED or not sticks or tangential.max() < _LEAST_FORCE:
         return
     if result.scenario.has_soft_fingers:
-        # The moment about the normal takes its share of the friction.
+        # The moment about the normal uses part of the friction.
         tangential = friction * normal - trace.friction_margin[-1]
     needed = tangential / np.where(friction > 0.0, friction, 1.0)
     i = int(np.argmin(normal - needed))
@@ -365,13 +365,13 @@ def _describe_grip_force(result: RunResult) -> Iterator[str]:
 
 
 def _distinguished(one: float, other: float) -> tuple[str, str]:
-    """Two forces with as many decimals as distinguish them, at most three."""
+    """Formats two forces with as many decimals as distinguish them, at most three."""
     pairs = [(f"{one:.{digits}f}", f"{other:.{digits}f}") for digits in (1, 2, 3)]
     return next((pair for pair in pairs if pair[0] != pair[1]), pairs[-1])
 
 
 def _suggest(result: RunResult, found: Sequence[_Overestimate]) -> Hint:
-    """What to try after a run, from what happened."""
+    """Suggestions after a run."""
     present, metrics = scenario_at(result.scenario, result.end_time), result.metrics
     last = result.trace[-1:]
     if result.reason is not None:
@@ -390,25 +390,25 @@ def _suggest(result: RunResult, found: Sequence[_Overestimate]) -> Hint:
 
 
 def _is_off(result: RunResult) -> bool:
-    """Whether the words about a held object say that it is not at its target."""
+    """Whether the text about a held object says that it is not at its target."""
     body = scenario_at(result.scenario, result.end_time).object
     far = is_far_off(body, result.metrics.final_tracking_error)
     return far or any(True for _ in _describe_lasting_error(result))
 
 
 def _ask_for_the_margin(scenario: Scenario) -> Hint:
-    """Of what is held as it should be, the question that is left: how far it is from a loss."""
+    """Suggests measuring the margin of a well-held object."""
     friction = max(finger.friction for finger in scenario.fingers)
     question, key, start, stop = "little friction is enough", "fingers.*.friction", friction, 0.1
     if friction == 0.0:
         question, key, start, stop = "heavy it may be", "object.mass", scenario.object.mass, 10.0
     span = f"--from {start:.6g} --to {stop * start:.6g}"
     command = f"slipgrasp margin SCENARIO --over '{key}' {span}"
-    return any_of(only_words(f"ask how {question}: {command}"), goal=Goal.MARGIN)
+    return any_of(only_words(f"find out how {question}: {command}"), goal=Goal.MARGIN)
 
 
 def _suggest_to_come_nearer(situation: Situation, found: Sequence[_Overestimate]) -> Hint:
-    """A held object rests where feedback and a wrong estimate balance, or still moves."""
+    """Suggestions for a held object that is not at its target or still moves."""
     return any_of(
         _estimate_less_friction(situation.start, found),
         purpose="to bring it nearer to its target",
@@ -418,7 +418,7 @@ def _suggest_to_come_nearer(situation: Situation, found: Sequence[_Overestimate]
 
 
 def _suggest_less_slip(situation: Situation, found: Sequence[_Overestimate]) -> Hint:
-    """Less slip on the way to a grasp that holds."""
+    """Suggestions for less slip before the grasp holds."""
     return any_of(
         _estimate_less_friction(situation.start, found),
         purpose="for less slip",
@@ -428,7 +428,7 @@ def _suggest_less_slip(situation: Situation, found: Sequence[_Overestimate]) -> 
 
 
 def _estimate_less_friction(start: Scenario, found: Sequence[_Overestimate]) -> Iterator[Option]:
-    """Lower estimates, where the first ones led to most of the slip and their bounds allow it."""
+    """Lower estimates, if the initial ones led to most of the slip and their bounds allow it."""
     at_once = [one for one in found if one.time == 0.0 and one.share >= _MOST]
     lowest = [start.estimates[one.estimate].minimum for one in at_once]
     if not any(

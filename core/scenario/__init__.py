@@ -1,7 +1,7 @@
-"""A scenario: everything that decides the result of a run, and nothing else.
+"""A scenario: the complete input of a run.
 
-Every field carries its unit, bounds and a sentence (`slipgrasp.core.scenario.parameters.Quantity`).
-Quantities are SI. The paper's two sample cases lie in ``core/scenario/presets``.
+Every field has a unit, bounds and a sentence (`slipgrasp.core.scenario.parameters.Quantity`).
+Quantities are SI. The paper's two sample cases are in ``core/scenario/presets``.
 """
 
 from slipgrasp.core.scenario.common import MAX_DIAGNOSTICS, MAX_LAW_PARAMETERS, MAX_UNKNOWNS

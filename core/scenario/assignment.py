@@ -1,4 +1,4 @@
-"""Setting a parameter by its dotted key, in a scenario or in the plain values of one."""
+"""Sets parameters by dotted key, in a scenario or in its plain values."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _PLAIN_TYPES = (float, int, bool, str, list, tuple)
 
 
 def replaced(node: Any, path: list[str], value: Any) -> Any:
-    """A part of a scenario with one value set, None if it has no such place."""
+    """Returns a part of a scenario with one value replaced, None if the path does not exist."""
     if not path:
         return tuple(value) if isinstance(value, list) else value
     head, rest = path[0], path[1:]
@@ -41,7 +41,7 @@ def replaced(node: Any, path: list[str], value: Any) -> Any:
 
 
 def assign(scenario: Scenario, mapping: dict[str, Any], key: str, value: Any) -> FieldError | None:
-    """Sets one dotted key in plain values; returns what is wrong with the key, if anything."""
+    """Sets one dotted key in plain values; returns an error if the key is invalid."""
     *parents, last = key.split(".")
     keys = _all_keys(scenario.space)
     if ".".join(parents) == LAW_PARAMETERS:
@@ -69,7 +69,7 @@ def assign(scenario: Scenario, mapping: dict[str, Any], key: str, value: Any) ->
 def _assign_law_parameter(
     scenario: Scenario, mapping: dict[str, Any], name: str, value: Any
 ) -> FieldError | None:
-    """Sets a parameter of a custom law; None makes it what the law declares."""
+    """Sets a parameter of a custom law; None restores its declared default."""
     later = [each["value"] for each in mapping["changes"] if each["parameter"] == LAW]
     controller, key = mapping["controller"], f"{LAW_PARAMETERS}.{name}"
     kinds = map(str, (controller["kind"], *later, *kinds_in(scenario)))
@@ -86,24 +86,24 @@ def _assign_law_parameter(
 
 @cache
 def _all_keys(space: Space) -> frozenset[str]:
-    """The keys of every number that the first entries of the lists can have."""
+    """Keys of all numbers in a scenario with one item in every list."""
     return frozenset(describe(full_scenario(space)))
 
 
 def _is_field(key: str, space: Space) -> bool:
-    """Whether some scenario has a value there, or a list of values."""
+    """Whether some scenario has a value, or a list of values, with this key."""
     keys = template_key(key, space), template_key(f"{key}.0", space)
     return not template_keys(space).keys().isdisjoint(keys)
 
 
 def _child(node: Any, part: str, key: str, space: Space) -> Any:
-    """Steps into plain values; the next entry of a list that can grow is made on the way.
+    """Returns a child of plain values; appends a new item to a list if the index is its length.
 
     Args:
         node: A table or a list.
-        part: Which of its entries.
-        key: Dotted key of that entry.
-        space: Of what kind of hand the scenario is.
+        part: Key or index of the child.
+        key: Dotted key of the child.
+        space: Kind of hand of the scenario.
     """
     if isinstance(node, list):
         place = key.rpartition(".")[0]
@@ -120,7 +120,7 @@ def _child(node: Any, part: str, key: str, space: Space) -> Any:
 
 @cache
 def _new_entries(space: Space) -> dict[str, Callable[[], dict[str, Any] | list[Any]]]:
-    """What the next entry of each list that can grow starts with, by the key of the list."""
+    """Returns functions that create a new item of each extensible list, by the key of the list."""
     lists = dict(_lists_in(full_scenario(space), ""))
     return {
         key: partial(_defaults, type(first)) if is_dataclass(first) else list
@@ -129,7 +129,7 @@ def _new_entries(space: Space) -> dict[str, Callable[[], dict[str, Any] | list[A
 
 
 def _lists_in(part: Any, prefix: str) -> Iterator[tuple[str, Any]]:
-    """Key and first entry of every list of parts or rows; fingers are as many as there are."""
+    """Key and first item of every list of parts or rows, except for the fixed list of fingers."""
     for field in fields(part):
         key, value = f"{prefix}{field.name}", getattr(part, field.name)
         if is_dataclass(value):
@@ -139,7 +139,7 @@ def _lists_in(part: Any, prefix: str) -> Iterator[tuple[str, Any]]:
 
 
 def _defaults(kind: Any) -> dict[str, Any]:
-    """What a new entry of a list starts with, as plain values, so that parts of it can be set."""
+    """Default values of a new item of a list, as plain values."""
     defaults = {field.name: field.default for field in fields(kind)}
     return {
         name: list(value) if isinstance(value, tuple) else value

@@ -1,4 +1,4 @@
-"""Files that a scenario file names: only those in its own folder are read."""
+"""Files that a scenario file refers to; only files in its own folder are read."""
 
 from __future__ import annotations
 
@@ -7,23 +7,23 @@ from pathlib import Path
 from slipgrasp.core.exceptions import ScenarioError
 from slipgrasp.core.scenario.field_errors import shortened, single_error
 
-ONLY_ON_DISK = "a file name is looked up only for a scenario file on the disk of the program"
+ONLY_ON_DISK = "file names are allowed only in a scenario file on the disk of the program"
 
 
 def read_beside(name: str, folder: Path, field: str, kind: str, most: tuple[int, str]) -> str:
-    """The content of a file inside the folder of a scenario, symbolic links followed.
+    """Returns the content of a file in the folder of a scenario; symbolic links are followed.
 
     Args:
-        name: What the scenario calls it.
-        folder: Where the scenario lies; nothing outside of it is read.
-        field: Key of the scenario that names it, for messages.
-        kind: What it should be, likewise.
-        most: Largest size in bytes, and what to say of a larger one.
+        name: Name of the file in the scenario.
+        folder: Folder of the scenario; no file outside is read.
+        field: Key of the scenario that names the file, for messages.
+        kind: Description of the expected file, for messages.
+        most: Largest size in bytes, and advice if it is exceeded.
 
     Raises:
-        ScenarioError: If it is not there, or cannot be read.
+        ScenarioError: If the file does not exist or cannot be read.
     """
-    near = "a file beside the scenario"
+    near = "a file in the folder of the scenario"
     try:
         root = folder.resolve()
         path = (root / name).resolve()
@@ -49,5 +49,5 @@ def read_beside(name: str, folder: Path, field: str, kind: str, most: tuple[int,
 
 
 def file_error(field: str, name: str, limit: str, problem: str) -> ScenarioError:
-    """The error about a file that a scenario names."""
+    """Returns the error for a file that a scenario names."""
     return single_error(field, name, limit, f"{field} '{shortened(name)}': {problem}")

@@ -1,4 +1,4 @@
-"""A finger that is a chain of joints, and where its links stand (docs/space.md, Chains)."""
+"""A finger with a chain of joints, and its kinematics (docs/space.md, Chains)."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ UnitInertia = Annotated[float, Ge(-100.0), Le(100.0)]
 Attitude = tuple[Part, Part, Part, Part]
 
 NUM_JOINTS = 3
-"""Joints that move by themselves."""
+"""Number of independent joints."""
 MAX_LINKS = 6
-"""Joints of a chain, with those that follow others."""
+"""Largest number of joints of a chain, including coupled joints."""
 
 _MOST_STEPS, _LONGEST_STEP, _CONVERGED = 60, 0.3, 1e-12
 _LEAST_SINE = 1e-3
@@ -33,22 +33,22 @@ _SHARES = (0.5, 0.25, 0.75)  # of the range of a joint
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
 class ChainJoint:
-    """A joint of a chain, and the link that follows it."""
+    """A joint of a chain, and the link behind it."""
 
     kind: Annotated[
         Literal["revolute", "prismatic"],
-        Quantity("Whether the joint turns about its axis or slides along it."),
+        Quantity("Type of joint: revolute (about its axis) or prismatic (along its axis)."),
     ] = "revolute"
     place: Annotated[
         tuple[Coordinate, Coordinate, Coordinate],
-        Quantity("Position of the joint in the frame of the link before, or of the base.", "m"),
+        Quantity("Position of the joint in the frame of the previous link, or of the base.", "m"),
     ] = (0.0, 0.0, 0.0)
     attitude: Annotated[
         Attitude,
-        Quantity("Quaternion (w, x, y, z) of the joint's frame in that of the link before.", "1"),
+        Quantity("Quaternion (w, x, y, z) of the joint's frame in that of the previous link.", "1"),
     ] = (1.0, 0.0, 0.0, 0.0)
     axis: Annotated[
-        tuple[Part, Part, Part], Quantity("Direction of its axis in its own frame.", "1")
+        tuple[Part, Part, Part], Quantity("Direction of the axis in the joint's frame.", "1")
     ] = (0.0, 0.0, 1.0)
     mass: Annotated[
         float,
@@ -58,7 +58,7 @@ class ChainJoint:
     ] = 1.0
     centre: Annotated[
         tuple[Coordinate, Coordinate, Coordinate],
-        Quantity("Centre of mass of the link in its own frame.", "m"),
+        Quantity("Centre of mass of the link in the link's frame.", "m"),
     ] = (0.0, 0.0, 0.0)
     unit_inertia: Annotated[
         tuple[UnitInertia, UnitInertia, UnitInertia, UnitInertia, UnitInertia, UnitInertia],
@@ -72,16 +72,14 @@ class ChainJoint:
         float | None,
         Ge(-100.0),
         Le(100.0),
-        Quantity(
-            "Least position of the joint, in rad, of a slide in m; without end if left out.", "rad"
-        ),
+        Quantity("Smallest position of the joint (prismatic: in m); no limit if omitted.", "rad"),
     ] = None
     maximum: Annotated[
         float | None,
         Ge(-100.0),
         Le(100.0),
         Quantity(
-            "Largest position of the joint, in rad, of a slide in m; without end if left out.",
+            "Largest position of the joint (prismatic: in m); no limit if omitted.",
             "rad",
         ),
     ] = None
@@ -90,8 +88,8 @@ class ChainJoint:
         Ge(1e-6),
         Le(1e6),
         Quantity(
-            "Largest torque of the joint, of a slide force in N, where actuation.torque_limit is "
-            "left out.",
+            "Largest torque of the joint (prismatic: force in N) if actuation.torque_limit is "
+            "omitted.",
             "N m",
         ),
     ] = None
@@ -99,27 +97,27 @@ class ChainJoint:
         int | None,
         Ge(0),
         Le(MAX_LINKS - 1),
-        Quantity("Number of the joint that this one follows; it moves by itself if left out."),
+        Quantity("Index of the leading joint of a coupled joint; independent if omitted."),
     ] = None
     ratio: Annotated[
         float,
         Ge(-100.0),
         Le(100.0),
-        Quantity("Its motion over that of the joint that it follows."),
+        Quantity("Ratio of the motion to that of the leading joint."),
     ] = 1.0
     offset: Annotated[
         Angle,
-        Quantity("Its position, in rad or m, where the joint that it follows is at 0.", "rad"),
+        Quantity("Position at which the leading joint is at 0 (prismatic: in m).", "rad"),
     ] = 0.0
 
 
 def moving(joints: Sequence[ChainJoint]) -> tuple[int, ...]:
-    """Numbers of the joints that move by themselves."""
+    """Indices of the independent joints."""
     return tuple(k for k, joint in enumerate(joints) if joint.follows is None)
 
 
 def couplings(joints: Sequence[ChainJoint]) -> tuple[list[list[float]], list[float]]:
-    """A and b in q = A c + b, the positions of all joints by those that move by themselves."""
+    """A and b in q = A c + b: positions of all joints from those of the independent joints."""
     own = moving(joints)
     followed = [k if joint.follows is None else joint.follows for k, joint in enumerate(joints)]
     ratios = [
@@ -130,28 +128,28 @@ def couplings(joints: Sequence[ChainJoint]) -> tuple[list[list[float]], list[flo
 
 
 def all_positions(joints: Sequence[ChainJoint], positions: Floats) -> Floats:
-    """Positions of all joints ``(..., joints)`` by those that move by themselves."""
+    """Positions of all joints ``(..., joints)`` from those of the independent joints."""
     ratios, offsets = couplings(joints)
     return positions @ np.transpose(ratios) + offsets
 
 
 def range_of(joint: ChainJoint) -> tuple[float, float]:
-    """Least and largest position of a joint, infinite where it has none [rad, m]."""
+    """Smallest and largest position of a joint, infinite if unlimited [rad, m]."""
     low, high = joint.minimum, joint.maximum
     return -math.inf if low is None else low, math.inf if high is None else high
 
 
 def has_limits(joints: Sequence[ChainJoint]) -> bool:
-    """Whether the range of any joint has an end."""
+    """Whether any joint has a limit."""
     return any(math.isfinite(end) for joint in joints for end in range_of(joint))
 
 
 def margins(joints: Sequence[ChainJoint], positions: Floats) -> Floats:
-    """How far all joints are from both ends of their ranges, ``(joints, 2)`` [rad, m].
+    """Distances of all joints from both limits, ``(joints, 2)`` [rad, m].
 
     Args:
         joints: The chain.
-        positions: Of those that move by themselves, ``(3,)``.
+        positions: Positions of the independent joints, ``(3,)``.
     """
     lows, highs = np.transpose([range_of(joint) for joint in joints])
     found = all_positions(joints, positions)
@@ -159,7 +157,7 @@ def margins(joints: Sequence[ChainJoint], positions: Floats) -> Floats:
 
 
 def rotation_of(quaternion: Sequence[float]) -> Floats:
-    """The rotation matrix of a quaternion (w, x, y, z) of any length."""
+    """Returns the rotation matrix of a quaternion (w, x, y, z) of any length."""
     w, x, y, z = np.asarray(quaternion) / math.sqrt(sum(part * part for part in quaternion))
     return np.array(
         [
@@ -171,8 +169,8 @@ def rotation_of(quaternion: Sequence[float]) -> Floats:
 
 
 def quaternion_of(turn: Floats) -> Attitude:
-    """The unit quaternion (w, x, y, z) of a rotation matrix, w not negative."""
-    # Four multiples of it, of which the longest loses no digits.
+    """Returns the unit quaternion (w, x, y, z), w >= 0, of a rotation matrix."""
+    # Of four multiples of the quaternion, the longest loses no digits.
     columns, trace = np.empty((4, 4)), np.trace(turn)
     skew = turn - turn.T
     columns[0, 0] = 1.0 + trace
@@ -184,7 +182,7 @@ def quaternion_of(turn: Floats) -> Attitude:
 
 
 def about_axis(axis: Floats, angles: Floats) -> Floats:
-    """Rotations about a unit vector, shape ``(..., 3, 3)``."""
+    """Rotation matrices about a unit vector, shape ``(..., 3, 3)``."""
     x, y, z = axis
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     angles = np.asarray(angles)[..., None, None]
@@ -197,13 +195,13 @@ def chain_points(
     tip: Sequence[float],
     positions: Floats,
 ) -> tuple[Floats, Floats]:
-    """Where the links begin and the tip is, from the base, and the axes of the joints.
+    """Origins of the links, position of the tip and axes of the joints, relative to the base.
 
     Args:
-        attitude: Of the base.
+        attitude: Orientation of the base.
         joints: The chain.
-        tip: In the frame of the last link [m].
-        positions: Of the joints that move by themselves, shape ``(..., 3)`` [rad, m].
+        tip: Position of the tip in the frame of the last link [m].
+        positions: Positions of the independent joints, shape ``(..., 3)`` [rad, m].
 
     Returns:
         Points ``(..., joints + 1, 3)`` [m], axes ``(..., joints, 3)``, in world axes.
@@ -233,18 +231,18 @@ def chain_positions(
     target: Sequence[float],
     posture: Sequence[float],
 ) -> Floats | None:
-    """Joint positions that put the tip somewhere, by Newton's method from a posture.
+    """Joint positions that put the tip at a target, by Newton's method from a posture.
 
     Args:
-        attitude: Of the base.
+        attitude: Orientation of the base.
         joints: The chain.
-        tip: In the frame of the last link [m].
-        target: Where the tip belongs, from the base [m].
-        posture: Where to begin [rad, m].
+        tip: Position of the tip in the frame of the last link [m].
+        target: Target of the tip, relative to the base [m].
+        posture: Initial joint positions [rad, m].
 
     Returns:
-        Of those that move by themselves, ``(3,)``; None where the tip cannot be put there, or the
-        chain is singular.
+        Positions of the independent joints, ``(3,)``; None if the tip cannot reach the target or
+        the chain is singular.
     """
     slides = np.array([joint.kind == "prismatic" for joint in joints])
     ratios = np.array(couplings(joints)[0])
@@ -273,14 +271,14 @@ def chain_start(
     target: Sequence[float],
     posture: Sequence[float],
 ) -> tuple[tuple[float, ...], Floats] | None:
-    """Where Newton's method begins at the start of a run, and what it finds from there.
+    """Initial joint positions of a run, and the posture from which Newton's method finds them.
 
-    It begins at the given posture; where that leads nowhere, or beyond the range of a joint, at
-    some within the ranges.
+    The method starts at the given posture; if it does not converge, or converges outside the joint
+    limits, it starts at several postures within the limits.
 
     Returns:
-        Positions of the joints that move by themselves; beyond a range if none within is found,
-        None where the tip cannot be put there.
+        Positions of the independent joints: outside the limits if no solution within them is found,
+        None if the tip cannot reach its target.
     """
     first = None
     for seed in (tuple(posture), *_postures(joints)):
@@ -293,7 +291,7 @@ def chain_start(
 
 
 def _postures(joints: Sequence[ChainJoint]) -> Iterator[tuple[float, ...]]:
-    """Postures within the ranges, the middle first; none where a range has no end."""
+    """Postures within the limits, the middle first; none if a joint has no limits."""
     ranges = [range_of(joints[k]) for k in moving(joints)]
     if np.isfinite(ranges).all():
         for shares in product(_SHARES, repeat=len(ranges)):
@@ -302,5 +300,5 @@ def _postures(joints: Sequence[ChainJoint]) -> Iterator[tuple[float, ...]]:
 
 
 def chain_length(joints: Sequence[ChainJoint], tip: Sequence[float]) -> float:
-    """How long a chain is where it is straight and its slides are at 0 [m]."""
+    """Length of a straight chain with its slides at 0 [m]."""
     return sum(math.sqrt(sum(x * x for x in step)) for step in (*(j.place for j in joints), tip))

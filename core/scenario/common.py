@@ -18,7 +18,7 @@ MAX_DIAGNOSTICS = 8
 MAX_LAW_PARAMETERS = 64
 
 FrictionCone = Literal["line", "cone", "pyramid"]
-"""What bounds the tangential force of a contact: a line has two ends."""
+"""Bound of the tangential force of a contact; a line has two ends."""
 
 _Entry = TypeVar("_Entry")
 
@@ -31,9 +31,9 @@ Changes = Annotated[tuple[Change, ...], Len(0, 1000)]
 
 
 def names_by_face(faces: Sequence[str]) -> tuple[str, ...]:
-    """What to call fingers: the faces they touch, numbered where several share one.
+    """Names of fingers: the faces that they touch, numbered if several share a face.
 
-    Edges have numbers themselves, where letters distinguish the fingers: edge 2a, edge 2b.
+    The numbers of edges remain; letters then distinguish the fingers: edge 2a, edge 2b.
 
     Args:
         faces: The face that each finger touches.
@@ -46,7 +46,7 @@ def names_by_face(faces: Sequence[str]) -> tuple[str, ...]:
 
 
 def without_none(items: list[tuple[str, Any]]) -> dict[str, Any]:
-    """A mapping of the items without what was left out: None, and no parameters."""
+    """Returns a mapping of the items without absent ones (None, no parameters)."""
     empty = ("parameters", {})
     return {key: value for key, value in items if value is not None and (key, value) != empty}
 

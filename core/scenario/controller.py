@@ -1,4 +1,4 @@
-"""The control law and what it does not know."""
+"""The control law and its unknown parameters."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from slipgrasp.core.scenario.laws import CONTROL_LAWS, law_kind, law_label
 from slipgrasp.core.scenario.parameters import Quantity
 from slipgrasp.core.scenario.space import PLANAR
 
-# Which names there are is checked with the whole scenario: a recording may have a custom law.
+# The whole scenario is checked for valid names, because a recording may have a custom law.
 LawKind = Annotated[
     str,
     BeforeValidator(law_kind),
@@ -23,7 +23,7 @@ LawKind = Annotated[
 ]
 
 Gain = Annotated[float, Ge(0.0), Le(1e6)]
-# What is not zero is not so near to it that other numbers overflow.
+# Nonzero values stay far enough from zero that other numbers do not overflow.
 PositiveGain = Annotated[float, Ge(1e-12), Le(1e6)]
 Weight = Annotated[float, Ge(-1e6), Le(1e6)]
 
@@ -40,7 +40,7 @@ Kind = Annotated[
         choices=law_names,
     ),
 ]
-# Of a custom law, which says what they are; what it lacks here is as the law declares.
+# Parameters of a custom law, which declares them; missing ones have their declared defaults.
 LawParameters = Annotated[
     dict[Annotated[str, StringConstraints(pattern=PARAMETER_NAME)], float],
     Len(0, 64),
@@ -83,8 +83,8 @@ Latency = Annotated[
 Prediction = Annotated[
     bool,
     Quantity(
-        "Whether the law commands for the state that its model predicts when the torque acts, "
-        "after the latency; otherwise for the measured state.",
+        "Whether the law computes its command for the state that its model predicts at the time "
+        "at which the torque acts (after the latency) instead of for the measured state.",
         changeable=True,
         used_by=tuple(law.kind for law in _LAWS),
     ),
@@ -210,9 +210,9 @@ GraspForce = Annotated[
 PlanarDistribution = Annotated[
     Literal["exact", "hold"],
     Quantity(
-        "How the contact forces share the wanted wrench: exact (forces of slipping contacts on "
-        "their cones, so that their slip follows too) or hold (every contact inside its cone, "
-        "so that nothing switches with the estimated phase).",
+        "How the contact forces produce the desired wrench: exact (forces of slipping contacts lie "
+        "on their friction cones, so that slip is controlled too) or hold (every force lies inside "
+        "its cone, so that changes of the estimated phase do not change the command).",
         changeable=True,
         used_by=tuple(law.kind for law in _LAWS if law.uses_friction),
     ),
@@ -220,9 +220,9 @@ PlanarDistribution = Annotated[
 SpatialDistribution = Annotated[
     Literal["exact", "hold", "softened"],
     Quantity(
-        "How the contact forces share the wanted wrench: hold (every contact inside its cone, "
-        "slipping or not), exact (forces of slipping contacts on their cones, the paper's) or "
-        "softened (exact but for what only huge forces would give).",
+        "How the contact forces produce the desired wrench: hold (every force lies inside its "
+        "cone, slipping or not), exact (forces of slipping contacts lie on their cones, as in the "
+        "paper) or softened (exact, except for components that would need very large forces).",
         changeable=True,
         used_by=tuple(law.kind for law in CONTROL_LAWS.values() if law.uses_friction),
     ),
@@ -254,7 +254,7 @@ MaximumNormalForce = Annotated[
     Ge(1e-3),
     Le(1e6),
     Quantity(
-        "Largest normal force that a law commands at a contact; no limit if left out.",
+        "Largest normal force that a law commands at a contact; no limit if omitted.",
         "N",
         typical=(10.0, 200.0),
         changeable=True,
@@ -265,7 +265,7 @@ GripForce = Annotated[
     Ge(0.0),
     Le(1e4),
     Quantity(
-        "normal force of the grip, at the start.",
+        "initial normal force of the grip.",
         "N",
         typical=(5.0, 100.0),
         changeable=True,
@@ -289,8 +289,9 @@ JawStiffness = Annotated[
     Ge(0.0),
     Le(1e7),
     Quantity(
-        "stiffness of a jaw's position relative to the arm, across its closing direction; along "
-        "it that of all jaws together, which centre themselves.",
+        "stiffness of a jaw's position relative to the arm, perpendicular to its closing "
+        "direction; along the closing direction, stiffness of all jaws together, which centre "
+        "themselves.",
         "N/m",
         typical=(1000.0, 50000.0),
         changeable=True,
@@ -338,8 +339,8 @@ SlipStop = Annotated[
     Ge(0.0),
     Le(100.0),
     Quantity(
-        "K_f, commanded deceleration of a slipping contact in addition to K_v, so that its slip "
-        "ends.",
+        "K_f, commanded deceleration of a slipping contact in addition to K_v, which ends its "
+        "slip.",
         "m/s²",
         typical=(0.0, 2.0),
         changeable=True,
@@ -363,8 +364,8 @@ Probing = Annotated[
     Ge(0.0),
     Le(10.0),
     Quantity(
-        "share by which the estimated friction of a contact that has not slipped yet "
-        "grows in a second, which releases a grip that is too strong; 0: never.",
+        "relative growth per second of the estimated friction of a contact that has not slipped "
+        "yet, which reduces an excessive grip force; 0: no growth.",
         "1/s",
         typical=(0.0, 4.0),
         changeable=True,
@@ -376,7 +377,7 @@ ForceNoise = Annotated[
     Ge(1e-9),
     Le(100.0),
     Quantity(
-        "standard deviation of the force errors that it expects.",
+        "assumed standard deviation of the force errors.",
         "N",
         typical=(0.01, 1.0),
         changeable=True,
@@ -388,8 +389,8 @@ VelocityNoise = Annotated[
     Ge(0.0),
     Le(10.0),
     Quantity(
-        "standard deviation of the noise that it expects on measured velocities "
-        "(of angles in rad/s); twice too high costs little, twice too low may cost the object.",
+        "assumed standard deviation of the noise of measured velocities (of angles in rad/s); a "
+        "value twice too high costs little, a value twice too low may lose the object.",
         "m/s",
         typical=(0.0, 0.01),
         changeable=True,
@@ -399,8 +400,8 @@ VelocityNoise = Annotated[
 InitialDeviation = Annotated[
     PositiveGain | tuple[PositiveGain, ...] | None,
     Quantity(
-        "standard deviation of the errors it expects of its estimates, one number "
-        "or one per unknown; left out: 3 for masses and friction, 0.1 for the inertia.",
+        "assumed standard deviation of the errors of the initial estimates, one number or one per "
+        "unknown (default: 3 for masses and friction, 0.1 for the inertia).",
         "",
         changeable=True,
         used_by=tuple(law.kind for law in _LAWS if law.has_memory),
@@ -421,8 +422,9 @@ PlanarLyapunovMatrix = Annotated[
     tuple[Annotated[tuple[Weight, ...], Len(1, _MAX_ROWS)], ...],
     Len(0, _MAX_ROWS),
     Quantity(
-        "Q in full instead of lyapunov_weight: symmetric and positive definite, a row for each "
-        "coordinate of the error (x, y, theta and slip of each contact) and then of its rate.",
+        "Full matrix Q, in place of lyapunov_weight: symmetric and positive definite, with a row "
+        "for each coordinate of the error (x, y, theta and slip of each contact), then for its "
+        "rate.",
         "1",
     ),
 ]
@@ -430,9 +432,9 @@ SpatialLyapunovMatrix = Annotated[
     tuple[Annotated[tuple[Weight, ...], Len(1, _MOST_ROWS_SPATIAL)], ...],
     Len(0, _MOST_ROWS_SPATIAL),
     Quantity(
-        "Q in full instead of lyapunov_weight: symmetric and positive definite, a row for each "
-        "coordinate of the error (x, y, z, rotation vector and the two slips of each contact) "
-        "and then of its rate.",
+        "Full matrix Q, in place of lyapunov_weight: symmetric and positive definite, with a row "
+        "for each coordinate of the error (x, y, z, rotation vector and the two slips of each "
+        "contact), then for its rate.",
         "1",
     ),
 ]
@@ -440,7 +442,7 @@ SpatialLyapunovMatrix = Annotated[
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
 class ControllerParameters:
-    """The control law, its gains and how it meets the plant; three coordinates of the object."""
+    """The control law of a planar hand, its gains, and its sampling and latency."""
 
     kind: Kind = "theorem-4"
     parameters: LawParameters = FrozenMapping()
@@ -478,7 +480,7 @@ class ControllerParameters:
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
 class SpatialController:
-    """The control law, its gains and how it meets the plant; six coordinates of the object."""
+    """The control law of a spatial hand, its gains, and its sampling and latency."""
 
     kind: Kind = "theorem-4"
     parameters: LawParameters = FrozenMapping()
@@ -519,7 +521,7 @@ Controller = ControllerParameters | SpatialController
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
 class Estimate:
-    """One parameter the controller does not know."""
+    """A parameter that the controller does not know."""
 
     parameter: Annotated[str, Len(1, 80), Quantity("Dotted key of the unknown parameter.")]
     initial: Annotated[
@@ -536,11 +538,11 @@ class Estimate:
         float | None,
         Ge(-1e3),
         Le(1e3),
-        Quantity("Least value the estimate may take; none if left out.", "", changeable=True),
+        Quantity("Smallest allowed estimate; no bound if omitted.", "", changeable=True),
     ] = None
     maximum: Annotated[
         float | None,
         Ge(-1e3),
         Le(1e3),
-        Quantity("Largest value the estimate may take; none if left out.", "", changeable=True),
+        Quantity("Largest allowed estimate; no bound if omitted.", "", changeable=True),
     ] = None

@@ -1,8 +1,8 @@
 """Contact points and their frames on flat and curved faces (docs/model.md, Round objects).
 
-A face has one curvature kappa per tangent [1/m]: none of them (flat), one (a circle, the side of a
-cylinder) or two equal ones (a sphere) differ from 0. The object lies inside: the normal n into it
-points to the centre of curvature.
+A face has a curvature kappa [1/m] along each tangent: all are 0 (flat), one is nonzero (a circle,
+the side of a cylinder), or two are equal and nonzero (a sphere). The inward normal n points to the
+centre of curvature.
 """
 
 from __future__ import annotations
@@ -15,22 +15,22 @@ from numpy.typing import ArrayLike, NDArray
 Floats = NDArray[np.float64]
 
 FARTHEST = 7.0
-"""Coordinates at which the face of a sphere ends, in radii: 148 degrees from the anchor.
+"""Coordinates at the end of the face of a sphere, in radii: 148 degrees from the anchor.
 
-They have no bound where it ends, opposite of the anchor.
+Coordinates diverge at the point opposite the anchor.
 """
 
 
 def slide(
     anchor: ArrayLike, axes: ArrayLike, curvatures: Sequence[float], slips: ArrayLike
 ) -> tuple[Floats, Floats]:
-    """Contact points after slips, and the tangents and normals there.
+    """Returns contact points after slips, with their tangents and normals.
 
     Args:
         anchor: Contact point at zero slip, shape ``(d,)`` [m].
-        axes: The tangents and the inward normal there, as rows, shape ``(d, d)``.
-        curvatures: Along every tangent [1/m].
-        slips: Along every tangent, shape ``(..., d - 1)`` [m]; on a sphere its coordinates.
+        axes: Tangents and inward normal at the anchor as rows, shape ``(d, d)``.
+        curvatures: Curvatures along the tangents [1/m].
+        slips: Slips along the tangents, shape ``(..., d - 1)`` [m]; on a sphere, coordinates.
 
     Returns:
         Points ``(..., d)`` [m] and axes ``(..., d, d)``.
@@ -54,7 +54,7 @@ def slide(
 def _slide_on_sphere(
     anchor: Floats, frame: Floats, curvature: float, slip: Floats
 ) -> tuple[Floats, Floats]:
-    """The same on a sphere, from stereographic coordinates; the tangents are their directions."""
+    """The same for a sphere; the tangents point along the lines of stereographic coordinates."""
     squared = (slip * slip).sum(axis=-1, keepdims=True)
     way = slip @ frame[:-1] + 0.5 * curvature * squared * frame[-1]
     way = way / (1.0 + 0.25 * curvature * curvature * squared)
@@ -65,11 +65,11 @@ def _slide_on_sphere(
 
 
 def coordinates_on_sphere(curvature: float, arcs: ArrayLike) -> Floats:
-    """Coordinates of the point that lies at the end of an arc from the anchor.
+    """Returns the coordinates of the point at the end of an arc from the anchor.
 
     Args:
-        curvature: Of the sphere [1/m].
-        arcs: Its direction, as long as the arc, shape ``(..., 2)`` [m].
+        curvature: Curvature of the sphere [1/m].
+        arcs: Vectors with the direction and length of the arcs, shape ``(..., 2)`` [m].
     """
     arc = np.asarray(arcs, float)
     half = 0.5 * curvature * np.linalg.norm(arc, axis=-1, keepdims=True)
@@ -79,14 +79,14 @@ def coordinates_on_sphere(curvature: float, arcs: ArrayLike) -> Floats:
 def slips_of(
     anchor: ArrayLike, axes: ArrayLike, curvatures: Sequence[float], points: Floats, near: Floats
 ) -> Floats:
-    """Slips that lead to points of a cylinder or a sphere about the origin.
+    """Returns the slips that lead to points of a cylinder or a sphere about the origin.
 
     Args:
         anchor: Contact point at zero slip, shape ``(3,)`` [m].
-        axes: The tangents and the inward normal there, as rows, shape ``(3, 3)``.
-        curvatures: Along both tangents [1/m].
-        points: On the surface, shape ``(..., 3)`` [m].
-        near: Slips ``(..., 2)`` that tell how often a tip has slipped around a cylinder [m].
+        axes: Tangents and inward normal at the anchor as rows, shape ``(3, 3)``.
+        curvatures: Curvatures along both tangents [1/m].
+        points: Points on the surface, shape ``(..., 3)`` [m].
+        near: Approximate slips ``(..., 2)``, which determine the number of turns on a cylinder [m].
     """
     along = points @ np.asarray(axes).T
     if curvatures[0] > 0.0:
@@ -98,18 +98,18 @@ def slips_of(
 
 
 def turned_by(curvatures: Sequence[float], slips: ArrayLike) -> Floats:
-    """Angles by which a contact frame turns along every tangent towards the normal.
+    """Returns the angles by which a contact frame turns along its tangents, towards the normal.
 
     Args:
-        curvatures: Along every tangent [1/m].
-        slips: Along every tangent, shape ``(..., d - 1)`` [m].
+        curvatures: Curvatures along the tangents [1/m].
+        slips: Slips along the tangents, shape ``(..., d - 1)`` [m].
 
     Returns:
-        Parts of one rotation vector, shape ``(..., d - 1)`` [rad].
+        Components of one rotation vector, shape ``(..., d - 1)`` [rad].
     """
     angles = np.asanyarray(slips) * np.asarray(curvatures)[: np.shape(slips)[-1]]
     if len(curvatures) < 2 or curvatures[0] == 0.0:
         return angles
-    # On a sphere coordinates are 2 R tan(angle / 2).
+    # Coordinates on a sphere are 2 R tan(angle / 2).
     half = 0.5 * np.linalg.norm(angles, axis=-1, keepdims=True)
     return angles * (np.arctan(half) / np.where(half > 0.0, half, 1.0) + (half == 0.0))

@@ -1,7 +1,7 @@
-"""Custom laws: what each one declares of itself, and which of them this process knows.
+"""Declarations of custom laws, and the registry of the loaded ones.
 
-Their code is not looked at here (`slipgrasp.core.run.law_code` calls it), so that a scenario with
-a law that is not installed can still be read, shown and made again from its recording.
+Only `slipgrasp.core.run.law_code` calls their code, so that a scenario with a law that is not
+installed can still be read, shown and simulated again from its recording.
 """
 
 from __future__ import annotations
@@ -15,17 +15,17 @@ LAW_NAME = r"^[a-z][a-z0-9_-]{0,59}$"
 PARAMETER_NAME = r"^[a-z][a-z0-9_]{0,39}$"
 
 INTERFACE_VERSION = 3
-"""Of what a law is shown and answers (docs/laws.md)."""
+"""Names of inputs and outputs of a law (docs/laws.md)."""
 
 OUTSIDE = "outside"
-"""Name of the law of a run whose torques are set tick by tick (`Simulation.ticks`)."""
+"""Name of the law of a run whose torques are set externally (`Simulation.ticks`)."""
 
 LAW_PARAMETERS = "controller.parameters"
 LAW = "controller.kind"
 
 
 class Diagnostic(NamedTuple):
-    """A number that a law reports at every tick: its name, SI unit and a sentence."""
+    """A number that a law reports at every tick: name, SI unit and a sentence."""
 
     name: str
     unit: str
@@ -37,12 +37,12 @@ class LawParameter:
     """A parameter of a custom law; its key is ``controller.parameters.NAME``.
 
     Attributes:
-        value: What it is unless the scenario says otherwise.
-        minimum: Least allowed value.
+        value: Default value.
+        minimum: Smallest allowed value.
         maximum: Largest allowed value.
         text: One sentence for the user.
         unit: SI unit, "1" for pure numbers.
-        typical: Range in which a slider moves; the bounds if None.
+        typical: Range of a slider; the bounds if None.
     """
 
     value: float
@@ -55,12 +55,12 @@ class LawParameter:
 
 @dataclass(frozen=True, slots=True)
 class LawIdentity:
-    """Which law computed a run.
+    """Identity of the law that computed a run.
 
     Attributes:
         name: Value of ``controller.kind``.
-        version: As its author counts.
-        digest: Of the file that defines it; empty where the torques came from outside.
+        version: Version that its author gave.
+        digest: Digest of the file that defines it; empty if the torques were set externally.
     """
 
     name: str
@@ -70,18 +70,18 @@ class LawIdentity:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CustomLaw:
-    """A custom law, as it declares itself.
+    """A custom law with its declarations.
 
     Attributes:
         identity: Name, version and digest.
-        summary: What it does, in a sentence.
+        summary: Description in a sentence.
         parameters: Its parameters by name.
         diagnostics: The numbers that it reports.
-        memory: Shapes of its memory by name.
+        memory: Shapes of its memory arrays by name.
         estimates: Whether it sets the estimates.
-        origin: How it is found: the name of an entry point, or ``FILE.py:Name``; empty for a
-            class that was registered as it is.
-        source: Text of its file, which workers run; None for an installed package.
+        origin: Where to find it: the name of an entry point, or ``FILE.py:Name``; empty for a class
+            that was registered directly.
+        source: Text of its file, for worker processes; None for an installed package.
         code: The class.
     """
 
@@ -102,7 +102,7 @@ class CustomLaw:
 
     @property
     def facts(self) -> ControlLaw:
-        """What is true of it as of every control law."""
+        """The facts that every control law has."""
         return _facts(self.name, self.summary)
 
 
@@ -112,7 +112,7 @@ def _facts(kind: str, summary: str) -> ControlLaw:
 
 _OUTSIDE = CustomLaw(
     identity=LawIdentity(OUTSIDE, "", ""),
-    summary="Torques that are set tick by tick by the program that steps the simulation.",
+    summary="Torques that an external program sets at every tick.",
     estimates=True,
 )
 
@@ -120,44 +120,44 @@ _known: dict[str, CustomLaw] = {}
 
 
 def remember(law: CustomLaw) -> None:
-    """Makes a law known to this process, in the place of one of the same name."""
+    """Registers a law in this process; replaces a law of the same name."""
     _known[law.name] = law
 
 
 def forget(name: str) -> None:
-    """Makes a law unknown again."""
+    """Removes a law from the registry."""
     _known.pop(name, None)
 
 
 def custom_law(kind: str) -> CustomLaw | None:
-    """The law of that name, if it is custom and known here."""
+    """Returns the loaded custom law of this name, if any."""
     return _OUTSIDE if kind == OUTSIDE else _known.get(kind)
 
 
 def custom_laws() -> tuple[CustomLaw, ...]:
-    """The custom laws that are known here."""
+    """The loaded custom laws."""
     return tuple(_known.values())
 
 
 def law_names() -> tuple[str, ...]:
-    """The laws that a scenario can ask for here, the built-in ones first."""
+    """Names of the available laws, the built-in ones first."""
     return (*CONTROL_LAWS, *_known)
 
 
 def law_of(kind: str) -> ControlLaw:
-    """The facts of a law, whether it is built in, custom or not known here."""
+    """Facts of a law: built-in, custom or not loaded."""
     if kind in CONTROL_LAWS:
         return CONTROL_LAWS[kind]
     own = custom_law(kind)
-    return _facts(kind, "A law that is not known here.") if own is None else own.facts
+    return _facts(kind, "A law that is not loaded.") if own is None else own.facts
 
 
 def law_number(kind: str) -> int:
-    """The place of a law among the built-in ones, from 0; custom ones come after the last."""
+    """Index of a law among the built-in ones; custom laws follow the last."""
     return list(CONTROL_LAWS).index(kind) if kind in CONTROL_LAWS else len(CONTROL_LAWS)
 
 
 def law_parameters(kind: str) -> dict[str, LawParameter]:
-    """The parameters of a custom law by name; none of others."""
+    """Parameters of a custom law by name; empty for others."""
     law = custom_law(kind)
     return {} if law is None else law.parameters

@@ -1,4 +1,4 @@
-"""What is wrong with the fields of a scenario, in words: field, value, limit and the way out."""
+"""Error messages for the fields of a scenario: field, value, limit and correction."""
 
 from __future__ import annotations
 
@@ -21,27 +21,27 @@ from slipgrasp.core.scenario.space import SPACES
 
 
 def unknown_key(scenario: Scenario, key: str) -> FieldError:
-    """The error for a key that no parameter has, with the nearest one that there is."""
+    """Returns the error for an unknown key, with the most similar one."""
     keys = list(describe(scenario))
     message = f"unknown parameter '{shortened(key)}'{nearest(key, keys)}"
     return FieldError(field=shortened(key), value=None, limit=None, message=message)
 
 
 def nearest(word: str, words: Iterable[str]) -> str:
-    """What was perhaps meant, as the end of a sentence; empty if nothing is near."""
+    """Returns a suggestion of the most similar word as the end of a sentence; may be empty."""
     close = difflib.get_close_matches(word[:200], list(words), n=1, cutoff=0.4)
     return f"; did you mean '{close[0]}'?" if close else ""
 
 
 def field_errors(error: pydantic.ValidationError, space: Space) -> list[FieldError]:
-    """Pydantic's findings as field errors, one per field, with unit and limit in words."""
+    """Converts the errors of Pydantic to field errors, one per field, with unit and limit."""
     found: dict[str, FieldError] = {}
     for item in error.errors(include_url=False, include_context=False):
         path = [str(part) for part in item["loc"] if not _is_type_label(str(part))]
         key = ".".join(path)
         if key not in found:
             found[key] = _field_error(key, item, space)
-    # A wrong entry makes its list look too short as well; only the entry is worth telling.
+    # A wrong item also makes its list seem too short; only the item is reported.
     parents = {key[:i] for key in found for i, letter in enumerate(key) if letter == "."}
     return [error for key, error in found.items() if key not in parents]
 
@@ -75,7 +75,7 @@ def _field_error(key: str, item: Any, space: Space) -> FieldError:
     told = (
         "" if shown is None else f" is {shown}" if not isinstance(value, str) else f" is '{shown}'"
     )
-    # The limit of a choice lists its words already.
+    # The limit of a choice already lists its words.
     is_choice = kind == "literal_error" and limit
     problem = "" if is_choice else f": {item['msg'][:1].lower()}{item['msg'][1:]}"
     allowed = f"; allowed: {limit}" if limit else ""
@@ -92,12 +92,12 @@ def template_keys(
 ) -> dict[str, Parameter]:
     """Parameters by template key: with 0 for every index of a list.
 
-    A component that may be something else than the first of its list, such as the angle of a
-    pose, has a key of its own.
+    A component that differs from the first one of its list, such as the angle of a pose, has a
+    separate key.
 
     Args:
-        space: Of what kind of hand.
-        laws: The control laws to choose from; those that are known here if None.
+        space: Kind of hand.
+        laws: Allowed control laws; the available ones if None.
     """
     return _template_keys(space, law_names() if laws is None else laws)
 
@@ -115,13 +115,13 @@ def _template_keys(space: Space, laws: tuple[str, ...]) -> dict[str, Parameter]:
 
 
 def template_key(key: str, space: Space = PLANAR) -> str:
-    """The key in `template_keys` of what a key of some scenario stands for."""
+    """Returns the key in `template_keys` for a key of a scenario."""
     own = key_of_first(key)
     return own if own in template_keys(space) else _with_zeros(key)
 
 
 def find_template(key: str) -> Parameter | None:
-    """What a key stands for, of planar or else of spatial hands; None for nothing."""
+    """Returns the parameter for a key, of planar or else of spatial hands; None if unknown."""
     found = (template_keys(each).get(template_key(key, each)) for each in SPACES)
     return next((parameter for parameter in found if parameter is not None), None)
 
@@ -131,13 +131,13 @@ def _with_zeros(key: str) -> str:
 
 
 def key_of_first(key: str) -> str:
-    """The key of the same component in the first entry of every list: 0 for all other indices."""
+    """Returns the key of the same component in the first item of every list."""
     head, _, last = key.rpartition(".")
     return f"{_with_zeros(head)}.{last}" if head else last
 
 
 def echo(value: Any) -> float | int | bool | str | None:
-    """What may be repeated to the user: finite numbers and short printable text."""
+    """Values that may be shown to the user: finite numbers and short printable text."""
     if isinstance(value, bool):
         return value
     if isinstance(value, float):
@@ -148,21 +148,21 @@ def echo(value: Any) -> float | int | bool | str | None:
 
 
 def shortened(text: str) -> str:
-    """The beginning of a text, as it may be repeated to the user."""
+    """The beginning of a text, short enough to show."""
     return "".join(c if c.isprintable() else "?" for c in text[:80])
 
 
 def single_error(field: str, value: Any, limit: str | None, message: str) -> ScenarioError:
-    """A scenario error with one entry."""
+    """A scenario error with one item."""
     return ScenarioError([FieldError(field=field, value=echo(value), limit=limit, message=message)])
 
 
 def refuse_other_types(given: object) -> None:
-    """Raises if something is given where a scenario belongs, such as the name of a preset."""
+    """Raises an error if the argument is not a scenario but, for example, a preset name."""
     if isinstance(given, Scenario):
         return
     way = f"load_scenario({given!r:.80})" if isinstance(given, str | Path) else "load_scenario"
     if isinstance(given, Mapping):
         way = "scenario_from_mapping"
-    message = f"a Scenario belongs here, no {type(given).__name__}; {way} makes one"
+    message = f"a Scenario is needed, not a {type(given).__name__}; use {way}"
     raise single_error("", None, "a Scenario", message)

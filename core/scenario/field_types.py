@@ -18,14 +18,14 @@ class _HasItems(Protocol):
 
 
 class _HashedItems:
-    """The hash of a mapping is that of its items."""
+    """A mapping with a hash."""
 
     def __hash__(self: _HasItems) -> int:
         return hash(frozenset(self.items()))
 
 
 class FrozenMapping(_HashedItems, dict[str, Any]):
-    """Named values that nobody changes, so that what holds them can be a key of a cache."""
+    """Immutable named values, so that scenarios can be keys of a cache."""
 
 
 Coordinate = Annotated[float, Ge(-1e3), Le(1e3)]

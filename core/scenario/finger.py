@@ -1,4 +1,4 @@
-"""A finger and where it touches the object."""
+"""A finger and its contact with the object."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from slipgrasp.core.scenario.parameters import Quantity
 FingerKind = Annotated[
     Literal["links", "slides"],
     Quantity(
-        "What carries the tip: links (joints that turn) or slides (one along each axis, with one "
-        "moving mass; joint positions in m and torques in N are those of the slides)."
+        "Mechanism of the finger: links (revolute joints) or slides (one along each axis, with one "
+        "moving mass; joint positions are then in m and torques in N).",
     ),
 ]
 SlidesMass = Annotated[
@@ -47,8 +47,8 @@ StaticFriction = Annotated[
     Ge(0.0),
     Le(10.0),
     Quantity(
-        "True friction coefficient while the fingertip sticks, at least that of slip; the same "
-        "if left out.",
+        "True friction coefficient of a sticking fingertip, not smaller than friction (default: "
+        "the same).",
         "1",
         typical=(0.05, 1.0),
         changeable=True,
@@ -59,8 +59,8 @@ JointDamping = Annotated[
     Ge(0.0),
     Le(1e3),
     Quantity(
-        "Viscous friction of each joint, torque per joint velocity, of slides in N s/m; unknown "
-        "to all laws.",
+        "Viscous friction of each joint: torque per joint velocity (for slides: N s/m); unknown to "
+        "all laws.",
         "N m s",
         typical=(0.0, 1.0),
         changeable=True,
@@ -71,8 +71,8 @@ JointFriction = Annotated[
     Ge(0.0),
     Le(1e3),
     Quantity(
-        "Dry friction of each joint, full from some 0.01 rad/s on, of slides in N and from some "
-        "0.01 m/s on; unknown to all laws.",
+        "Dry friction of each joint (for slides: N), which reaches this value at about 0.01 rad/s "
+        "(for slides: 0.01 m/s); unknown to all laws.",
         "N m",
         typical=(0.0, 1.0),
         changeable=True,
@@ -91,7 +91,7 @@ LinkLengths = Annotated[
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
 class FingerParameters:
-    """A planar finger, of two links or on two slides, whose tip touches one face of the object."""
+    """A planar finger with two links or two slides, whose tip touches one face of the object."""
 
     kind: FingerKind = "links"
     mass: SlidesMass = 0.1
@@ -102,7 +102,7 @@ class FingerParameters:
     )
     base: Annotated[
         tuple[Coordinate, Coordinate],
-        Quantity("Position (x, y) of the finger's first joint; where slides have their zero.", "m"),
+        Quantity("Position (x, y) of the first joint (for slides: their origin).", "m"),
     ]
     friction: Friction = 0.25
     static_friction: StaticFriction = None
@@ -111,8 +111,8 @@ class FingerParameters:
     face: Annotated[
         Face,
         Quantity(
-            "Face of the object the tip touches: left, right, bottom or top of a rectangle or a "
-            "circle, edge-K of a polygon, from its corner K to the next."
+            "Face that the fingertip touches: left, right, bottom or top of a rectangle or circle, "
+            "or edge-K of a polygon, from corner K to the next corner.",
         ),
     ]
     contact_offset: Annotated[
@@ -120,7 +120,7 @@ class FingerParameters:
         Ge(-10.0),
         Le(10.0),
         Quantity(
-            "Where along the face's tangent the tip starts, from the middle of the face; on a "
+            "Initial position of the fingertip along the face, from the centre of the face; on a "
             "circle along its arc.",
             "m",
         ),

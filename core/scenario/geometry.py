@@ -1,4 +1,4 @@
-"""Where fingers stand, and where their tips touch the object (docs/model.md, Contact)."""
+"""Positions of fingers and contacts (docs/model.md, Contact)."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ class ContactFrame(NamedTuple):
 
     Attributes:
         anchor: Contact point at zero slip (x, y) [m].
-        tangent: Unit vector of positive slip; the normal is the tangent turned by -90 degrees.
+        tangent: Unit vector of positive slip; the normal is the tangent rotated by -90 degrees.
         normal: Unit vector into the object.
         slip_minimum: Slip at which the fingertip passes the end of the face [m]; none on a circle.
         slip_maximum: Slip at which it passes the other end [m].
-        curvature: Of the face, 0 where it is straight [1/m].
+        curvature: Curvature of the face, 0 if it is straight [1/m].
     """
 
     anchor: tuple[float, float]
@@ -35,7 +35,7 @@ class ContactFrame(NamedTuple):
     curvature: float = 0.0
 
 
-# Of the faces of a rectangle, in the order of `Face`.
+# Faces of a rectangle in the order of `Face`.
 TANGENTS = {
     "left": (0.0, 1.0),
     "right": (0.0, -1.0),
@@ -45,13 +45,13 @@ TANGENTS = {
 
 
 ROUND_CORNERS = 48
-"""Corners of the polygon as which a round outline is drawn."""
+"""Number of corners of the polygon that represents a round outline."""
 
 
 def base_corners(body: AnyObject) -> tuple[Point, ...]:
     """Corners (x, y) of a planar object, or of the base of a prism, counterclockwise [m].
 
-    Of a round object those of a polygon inside its outline.
+    For a round object, the corners of an inscribed polygon.
     """
     x, y = body.half_sizes
     if body.is_round:
@@ -61,7 +61,7 @@ def base_corners(body: AnyObject) -> tuple[Point, ...]:
 
 
 def outline(body: AnyObject) -> NDArray[np.float64]:
-    """The same as an array, shape ``(corners, 2)`` [m]."""
+    """The corners as an array, shape ``(corners, 2)`` [m]."""
     return np.array(base_corners(body))
 
 
@@ -76,13 +76,13 @@ def inner_radius(body: AnyObject) -> float:
 
 
 def smallest_extent(body: ObjectParameters) -> float:
-    """Least distance of two parallel lines between which the object fits [m]."""
+    """Smallest distance of two parallel lines that enclose the object [m]."""
     if body.is_round:
         return 2.0 * body.radius
     corners = outline(body)
     sides = np.roll(corners, -1, axis=0) - corners
     normals = np.stack([-sides[:, 1], sides[:, 0]], axis=1) / np.hypot(*sides.T)[:, None]
-    # Of a convex polygon one of these lines holds a whole side.
+    # For a convex polygon, one of these lines contains a side.
     return float(np.ptp(normals @ corners.T, axis=1).min())
 
 
@@ -91,7 +91,7 @@ def contact_frame(body: ObjectParameters, finger: FingerParameters) -> ContactFr
 
     Args:
         body: The object.
-        finger: The finger that touches it, on one of its `face_names`.
+        finger: The finger that touches the object, on one of its `face_names`.
     """
     offset = finger.contact_offset
     if body.is_round:
@@ -108,7 +108,7 @@ def contact_frame(body: ObjectParameters, finger: FingerParameters) -> ContactFr
 
 
 def _round_frame(radius: float, tangent: Point, offset: float) -> ContactFrame:
-    """On a circle: the face has no end, and the offset is an arc."""
+    """A circle: the face has no end, and the offset is an arc."""
     axes = np.array([tangent, (tangent[1], -tangent[0])])
     start = slide(-radius * axes[1], axes, (1.0 / radius,), [offset])
     (x, y), ((tx, ty), (nx, ny)) = (part.tolist() for part in start)
@@ -116,7 +116,7 @@ def _round_frame(radius: float, tangent: Point, offset: float) -> ContactFrame:
 
 
 def _edge_frame(body: ObjectParameters, edge: int, offset: float) -> ContactFrame:
-    """From corner K to the next the object lies on the left: the tangent runs the other way."""
+    """The object is to the left of the line from corner K to the next; the tangent is opposite."""
     (x0, y0), (x1, y1) = body.corners[edge], body.corners[(edge + 1) % len(body.corners)]
     length = math.sqrt((x1 - x0) * (x1 - x0) + (y1 - y0) * (y1 - y0))
     tx, ty = (x0 - x1) / length, (y0 - y1) / length
@@ -130,7 +130,7 @@ def tip_distance(scenario: PlanarScenario, index: int) -> float:
 
 
 def planar_tip_at_start(scenario: PlanarScenario, index: int) -> Point:
-    """Where a fingertip is in the start pose, from the base of its finger [m]."""
+    """Position of a fingertip in the start pose, relative to the base of its finger [m]."""
     finger = scenario.fingers[index]
     ax, ay = contact_frame(scenario.object, finger).anchor
     x, y, angle = scenario.trajectory.start

@@ -1,4 +1,4 @@
-"""The fingers of a hand from a TOML file beside the scenario file (``slipgrasp hands import``)."""
+"""Fingers from a TOML file in the folder of the scenario file (``slipgrasp hands import``)."""
 
 from __future__ import annotations
 
@@ -13,36 +13,35 @@ _MOST = 200_000, "a hand has at most a few fingers"
 
 
 def fill_in_hand(mapping: dict[str, Any], folder: Path) -> None:
-    """Builds the fingers of a scenario as the file says that ``hand`` names, if it names one.
+    """Adds the finger parameters in the file named by ``hand``, if any, to a scenario.
 
     Args:
-        mapping: A scenario as plain values, changed in place: what the file says of a finger
-            replaces what the scenario says.
-        folder: Where its file lies; nothing outside of it is read.
+        mapping: A scenario as plain values, changed in place; the file overrides its values.
+        folder: Folder of the scenario file; no file outside is read.
 
     Raises:
-        ScenarioError: If the file is not there, or does not fit.
+        ScenarioError: If the file does not exist or does not fit.
     """
     name = mapping.get(_FIELD)
     if isinstance(name, str):
         built = _tables(_parse(read_beside(name, folder, _FIELD, _KIND, _MOST), name))
         given = _tables(mapping)
         if built is None:
-            raise file_error(_FIELD, name, _KIND, "it has no [[fingers]] with what they consist of")
+            raise file_error(_FIELD, name, _KIND, "it has no complete [[fingers]]")
         if given is None or len(given) != len(built):
             count = len(given or ())
             wanted = f"{len(built)} [[fingers]]"
-            problem = f"it has {len(built)} fingers, the scenario {count}; give each its face"
+            problem = f"it has {len(built)} fingers, but the scenario has {count}; give each a face"
             raise file_error(_FIELD, name, wanted, problem)
         mapping["fingers"] = [a | b for a, b in zip(given, built, strict=True)]
         del mapping[_FIELD]
 
 
 def refuse_hand_name(mapping: Any) -> None:
-    """Raises if ``hand`` is still a name: where there is no folder, none is looked up.
+    """Raises an error if ``hand`` is a file name, which is allowed only in files.
 
     Raises:
-        ScenarioError: If it is.
+        ScenarioError: If it is a file name.
     """
     name = mapping.get(_FIELD) if isinstance(mapping, dict) else None
     if isinstance(name, str):

@@ -49,55 +49,56 @@ class ObjectParameters:
         float,
         Ge(1e-3),
         Le(10.0),
-        Quantity("Distance from the centre to the left and right face.", "m"),
+        Quantity("Distance of the left and right faces from the centre.", "m"),
     ] = 0.1
     face_half_length: Annotated[
         float,
         Ge(1e-3),
         Le(10.0),
         Quantity(
-            "Half the length of the left and right face; a fingertip beyond it has left.", "m"
+            "Half the length of the left and right faces; beyond it, a fingertip loses contact.",
+            "m",
         ),
     ] = 0.1458
     corners: Annotated[
         tuple[Corner, ...],
         Len(0, MAX_CORNERS),
         Quantity(
-            "Corners (x, y) of a convex polygon, counterclockwise, from its centre of mass; none: "
-            "a rectangle.",
+            "Corners (x, y) of a convex polygon, counterclockwise, relative to its centre of mass; "
+            "omitted: a rectangle.",
             "m",
         ),
     ] = ()
     shape: Annotated[
         Literal["polygon", "circle"],
         Quantity(
-            "Outline of the object: polygon (a rectangle, or what its corners say) or circle, "
-            "about its centre of mass."
+            "Outline of the object: polygon (a rectangle unless corners are given) or circle, "
+            "centred on the centre of mass.",
         ),
     ] = "polygon"
     radius: Annotated[Radius, Quantity("Radius of a circle.", "m")] = 0.1
 
     @property
     def is_round(self) -> bool:
-        """Whether its face is curved."""
+        """Whether the faces are curved."""
         return self.shape == "circle"
 
     @property
     def half_sizes(self) -> tuple[float, float]:
-        """Half the sizes of a rectangle, or of that around a circle, along x and y [m]."""
+        """Half the sizes along x and y of a rectangle, or of the square around a circle [m]."""
         if self.is_round:
             return self.radius, self.radius
         return self.half_width, self.face_half_length
 
     @property
     def half_height(self) -> float:
-        """How far it reaches out of its plane [m]: nothing ends there."""
+        """Thickness of the object perpendicular to its plane, which is unlimited [m]."""
         return math.inf
 
     @property
     def face_names(self) -> tuple[str, ...]:
-        """What its faces are called: by side, or edge-0, edge-1 … of a polygon.
+        """Names of the faces: by side, or edge-0, edge-1 … of a polygon.
 
-        Those of a circle are one: each name says where the contact offset counts from.
+        A circle has only one face: its four names are the origins of the contact offset.
         """
         return tuple(f"edge-{k}" for k in range(len(self.corners))) or SIDES

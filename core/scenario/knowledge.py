@@ -1,4 +1,4 @@
-"""What the control law of a run knows of the hand and the object, and what it does not."""
+"""Parameters of the hand and the object that the control law of a run knows or does not know."""
 
 from __future__ import annotations
 
@@ -16,19 +16,20 @@ Varied = Mapping[str, Collection[Any]]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Knowledge:
-    """Which parameters of the hand and the object a controller does not know.
+    """The parameters of the hand and the object that a controller does not know.
 
-    Each of the others reaches every control law, custom ones too, with its true value at every
-    instant, through timed changes and patches (`slipgrasp.core.kernel.planar.law.believe`). Pushes
-    and errors of sensors are no parameters of the hand or the object.
+    All other parameters are given to every control law, including custom ones, with their true
+    values at every instant, including timed changes and patches
+    (`slipgrasp.core.kernel.planar.law.believe`). Pushes and sensor errors are not parameters of the
+    hand or the object.
 
     Attributes:
-        estimated: Keys of the parameters of which it has an estimate instead.
-        mistaken: Keys of the parameters that its model has wrong, or not at all, at some time:
-            links whose masses or lengths it assumes wrong by a ratio, static friction that
-            differs from that of slip, friction of joints.
-        uses_friction: Whether its law grips by friction; a custom law may.
-        uses_object: Whether its law uses anything of the object.
+        estimated: Keys of the estimated parameters.
+        mistaken: Keys of the parameters that its model has wrong or lacks at some time: links with
+            wrong mass or length ratios, static friction that differs from sliding friction, joint
+            friction.
+        uses_friction: Whether its law uses friction; a custom law may.
+        uses_object: Whether its law uses parameters of the object.
     """
 
     estimated: tuple[str, ...]
@@ -38,12 +39,12 @@ class Knowledge:
 
     @property
     def unknowns(self) -> tuple[str, ...]:
-        """Keys of all parameters that it does not know."""
+        """Keys of all unknown parameters."""
         return (*self.estimated, *self.mistaken)
 
     @property
     def told(self) -> bool:
-        """Whether nothing is unknown to it."""
+        """Whether all parameters are known."""
         return not self.unknowns
 
     def to_mapping(self) -> dict[str, Any]:
@@ -52,12 +53,12 @@ class Knowledge:
 
 
 def knowledge_of(scenario: Scenario, varied: Varied | None = None) -> Knowledge:
-    """What the controller of a run knows.
+    """Returns the knowledge of the controller of a run.
 
     Args:
         scenario: The scenario of the run.
-        varied: Values that parameters take instead, by key, in the runs of a study; unknown is
-            then what is so in one of them.
+        varied: Other values of parameters by key, in the runs of a study; a parameter is unknown if
+            it is unknown in any run.
     """
     values = _Values(scenario, varied or {})
     estimated = dict.fromkeys(
@@ -78,7 +79,7 @@ def knowledge_of(scenario: Scenario, varied: Varied | None = None) -> Knowledge:
 
 @dataclass(frozen=True, slots=True)
 class _Values:
-    """All values that parameters take in a run, or in the runs of a study."""
+    """All values of parameters in a run, or in the runs of a study."""
 
     scenario: Scenario
     varied: Varied
@@ -88,21 +89,21 @@ class _Values:
 
         Args:
             key: Its dotted key.
-            present: Its value in the scenario.
+            present: Value in the scenario.
         """
         later = [change.value for change in self.scenario.changes if change.parameter == key]
         return [*self.varied.get(key, (present,)), *later]
 
 
 def _length_keys(scenario: Scenario, finger: int) -> tuple[str, ...]:
-    """Dotted keys of the lengths of the links of a finger."""
+    """Dotted keys of the link lengths of a finger."""
     has_links = scenario.fingers[finger].kind == "links"
     count = len(scenario.fingers[finger].link_lengths) if has_links else 0
     return tuple(f"fingers.{finger}.link_lengths.{link}" for link in range(count))
 
 
 def _mistaken(scenario: Scenario, values: _Values) -> Iterator[str]:
-    """Keys of what the model of the law has wrong or lacks; see `Knowledge.mistaken`."""
+    """Keys of wrong or missing parameters in the model of the law; see `Knowledge.mistaken`."""
     for ratio, keys_of in (("link_mass_ratio", mass_keys), ("link_length_ratio", _length_keys)):
         key = f"controller.{ratio}"
         if any(value != 1.0 for value in values.of(key, getattr(scenario.controller, ratio))):

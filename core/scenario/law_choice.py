@@ -1,7 +1,7 @@
-"""Choosing a control law for a scenario, with the settings that the law needs and is meant for.
+"""Selection of a control law for a scenario, with required and recommended settings.
 
-Setting ``controller.kind`` alone leaves the settings of another law. Here a law comes with its own
-settings (`slipgrasp.core.scenario.laws`); values that suit it already are not changed.
+Setting ``controller.kind`` alone keeps the settings of the previous law. The functions here apply
+the settings of the new law (`slipgrasp.core.scenario.laws`); suitable values are not changed.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ _LARGEST_GRIP = 1e4
 
 
 class SettingChange(NamedTuple):
-    """A parameter that was set with a law: its dotted key, its value before, and now."""
+    """A parameter that was set with a law: dotted key, old value and new value."""
 
     key: str
     old: Any
@@ -56,7 +56,7 @@ class LawChoice:
 
     Attributes:
         scenario: The scenario.
-        settings: What was set beside the law.
+        settings: The settings that came with the law.
     """
 
     scenario: Scenario
@@ -64,34 +64,34 @@ class LawChoice:
 
 
 def with_law(scenario: Scenario, kind: str) -> Scenario:
-    """The scenario with a control law for the whole run, and the settings it is meant for.
+    """Returns the scenario with a control law for the whole run, and its recommended settings.
 
     Args:
-        scenario: The base; one that has the law already is returned unchanged.
+        scenario: The base; unchanged if it already has the law.
         kind: Name of the law, such as ``composite``.
 
     Raises:
-        ScenarioError: If there is no such law, or something in the scenario rules it out.
+        ScenarioError: If the law does not exist or the scenario excludes it.
     """
     return choose_law(scenario, kind).scenario
 
 
 def choose_law(scenario: Scenario, kind: str) -> LawChoice:
-    """The scenario with a control law for the whole run, and what was set for that.
+    """Returns the scenario with a control law for the whole run, and the changed settings.
 
     Args:
-        scenario: The base; one that has the law already is returned unchanged.
+        scenario: The base; unchanged if it already has the law.
         kind: Name of the law, such as ``composite``.
 
     Raises:
-        ScenarioError: If there is no such law, or something in the scenario rules it out.
+        ScenarioError: If the law does not exist or the scenario excludes it.
     """
     refuse_other_types(scenario)
     kind, names = law_kind(kind), (*LAW_ALIASES, *law_names())
     if kind not in names:
         known = ", ".join(names)
         near = nearest(kind, names)
-        message = f"'{shortened(kind)}' is no control law{near}; laws: {known}"
+        message = f"'{shortened(kind)}' is not a control law{near}; laws: {known}"
         raise single_error(LAW, kind, f"one of {known}", message)
     constant = replace(scenario, changes=tuple(_apart_from_laws(scenario)))
     if constant == scenario and kind == scenario.controller.kind:
@@ -104,10 +104,10 @@ def choose_law(scenario: Scenario, kind: str) -> LawChoice:
 
 
 def law_settings(scenario: Scenario, kind: str) -> dict[str, float | str | bool]:
-    """What must be set beside the law, by dotted key; nothing where the scenario has it already.
+    """Settings that a law needs, by dotted key, without those that the scenario already has.
 
     Args:
-        scenario: What the law is to work with.
+        scenario: The scenario for the law.
         kind: Name of the law.
     """
     if kind == scenario.controller.kind:
@@ -123,14 +123,14 @@ def law_settings(scenario: Scenario, kind: str) -> dict[str, float | str | bool]
 
 
 def foreign_parameters(scenario: Scenario, kind: str) -> dict[str, None]:
-    """Keys of the parameters of another custom law that a law has no use for."""
+    """Keys of parameters of another custom law that the new law does not have."""
     known = law_parameters(kind)
     names = (name for name in scenario.controller.parameters if name not in known)
     return {f"{LAW_PARAMETERS}.{name}": None for name in names}
 
 
 def law_keys(scenario: Scenario) -> tuple[str, ...]:
-    """Dotted keys of everything that may be set together with a law, whichever it is."""
+    """Dotted keys of all settings that may come with any law."""
     settings = (SAMPLED_CONTROL, *(each for law in CONTROL_LAWS.values() for each in law.settings))
     bounds = (
         f"estimates.{i}.{bound}"
@@ -141,13 +141,13 @@ def law_keys(scenario: Scenario) -> tuple[str, ...]:
 
 
 def describe_settings(changes: Sequence[SettingChange]) -> str:
-    """What was set, in words: ``control every 1 ms, grip safety 1.05``; empty if nothing was."""
+    """The settings as text: ``control every 1 ms, grip safety 1.05``; empty if there are none."""
     words = dict.fromkeys(_words_of(change) for change in changes if change.old != change.new)
     return ", ".join(words)
 
 
 def _apart_from_laws(scenario: Scenario) -> Iterator[Change]:
-    """The timed changes without those of the law, and of what was set with it at that time."""
+    """The timed changes without those of the law and of settings at the same times."""
     times = {change.time for change in scenario.changes if change.parameter == LAW}
     own = {LAW, *law_keys(scenario)}
     for change in scenario.changes:
@@ -156,7 +156,7 @@ def _apart_from_laws(scenario: Scenario) -> Iterator[Change]:
 
 
 def _settings_of(law: ControlLaw, scenario: Scenario) -> Iterator[LawSetting]:
-    """The settings of a law that matter in the control it will have."""
+    """The settings of a law that matter with its kind of control."""
     if law.sampled:
         yield SAMPLED_CONTROL
     is_sampled = law.sampled or scenario.controller.control_period > 0.0
@@ -164,7 +164,7 @@ def _settings_of(law: ControlLaw, scenario: Scenario) -> Iterator[LawSetting]:
 
 
 def _grip(law: ControlLaw, scenario: Scenario) -> Iterator[tuple[str, float]]:
-    """A grip force that is not above the greatest allowed, and carries the object if it must."""
+    """A grip force within its limit that, if required, supports the object."""
     if law.uses_friction:
         return
     present, most = scenario.controller.grip_force, scenario.controller.maximum_normal_force
@@ -175,10 +175,10 @@ def _grip(law: ControlLaw, scenario: Scenario) -> Iterator[tuple[str, float]]:
 
 
 def _carrying_grip(scenario: Scenario) -> float:
-    """Normal force whose friction carries the object, and half as much again, in newtons [N].
+    """Normal force whose friction supports 1.5 times the weight of the object [N].
 
-    F_n = 1.5 m_o g / (n mu): each of n fingertips carries its share of the weight m_o g with the
-    least friction mu of all.
+    F_n = 1.5 m_o g / (n mu): each of n fingertips supports an equal part of the weight m_o g with
+    the smallest friction mu.
     """
     friction = min(finger.friction for finger in scenario.fingers)
     weight = scenario.object.mass * scenario.simulation.gravity
@@ -188,10 +188,10 @@ def _carrying_grip(scenario: Scenario) -> float:
 
 
 def missing_bounds(scenario: Scenario) -> Iterator[tuple[str, float]]:
-    """Physical bounds for the estimates that have none.
+    """Physical bounds for the estimates without bounds.
 
-    True values and initial estimates of unusual size then lie well within the bounds.
-    No bounds fit an initial estimate that no physical body has.
+    True values and initial estimates of unusual size stay well within the bounds. Unphysical
+    initial estimates have no bounds.
     """
     for i, estimate in enumerate(scenario.estimates):
         unknown = parse_unknown(scenario, estimate.parameter)
@@ -208,7 +208,7 @@ def missing_bounds(scenario: Scenario) -> Iterator[tuple[str, float]]:
 
 
 def _values_met(scenario: Scenario, index: int, estimate: Estimate) -> Iterator[float]:
-    """All that an estimate and what it stands for are during a run, as far as is known before."""
+    """All known values of an estimate and of its parameter during a run."""
     keys = (estimate.parameter, f"estimates.{index}.initial")
     definitions = parameter_definitions(scenario)
     for value in (
@@ -220,7 +220,7 @@ def _values_met(scenario: Scenario, index: int, estimate: Estimate) -> Iterator[
 
 
 def _words_of(change: SettingChange) -> str:
-    """One setting in words; all bounds in the same."""
+    """A setting as text, with identical text for all bounds."""
     head, _, name = change.key.rpartition(".")
     if head != "controller":
         within = "within physical bounds" if change.new is not None else "without bounds"

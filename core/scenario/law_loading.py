@@ -1,6 +1,6 @@
-"""Finding a custom law: in a file, among installed packages, or in the source of a task.
+"""Loads custom laws: from a file, an installed package, or the source in a task.
 
-Only who starts the program says which laws there are; nothing here is reached by a request.
+Only the user who starts the program chooses the laws; requests cannot load any.
 """
 
 from __future__ import annotations
@@ -39,16 +39,16 @@ _TAKEN = ("torque", "estimates")
 
 
 class LawError(SlipgraspError):
-    """A law that cannot be found, or does not declare itself as docs/laws.md says."""
+    """A law that does not exist or violates docs/laws.md."""
 
 
 @dataclass(frozen=True, slots=True)
 class LawReference:
-    """A law as a task names it: enough for a worker to have the same one.
+    """The reference to a law in a task, which lets a worker load the same law.
 
     Attributes:
-        identity: Name, version and digest that it must have.
-        origin: How it is found.
+        identity: Required name, version and digest.
+        origin: Where to find the law.
         source: Text of its file; None for an installed package.
     """
 
@@ -58,15 +58,15 @@ class LawReference:
 
 
 def load_law(specification: str, folder: Path | None = None) -> CustomLaw:
-    """Makes a law known to this process.
+    """Loads and registers a law.
 
     Args:
         specification: ``FILE.py:Name``, or the name of an installed law (entry points of the group
             ``slipgrasp.laws``).
-        folder: What the path of a file starts from; the current folder if None.
+        folder: Base folder of relative paths; the current folder if None.
 
     Raises:
-        LawError: If there is none, or it does not declare itself properly.
+        LawError: If the law does not exist or its declaration is invalid.
     """
     match = _IN_FILE.fullmatch(specification)
     if match is None:
@@ -83,20 +83,20 @@ def load_law(specification: str, folder: Path | None = None) -> CustomLaw:
 
 
 def law_from_source(source: str, origin: str) -> CustomLaw:
-    """The law in the text of a file.
+    """Returns the law in the text of a file.
 
     Args:
         source: Python source.
-        origin: ``FILE.py:Name``; the file need not be there.
+        origin: ``FILE.py:Name``; the file need not exist.
 
     Raises:
-        LawError: If the text cannot be run, or has no such class.
+        LawError: If the text cannot be executed or has no such class.
     """
     path, _, name = origin.rpartition(":")
     digest = hashlib.sha256(source.encode()).hexdigest()
     module = ModuleType(f"slipgrasp_law_{digest[:16]}")
     module.__file__ = path
-    # So that its errors show their line, on another machine too.
+    # Error messages then show the line, on other machines too.
     linecache.cache[path] = (len(source), None, source.splitlines(keepends=True), path)
     sys.modules[module.__name__] = module
     try:
@@ -113,10 +113,10 @@ def law_from_source(source: str, origin: str) -> CustomLaw:
 
 
 def admit(reference: LawReference) -> None:
-    """Makes the law of a task known to this process, if it is the same as where the task was made.
+    """Loads and registers the law of a task, if it is the same as where the task was created.
 
     Raises:
-        LawError: If it is not here, or another of that name is.
+        LawError: If the law is missing or differs.
     """
     wanted = reference.identity
     known = custom_law(wanted.name)
@@ -128,25 +128,26 @@ def admit(reference: LawReference) -> None:
         law = _installed_law(reference.origin)
     else:
         raise LawError(
-            f"the law '{wanted.name}' was registered in one process only; workers find it in a "
-            "file (FILE.py:Name) or an installed package"
+            f"the law '{wanted.name}' was registered in one process only; for use in workers, "
+            "define it in a file (FILE.py:Name) or an installed package"
         )
     if law.identity != wanted:
         raise LawError(
-            f"a worker refuses: its copy of the law '{wanted.name}' is version "
-            f"{law.identity.version}, digest {law.identity.digest[:12]}, and version "
-            f"{wanted.version}, digest {wanted.digest[:12]} was asked for; install the same on all"
+            f"a worker rejects the task: its version of the law '{wanted.name}' is "
+            f"{law.identity.version}, digest {law.identity.digest[:12]}, but the task needs "
+            f"version {wanted.version}, digest {wanted.digest[:12]}; install the same version "
+            "everywhere"
         )
     remember(law)
 
 
 def refer_to(law: CustomLaw) -> LawReference:
-    """The law as a task names it."""
+    """Returns the reference to a law in a task."""
     return LawReference(law.identity, law.origin, law.source)
 
 
 def installed_law_names() -> tuple[str, ...]:
-    """Names of the laws that installed packages offer."""
+    """Names of the laws of installed packages."""
     return tuple(sorted({entry.name for entry in metadata.entry_points(group=ENTRY_POINTS)}))
 
 
@@ -154,31 +155,29 @@ def _installed_law(name: str) -> CustomLaw:
     entries = [e for e in metadata.entry_points(group=ENTRY_POINTS) if e.name == name]
     if not entries:
         known = ", ".join((*CONTROL_LAWS, *installed_law_names()))
-        raise LawError(
-            f"there is no law '{name[:80]}'; laws: {known}; a file is given as FILE.py:Name"
-        )
+        raise LawError(f"there is no law '{name[:80]}'; laws: {known}; use FILE.py:Name for a file")
     try:
         code = entries[0].load()
     except Exception as error:
         raise LawError(f"the law '{name}' cannot be loaded: {error}") from error
     law = declared_law(code, digest=_digest_of(code), origin=name)
     if law.name != name:
-        raise LawError(f"the law that is installed as '{name}' calls itself '{law.name}'")
+        raise LawError(f"the law installed as '{name}' has the name '{law.name}'")
     return law
 
 
 def register_law(code: type) -> CustomLaw:
-    """Makes a class known to this process as a law, under its name; for notebooks and tests.
+    """Registers a class as a law under its name; for notebooks and tests.
 
     Args:
         code: A class as docs/laws.md describes it.
 
     Raises:
-        LawError: If it is no class, or does not declare itself properly.
+        LawError: If the argument is not a class or its declaration is invalid.
     """
     if not isinstance(code, type):
         raise LawError(
-            f"the class of a law belongs here, no {type(code).__name__}; what load_law gives is "
+            f"the class of a law is needed, not a {type(code).__name__}; laws from load_law are "
             "registered already"
         )
     law = declared_law(code, digest=_digest_of(code))
@@ -187,7 +186,7 @@ def register_law(code: type) -> CustomLaw:
 
 
 def _digest_of(code: type) -> str:
-    """Digest of the file that defines a class; of the class alone where there is no file."""
+    """Digest of the file that defines a class; of the class alone if there is no file."""
     try:
         text = Path(inspect.getsourcefile(code) or "").read_bytes()
     except (OSError, TypeError):
@@ -201,23 +200,23 @@ def _digest_of(code: type) -> str:
 def declared_law(
     code: type, *, digest: str, origin: str = "", source: str | None = None
 ) -> CustomLaw:
-    """The law that a class declares.
+    """Returns the law that a class declares.
 
     Args:
         code: The class.
-        digest: Of the file that defines it.
-        origin: How it is found.
+        digest: Digest of the file that defines it.
+        origin: Where to find it.
         source: Text of its file.
 
     Raises:
-        LawError: If something that it declares is not as docs/laws.md says.
+        LawError: If a declaration violates docs/laws.md.
     """
     called = re.sub(r"(?<!^)(?=[A-Z])", "-", code.__name__).lower()
     name = str(getattr(code, "name", called))
     if not re.fullmatch(LAW_NAME, name) or name in (*CONTROL_LAWS, *LAW_ALIASES, OUTSIDE):
         raise LawError(
-            f"a law cannot be called '{name[:80]}': a name of its own is needed, of small letters, "
-            "digits and hyphens, that no built-in law has"
+            f"a law cannot have the name '{name[:80]}': it needs a unique name of lower-case "
+            "letters, digits and hyphens that no built-in law has"
         )
     if not callable(getattr(code, "command", None)):
         raise LawError(f"the law '{name}' has no method command(seen, memory, out)")
@@ -238,11 +237,11 @@ def _parameters(law: str, declared: Any) -> dict[str, LawParameter]:
     _check_names(law, "parameters", declared, MAX_LAW_PARAMETERS)
     for name, each in declared.items():
         if not isinstance(each, LawParameter):
-            raise LawError(f"the law '{law}': parameters['{name}'] is no LawParameter")
+            raise LawError(f"the law '{law}': parameters['{name}'] is not a LawParameter")
         if not each.minimum <= each.value <= each.maximum:
             raise LawError(
-                f"the law '{law}': its parameter '{name}' is {each.value:g}, outside its own "
-                f"bounds {each.minimum:g} … {each.maximum:g}"
+                f"the law '{law}': its parameter '{name}' is {each.value:g}, outside its bounds "
+                f"{each.minimum:g} … {each.maximum:g}"
             )
     return dict(declared)
 
@@ -253,7 +252,7 @@ def _diagnostics(law: str, declared: Any) -> tuple[Diagnostic, ...]:
         if not (isinstance(each, tuple) and len(each) == 2 and all(map(_is_text, each))):
             raise LawError(f"the law '{law}': diagnostics['{name}'] must be (unit, sentence)")
         if name in _TAKEN:
-            raise LawError(f"the law '{law}': no diagnostic can be called '{name}'")
+            raise LawError(f"the law '{law}': no diagnostic can have the name '{name}'")
     return tuple(Diagnostic(name, unit, text) for name, (unit, text) in declared.items())
 
 
@@ -261,7 +260,7 @@ def _memory(law: str, declared: Any) -> dict[str, tuple[int, ...]]:
     _check_names(law, "memory", declared, MAX_LAW_PARAMETERS)
     shapes = {n: (s,) if isinstance(s, int) else tuple(s) for n, s in declared.items()}
     if not all(isinstance(k, int) and k > 0 for shape in shapes.values() for k in shape):
-        raise LawError(f"the law '{law}': its memory has a shape that is none")
+        raise LawError(f"the law '{law}': its memory has an invalid shape")
     size = 0
     for shape in shapes.values():
         count = 1
@@ -269,7 +268,9 @@ def _memory(law: str, declared: Any) -> dict[str, tuple[int, ...]]:
             count *= k
         size += count
     if size > _LARGEST_MEMORY:
-        raise LawError(f"the law '{law}': its memory has {size} numbers; {_LARGEST_MEMORY} fit")
+        raise LawError(
+            f"the law '{law}': its memory has {size} numbers; allowed: {_LARGEST_MEMORY}"
+        )
     return shapes
 
 
@@ -278,7 +279,9 @@ def _check_names(law: str, what: str, declared: Any, most: int) -> None:
         raise LawError(f"the law '{law}': {what} must be a dict of at most {most} entries")
     for name in declared:
         if not (isinstance(name, str) and re.fullmatch(PARAMETER_NAME, name)):
-            raise LawError(f"the law '{law}': '{name}' in {what} must be small letters, digits, _")
+            raise LawError(
+                f"the law '{law}': '{name}' in {what} must be lower-case letters, digits, _"
+            )
 
 
 def _is_text(value: Any) -> bool:

@@ -1,7 +1,7 @@
-"""The control laws: what each one is, knows, does and needs, stated once for all that ask.
+"""Facts about the control laws: purpose, knowledge, effects and requirements, in one table.
 
-Validation, words, page and kernel read the table; which parameters only some laws use stands
-beside the parameters (`slipgrasp.core.scenario.controller`).
+Validation, text, dashboard and kernel use the table; the laws that use a parameter are declared
+with the parameter (`slipgrasp.core.scenario.controller`).
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ from slipgrasp.core.scenario.space import SPACES, Space
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LawSetting:
-    """A parameter of the controller, and from where on its value suits a law.
+    """A setting of a law: a parameter and its suitable values.
 
     Attributes:
         key: Dotted key.
-        value: What suits where the present value does not.
-        above: Greater values suit as they are; None: nothing but ``value`` suits.
-        when_sampled: Whether it matters in sampled control only.
+        value: Suitable value, which replaces unsuitable ones.
+        above: Values greater than this are suitable too; None: only ``value`` is suitable.
+        when_sampled: Whether it matters only with sampled control.
     """
 
     key: str
@@ -29,59 +29,58 @@ class LawSetting:
     when_sampled: bool = False
 
     def suits(self, present: float | str | bool) -> bool:
-        """Whether a value of the parameter suits as it is."""
+        """Whether a value of the parameter is suitable."""
         if self.above is None:
             return present == self.value
         return not isinstance(present, str) and present > self.above
 
 
 SAMPLED_CONTROL = LawSetting(key="controller.control_period", above=0.0, value=0.001)
-# Torques that put a force on the edge of its cone, held for a period, let the contact slip.
+# A torque that is held for a period with a force on the edge of its cone lets the contact slip.
 _INSIDE_CONES = LawSetting(key="controller.grip_safety", above=1.0, value=1.05, when_sampled=True)
-# Without it the slip velocity only decays.
+# Without it, slip velocity only decays.
 _FINITE_TIME = LawSetting(key="controller.slip_stop", above=0.0, value=1.0)
-# Their torque is Eq. 23 / 27, which puts the force of a slipping contact on its cone.
+# Their torque is that of Eq. 23 / 27, which puts the force of a slipping contact on its cone.
 _EXACT = LawSetting(key="controller.distribution", value="exact")
-# A late or false detection of slip then costs slip path, not the object.
+# Late or false detection of slip then causes slip but does not lose the object.
 _HOLDING = LawSetting(key="controller.distribution", value="hold")
 
 
 def read_for(*hands: Space, default: bool = False) -> Any:
-    """A fact by which kernels distinguish laws.
+    """A fact that distinguishes laws in kernels.
 
     Args:
-        hands: Those whose kernel reads it; others refuse the laws that differ from the default.
-        default: What is true of a law that says nothing.
+        hands: Kinds of hands whose kernel uses it; others reject laws with other values.
+        default: Value for laws that do not state it.
     """
     return field(default=default, metadata={"hands": hands})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ControlLaw:
-    """Facts about a control law that do not depend on a scenario.
+    """Facts about a control law that are independent of the scenario.
 
-    What it needs and what it is meant for differ: validation refuses a law without the one, and
-    without the other the law runs, but does not show what it can do
+    Requirements and recommendations differ: validation rejects a law without its required settings;
+    without its recommended settings the law runs, but not at its best
     (`slipgrasp.core.scenario.law_choice`).
 
     Attributes:
-        kind: Its name, the value of ``controller.kind``.
-        summary: What it does, in a sentence.
-        sampled: Whether it needs sampled control, because it works at its ticks only.
-        learns: Whether it changes its estimates while it runs.
-        has_memory: Whether it learns by least squares, with a memory from tick to tick.
+        kind: Name, the value of ``controller.kind``.
+        summary: Description in a sentence.
+        sampled: Whether it needs sampled control, because it acts at ticks only.
+        learns: Whether it changes its estimates during a run.
+        has_memory: Whether it uses least squares with a memory between ticks.
         pulls_back: Whether it pulls large estimates back (Eq. 28-29).
-        uses_friction: Whether its grip follows from the friction that it assumes; otherwise
-            from ``controller.grip_force``.
-        reacts_to_slip: Whether its grip grows because a contact slips.
-        holds_tips: Whether it holds the places of its fingertips, and closes with a force.
-        is_own: Whether it is none of the program's, but a user's (docs/laws.md).
-        stops_slip_with: Keys of the parameters that end a slip sooner where they are larger.
-        learns_with: Keys of the parameters that make its estimates change faster where they are
-            larger.
-        settings: The parameters that it is meant for.
-        bounded: Whether it is meant for estimates within physical bounds.
-        firm: Whether it is meant for a ``controller.grip_force`` that carries the object.
+        uses_friction: Whether its grip depends on the assumed friction; otherwise on
+            ``controller.grip_force``.
+        reacts_to_slip: Whether its grip increases when a contact slips.
+        holds_tips: Whether it holds the positions of its fingertips and closes with a given force.
+        is_own: Whether it is a custom law (docs/laws.md).
+        stops_slip_with: Keys of the parameters whose larger values end slip sooner.
+        learns_with: Keys of the parameters whose larger values make estimates change faster.
+        settings: Recommended parameters.
+        bounded: Whether physical bounds are recommended for its estimates.
+        firm: Whether a ``controller.grip_force`` that supports the object is recommended.
     """
 
     kind: str
@@ -137,7 +136,8 @@ CONTROL_LAWS = {
         ),
         ControlLaw(
             kind="certainty-equivalence",
-            summary="The torque of the paper's laws from the first estimates, without learning.",
+            summary="The torque of the paper's laws with the initial estimates, without "
+            "adaptation.",
             settings=(_INSIDE_CONES, _EXACT),
         ),
         ControlLaw(
@@ -166,7 +166,7 @@ CONTROL_LAWS = {
         ),
         ControlLaw(
             kind="composite",
-            summary="Learning by least squares from tracking and prediction errors.",
+            summary="Adaptation by least squares from tracking and prediction errors.",
             sampled=True,
             learns=True,
             has_memory=True,
@@ -179,27 +179,27 @@ CONTROL_LAWS = {
 }
 
 LAW_ALIASES = {"adaptive-mass": "theorem-3", "adaptive-friction": "theorem-4"}
-"""Plainer names of built-in laws, accepted wherever a law is named; files keep ``kind``."""
+"""Aliases of built-in laws, accepted wherever a law is named; files contain ``kind``."""
 
 
 def law_kind(name: Any) -> Any:
-    """The ``kind`` that an alias stands for; anything else as it is."""
+    """Returns the ``kind`` of an alias; other text is returned unchanged."""
     return LAW_ALIASES.get(name, name) if isinstance(name, str) else name
 
 
 def law_label(kind: str) -> str:
-    """A law by its alias, if it has one, and by its ``kind``."""
+    """Label of a law: its alias, if any, and its ``kind``."""
     aliases = {known: alias for alias, known in LAW_ALIASES.items()}
     return f"{aliases[kind]} ({kind})" if kind in aliases else kind
 
 
 def facts_read_for(hand: Space) -> tuple[str, ...]:
-    """Names of the facts that the kernel of a kind of hands reads."""
+    """Names of the facts that the kernel of a kind of hand uses."""
     return tuple(each.name for each in fields(ControlLaw) if hand in each.metadata.get("hands", ()))
 
 
 def is_computed_for(law: ControlLaw, hand: Space) -> bool:
-    """Whether the kernel of a kind of hands reads all facts of a law."""
+    """Whether the kernel of a kind of hand uses all facts of a law."""
     return all(
         getattr(law, each.name) == each.default
         for each in fields(law)

@@ -1,4 +1,4 @@
-"""From names, files and plain values to a validated scenario, and back to TOML."""
+"""Conversion of names, files and plain values to a validated scenario, and back to TOML."""
 
 from __future__ import annotations
 
@@ -35,18 +35,18 @@ _MAX_FILE_BYTES = 1_000_000
 
 
 def preset_names(space: Space = PLANAR) -> tuple[str, ...]:
-    """Names of the scenarios of a kind of hand that come with the program, the paper's first."""
+    """Names of the presets of a kind of hand, the paper's first."""
     return tuple(name for name in all_preset_names() if _space_of(name) is space)
 
 
 def spatial_preset_names() -> tuple[str, ...]:
-    """Names of the scenarios of spatial hands that come with the program."""
+    """Names of the presets of spatial hands."""
     return preset_names(SPATIAL)
 
 
 @cache
 def all_preset_names() -> tuple[str, ...]:
-    """Names of all scenarios that come with the program, those of spatial hands last."""
+    """Names of all presets, those of spatial hands last."""
     folder = resources.files("slipgrasp.core.scenario") / "presets"
     names = [f.name[:-5] for f in folder.iterdir() if f.name.endswith(".toml")]
     return tuple(sorted(names, key=_rank))
@@ -68,7 +68,7 @@ def _load_preset(name: str) -> Scenario:
 
 
 def preset_text(name: str) -> str:
-    """The TOML of a preset as it was written."""
+    """The original TOML text of a preset."""
     file = resources.files("slipgrasp.core.scenario") / "presets" / f"{name}.toml"
     return file.read_text(encoding="utf-8")
 
@@ -83,7 +83,7 @@ def load_scenario(source: str | Path) -> Scenario:
         The validated scenario.
 
     Raises:
-        ScenarioError: If there is no such preset or file, or it is not valid.
+        ScenarioError: If the preset or file does not exist or is not valid.
     """
     name = str(source)
     if name in all_preset_names():
@@ -116,11 +116,11 @@ def scenario_from_toml(content: bytes, name: str) -> Scenario:
     """Reads a scenario from the content of a TOML file.
 
     Args:
-        content: What the file holds; it cannot name other files.
-        name: What it is called, for messages.
+        content: Content of the file; it cannot refer to other files.
+        name: Name of the file, for messages.
 
     Raises:
-        ScenarioError: If it is too large, no TOML, or not a valid scenario.
+        ScenarioError: If it is too large, not TOML, or not a valid scenario.
     """
     return scenario_from_mapping(_parse_toml(content, name))
 
@@ -150,10 +150,10 @@ def scenario_from_mapping(mapping: Any, *, with_law: bool = True) -> Scenario:
 
     Args:
         mapping: The values.
-        with_law: Whether its laws must be known here; a recording is read without them.
+        with_law: Whether its laws must be loaded; a recording can be read without them.
 
     Raises:
-        ScenarioError: With one entry per wrong field.
+        ScenarioError: With one item per wrong field.
     """
     refuse_table_name(mapping)
     refuse_hand_name(mapping)
@@ -175,22 +175,22 @@ def scenario_from_mapping(mapping: Any, *, with_law: bool = True) -> Scenario:
 def with_values(
     scenario: AnyScenario, values: Mapping[str, Any], *, with_law: bool = True
 ) -> AnyScenario:
-    """The scenario with some parameters set by dotted key.
+    """Returns the scenario with parameters set by dotted key.
 
     Args:
         scenario: The base.
         values: Dotted key to plain value, such as ``{"object.mass": 1.4}``.
-        with_law: Whether its laws must be known here; a recording is made again without them.
+        with_law: Whether its laws must be loaded; a recording can be simulated without them.
 
     Raises:
-        ScenarioError: For an unknown key (with the nearest name) or a value out of bounds.
+        ScenarioError: For an unknown key (with the most similar one) or a value out of bounds.
     """
     refuse_other_types(scenario)
     quick = _with_plain_values(scenario, values, with_law)
     if quick is not None:
         return quick
     mapping = json.loads(json.dumps(scenario.to_mapping()))
-    # Parameters of a law come after the law that has them.
+    # Parameters of a law come after the law that declares them.
     ordered = sorted(values.items(), key=lambda item: item[0].startswith(f"{LAW_PARAMETERS}."))
     errors = [e for key, value in ordered if (e := assign(scenario, mapping, key, value))]
     if errors:
@@ -201,21 +201,21 @@ def with_values(
 
 
 def parameter_definitions(scenario: Scenario | None = None) -> dict[str, Parameter]:
-    """Every parameter of a scenario by dotted key; of the first preset if none is given."""
+    """Every parameter of a scenario by dotted key; of the first preset if None."""
     scenario = load_scenario(preset_names()[0]) if scenario is None else scenario
-    # A custom law may declare its parameters anew.
+    # A custom law may change its declared parameters.
     is_kept = not law_parameters(scenario.controller.kind)
     return dict(_described(scenario)) if is_kept else describe(scenario)
 
 
 @lru_cache(maxsize=16)
 def _described(scenario: Scenario) -> dict[str, Parameter]:
-    """Kept, for it takes milliseconds, and a page asks for the same many times."""
+    """Cached, because it takes milliseconds and a page needs it often."""
     return describe(scenario)
 
 
 def settable_parameters(scenario: Scenario) -> dict[str, Parameter]:
-    """Every parameter by dotted key, and without value those that lists lack: of a first entry."""
+    """Every parameter by dotted key; for absent list items, those of a first item without value."""
     definitions = parameter_definitions(scenario)
     for key, parameter in describe(full_scenario(scenario.space)).items():
         if not key.startswith("fingers."):
@@ -224,7 +224,7 @@ def settable_parameters(scenario: Scenario) -> dict[str, Parameter]:
 
 
 def scenario_to_toml(scenario: Scenario) -> str:
-    """The scenario as a TOML file that loads back to an equal scenario."""
+    """Writes the scenario as TOML that loads to an equal scenario."""
     mapping = scenario.to_mapping()
     lines = [f"title = {_toml(mapping['title'])}"]
     for name, tables in mapping.items():
@@ -234,12 +234,12 @@ def scenario_to_toml(scenario: Scenario) -> str:
 
 
 def fingers_to_toml(fingers: Sequence[Mapping[str, Any]]) -> str:
-    """Fingers as the tables of a TOML file."""
+    """Writes fingers as the tables of a TOML file."""
     return "\n".join(_toml_lines("fingers", fingers)) + "\n"
 
 
 def _toml_lines(name: str, tables: Mapping[str, Any] | Sequence[Mapping[str, Any]]) -> list[str]:
-    """One table, or several of one name."""
+    """Writes one table, or several with one name."""
     header = f"[{name}]" if isinstance(tables, Mapping) else f"[[{name}]]"
     lines = list[str]()
     for table in [tables] if isinstance(tables, Mapping) else tables:
@@ -267,12 +267,12 @@ def _toml(value: Any) -> str:
 def _with_plain_values(
     scenario: AnyScenario, values: Mapping[str, Any], with_law: bool
 ) -> AnyScenario | None:
-    """The scenario with numbers and words at places that exist, without a detour over JSON.
+    """Returns the scenario with replaced numbers and words, without a conversion to plain values.
 
-    Takes a quarter of the time of `scenario_from_mapping`.
+    Four times as fast as `scenario_from_mapping`.
 
     Returns:
-        None where that will not do, or something is wrong with a value.
+        None if that is not possible or a value is invalid.
     """
     if scenario.changes:
         return None

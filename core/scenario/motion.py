@@ -13,7 +13,7 @@ from slipgrasp.core.scenario.parameters import Quantity
 MAX_SET_POINTS = 50
 MAX_TABLE_ROWS = 250
 
-# Times closer than this are one time: 0.1 + 0.2 and 0.3 [s].
+# Times closer than this are equal, such as 0.1 + 0.2 and 0.3 [s].
 SAME_TIME = 1e-12
 
 Angle = Annotated[float, Ge(-3.2), Le(3.2)]
@@ -28,13 +28,13 @@ MoveDuration = Annotated[float, Ge(1e-3), Le(600.0), Quantity("Duration of the m
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
 class SetPoint:
-    """A pose to move to, with the least jerk, from wherever the set-point before has led."""
+    """A pose to move to with least jerk, from the end of the previous motion."""
 
     time: MoveTime
     duration: MoveDuration
     pose: Annotated[
         tuple[Coordinate, Coordinate, Angle],
-        Quantity("Object pose (x, y, theta) at its end.", "m, m, rad"),
+        Quantity("Object pose (x, y, theta) at the end of the motion.", "m, m, rad"),
     ]
 
 
@@ -42,22 +42,20 @@ MotionKind = Annotated[
     Literal["coast", "set-points", "circle", "rotation", "shake", "table"],
     Quantity(
         "Shape of the motion: coast (accelerate, coast, brake, Eq. 64), set-points, circle, "
-        "rotation (turn and back), shake, or a table of poses."
+        "rotation (to an angle and back), shake, or a table of poses.",
     ),
 ]
 AccelerationTime = Annotated[
     float,
     Ge(0.0),
     Le(1e3),
-    Quantity(
-        "Duration of the acceleration, and of the braking: coast, circle, rotation, shake.", "s"
-    ),
+    Quantity("coast, circle, rotation, shake: duration of acceleration and of braking.", "s"),
 ]
 CoastTime = Annotated[
     float,
     Ge(0.0),
     Le(1e3),
-    Quantity("duration of the motion at constant speed in between.", "s", used_by=("coast",)),
+    Quantity("duration of the motion at constant speed.", "s", used_by=("coast",)),
 ]
 Period = Annotated[
     float,
@@ -98,13 +96,13 @@ class TrajectoryParameters:
         float,
         Ge(0.0),
         Le(10.0),
-        Quantity("its radius; it begins at the bottom.", "m", used_by=("circle",)),
+        Quantity("radius of the circle, which starts at the bottom.", "m", used_by=("circle",)),
     ] = 0.05
     angle: Annotated[
         float,
         Ge(-3.2),
         Le(3.2),
-        Quantity("angle at which it turns back.", "rad", used_by=("rotation",)),
+        Quantity("angle at which the motion reverses.", "rad", used_by=("rotation",)),
     ] = 0.3
     amplitude: Annotated[
         tuple[Amplitude, Amplitude, Amplitude],
@@ -113,14 +111,14 @@ class TrajectoryParameters:
     set_points: Annotated[
         tuple[SetPoint, ...],
         Len(0, MAX_SET_POINTS),
-        Quantity("the moves, one after another.", used_by=("set-points",)),
+        Quantity("successive motions.", used_by=("set-points",)),
     ] = ()
     table: Annotated[
         tuple[tuple[Time, Coordinate, Coordinate, Angle], ...],
         Len(0, MAX_TABLE_ROWS),
         Quantity(
-            "rows of time and pose (t, x, y, theta), joined by a smooth curve; in a "
-            "scenario file also the name of a CSV file beside it.",
+            "rows of time and pose (t, x, y, theta), joined by a smooth curve; a scenario file may "
+            "instead give the name of a CSV file in the same folder.",
             "s, m, m, rad",
             used_by=("table",),
         ),
@@ -128,5 +126,5 @@ class TrajectoryParameters:
 
     @property
     def table_start(self) -> tuple[float, ...]:
-        """The start pose as rows of a table have it."""
+        """The start pose as in the rows of a table."""
         return self.start

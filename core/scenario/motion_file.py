@@ -1,4 +1,4 @@
-"""The table of a desired motion from a CSV file beside the scenario file."""
+"""The table of a desired motion from a CSV file in the folder of the scenario file."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ _SIZE = 200_000, f"a table has at most {_MOST}"
 
 
 def fill_in_table(mapping: dict[str, Any], folder: Path) -> None:
-    """Puts the rows of the file that ``trajectory.table`` names, if it names one, in its place.
+    """Replaces the file name in ``trajectory.table``, if any, by the rows of the file.
 
     Args:
         mapping: A scenario as plain values, changed in place.
-        folder: Where its file lies; nothing outside of it is read.
+        folder: Folder of the scenario file; no file outside is read.
 
     Raises:
-        ScenarioError: If the file is not there, or holds no table.
+        ScenarioError: If the file does not exist or has no valid table.
     """
     name = _table_name(mapping)
     if name is not None:
@@ -39,10 +39,10 @@ def fill_in_table(mapping: dict[str, Any], folder: Path) -> None:
 
 
 def refuse_table_name(mapping: Any) -> None:
-    """Raises if ``trajectory.table`` is still a name: where there is no folder, none is looked up.
+    """Raises an error if ``trajectory.table`` is a file name, which is allowed only in files.
 
     Raises:
-        ScenarioError: If it is.
+        ScenarioError: If it is a file name.
     """
     name = _table_name(mapping)
     if name is not None:
@@ -60,12 +60,12 @@ def _table_name(mapping: Any) -> str | None:
 
 
 def _columns(mapping: dict[str, Any]) -> Columns:
-    """What stands in the columns of a table of poses."""
+    """Names of the columns of a table of poses."""
     return space_of(mapping).table_columns
 
 
 def _parse(text: str, name: str, columns: Columns) -> list[list[float]]:
-    """Rows of numbers; a first line with the names of the columns is passed over."""
+    """Rows of numbers; a first line with column names is skipped."""
     rows: list[list[float]] = []
     reader = csv.reader(io.StringIO(text))
     try:
@@ -74,7 +74,7 @@ def _parse(text: str, name: str, columns: Columns) -> list[list[float]]:
             if not any(cells) or (not rows and _is_header(cells, columns)):
                 continue
             if len(rows) == MAX_TABLE_ROWS:
-                raise _error(name, _MOST, f"line {reader.line_num}: more than {_MOST}; keep fewer")
+                raise _error(name, _MOST, f"line {reader.line_num}: more than {_MOST}; use fewer")
             rows.append(_parse_row(cells, name, reader.line_num, columns))
     except csv.Error as error:
         raise _error(name, "a CSV file", f"line {reader.line_num}: {error}") from error
@@ -82,13 +82,13 @@ def _parse(text: str, name: str, columns: Columns) -> list[list[float]]:
 
 
 def _is_header(cells: list[str], columns: Columns) -> bool:
-    """Whether these are the columns' names, perhaps with units: ``t [s]``."""
+    """Whether the cells are column names, possibly with units: ``t [s]``."""
     return [cell.lower().split("[")[0].split("(")[0].strip() for cell in cells] == list(columns)
 
 
 def _parse_row(cells: list[str], name: str, line: int, columns: Columns) -> list[float]:
     if len(cells) != len(columns):
-        wanted = f"the {_COUNTS[len(columns)]} {', '.join(columns)} with commas between"
+        wanted = f"the {_COUNTS[len(columns)]} {', '.join(columns)} separated by commas"
         raise _error(
             name,
             f"{len(columns)} columns",
@@ -106,7 +106,9 @@ def _parse_number(cell: str, name: str, place: str) -> float:
     except ValueError:
         number = math.nan
     if not math.isfinite(number):
-        raise _error(name, "a finite number", f"{place}: '{shortened(cell)}' is no finite number")
+        raise _error(
+            name, "a finite number", f"{place}: '{shortened(cell)}' is not a finite number"
+        )
     return number
 
 

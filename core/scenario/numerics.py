@@ -1,4 +1,4 @@
-"""Duration, output and accuracy of a run, and what changes during it."""
+"""Duration, output and accuracy of a run, and changes of parameters."""
 
 from __future__ import annotations
 
@@ -33,45 +33,48 @@ AbsoluteTolerance = Annotated[
 ]
 MaxStep = Annotated[float, Ge(1e-5), Le(1.0), Quantity("Largest step of the integration.", "s")]
 MaxSteps = Annotated[
-    int, Ge(1), Le(100_000_000), Quantity("Steps after which a run ends as limit.", "1")
+    int,
+    Ge(1),
+    Le(100_000_000),
+    Quantity("Number of steps after which a run ends with the outcome limit.", "1"),
 ]
 Seed = Annotated[
     int,
     Ge(0),
     Le(2**31 - 1),
-    Quantity("Seed of the noise of the sensors: the same seed, the same run.", "1"),
+    Quantity("Seed of the sensor noise: equal seeds give equal runs.", "1"),
 ]
 ChatterChanges = Annotated[
     int,
     Ge(5),
     Le(MAX_CHATTER_CHANGES),
-    Quantity("Phase changes within the chatter window that end a run as chattering.", "1"),
+    Quantity("Number of phase changes within the chatter window that ends a run.", "1"),
 ]
 ChatterWindow = Annotated[
     float,
     Ge(1e-6),
     Le(10.0),
-    Quantity("Length of the chatter window; with sampled control at most one period.", "s"),
+    Quantity("Length of the chatter window; at most one period of sampled control.", "s"),
 ]
 FrictionKind = Annotated[
     Literal["cone", "pyramid"],
     Quantity(
-        "Friction of a contact along its two tangents: cone (Coulomb's law) or pyramid (the "
-        "paper's, which bounds each tangential force by itself)."
+        "Friction of a contact along its two tangents: cone (Coulomb's law) or pyramid (as in the "
+        "paper, with independent bounds for the two tangential forces).",
     ),
 ]
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
 class Change:
-    """A parameter that takes another value at a stated time during the run."""
+    """A parameter that changes at a given time during the run."""
 
     time: Annotated[float, Gt(0.0), Le(600.0), Quantity("Time of the change.", "s")]
     parameter: Annotated[str, Len(1, 80), Quantity("Dotted key of the parameter that changes.")]
     value: Annotated[
         bool | float | str | tuple[float, ...],
         AfterValidator(law_kind),
-        Quantity("Value from then on, in the unit of the parameter."),
+        Quantity("New value, in the unit of the parameter."),
     ]
 
 

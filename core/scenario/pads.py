@@ -1,9 +1,9 @@
-"""Soft fingertips: how much their pads resist being turned on a face.
+"""Soft fingertips: resistance of their pads to rotation on a face.
 
-A pad of radius a pressed with F_n carries at most the moment e mu F_n about the normal where it
-carries no tangential force, |F_t| = mu F_n where it carries no moment, and both at once on the
-ellipsoid between them. The eccentricity e [m] follows from how the pressure spreads over the pad:
-e = int r p dA / int p dA, 2/3 a where it is even, 3 pi / 16 a where it is that of Hertz.
+A pad of radius a with normal force F_n bears a moment up to e mu F_n about the normal without
+tangential force, a tangential force up to mu F_n without a moment, and combinations within the
+ellipsoid between them. The eccentricity e [m] depends on the distribution of pressure over the pad:
+e = int r p dA / int p dA, which is 2/3 a for even pressure and 3 pi / 16 a for Hertzian pressure.
 """
 
 from __future__ import annotations
@@ -17,17 +17,17 @@ from slipgrasp.core.scenario.parameters import Quantity
 from slipgrasp.core.scenario.space import SPATIAL
 
 PAD_FACTORS = {"even": 2.0 / 3.0, "hertz": 3.0 * math.pi / 16.0}
-"""Eccentricity over the radius of the pad, by how the pressure spreads over it."""
+"""Eccentricity divided by the radius of the pad, by distribution of pressure."""
 
 LEAST_ECCENTRICITY = 5e-4
-"""A pad with less is a point: it would turn and slide at speeds that count as rest [m]."""
+"""Smaller pads are points: they would turn and slide at speeds that count as rest [m]."""
 
 PadRadius = Annotated[
     float,
     Ge(0.0),
     Le(1.0),
     Quantity(
-        "Radius of the pad of a soft fingertip, which resists turning about the normal of the "
+        "Radius of the pad of a soft fingertip, which resists rotation about the normal of the "
         "face; below 1 mm: a hard point, which turns freely.",
         "m",
         typical=(0.0, 0.03),
@@ -37,18 +37,18 @@ PadRadius = Annotated[
 PadPressure = Annotated[
     Literal["even", "hertz"],
     Quantity(
-        "How the pressure spreads over the pad: even, greatest moment over greatest force 2/3 of "
-        "its radius; hertz, as of a ball, 0.589 of it.",
+        "Distribution of pressure over the pad, which determines the ratio of the largest moment "
+        "to the largest force: even (2/3 of the radius) or hertz (0.589 of the radius).",
         hands=(SPATIAL,),
     ),
 ]
 
 
 def eccentricity(radius: float, pressure: str) -> float:
-    """Greatest moment of a pad over its greatest force, 0 of a point [m].
+    """Ratio of the largest moment to the largest force of a pad; 0 for a point [m].
 
     Args:
-        radius: Of the pad [m].
+        radius: Radius of the pad [m].
         pressure: A key of `PAD_FACTORS`.
     """
     reach = PAD_FACTORS[pressure] * radius

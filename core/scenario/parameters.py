@@ -1,4 +1,4 @@
-"""What a parameter is: unit, bounds and a sentence, stated once beside its field.
+"""Definition of a parameter: unit, bounds and a sentence, stated once, in its annotation.
 
 The annotation of a scenario field is the only definition. Validation, API schema,
 sliders, command-line help and recording header are all derived from it.
@@ -28,11 +28,11 @@ class Quantity:
 
     Attributes:
         text: One sentence for the user.
-        unit: SI unit, "1" for pure numbers, "" where a unit makes no sense.
+        unit: SI unit, "1" for pure numbers, "" if a unit makes no sense.
         typical: Range in which a slider moves; the bounds are wider.
         changeable: Whether a timed change may set it during a run.
-        used_by: The kinds of its part that use it, such as control laws; all of them if empty.
-        choices: Gives the words to choose from, where they are not known beforehand.
+        used_by: Kinds of its part that use it, such as control laws; all of them if empty.
+        choices: Returns the allowed words if they are not known statically.
         hands: The kinds of hands whose kernel uses it; for others it keeps its default.
     """
 
@@ -46,7 +46,7 @@ class Quantity:
 
     @property
     def sentence(self) -> str:
-        """The sentence, headed by the kinds that use it."""
+        """The sentence, preceded by the kinds that use the parameter."""
         return f"{', '.join(self.used_by)}: {self.text}" if self.used_by else self.text
 
 
@@ -56,18 +56,18 @@ class Parameter:
 
     Attributes:
         key: Dotted key such as ``fingers.0.link_masses.1``.
-        value: Its value in the scenario it was described from.
+        value: Value in the described scenario.
         kind: ``number``, ``integer``, ``boolean``, ``choice``, ``text`` or ``number-or-list``.
         unit: SI unit.
         text: One sentence for the user.
-        minimum: Least allowed value, if any.
+        minimum: Smallest allowed value, if any.
         maximum: Largest allowed value, if any.
-        exclusive_minimum: Whether ``minimum`` itself is not allowed.
+        exclusive_minimum: Whether ``minimum`` itself is excluded.
         typical: Range in which a slider moves.
         choices: Allowed words of a choice.
-        optional: Whether it may be left out.
+        optional: Whether it may be omitted.
         changeable: Whether a timed change may set it during a run.
-        used_by: The kinds of its part that use it; all of them if empty.
+        used_by: Kinds of its part that use it; all of them if empty.
     """
 
     key: str
@@ -120,7 +120,7 @@ def iterate_parameters(node: Any, prefix: str = "") -> Iterator[Parameter]:
 
 
 def iterate_lists(node: Any, prefix: str = "") -> Iterator[Parameter]:
-    """Yields every list of any length that is stated as one quantity, such as a table.
+    """Yields every list of variable length that is described by one quantity, such as a table.
 
     Args:
         node: A scenario or a part of one (a dataclass instance).
@@ -154,11 +154,11 @@ def kinds_using(part: type, name: str) -> tuple[str, ...]:
 
 
 def values_not_for(node: Any, hand: Space, prefix: str = "") -> Iterator[tuple[str, Any, Any]]:
-    """Key, value and default of every parameter that differs from its default and has no use.
+    """Key, value and default of every unused parameter that differs from its default.
 
     Args:
         node: A scenario or a part of one (a dataclass instance).
-        hand: Kind of hands whose kernel does not use it.
+        hand: Kind of hand whose kernel does not use it.
         prefix: Dotted key of ``node``.
     """
     kept, inner = _kept_for(type(node), hand)
@@ -177,7 +177,7 @@ def values_not_for(node: Any, hand: Space, prefix: str = "") -> Iterator[tuple[s
 
 @cache
 def _kept_for(part: type, hand: Space) -> tuple[tuple[tuple[str, Any], ...], tuple[str, ...]]:
-    """Parameters that a kernel does not use, with defaults; fields with parts that have some."""
+    """Fields that a kernel does not use, with defaults, and fields whose parts have such fields."""
     kept, inner = [], []
     for field in dataclasses.fields(part):
         quantity, _, base = split_hint(hints_of(part)[field.name])
@@ -189,7 +189,7 @@ def _kept_for(part: type, hand: Space) -> tuple[tuple[tuple[str, Any], ...], tup
 
 
 def _parts_of(base: Any) -> list[type]:
-    """The dataclasses that a type is, or is a tuple or a union of."""
+    """The dataclasses in a type, a tuple type or a union."""
     if isinstance(base, type) and dataclasses.is_dataclass(base):
         return [base]
     return [part for inner in typing.get_args(base) for part in _parts_of(inner)]
@@ -197,23 +197,23 @@ def _parts_of(base: Any) -> list[type]:
 
 @cache
 def hints_of(kind: type) -> dict[str, Any]:
-    """Annotations of a dataclass; looking them up takes longer than all the rest."""
+    """Annotations of a dataclass, cached because resolving them dominates the run time."""
     return typing.get_type_hints(kind, include_extras=True)
 
 
 def describe(scenario: Any) -> dict[str, Parameter]:
-    """The parameters of a scenario by dotted key."""
+    """Returns the parameters of a scenario by dotted key."""
     return {parameter.key: parameter for parameter in iterate_parameters(scenario)}
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
 class ParameterDifference:
-    """A parameter of the scenario that differs.
+    """A parameter that differs between two scenarios.
 
     Attributes:
         key: Its dotted key.
-        a: Its value in the first run, None if it has none.
-        b: Its value in the second run.
+        a: Value in the first run, None if absent.
+        b: Value in the second run, None if absent.
         unit: SI unit.
     """
 
@@ -236,7 +236,7 @@ def parameter_differences(a: Any, b: Any) -> Iterator[ParameterDifference]:
 def _describe_law_parameters(
     key: str, kind: str, values: Mapping[str, float]
 ) -> Iterator[Parameter]:
-    """The parameters of a custom law: as it declares them, or bare where it is not known."""
+    """Parameters of a custom law: as declared, or without a definition if the law is not loaded."""
     declared = law_parameters(kind)
     for name, parameter in declared.items():
         yield Parameter(
@@ -252,7 +252,7 @@ def _describe_law_parameters(
             used_by=(kind,),
         )
     for name in (name for name in values if name not in declared):
-        text = f"A parameter of the law '{kind}', which is not known here."
+        text = f"A parameter of the law '{kind}', which is not loaded."
         yield Parameter(key=f"{key}.{name}", value=values[name], kind="number", unit="", text=text)
 
 
@@ -289,7 +289,7 @@ def _describe_item(
 
 @cache
 def _quantity_of_item(quantity: Quantity, count: int, index: int) -> Quantity:
-    """The quantity of one of ``count`` items, where they have units of their own."""
+    """The quantity of one of ``count`` items, which may have individual units."""
     units = quantity.unit.split(", ")
     unit = units[index] if index < len(units) == count else quantity.unit
     return dataclasses.replace(quantity, unit=unit)
@@ -297,7 +297,7 @@ def _quantity_of_item(quantity: Quantity, count: int, index: int) -> Quantity:
 
 @cache
 def split_hint(hint: Any) -> tuple[Quantity | None, tuple[Any, ...], Any]:
-    """What an annotation says: the quantity if there is one, all else beside the type, the type."""
+    """Splits an annotation into its quantity, if any, other metadata, and the type."""
     if typing.get_origin(hint) is typing.Annotated:
         base, *extras = typing.get_args(hint)
         quantity = next((e for e in extras if isinstance(e, Quantity)), None)
@@ -306,7 +306,7 @@ def split_hint(hint: Any) -> tuple[Quantity | None, tuple[Any, ...], Any]:
 
 
 def is_tuple(base: Any) -> bool:
-    """Whether a type is that of a tuple."""
+    """Whether a type is a tuple type."""
     return typing.get_origin(base) is tuple
 
 
@@ -321,7 +321,7 @@ def _parameter(
 
 @cache
 def _facts_of(base: Any, quantity: Quantity, extras: tuple[Any, ...]) -> dict[str, Any]:
-    """All of a parameter that its definition says: the same in every scenario."""
+    """The part of a parameter that is the same in every scenario."""
     alternatives = alternatives_of(base)
     kinds = [a for a in alternatives if a is not type(None)]
     low, high, exclusive = _bounds(extras, kinds)
@@ -341,12 +341,12 @@ def _facts_of(base: Any, quantity: Quantity, extras: tuple[Any, ...]) -> dict[st
 
 
 def _words_of(kinds: list[Any]) -> tuple[str, ...]:
-    """The words of a choice that are known beforehand."""
+    """The statically known words of a choice."""
     return tuple(c for k in kinds if typing.get_origin(k) is Literal for c in typing.get_args(k))
 
 
 def alternatives_of(base: Any) -> tuple[Any, ...]:
-    """The types of which a value may have any."""
+    """The members of a union type."""
     if isinstance(base, types.UnionType) or typing.get_origin(base) is typing.Union:
         return typing.get_args(base)
     return (base,)

@@ -30,9 +30,9 @@ from slipgrasp.core.scenario.world import ActuationParameters, Patch, Pulse, Sen
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
 class PlanarScenario:
-    """A planar hand, an object, a desired motion, a controller and its ignorance.
+    """A planar hand, an object, a desired motion, a controller and its unknown parameters.
 
-    Two scenarios that are equal give runs that are equal to the last bit.
+    Equal scenarios give runs that are equal to the last bit.
     """
 
     title: Title = ""
@@ -50,42 +50,42 @@ class PlanarScenario:
 
     @property
     def space(self) -> Space:
-        """What depends on the hand being planar."""
+        """Functions and constants that depend on the kind of hand."""
         return PLANAR
 
     @property
     def has_soft_fingers(self) -> bool:
-        """Whether any fingertip resists turning on its face: in the plane nothing turns so."""
+        """Whether any fingertip resists rotation on its face: never for planar hands."""
         return False
 
     @property
     def finger_names(self) -> tuple[str, ...]:
-        """What to call the fingers: the faces they touch, numbered where several share one."""
+        """Names of the fingers: the faces that they touch, numbered if several share a face."""
         return names_by_face([finger.face for finger in self.fingers])
 
     @property
     def slides(self) -> tuple[int, ...]:
-        """Which fingers are on slides."""
+        """Indices of the fingers on slides."""
         return tuple(i for i, finger in enumerate(self.fingers) if finger.kind == "slides")
 
     @property
     def sliding_joints(self) -> tuple[int, ...]:
-        """Which joints slide, counted through all fingers."""
+        """Indices of the prismatic joints, counted through all fingers."""
         count = PLANAR.joints_per_finger
         return tuple(count * i + k for i in self.slides for k in range(count))
 
     @property
     def friction_cone(self) -> FrictionCone:
-        """What bounds the friction of a contact along its only tangent."""
+        """The bound of the friction of a contact along its only tangent."""
         return "line"
 
     def to_mapping(self) -> dict[str, Any]:
-        """The scenario as nested plain values, without what was left out (None, no parameters)."""
+        """The scenario as nested plain values, without absent ones (None, no parameters)."""
         return asdict(self, dict_factory=without_none)
 
 
 def full_planar_scenario() -> PlanarScenario:
-    """A scenario with an entry in every list; it could not be simulated."""
+    """A scenario with an item in every list; not for simulation."""
     return PlanarScenario(
         object=ObjectParameters(corners=((0.0, 0.0),)),
         fingers=(FingerParameters(base=(0.0, 0.0), face="left"),) * 2,

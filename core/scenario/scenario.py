@@ -1,4 +1,4 @@
-"""Scenarios of every kind of hand, and what the kinds of their parts are called together."""
+"""Scenarios of all kinds of hands, and the unions of their parts."""
 
 from __future__ import annotations
 
@@ -38,19 +38,19 @@ _FULL = {PLANAR: full_planar_scenario, SPATIAL: full_spatial_scenario}
 
 
 def full_scenario(space: Space = PLANAR) -> Scenario:
-    """A scenario with an entry in every list; it could not be simulated."""
+    """A scenario with an item in every list; not for simulation."""
     return _FULL[space]()
 
 
 def space_of(mapping: Mapping[str, object]) -> Space:
-    """The kind of hand that plain values are a scenario of: a spatial object has a height."""
+    """The kind of hand in plain values: a spatial object has a height."""
     body = mapping.get("object")
     names = body if isinstance(body, dict) else {}
     return PLANAR if {"height", "inertias"}.isdisjoint(names) else SPATIAL
 
 
 def is_there(patch: AnyPatch, t: float) -> bool:
-    """Whether a patch is there at a time [s]."""
+    """Whether a patch exists at a time [s]."""
     return patch.start_time <= t and (patch.end_time is None or t < patch.end_time)
 
 

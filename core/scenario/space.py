@@ -1,7 +1,7 @@
-"""What depends on whether a hand is planar or spatial, as data.
+"""Differences between planar and spatial hands, as data.
 
-Code that serves both kinds of hands reads this and asks nothing; what a kind has of its own in
-code (a kernel, geometry, sentences) stands in a table by `Space`.
+Code for both kinds of hands uses this data without branches; separate code (a kernel, geometry,
+text) is in tables by `Space`.
 """
 
 from __future__ import annotations
@@ -12,21 +12,21 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Space:
-    """The space that a hand moves in.
+    """The space of a hand, planar or spatial.
 
     Attributes:
         name: ``planar`` or ``spatial``.
         positions: Names of the coordinates of the object's position.
-        turns: Names of those of its attitude.
+        turns: Names of the coordinates of its attitude.
         pose: Names of the numbers of a pose.
         rotation: Names of the coordinates of a rotation in a table of poses.
-        tangents: Names of the tangents of a face; empty for the only one.
-        joints_per_finger: How many joints every finger has.
-        has_paths: Whether the distance that a fingertip has travelled is a signal of its own.
+        tangents: Names of the tangents of a face; empty if there is only one.
+        joints_per_finger: Number of joints of every finger.
+        has_paths: Whether the distance travelled by a fingertip is a separate signal.
         has_pads: Whether fingertips may be soft.
-        slip_signal: The signal with the slip of a fingertip in one number.
-        slip_words: What that is called.
-        force_index: Index of F where it stands for the tangential force: one part, or its size.
+        slip_signal: The signal with the slip of a fingertip as one number.
+        slip_words: Name of that signal as text.
+        force_index: Index of F for the tangential force: one component, or its magnitude.
         phases: Numbers of the phases that a contact can have.
         inertias: Keys of the moments of inertia of the object.
     """
@@ -47,34 +47,34 @@ class Space:
     inertias: tuple[str, ...]
 
     def __reduce__(self) -> tuple[Callable[[str], Space], tuple[str]]:
-        """Copies, and what other processes are sent, are the same object."""
+        """Copying and unpickling return the same object."""
         return space_called, (self.name,)
 
     @property
     def coordinates(self) -> tuple[str, ...]:
-        """Names of the coordinates of the object: of its velocity and of its error."""
+        """Names of the coordinates of the object in its velocity and error."""
         return self.positions + self.turns
 
     @property
     def num_positions(self) -> int:
-        """How many coordinates a position has."""
+        """Number of coordinates of a position."""
         return len(self.positions)
 
     @property
     def num_tangents(self) -> int:
-        """How many tangents a face has."""
+        """Number of tangents of a face."""
         return len(self.tangents)
 
     @property
     def table_columns(self) -> tuple[str, ...]:
-        """Columns of a table of poses."""
+        """Names of the columns of a table of poses."""
         return ("t", *self.positions, *self.rotation)
 
     def num_coordinates(self, num_fingers: int) -> int:
-        """Coordinates of a hand in the reduced form: those of the object, and the slips.
+        """Number of coordinates of the reduced form: those of the object, and the slips.
 
         Args:
-            num_fingers: How many fingers it has.
+            num_fingers: Number of fingers.
         """
         return len(self.coordinates) + self.num_tangents * num_fingers
 
@@ -108,7 +108,7 @@ SPATIAL = Space(
     slip_signal="slip_path",
     slip_words="way slid",
     force_index="t",
-    # First those of the cone, then along one and along both tangents of the pyramid.
+    # First the cone, then one tangent and both tangents of the pyramid.
     phases=(0, 2, 10, 4, 8, 6, 11, 9, 5, 3),
     inertias=("object.inertias.0", "object.inertias.1", "object.inertias.2"),
 )
@@ -116,7 +116,7 @@ SPACES = (PLANAR, SPATIAL)
 
 
 def space_called(name: str) -> Space:
-    """The space of a name.
+    """Returns the space with a name.
 
     Args:
         name: ``planar`` or ``spatial``.
@@ -125,7 +125,7 @@ def space_called(name: str) -> Space:
 
 
 def space_of_errors(num_coordinates: int) -> Space:
-    """The space in which an object has so many coordinates.
+    """Returns the space in which an object has this number of coordinates.
 
     Args:
         num_coordinates: 3 or 6.

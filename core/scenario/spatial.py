@@ -1,7 +1,7 @@
-"""A scenario of a spatial hand: its parts where they differ from those of a planar one.
+"""A scenario of a spatial hand: the parts that differ from those of a planar hand.
 
 The hand stands in x, y, z with z up; the object is a convex polygon extruded along its own z axis.
-Whatever means the same as in the plane has the same key (docs/space.md).
+Parameters with the same meaning as those of planar hands have the same key (docs/space.md).
 """
 
 from __future__ import annotations
@@ -100,7 +100,7 @@ class SpatialObject:
     inertias: Annotated[
         tuple[Inertia, Inertia, Inertia],
         Quantity(
-            "True principal moments of inertia of the object about its x, y and z axis.",
+            "True principal moments of inertia of the object about its x, y and z axes.",
             "kg m²",
             typical=(0.002, 0.05),
             changeable=True,
@@ -122,59 +122,59 @@ class SpatialObject:
         tuple[Corner, ...],
         Len(0, MAX_CORNERS),
         Quantity(
-            "Corners (x, y) of the convex base of a prism, counterclockwise, from its centre of "
-            "mass; none: a box.",
+            "Corners (x, y) of the convex base of a prism, counterclockwise, relative to its "
+            "centre of mass; omitted: a box.",
             "m",
         ),
     ] = ()
     shape: Annotated[
         Literal["prism", "cylinder", "sphere"],
         Quantity(
-            "Shape of the object: prism (a box, or what its corners say), cylinder about its z "
-            "axis, or sphere."
+            "Shape of the object: prism (a box unless corners are given), cylinder (along the z "
+            "axis) or sphere.",
         ),
     ] = "prism"
     radius: Annotated[Radius, Quantity("Radius of a cylinder or a sphere.", "m")] = 0.1
 
     @property
     def is_round(self) -> bool:
-        """Whether its faces are curved."""
+        """Whether the faces are curved."""
         return self.shape != "prism"
 
     @property
     def half_sizes(self) -> tuple[float, float]:
-        """Half the sizes of a box, or of that around a round object, along x and y [m]."""
+        """Half the sizes along x and y of a box, or of the box around a round object [m]."""
         if self.is_round:
             return self.radius, self.radius
         return self.half_width, self.half_depth
 
     @property
     def half_height(self) -> float:
-        """How far it reaches along its z axis [m]."""
+        """Height along the z axis [m]."""
         return self.radius if self.shape == "sphere" else 0.5 * self.height
 
     @property
     def face_names(self) -> tuple[str, ...]:
-        """What its faces are called.
+        """Names of the faces.
 
-        The curved ones are one face: each name says where the contact offset counts from.
+        Curved faces are one face: their names are the origins of the contact offset.
         """
         return (*(f"side-{k}" for k in range(len(self.corners) or 4)), "top", "bottom")
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
 class SpatialFinger:
-    """A finger whose base turns about a vertical axis, with two links that move in its plane.
+    """A finger whose base turns about a vertical axis, with two links that move in one plane.
 
-    Or a tip on three slides, or at the end of a chain of joints, of which three move by themselves.
+    Alternatively a tip on three slides, or on a chain with three independent joints.
     """
 
     kind: Annotated[
         Literal["links", "slides", "chain"],
         Quantity(
-            "What carries the tip: links (a yaw axis and two links), slides (one along each axis, "
-            "with one moving mass; joint positions in m and torques in N are those of the slides) "
-            "or chain (three joints of any places and axes, and others that follow these)."
+            "Mechanism of the finger: links (a yaw axis and two links), slides (one along each "
+            "axis, with one moving mass; joint positions are then in m and torques in N) or chain "
+            "(three independent joints with any positions and axes, and joints coupled to them).",
         ),
     ] = "links"
     mass: SlidesMass = 0.1
@@ -184,7 +184,7 @@ class SpatialFinger:
     ] = ()
     tip: Annotated[
         tuple[Coordinate, Coordinate, Coordinate],
-        Quantity("tip in the frame of the last link.", "m", used_by=("chain",)),
+        Quantity("position of the tip in the frame of the last link.", "m", used_by=("chain",)),
     ] = (0.0, 0.0, 0.0)
     attitude: Annotated[
         Attitude,
@@ -193,7 +193,7 @@ class SpatialFinger:
     posture: Annotated[
         tuple[JointPosition, JointPosition, JointPosition],
         Quantity(
-            "joint positions near those at the start, in rad, of slides in m.",
+            "approximate initial joint positions (prismatic: in m).",
             "rad",
             used_by=("chain",),
         ),
@@ -205,9 +205,7 @@ class SpatialFinger:
     )
     base: Annotated[
         tuple[Coordinate, Coordinate, Coordinate],
-        Quantity(
-            "Position (x, y, z) of the finger's first joint; where slides have their zero.", "m"
-        ),
+        Quantity("Position (x, y, z) of the first joint (for slides: their origin).", "m"),
     ]
     friction: Friction = 0.25
     static_friction: StaticFriction = None
@@ -218,15 +216,16 @@ class SpatialFinger:
     face: Annotated[
         SpatialFace,
         Quantity(
-            "Face of the object the tip touches: side-K, from corner K to the next, top or bottom; "
-            "of a box, a cylinder or a sphere side-0 to side-3 face -y, +x, +y, -x."
+            "Face that the fingertip touches: side-K, from corner K to the next corner, top or "
+            "bottom; side-0 to side-3 of a box, cylinder or sphere are on the -y, +x, +y and -x "
+            "sides.",
         ),
     ]
     contact_offset: Annotated[
         tuple[Offset, Offset],
         Quantity(
-            "Where along the two tangents of the face the tip starts, from the middle of a side, "
-            "or from the axis of top and bottom; on curved faces along an arc.",
+            "Initial position of the fingertip along the two tangents of the face, from the centre "
+            "of a side, or from the axis on top and bottom; on curved faces along an arc.",
             "m",
         ),
     ] = (0.0, 0.0)
@@ -244,7 +243,8 @@ class SpatialFinger:
     link_inertia_fractions: Annotated[
         tuple[Annotated[float, Ge(1e-6), Le(1.0)], Annotated[float, Ge(1e-6), Le(1.0)]],
         Quantity(
-            "inertia of a link across its centre of mass, divided by mass times length squared.",
+            "inertia of a link about axes perpendicular to it through its centre of mass, divided "
+            "by mass times length squared.",
             "1",
             used_by=("links",),
         ),
@@ -252,21 +252,21 @@ class SpatialFinger:
 
     @property
     def eccentricity(self) -> float:
-        """Greatest moment about the normal over greatest tangential force, 0 of a point [m]."""
+        """Ratio of the largest moment to the largest tangential force, 0 for a point [m]."""
         return eccentricity(self.pad_radius, self.pad_pressure)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
 class SpatialSetPoint:
-    """A pose to move to, with the least jerk, from wherever the set-point before has led."""
+    """A pose to move to with least jerk, from the end of the previous motion."""
 
     time: MoveTime
     duration: MoveDuration
     pose: Annotated[
         tuple[Coordinate, Coordinate, Coordinate, Angle, Angle, Angle],
         Quantity(
-            "Position (x, y, z) at its end, and the rotation vector by which the object is turned "
-            "from its start attitude.",
+            "Position (x, y, z) at the end of the motion, and rotation vector from the initial to "
+            "the final attitude.",
             "m, m, m, rad, rad, rad",
         ),
     ]
@@ -274,7 +274,7 @@ class SpatialSetPoint:
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
 class SpatialTrajectory:
-    """The desired motion: positions x, y, z, and a rotation vector from the start attitude."""
+    """The desired motion: positions x, y, z, and a rotation vector from the initial attitude."""
 
     kind: MotionKind = "coast"
     start: Annotated[
@@ -303,7 +303,7 @@ class SpatialTrajectory:
         Ge(0.0),
         Le(10.0),
         Quantity(
-            "its radius; it stands upright along x, and begins at the bottom.",
+            "radius of the circle, which lies in the x-z plane and starts at its lowest point.",
             "m",
             used_by=("circle",),
         ),
@@ -311,7 +311,7 @@ class SpatialTrajectory:
     angle: Annotated[
         tuple[Angle, Angle, Angle],
         Quantity(
-            "rotation vector by which it turns before it turns back.",
+            "rotation vector at which the motion reverses.",
             "rad",
             used_by=("rotation",),
         ),
@@ -327,7 +327,7 @@ class SpatialTrajectory:
     set_points: Annotated[
         tuple[SpatialSetPoint, ...],
         Len(0, MAX_SET_POINTS),
-        Quantity("the moves, one after another.", used_by=("set-points",)),
+        Quantity("successive motions.", used_by=("set-points",)),
     ] = ()
     table: Annotated[
         tuple[
@@ -337,7 +337,8 @@ class SpatialTrajectory:
         Len(0, MAX_TABLE_ROWS),
         Quantity(
             "rows of time, position and rotation vector (t, x, y, z, rx, ry, rz), joined by a "
-            "smooth curve; in a scenario file also the name of a CSV file beside it.",
+            "smooth curve; a scenario file may instead give the name of a CSV file in the same "
+            "folder.",
             "s, m, m, m, rad, rad, rad",
             used_by=("table",),
         ),
@@ -345,13 +346,13 @@ class SpatialTrajectory:
 
     @property
     def table_start(self) -> tuple[float, ...]:
-        """The start pose as rows of a table have it, whose rotations count from its attitude."""
+        """The start pose as a row of a table, with rotations relative to the initial attitude."""
         return (*self.start[:3], 0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
 class SpatialPulse:
-    """A constant force and moment on the object for a while."""
+    """A constant force and moment on the object for a limited time."""
 
     time: PulseTime
     duration: PulseDuration = 0.05
@@ -367,33 +368,33 @@ class SpatialPulse:
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
 class SpatialPatch:
-    """A round patch of a face with another friction; it may come and go."""
+    """A round patch of a face with different friction; may be temporary."""
 
-    face: Annotated[SpatialFace, Quantity("Face it lies on.")]
+    face: Annotated[SpatialFace, Quantity("Face of the patch.")]
     centre: Annotated[
         tuple[Offset, Offset],
         Quantity(
-            "Where its middle lies along the two tangents of the face, from the middle of a side, "
-            "or from the axis of top and bottom.",
+            "Position of the centre along the two tangents of the face, from the centre of a side, "
+            "or from the axis on top and bottom.",
             "m",
         ),
     ] = (0.0, 0.0)
-    radius: Annotated[float, Ge(1e-4), Le(10.0), Quantity("Its radius.", "m")] = 0.03
+    radius: Annotated[float, Ge(1e-4), Le(10.0), Quantity("Radius of the patch.", "m")] = 0.03
     friction_factor: FrictionFactor = 0.6
     start_time: PatchStart = 0.0
     end_time: PatchEnd = None
 
     @property
     def place(self) -> tuple[str, tuple[float, float], float]:
-        """Where it lies and how large it is: face, middle and radius [m]."""
+        """Position and size of the patch: face, centre and radius [m]."""
         return self.face, self.centre, self.radius
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
 class SpatialScenario:
-    """A spatial hand, an object, a desired motion, a controller and its ignorance.
+    """A spatial hand, an object, a desired motion, a controller and its unknown parameters.
 
-    Two scenarios that are equal give runs that are equal to the last bit.
+    Equal scenarios give runs that are equal to the last bit.
     """
 
     title: Title = ""
@@ -411,27 +412,27 @@ class SpatialScenario:
 
     @property
     def space(self) -> Space:
-        """What depends on the hand being spatial."""
+        """Functions and constants that depend on the kind of hand."""
         return SPATIAL
 
     @property
     def has_soft_fingers(self) -> bool:
-        """Whether any fingertip resists turning on its face."""
+        """Whether any fingertip resists rotation on its face."""
         return any(finger.eccentricity > 0.0 for finger in self.fingers)
 
     @property
     def finger_names(self) -> tuple[str, ...]:
-        """What to call the fingers: the faces they touch, numbered where several share one."""
+        """Names of the fingers: the faces that they touch, numbered if several share a face."""
         return names_by_face([finger.face for finger in self.fingers])
 
     @property
     def slides(self) -> tuple[int, ...]:
-        """Which fingers are on slides."""
+        """Indices of the fingers on slides."""
         return tuple(i for i, finger in enumerate(self.fingers) if finger.kind == "slides")
 
     @property
     def sliding_joints(self) -> tuple[int, ...]:
-        """Which joints slide, counted through all fingers."""
+        """Indices of the prismatic joints, counted through all fingers."""
         count = SPATIAL.joints_per_finger
         return tuple(
             count * i + k
@@ -446,7 +447,7 @@ class SpatialScenario:
 
     @property
     def torque_limits(self) -> tuple[tuple[str, float | None], ...]:
-        """Key and value of what limits the torque of every joint, through all fingers."""
+        """Key and value of the torque limit of every joint, counted through all fingers."""
         limit, found = self.actuation.torque_limit, list[tuple[str, float | None]]()
         for i, finger in enumerate(self.fingers):
             if limit is not None or finger.kind != "chain":
@@ -460,16 +461,16 @@ class SpatialScenario:
 
     @property
     def friction_cone(self) -> FrictionCone:
-        """What bounds the friction of a contact along its two tangents."""
+        """The bound of the friction of a contact along its two tangents."""
         return self.simulation.friction
 
     def to_mapping(self) -> dict[str, Any]:
-        """The scenario as nested plain values, without what was left out (None, no parameters)."""
+        """The scenario as nested plain values, without absent ones (None, no parameters)."""
         return asdict(self, dict_factory=without_none)
 
 
 def full_spatial_scenario() -> SpatialScenario:
-    """A scenario with an entry in every list; it could not be simulated."""
+    """A scenario with an item in every list; not for simulation."""
     return SpatialScenario(
         object=SpatialObject(inertias=(0.01, 0.01, 0.01), height=0.1, corners=((0.0, 0.0),)),
         fingers=(SpatialFinger(base=(0.0, 0.0, 0.0), face="side-0", joints=(ChainJoint(),)),) * 2,

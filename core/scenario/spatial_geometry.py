@@ -1,7 +1,7 @@
-"""Faces of an object in space, and where fingers stand and touch them (docs/space.md).
+"""Faces of a spatial object, and positions of fingers and contacts (docs/space.md).
 
-Only sums, products, quotients and square roots decide what a run starts from, so that it has the
-same bits on every machine; angles are for those who look.
+The initial state uses only sums, products, quotients and square roots, so that it has the same bits
+on every machine; angles are for display only.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ Vector = tuple[float, float, float]
 Floats = NDArray[np.float64]
 
 HORIZONTAL = 1e-6
-# Radii that a tip may slip around a cylinder, of which a face of finite size needs an end.
+# Limit of slip around a cylinder, in radii, because faces need a finite size.
 _ENDLESS = 1e6
-# Out of a round object, where its sides have their middles.
+# Outward directions at the centres of the sides of a round object.
 _OUTWARD: dict[str, Vector] = {
     "side-0": (0.0, -1.0, 0.0),
     "side-1": (1.0, 0.0, 0.0),
@@ -37,16 +37,16 @@ _OUTWARD: dict[str, Vector] = {
 
 
 class SpatialContact(NamedTuple):
-    """Where a fingertip touches the object, and the face on which it slides, in the object's frame.
+    """Contact of a fingertip and the face on which it slides, in the object's frame.
 
     Attributes:
         anchor: Contact point at zero slip [m].
-        tangent_x: Unit vector of the first slip: the object's z axis along the face, its x axis on
-            top and bottom.
+        tangent_x: Unit vector of the first slip: the object's z axis on sides, its x axis on top
+            and bottom.
         tangent_y: Unit vector of the second slip, normal x tangent_x.
         normal: Unit vector into the object.
         outline: Corners of the face in slips (s_x, s_y), counterclockwise as seen from inside [m].
-        curvatures: Of the face along its tangents [1/m].
+        curvatures: Curvatures of the face along its tangents [1/m].
     """
 
     anchor: Vector
@@ -63,7 +63,7 @@ def spatial_contact(body: SpatialObject, finger: SpatialFinger) -> SpatialContac
 
     Args:
         body: The object.
-        finger: The finger that touches it, on one of its `face_names`.
+        finger: The finger that touches the object, on one of its `face_names`.
     """
     if body.is_round and not has_disc(body, finger):
         return _curved_contact(body, finger)
@@ -92,7 +92,7 @@ def has_disc(body: SpatialObject, finger: SpatialFinger) -> bool:
 
 
 def _curved_contact(body: SpatialObject, finger: SpatialFinger) -> SpatialContact:
-    """On the side of a cylinder or a sphere, where the offset is an arc."""
+    """A contact on the side of a cylinder or a sphere, where the offset is an arc."""
     normal, curvature = _scaled(_OUTWARD[finger.face], -1.0), 1.0 / body.radius
     (x, y), far = finger.contact_offset, body.radius * _ENDLESS
     curvatures, ends = (0.0, curvature), (body.half_height + x, body.half_height - x, far)
@@ -110,7 +110,7 @@ def _curved_contact(body: SpatialObject, finger: SpatialFinger) -> SpatialContac
 
 
 def _face(body: SpatialObject, name: str) -> tuple[Vector, list[Vector], Vector]:
-    """Middle, corners and inward normal of a face."""
+    """Centre, corners and inward normal of a face."""
     corners, half = base_corners(body), 0.5 * body.height
     if name in ("top", "bottom"):
         height = half if name == "top" else -half
@@ -119,7 +119,7 @@ def _face(body: SpatialObject, name: str) -> tuple[Vector, list[Vector], Vector]
     first = int(name.removeprefix("side-"))
     (x0, y0), (x1, y1) = corners[first], corners[(first + 1) % len(corners)]
     length = math.sqrt((x1 - x0) * (x1 - x0) + (y1 - y0) * (y1 - y0))
-    # From a corner to the next the object lies on the left.
+    # The object lies to the left of the line from a corner to the next.
     normal = ((y0 - y1) / length, (x1 - x0) / length, 0.0)
     outline = [(x0, y0, -half), (x1, y1, -half), (x1, y1, half), (x0, y0, half)]
     return (0.5 * (x0 + x1), 0.5 * (y0 + y1), 0.0), outline, normal
@@ -133,7 +133,7 @@ def _counterclockwise(outline: list[Point]) -> list[Point]:
 
 
 def distance_inside(outline: tuple[Point, ...], slip: Point) -> float:
-    """Least signed distance of a slip to the edges of its face, positive inside [m]."""
+    """Smallest signed distance of a slip to the edges of its face, positive inside [m]."""
     return min(a * slip[0] + b * slip[1] + c for a, b, c in edges_of(outline))
 
 
@@ -148,15 +148,15 @@ def edges_of(outline: tuple[Point, ...]) -> tuple[tuple[float, float, float], ..
 
 
 def friction_outline(scenario: Scenario, corners: int = 48) -> Floats:
-    """What friction cannot leave, in shares of mu F_n along (t_x, t_y), or (t_y, t_x).
+    """Outline of the admissible friction, divided by mu F_n, along (t_x, t_y), or (t_y, t_x).
 
     Args:
-        scenario: Of a spatial hand: a circle on the cone, a square in the pyramid; of a planar
-            hand the two ends of a line.
-        corners: Of the outline; a multiple of 8, so that those of the square are among them.
+        scenario: A spatial hand: a circle for the cone, a square for the pyramid; a planar hand:
+            the two ends of a line.
+        corners: Number of points; a multiple of 8, so that the corners of the square are included.
 
     Returns:
-        The outline, counterclockwise, shape ``(corners, 2)``; of a line ``(2, 1)``.
+        The outline, counterclockwise, shape ``(corners, 2)``; ``(2, 1)`` for a line.
     """
     if scenario.friction_cone == "line":
         return np.array([[1.0], [-1.0]])
@@ -168,7 +168,7 @@ def friction_outline(scenario: Scenario, corners: int = 48) -> Floats:
 
 
 def rotation_matrix(quaternion: tuple[float, float, float, float]) -> tuple[Vector, Vector, Vector]:
-    """Rows of R(Q), world from object, of a quaternion (w, x, y, z) of any length."""
+    """Rows of R(Q), world from object, for a quaternion (w, x, y, z) of any length."""
     w, x, y, z = quaternion
     scale = 1.0 / (w * w + x * x + y * y + z * z)
     return (
@@ -191,7 +191,7 @@ def rotation_matrix(quaternion: tuple[float, float, float, float]) -> tuple[Vect
 
 
 def tip_at_start(scenario: SpatialScenario, index: int) -> Vector:
-    """Where a fingertip is in the start pose, from the base of its finger [m]."""
+    """Position of a fingertip in the start pose, relative to the base of its finger [m]."""
     finger, start = scenario.fingers[index], scenario.trajectory.start
     anchor = spatial_contact(scenario.object, finger).anchor
     rows = rotation_matrix((start[3], start[4], start[5], start[6]))
@@ -201,7 +201,7 @@ def tip_at_start(scenario: SpatialScenario, index: int) -> Vector:
 
 
 def first_seeds(scenario: SpatialScenario) -> list[tuple[float, ...]]:
-    """Joint positions from which those of chains at the start are looked for; 0 of others."""
+    """Initial guesses of the joint positions of chains; 0 for others."""
     seeds = []
     for i, finger in enumerate(scenario.fingers):
         start = None
@@ -213,9 +213,9 @@ def first_seeds(scenario: SpatialScenario) -> list[tuple[float, ...]]:
 
 
 def spatial_joint_points(finger: SpatialFinger, joint_positions: Floats) -> Floats:
-    """Where base, elbow and tip of a finger stand, shape ``(..., 3, 3)``: point, axis [m].
+    """Positions of base, elbow and tip of a finger, shape ``(..., 3, 3)``: point, axis [m].
 
-    Of a chain the starts of its three links, and the tip, ``(..., 4, 3)``.
+    For a chain, the origins of its three links and the tip, ``(..., 4, 3)``.
 
     Args:
         finger: Base and link lengths.

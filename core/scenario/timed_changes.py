@@ -1,4 +1,4 @@
-"""Whether what changes during a run may change, and to what it does."""
+"""Validation of timed changes: changeable parameters and allowed values."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ def check_changes(
 
     Args:
         scenario: The scenario.
-        apply: Gives a scenario with some parameters set by dotted key, if they are allowed.
+        apply: Returns a scenario with parameters set by dotted key, if they are allowed.
 
     Raises:
-        ScenarioError: With one entry per wrong change.
+        ScenarioError: With one item per wrong change.
     """
     if not scenario.changes:
         return
@@ -32,7 +32,7 @@ def check_changes(
     present = replace(scenario, changes=())
     order = sorted(set(range(len(scenario.changes))) - set(errors), key=_time_of(scenario))
     for _, due in groupby(order, key=_time_of(scenario)):
-        # What is allowed may depend on the changes before, and on those of the same instant.
+        # Allowed values may depend on earlier and simultaneous changes.
         indices = list(due)
         try:
             present = apply(present, _values_of(scenario, indices))
@@ -43,7 +43,7 @@ def check_changes(
 
 
 def _definitions(scenario: Scenario) -> dict[str, Parameter]:
-    """Every parameter, those of a custom law also where it only comes later."""
+    """Every parameter, including those of a custom law that starts later."""
     kind = custom_kind_in(scenario) or scenario.controller.kind
     return describe(
         replace(scenario, changes=(), controller=replace(scenario.controller, kind=kind))
@@ -62,7 +62,7 @@ def _values_of(scenario: Scenario, indices: Iterable[int]) -> dict[str, object]:
 def _unchangeable(
     scenario: Scenario, definitions: Mapping[str, Parameter]
 ) -> Iterator[tuple[int, FieldError]]:
-    """Changes of what does not exist or cannot change, by index."""
+    """Changes of unknown or unchangeable parameters, by index."""
     for i, change in enumerate(scenario.changes):
         key = f"changes.{i}.parameter"
         parameter = definitions.get(change.parameter)
@@ -98,7 +98,7 @@ def _unchangeable(
 def _misfits(
     scenario: Scenario, indices: Sequence[int], error: ScenarioError
 ) -> Iterator[tuple[int, FieldError]]:
-    """What is wrong with the values of the changes at one instant, by index."""
+    """Errors of the values that change at one instant, by index."""
     for e in error.errors:
         named = [i for i in indices if scenario.changes[i].parameter == e.field]
         index = named[0] if named else indices[-1]

@@ -1,4 +1,4 @@
-"""The parameters an adaptive controller can estimate, named by their dotted keys."""
+"""Parameters that an adaptive controller can estimate, named by dotted keys."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from slipgrasp.core.scenario import Scenario, SpatialScenario
 
 
 class Unknown(NamedTuple):
-    """Where an unknown parameter stands: its kind, finger and link (-1 where none).
+    """Kind, finger and link of an unknown parameter (-1 if not applicable).
 
-    Of an inertia of a spatial object the link is the number of its axis.
+    For an inertia of a spatial object, the link is the index of its axis.
     """
 
     kind: Literal["object_mass", "object_inertia", "friction", "link_mass"]
@@ -26,14 +26,14 @@ PHYSICAL_BOUNDS: Mapping[str, tuple[float, float]] = {
     "link_mass": (0.05, 10.0),
     "object_inertia": (0.002, 0.2),
 }
-"""What an unknown of each kind lies within for hands and objects of usual size, SI units."""
+"""Usual bounds of an unknown of each kind, SI units."""
 
 _FINGER = re.compile(r"fingers\.(\d{1,2})\.")
 _FRICTION = re.compile(r"fingers\.(\d{1,2})\.friction")
 
 
 def parse_unknown(scenario: Scenario, key: str) -> Unknown | None:
-    """Finds what a dotted key stands for, or None if it cannot be estimated."""
+    """Returns the unknown of a dotted key, or None if it cannot be estimated."""
     if key == "object.mass":
         return Unknown("object_mass", -1, -1)
     inertias = scenario.space.inertias
@@ -50,7 +50,7 @@ def parse_unknown(scenario: Scenario, key: str) -> Unknown | None:
 
 
 def mass_keys(scenario: Scenario, finger: int) -> tuple[str, ...]:
-    """Dotted keys of the masses of a finger: of its links, or the one on its slides."""
+    """Dotted keys of the masses of a finger: of its links, or of its slides."""
     if finger in scenario.slides:
         return (f"fingers.{finger}.mass",)
     if isinstance(scenario, SpatialScenario) and scenario.fingers[finger].kind == "chain":
@@ -61,7 +61,7 @@ def mass_keys(scenario: Scenario, finger: int) -> tuple[str, ...]:
 
 
 def name_unknown(scenario: Scenario, key: str) -> str:
-    """What a dotted key stands for, in words: ``the friction of the left fingertip``."""
+    """Returns the name of an unknown: ``the friction of the left fingertip``."""
     unknown = parse_unknown(scenario, key)
     assert unknown is not None, "validated scenarios name only what can be estimated"
     if unknown.kind == "object_mass":
@@ -78,7 +78,7 @@ def name_unknown(scenario: Scenario, key: str) -> str:
 
 
 def unit_of_unknown(scenario: Scenario, key: str) -> str:
-    """SI unit of what a dotted key stands for, with a space before it; empty for friction."""
+    """SI unit of an unknown after a space; empty for friction."""
     unknown = parse_unknown(scenario, key)
     assert unknown is not None, "validated scenarios name only what can be estimated"
     return {"friction": "", "object_inertia": " kg m²"}.get(unknown.kind, " kg")

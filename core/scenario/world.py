@@ -1,4 +1,4 @@
-"""Disturbances and imperfections: pushes, patches of other friction, sensors, actuators."""
+"""Disturbances and imperfections: pushes, low-friction patches, sensors and actuators."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ FrictionFactor = Annotated[
     Ge(0.0),
     Le(10.0),
     Quantity(
-        "Factor on the friction of a fingertip on it.",
+        "Ratio of the friction on the patch to that of the fingertip elsewhere.",
         "1",
         typical=(0.2, 1.5),
         changeable=True,
     ),
 ]
-PatchStart = Annotated[float, Ge(0.0), Le(600.0), Quantity("Time at which it appears.", "s")]
+PatchStart = Annotated[float, Ge(0.0), Le(600.0), Quantity("Time at which the patch appears.", "s")]
 PatchEnd = Annotated[
     float | None,
     Gt(0.0),
     Le(600.0),
-    Quantity("Time at which it disappears; never if left out.", "s"),
+    Quantity("Time at which the patch disappears (default: never).", "s"),
 ]
 ForceError = Annotated[float, Ge(-1e3), Le(1e3)]
 
@@ -40,7 +40,7 @@ PulseDuration = Annotated[float, Ge(1e-4), Le(600.0), Quantity("Duration.", "s")
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
 class Pulse:
-    """A constant force and moment on the object for a while."""
+    """A constant force and moment on the object for a limited time."""
 
     time: PulseTime
     duration: PulseDuration = 0.05
@@ -53,17 +53,17 @@ class Pulse:
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
 class Patch:
-    """A part of a face with other friction, such as a low-friction patch; it may come and go."""
+    """A part of a face with different friction, such as a low-friction patch; may be temporary."""
 
-    face: Annotated[Face, Quantity("Face it lies on.")]
+    face: Annotated[Face, Quantity("Face of the patch.")]
     centre: Annotated[
         float,
         Ge(-10.0),
         Le(10.0),
-        Quantity("Where its middle lies along the face's tangent, from the face's middle.", "m"),
+        Quantity("Position of the centre along the face, from the centre of the face.", "m"),
     ] = 0.0
     half_length: Annotated[
-        float, Ge(1e-4), Le(10.0), Quantity("Half of its length along the face.", "m")
+        float, Ge(1e-4), Le(10.0), Quantity("Half the length along the face.", "m")
     ] = 0.03
     friction_factor: FrictionFactor = 0.6
     start_time: PatchStart = 0.0
@@ -71,13 +71,13 @@ class Patch:
 
     @property
     def place(self) -> tuple[str, float, float]:
-        """Where it lies and how large it is: face, middle and half length [m]."""
+        """Position and size of the patch: face, centre and half length [m]."""
         return self.face, self.centre, self.half_length
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
 class SensingParameters:
-    """What the controller measures; perfect if nothing is said. Sampled control only."""
+    """Measurements of the controller; perfect by default. Noise needs sampled control."""
 
     position_noise: Annotated[
         float,
@@ -126,7 +126,7 @@ class SensingParameters:
         Ge(0.0),
         Le(1.0),
         Quantity(
-            "Time constant of the filter of those differences.",
+            "Time constant of the filter of the differences.",
             "s",
             typical=(0.001, 0.02),
             changeable=True,
@@ -164,7 +164,7 @@ class SensingParameters:
         Ge(0.0),
         Le(1.0),
         Quantity(
-            "Duration of slip, or of its end, until it is detected (at the threshold).",
+            "Duration of slip (or of sticking) until it is detected, if the detector is threshold.",
             "s",
             typical=(0.0, 0.02),
             changeable=True,
@@ -175,7 +175,7 @@ class SensingParameters:
         Ge(0.0),
         Le(1.0),
         Quantity(
-            "Standard deviation of that time, drawn anew for every detection; never below 0 s.",
+            "Standard deviation of slip_delay, which is random for every detection (at least 0 s).",
             "s",
             typical=(0.0, 0.01),
             changeable=True,
@@ -186,7 +186,7 @@ class SensingParameters:
         Ge(0.0),
         Le(1e3),
         Quantity(
-            "Standard deviation of the noise on measured contact forces, which custom laws see.",
+            "Standard deviation of the noise on measured contact forces (input of custom laws).",
             "N",
             typical=(0.0, 1.0),
             changeable=True,
@@ -195,7 +195,7 @@ class SensingParameters:
     force_bias: Annotated[
         tuple[ForceError, ForceError],
         Quantity(
-            "Constant error of measured contact forces: along the face, and normal to it.",
+            "Constant error of measured contact forces: tangential and normal component.",
             "N",
             typical=(-5.0, 5.0),
             changeable=True,
@@ -216,14 +216,14 @@ class SensingParameters:
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
 class ActuationParameters:
-    """What the joints can give; everything if nothing is said. Limits need sampled control."""
+    """Limits of the joint torques; none by default. Limits need sampled control."""
 
     torque_limit: Annotated[
         float | None,
         Ge(1e-6),
         Le(1e6),
         Quantity(
-            "Largest torque of a joint, of slides force in N; no limit if left out.",
+            "Largest torque of a joint (for slides: force in N); no limit if omitted.",
             "N m",
             changeable=True,
         ),
@@ -233,8 +233,8 @@ class ActuationParameters:
         Ge(1e-3),
         Le(1e9),
         Quantity(
-            "Largest change of a joint's torque per second, of slides in N/s; no limit if left "
-            "out.",
+            "Largest rate of change of a joint's torque (for slides: of its force in N/s); no "
+            "limit if omitted.",
             "N m/s",
             changeable=True,
         ),

@@ -1,1 +1,1 @@
-"""A study: a base scenario, and how it varies."""
+"""Studies: a base scenario and its variations."""

@@ -1,4 +1,4 @@
-"""Whether a study fits its base: keys that exist, ranges within bounds, runs that are countable."""
+"""Validation of a study against its base: keys, ranges and the number of runs."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from slipgrasp.core.study.knowledge import find_nothing_to_adapt
 def check_document(
     document: StudyDocument, base: Scenario, definitions: Mapping[str, Parameter]
 ) -> Iterator[FieldError]:
-    """Yields the errors of a study, except those that only its runs can show.
+    """Yields the errors of a study, except those that depend on single runs.
 
     Args:
-        document: The study as it is written down.
-        base: The scenario that varies.
+        document: The study as in its file.
+        base: The base scenario.
         definitions: The parameters of the base by dotted key.
     """
     yield from _check_axes(document, base, definitions)
@@ -29,20 +29,20 @@ def check_document(
 
 
 def find_warnings(study: Study) -> Iterator[str]:
-    """Yields what is worth knowing of a study before its runs are simulated."""
+    """Yields warnings about a study before its runs are simulated."""
     yield from find_overruled(study)
     yield from find_nothing_to_adapt(study)
 
 
 def find_overruled(study: Study) -> Iterator[str]:
-    """Yields what the study varies although a timed change of its base sets it later."""
+    """Yields varied parameters that a timed change of the base overrides."""
     for key in study.keys:
         members = expand_key(study.base, key)
         times = [change.time for change in study.base.changes if change.parameter in members]
         if times:
             yield (
-                f"{key} varies only until {min(times):g} s: from then on a timed change of the "
-                "scenario sets it"
+                f"{key} varies only until {min(times):g} s: a timed change of the scenario sets it "
+                "from then on"
             )
 
 
@@ -53,7 +53,7 @@ def _check_axes(
         field = f"vary.{key}"
         unknown = next((k for k in expand_key(base, key) if k not in definitions), None)
         if unknown is not None and is_of_unknown_law(base, unknown):
-            continue  # A study that was made elsewhere: its law is not available here.
+            continue  # A study from another machine, whose law is not available here.
         if unknown is not None:
             yield from _unknown(base, field, unknown, axis)
         elif axis.values is not None:
@@ -66,7 +66,7 @@ def _check_axes(
 
 
 def _check_overlaps(document: StudyDocument, base: Scenario) -> Iterator[FieldError]:
-    """Two keys that set one parameter would leave rows with a value that was not used."""
+    """Two keys that set one parameter would leave unused values in the results."""
     yield from _conflicts(base, "set", document.set, {})
     for index, run in enumerate(document.runs):
         yield from _conflicts(base, f"runs.{index}", run, {})
@@ -78,19 +78,19 @@ def _check_overlaps(document: StudyDocument, base: Scenario) -> Iterator[FieldEr
 def _conflicts(
     base: Scenario, field: str, keys: Iterable[str], taken: dict[str, str]
 ) -> Iterator[FieldError]:
-    """The keys that set what another one sets, or what is taken already."""
+    """Keys that conflict with another key or with used ones."""
     for key in keys:
         for one in expand_key(base, key):
             other = _overlapping(one, taken)
             if other is not None:
-                finding = f"sets {one}, as {other}; leave one of them out"
+                finding = f"sets {one}, as {other}; remove one of them"
                 yield _error(f"{field}.{key}", "one of both", finding)
                 break
             taken[one] = f"{field}.{key} does"
 
 
 def _overlapping(key: str, taken: Mapping[str, str]) -> str | None:
-    """Who sets this parameter, a list that it is an entry of, or an entry of this list."""
+    """The key that sets this parameter, a list that contains it, or an item of this list."""
     parts = key.split(".")
     wholes = (".".join(parts[:length]) for length in range(1, len(parts) + 1))
     found = next((taken[whole] for whole in wholes if whole in taken), None)
@@ -99,7 +99,7 @@ def _overlapping(key: str, taken: Mapping[str, str]) -> str | None:
 
 
 def _unknown(base: Scenario, field: str, key: str, axis: AxisDocument) -> Iterator[FieldError]:
-    """A key that only some bases have, such as a list of gains, is judged by its first value."""
+    """A key that only some bases have, such as a list of gains, is checked by its first value."""
     value = axis.values[0] if axis.values else axis.min
     try:
         with_values(base, {key: plain_value(value)})
@@ -129,7 +129,7 @@ def _check_range(
     if method == "grid" and axis.count is None:
         yield _error(f"{field}.count", "1 or more", "is missing; a grid needs min, max and count")
     if axis.scale == "log" and axis.min <= 0.0:
-        yield _error(f"{field}.min", "above 0", f"is {axis.min:g}; a log scale begins above 0")
+        yield _error(f"{field}.min", "above 0", f"is {axis.min:g}; a log scale starts above 0")
     for name, value in (("min", axis.min), ("max", axis.max)):
         if not _is_allowed(value, parameter):
             yield FieldError(
@@ -164,7 +164,7 @@ def _check_sampling(document: StudyDocument) -> Iterator[FieldError]:
             yield _error(
                 "sampling.runs",
                 f"{len(document.runs)}",
-                f"is {sampling.runs}, but {len(document.runs)} are listed; leave it out",
+                f"is {sampling.runs}, but {len(document.runs)} are listed; remove it",
             )
     elif not document.vary:
         yield _error("vary", "1 or more", "is empty; a grid needs parameters that vary")

@@ -1,4 +1,4 @@
-"""What a study will take, found out from some of its runs."""
+"""Estimate of the cost of a study, from some of its runs."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ _OVERHEAD_PER_RUN = 0.0015
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StudyCost:
-    """How much a study is going to take.
+    """Estimated cost of a study.
 
     Attributes:
-        runs: Runs.
+        runs: Number of runs.
         seconds: Computing time with all workers [s].
-        bytes: What is kept of it on disk, if every recording that may be kept is.
+        bytes: Size on disk [bytes], if every allowed recording is stored.
     """
 
     runs: int
@@ -33,13 +33,13 @@ class StudyCost:
 
 
 def estimate_cost(study: Study, num_workers: int) -> StudyCost:
-    """Simulates some of its runs, for a second at most in all, and multiplies.
+    """Simulates some of the runs, for at most a second in total, and extrapolates.
 
-    Laws differ in what they cost, one in Python from the others by an order of magnitude.
+    Laws differ in cost, by an order of magnitude between Python and compiled ones.
 
     Args:
-        study: The study; nothing of it is expanded.
-        num_workers: How many runs are simulated at a time.
+        study: The study; it is not expanded.
+        num_workers: Number of concurrent runs.
     """
     prepare_kernel()
     timed = random.Random(0).sample(range(study.num_runs), min(study.num_runs, _TIMED))
@@ -56,7 +56,7 @@ def estimate_cost(study: Study, num_workers: int) -> StudyCost:
 
 
 def _time_of(study: Study, index: int) -> float:
-    """The duration of a run [s]; none if it is refused, which is reported elsewhere."""
+    """The duration of a run [s]; None if it is invalid, which is reported elsewhere."""
     try:
         simulation = Simulation(study.scenario_of(index))
     except ScenarioError:

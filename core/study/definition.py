@@ -1,6 +1,6 @@
-"""What a study is: a base scenario and how it varies, with every run found by its index.
+"""Definition of a study: a base scenario and its variations, with every run given by its index.
 
-Nothing is expanded: the number of runs is computed, and a run is made when it is asked for.
+Nothing is expanded: the number of runs is computed, and runs are created on demand.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from slipgrasp.core.study.sampling import unit_samples
 MAX_RUNS = 1_000_000
 
 Value = float | int | str | bool | tuple[float, ...] | None
-"""What a parameter may be set to."""
+"""Possible values of a parameter."""
 
 Method = Literal["grid", "list", "random", "latin-hypercube"]
 KeptRecordings = Literal["all", "ended-early", "none"]
@@ -31,16 +31,16 @@ KeptRecordings = Literal["all", "ended-early", "none"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Axis:
-    """How one parameter varies: over chosen values, or between two bounds.
+    """Variation of one parameter: over chosen values, or between two bounds.
 
     Attributes:
         key: Dotted key of the parameter; ``*`` stands for every finger or estimate.
-        values: The values it takes, crossed with everything else; None for a range.
+        values: Its values, combined with all others; None for a range.
         minimum: Lower bound of a range, in the unit of the parameter.
-        maximum: Upper bound of a range, likewise.
-        count: Into how many values a grid divides the range, both bounds included.
-        scale: Whether a range is divided, or sampled, evenly or evenly in its logarithm.
-        integer: Whether the parameter takes whole numbers only.
+        maximum: Upper bound of a range, in the unit of the parameter.
+        count: Number of grid values in the range, including both bounds.
+        scale: Whether a range is divided or sampled linearly or logarithmically.
+        integer: Whether the parameter takes integers only.
     """
 
     key: str
@@ -53,11 +53,11 @@ class Axis:
 
     @property
     def is_range(self) -> bool:
-        """Whether it has bounds rather than values."""
+        """Whether it is a range."""
         return self.values is None
 
     def value_at(self, share: float) -> float | int:
-        """The value of a range at a share of the way from its lower to its upper bound."""
+        """The value of a range at a fraction of the way from its lower to its upper bound."""
         assert self.minimum is not None and self.maximum is not None
         low, high = self.minimum, self.maximum
         if self.integer:
@@ -69,7 +69,7 @@ class Axis:
         return low + share * (high - low)
 
     def grid_value(self, place: int) -> Value:
-        """The value at a place of the grid."""
+        """The value at an index of the grid."""
         if self.values is not None:
             return self.values[place]
         assert self.count is not None
@@ -81,18 +81,18 @@ class Axis:
 
     @property
     def grid_size(self) -> int:
-        """How many values it has in a grid."""
+        """The number of its values in a grid."""
         return len(self.values) if self.values is not None else self.count or 0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sampling:
-    """How the runs are found.
+    """Selection of the runs.
 
     Attributes:
-        method: Every combination, a list, or samples of the ranges.
-        runs: How many samples of the ranges; None for grid and list, which have their own.
-        seed: What decides the samples.
+        method: All combinations, a list, or samples of the ranges.
+        runs: Number of samples of the ranges; None for grid and list.
+        seed: Seed of the samples.
     """
 
     method: Method
@@ -102,21 +102,20 @@ class Sampling:
 
 @dataclass(frozen=True, kw_only=True)
 class Study:
-    """A base scenario, how it varies, and what is to be kept of its runs.
+    """A base scenario, its variations, and the recordings to store.
 
-    The runs are numbered from 0: samples, or entries of the list, one after the other, and
-    within each the combinations of the values that are crossed with them, the last axis
-    fastest. A grid is one sample.
+    The runs are numbered from 0: samples, or items of the list, in order, and within each of them
+    the combinations of values, with the last axis varying fastest. A grid is one sample.
 
     Attributes:
-        title: What it is about, in a sentence.
-        base: The scenario that varies.
-        base_name: Name of the preset it was made from, empty if from none.
-        axes: What varies, and how.
-        sampling: How the runs are found.
+        title: Description in a sentence.
+        base: The base scenario.
+        base_name: Name of the preset of the base, empty if there is none.
+        axes: Varied parameters.
+        sampling: Selection of the runs.
         listed: The runs of a list, each as values by dotted key.
-        recordings: Of which runs the recording is kept.
-        computed_by: Which custom laws computed it, where it was read from its file.
+        recordings: Runs whose recording is stored.
+        computed_by: Custom laws that computed it, if it was read from its file.
     """
 
     base: Scenario
@@ -130,49 +129,49 @@ class Study:
 
     @property
     def num_runs(self) -> int:
-        """How many runs there are."""
+        """Number of runs."""
         return self.num_samples * self.num_combinations
 
     @property
     def num_samples(self) -> int:
-        """How many samples, or entries of the list; 1 for a grid."""
+        """Number of samples, or items of the list; 1 for a grid."""
         if self.sampling.method == "grid":
             return 1
         return len(self.listed) if self.sampling.method == "list" else self.sampling.runs or 0
 
     @cached_property
     def num_combinations(self) -> int:
-        """How many combinations of values are tried on each sample."""
+        """Number of combinations of values for each sample."""
         return math.prod(axis.grid_size for axis in self.crossed_axes)
 
     @cached_property
     def crossed_axes(self) -> tuple[Axis, ...]:
-        """The axes of which every combination is tried on each sample."""
+        """The axes whose values are combined for each sample."""
         if self.sampling.method == "grid":
             return self.axes
         return tuple(axis for axis in self.axes if not axis.is_range)
 
     @cached_property
     def sampled_axes(self) -> tuple[Axis, ...]:
-        """The axes of which each sample has a value."""
+        """The axes with one value per sample."""
         if self.sampling.method == "grid":
             return ()
         return tuple(axis for axis in self.axes if axis.is_range)
 
     @cached_property
     def keys(self) -> tuple[str, ...]:
-        """What varies, by dotted key."""
+        """Varied parameters by dotted key."""
         listed = dict.fromkeys(key for run in self.listed for key in run)
         return (*listed, *(axis.key for axis in self.axes))
 
     def values_of(self, index: int) -> dict[str, Value]:
-        """What a run sets, by dotted key.
+        """Values that a run sets, by dotted key.
 
         Args:
-            index: The run, from 0 to below `num_runs`.
+            index: Index of the run, from 0 to `num_runs` - 1.
 
         Raises:
-            IndexError: If there is no such run.
+            IndexError: If the run does not exist.
         """
         if not 0 <= index < self.num_runs:
             raise IndexError(f"run {index} of a study with {self.num_runs} runs")
@@ -196,7 +195,7 @@ class Study:
         }
 
     def custom_laws(self) -> tuple[CustomLaw, ...]:
-        """The custom laws that its runs may ask for, as far as they are known here."""
+        """The loaded custom laws that its runs may use."""
         varied = [v for axis in self.axes if axis.key == LAW for v in axis.values or ()]
         listed = [run[LAW] for run in self.listed if LAW in run]
         kinds = dict.fromkeys((*kinds_in(self.base), *map(str, (*varied, *listed))))
@@ -213,17 +212,17 @@ class Study:
         """The scenario of a run.
 
         Raises:
-            ScenarioError: If its values are not allowed, or not together.
-            IndexError: If there is no such run.
+            ScenarioError: If its values, or their combination, are not allowed.
+            IndexError: If the run does not exist.
         """
         return apply_values(self.base, self.values_of(index))
 
 
 def apply_values(base: Scenario, values: Mapping[str, Value]) -> Scenario:
-    """A base with the values that a run of a study sets.
+    """Returns a base with the values of a run of a study.
 
     Raises:
-        ScenarioError: If they are not allowed, or not together.
+        ScenarioError: If the values, or their combination, are not allowed.
     """
     return with_values(
         base, {one: value for key, value in values.items() for one in expand_key(base, key)}
@@ -231,9 +230,9 @@ def apply_values(base: Scenario, values: Mapping[str, Value]) -> Scenario:
 
 
 def expand_key(base: Scenario, key: str) -> tuple[str, ...]:
-    """The keys that a key with ``*`` stands for: one per finger, estimate or timed change.
+    """Expands a key with ``*`` to one key per finger, estimate or timed change.
 
-    Where the base has none of them it stands for itself, which no parameter is called.
+    If the base has none, the key is returned unchanged, and is then unknown.
     """
     head, star, tail = key.partition(".*")
     if not star or head not in ("fingers", "estimates", "changes"):

@@ -1,4 +1,4 @@
-"""A study as it is written down: in a TOML file, in a request, in a recording."""
+"""Format of a study in a TOML file, a request, or a recording."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ PlainValues = Annotated[dict[Key, PlainValue], Field(max_length=100)]
 
 
 class AxisDocument(BaseModel):
-    """How one parameter varies: `values`, or `min` and `max`."""
+    """Variation of one parameter: `values`, or `min` and `max`."""
 
     model_config = _CONFIG
 
@@ -42,23 +42,23 @@ class AxisDocument(BaseModel):
         Field(
             min_length=1,
             max_length=MAX_VALUES,
-            description="the values it takes, each tried on every sample",
+            description="values of the parameter, each combined with every sample",
         ),
     ] = None
     min: Annotated[float | None, Field(description="lower bound, in the parameter's unit")] = None
     max: Annotated[float | None, Field(description="upper bound, in the parameter's unit")] = None
     count: Annotated[
         int | None,
-        Field(ge=1, le=10**15, description="values from min to max, both included, of a grid"),
+        Field(ge=1, le=10**15, description="number of grid values from min to max, including both"),
     ] = None
     scale: Annotated[
         Literal["linear", "log"],
-        Field(description="whether a range is divided evenly, or evenly in its logarithm"),
+        Field(description="whether a range is divided linearly or logarithmically"),
     ] = "linear"
 
 
 class SamplingDocument(BaseModel):
-    """How the runs are found."""
+    """Selection of the runs."""
 
     model_config = _CONFIG
 
@@ -70,34 +70,38 @@ class SamplingDocument(BaseModel):
         ),
     ] = "grid"
     runs: Annotated[
-        int | None, Field(ge=1, le=10**15, description="how many samples; not for a grid or list")
+        int | None, Field(ge=1, le=10**15, description="number of samples; not for a grid or list")
     ] = None
     seed: Annotated[
-        int, Field(ge=0, le=2**53 - 1, description="the same seed gives the same samples")
+        int,
+        Field(
+            ge=0, le=2**53 - 1, description="seed of the samples; equal seeds give equal samples"
+        ),
     ] = 0
 
 
 class StudyDocument(BaseModel):
-    """A base scenario, how it varies, and what is kept."""
+    """A base scenario, its variations, and the recordings to store."""
 
     model_config = ConfigDict(
         extra="forbid", strict=True, allow_inf_nan=False, json_schema_extra={"example": _EXAMPLE}
     )
 
-    title: Annotated[str, Field(max_length=200, description="what it is about")] = ""
+    title: Annotated[str, Field(max_length=200, description="description of the study")] = ""
     base: Annotated[
         Annotated[str, Field(max_length=4096)] | dict[str, Any],
-        Field(description="name of a preset, or a whole scenario"),
+        Field(description="name of a preset, or a complete scenario"),
     ]
     set: Annotated[
-        PlainValues, Field(description="what is changed in the base, by dotted key")
+        PlainValues, Field(description="values that differ from the base, by dotted key")
     ] = {}
     sampling: SamplingDocument = SamplingDocument()
     vary: Annotated[
         dict[Key, AxisDocument],
         Field(
             max_length=MAX_AXES,
-            description="what varies, by dotted key; fingers.*.friction sets all fingers alike",
+            description="varied parameters by dotted key; fingers.*.friction sets all fingers "
+            "equally",
         ),
     ] = {}
     runs: Annotated[
@@ -105,23 +109,26 @@ class StudyDocument(BaseModel):
     ] = []
     recordings: Annotated[
         KeptRecordings | None,
-        Field(description="of which runs the recording is kept; all up to 1000 runs, then none"),
+        Field(
+            description="runs whose recording is stored; by default all of up to 1000 runs, none "
+            "of more"
+        ),
     ] = None
 
 
 def plain_value(value: Any) -> Any:
-    """A value as scenarios hold it: a list of numbers is a tuple."""
+    """Converts a value to the form in scenarios: a list of numbers becomes a tuple."""
     return tuple(value) if isinstance(value, list) else value
 
 
 def flatten(document: Any) -> Any:
-    """Joins tables in tables to dotted keys, as TOML makes them of keys without quotes.
+    """Joins nested tables to dotted keys, because TOML nests keys without quotes.
 
     Args:
         document: A study as plain values; anything else is returned unchanged.
 
     Raises:
-        ScenarioError: If a key stands there both with and without quotes.
+        ScenarioError: If a key occurs both with and without quotes.
     """
     if not isinstance(document, Mapping):
         return document
@@ -144,7 +151,7 @@ def _joined(
     joined: dict[Any, Any] = {}
     for key, value in _pairs(table, is_value):
         if key in joined:
-            message = f"{field}.{shortened(str(key))} stands there twice; leave one out"
+            message = f"{field}.{shortened(str(key))} occurs twice; remove one"
             raise single_error(f"{field}.{shortened(str(key))}", None, "once", message)
         joined[key] = value
     return joined
@@ -166,6 +173,6 @@ def _is_empty(table: Mapping[Any, Any]) -> bool:
 
 
 def _is_axis(table: Mapping[Any, Any]) -> bool:
-    """Whether a table is meant to say how a parameter varies, be it with a slip of the pen."""
+    """Whether a table describes the variation of a parameter, even with a typing error."""
     fields = list(AxisDocument.model_fields)
     return not table or any(get_close_matches(str(key), fields, n=1, cutoff=0.6) for key in table)

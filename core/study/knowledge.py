@@ -1,4 +1,4 @@
-"""What the controllers in the runs of a study know, and whether that leaves anything to compare."""
+"""Knowledge of the controllers in a study, and whether the study compares adaptation."""
 
 from __future__ import annotations
 
@@ -13,27 +13,27 @@ from slipgrasp.core.words.knowledge_words import describe_comparison, given_word
 
 
 def knowledge_in(study: Study) -> Knowledge:
-    """What is unknown in one of the runs of a study, or in all of them."""
+    """Parameters that are unknown in at least one run of a study."""
     return knowledge_of(study.base, _values_in(study))
 
 
 def describe_knowledge_in(study: Study) -> str:
-    """What the controllers were given, and whether the study compares anything of adaptation."""
+    """Describes the knowledge of the controllers, and whether the study compares adaptation."""
     return describe_comparison(study.base, knowledge_in(study), "study")
 
 
 def find_nothing_to_adapt(study: Study) -> Iterator[str]:
-    """Yields that a study compares nothing of adaptation, where no law has anything to adapt."""
+    """Yields a warning if no law in the study has anything to adapt."""
     known = knowledge_in(study)
     if not known.estimated:
         yield (
-            f"its controllers are given {given_words(known)} at every instant and have no estimate "
-            "to adapt: it compares nothing of adaptation"
+            f"its controllers are given {given_words(known)} at every instant and have no "
+            "estimates: the study compares no adaptation"
         )
 
 
 def _values_in(study: Study) -> dict[str, Collection[Any]]:
-    """The values of each parameter that varies, each once; of a range both bounds."""
+    """The distinct values of each varied parameter; for a range, both bounds."""
     found: dict[str, dict[Any, None]] = {}
     for axis in study.axes:
         values = axis.values if axis.values is not None else (axis.minimum, axis.maximum)
@@ -44,7 +44,7 @@ def _values_in(study: Study) -> dict[str, Collection[Any]]:
             for one in expand_key(study.base, key):
                 found.setdefault(one, {})[value] = None
                 runs[one] += 1
-    # A listed run that does not set a parameter has that of the base.
+    # A listed run that does not set a parameter uses that of the base.
     lacking = [key for key, count in runs.items() if count < len(study.listed)]
     base = parameter_definitions(study.base) if lacking else {}
     for key in lacking:

@@ -1,4 +1,4 @@
-"""From a file or plain values to a study that can be run, and back."""
+"""Conversion of a file or plain values to a study, and back."""
 
 from __future__ import annotations
 
@@ -49,14 +49,14 @@ _MOST_WRONG = 100
 
 
 def load_study(path: str | Path) -> Study:
-    """Loads a study file; its base is a preset or a scenario file, found from the study's folder.
+    """Loads a study file; its base is a preset or a scenario file relative to the study's folder.
 
-    ``law`` names a law for all its runs, ``laws`` makes several known: ``FILE.py:Name``, from the
-    study's folder, or the name of an installed one.
+    ``law`` sets the law of all its runs, ``laws`` loads several: ``FILE.py:Name``, relative to the
+    study's folder, or the name of an installed law.
 
     Raises:
-        LawError: If a law that it names cannot be had.
-        ScenarioError: With one entry per wrong field.
+        LawError: If a law is not available.
+        ScenarioError: With one item per wrong field.
     """
     file = Path(path)
     if not file.is_file():
@@ -87,21 +87,21 @@ def _texts(values: Any, field: str) -> list[str]:
 
 
 def _know(specification: str, folder: Path) -> str:
-    """Name of a law that is built in, known, installed or in a file."""
+    """Name of a law that is built in, loaded, installed or in a file."""
     if law_kind(specification) in law_names():
         return law_kind(specification)
     return load_law(specification, folder).name
 
 
 def study_from_mapping(mapping: Any, find_base: Callable[[Any], Scenario]) -> Study:
-    """Validates a study given as plain values; its runs are not made, only counted.
+    """Validates a study given as plain values; its runs are counted but not created.
 
     Args:
-        mapping: As in a study file.
-        find_base: Gives the scenario that ``base`` stands for.
+        mapping: The content of a study file.
+        find_base: Returns the scenario for ``base``.
 
     Raises:
-        ScenarioError: With one entry per wrong field, or if there are too many runs.
+        ScenarioError: With one item per wrong field, or if there are too many runs.
     """
     try:
         document = StudyDocument.model_validate(flatten(mapping))
@@ -146,14 +146,14 @@ def study_to_mapping(study: Study) -> dict[str, Any]:
 
 
 def check_members(study: Study, progress: Callable[[float], None] | None = None) -> None:
-    """Makes and validates every run of a study.
+    """Creates and validates every run of a study.
 
     Args:
         study: The study.
-        progress: Called now and then with the share that is checked, 0 to 1.
+        progress: Called occasionally with the checked fraction, 0 to 1.
 
     Raises:
-        ScenarioError: Naming the first run of each kind that is wrong by its index.
+        ScenarioError: With the index of the first run of each kind of error.
     """
     errors: dict[str, FieldError] = {}
     num_wrong = 0
@@ -193,11 +193,11 @@ def _check_count(study: Study) -> None:
     if asked > MAX_RUNS:
         message = (
             f"the study has {asked} runs, at most {MAX_RUNS} are allowed; use fewer values, or "
-            "several studies (random ones with other seeds)"
+            "several studies (random ones with different seeds)"
         )
         raise single_error("vary", asked, f"at most {MAX_RUNS} runs", message)
     if method == "grid" and study.sampling.runs not in (None, asked):
-        message = f"sampling.runs is {study.sampling.runs}, but the grid has {asked}; leave it out"
+        message = f"sampling.runs is {study.sampling.runs}, but the grid has {asked}; remove it"
         raise single_error("sampling.runs", study.sampling.runs, str(asked), message)
 
 
@@ -238,7 +238,7 @@ def _listed(value: Any) -> Any:
 
 
 def _field_errors(error: ValidationError) -> list[FieldError]:
-    """Pydantic's findings, one per field; of a value that may be of several kinds, one of all."""
+    """Errors of pydantic, one per field; for a value with several possible types, one for all."""
     kinds: dict[str, list[Any]] = {}
     for item in error.errors(include_url=False):
         kinds.setdefault(_field_of(item), []).append(item)
@@ -255,7 +255,7 @@ def _field_error(field: str, items: list[Any]) -> FieldError:
 def _finding(field: str, item: Any, *, of_several_kinds: bool) -> str:
     kind = item["type"]
     if field == "base" and kind.endswith("_type"):
-        return "should be the name of a preset, or a whole scenario"
+        return "should be the name of a preset, or a complete scenario"
     if field.startswith("vary.") and kind in ("model_type", "dict_type"):
         return "should be a table: {values = [...]}, or {min = ..., max = ...} with count in a grid"
     if kind in ("model_type", "dict_type", "model_attributes_type"):
@@ -278,7 +278,7 @@ def _field_of(item: Any) -> str:
 
 
 def _is_name(part: int | str) -> bool:
-    """Whether a step of pydantic's path is one of the document, not a kind of value."""
+    """Whether a part of pydantic's path belongs to the document, not to a type."""
     return isinstance(part, int) or not (
         part in ("bool", "float", "int", "str")
         or part.startswith(("list[", "dict[", "constrained"))

@@ -1,4 +1,4 @@
-"""How far a parameter can go before the object is not held any more: a border, by bracketing."""
+"""The range of a parameter over which the grasp holds, by bracketing of its boundary."""
 
 from __future__ import annotations
 
@@ -26,23 +26,23 @@ _LARGEST_TOLERANCE = 0.1
 _SCANNED_STEPS = 16
 
 Border = tuple[float, float]
-"""Two values of the parameter: the object is held at the first of them, not at the other."""
+"""Two values of the parameter: the object is held at the first one only."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Margin:
-    """Two values of a parameter near each other: at one the object is held, at the other not.
+    """Two close values of a parameter: the object is held at one only.
 
     Attributes:
         key: Dotted key of the parameter.
         unit: Its SI unit, "1" for pure numbers.
-        held_at: Where the object is still held.
-        lost_at: Where it is not.
+        held_at: Value at which the object is held.
+        lost_at: Value at which it is not.
         held: The run at ``held_at``.
         lost: The run at ``lost_at``.
-        others: Further borders that the scan of the range met, coarsely, in the order in which
-            they come beyond this one; empty if there is only one.
-        runs: How many runs it took.
+        others: Further boundaries in the range, coarsely, in order of distance from this one; empty
+            if there is only one.
+        runs: Number of runs.
     """
 
     key: str
@@ -56,12 +56,12 @@ class Margin:
 
     @property
     def outcome(self) -> Outcome:
-        """How the run at ``lost_at`` ended."""
+        """The outcome of the run at ``lost_at``."""
         return self.lost.outcome
 
     @property
     def reason(self) -> str:
-        """Why the object is not held at ``lost_at``, in words."""
+        """Reason why the object is not held at ``lost_at``."""
         if self.lost.reason is not None:
             return self.lost.reason.message
         if self.lost.metrics.held:
@@ -71,7 +71,7 @@ class Margin:
 
     @property
     def beyond(self) -> str:
-        """What becomes of the object beyond the border, in a word or two: lost, or what else."""
+        """Outcome beyond the boundary in one or two words."""
         if self.outcome.ended_by_physics:
             return "lost"
         if self.outcome is not Outcome.COMPLETED:
@@ -81,7 +81,7 @@ class Margin:
         return "still slipping" if self.lost.metrics.slipping_at_end else "not settled"
 
     def to_mapping(self) -> dict[str, Any]:
-        """The answer without its runs, as plain values for JSON."""
+        """The result without its runs, as plain values for JSON."""
         return {
             "key": self.key,
             "unit": self.unit,
@@ -97,13 +97,13 @@ class Margin:
 
 
 class MarginError(SlipgraspError):
-    """Both ends of the range agree, so that no border between them can be bracketed.
+    """Both ends of the range agree, so that no boundary can be bracketed.
 
     Attributes:
-        ends: Both ends.
-        held: Whether the object is held at both, or at neither.
-        between: The first scanned value between them where it is otherwise, None if nowhere.
-        runs: How many runs it took to find out.
+        ends: Both ends of the range.
+        held: Whether the object is held at both ends.
+        between: The first scanned value with a different outcome, None if there is none.
+        runs: Number of runs.
     """
 
     def __init__(
@@ -116,10 +116,12 @@ class MarginError(SlipgraspError):
             super().__init__(f"{found}: widen the range")
         else:
             word = "not held" if held else "held"
-            super().__init__(f"{found}, but {word} at {between:.6g}: begin or end the range there")
+            super().__init__(
+                f"{found}, but {word} at {between:.6g}: use it as one end of the range"
+            )
 
     def to_mapping(self) -> dict[str, Any]:
-        """The finding as plain values for JSON, with the names of `Margin.to_mapping`."""
+        """The result as plain values for JSON, with the names of `Margin.to_mapping`."""
         return {
             "held_at": None,
             "lost_at": None,
@@ -139,31 +141,31 @@ def find_margin(
     most_slip: float = math.inf,
     progress: Callable[[float], None] | None = None,
 ) -> Margin:
-    """Finds how far a parameter can go before the object is not held any more.
+    """Finds the boundary of the range of a parameter over which the grasp holds.
 
-    Both ends and 15 values between them are simulated on all processors, so that more than one
-    border is noticed; that next to the end that holds is then bisected. The answer does not
-    depend on the number of processors.
+    Both ends and 15 values between them are simulated on all processors, so that several boundaries
+    are noticed; the one closest to the end that holds is then bisected. The result does not depend
+    on the number of processors.
 
     Args:
-        scenario: What to simulate.
-        key: Dotted key of a number; ``fingers.*.friction`` sets all fingers alike.
-        start: One end of the range, in the unit of the parameter; rounded for whole numbers.
-        stop: The other end, above or below.
-        tolerance: How near the two values are to be, as a share of the range; whole numbers
-            end up next to each other at most.
-        most_slip: An object that slips further than this on any fingertip counts as not held [m].
-        progress: Called with the share that is done, 0 to 1, after every run.
+        scenario: Base scenario.
+        key: Dotted key of a number; ``fingers.*.friction`` sets all fingers equally.
+        start: One end of the range, in the unit of the parameter; rounded for integers.
+        stop: The other end, larger or smaller.
+        tolerance: Largest distance of the two values, as a fraction of the range; at least 1 for
+            integers.
+        most_slip: An object that slips further on any fingertip counts as not held [m].
+        progress: Called with the completed fraction, 0 to 1, after every run.
 
     Raises:
-        ScenarioError: If there is no such number, or it is not allowed to be so, or runs are too
+        ScenarioError: If the parameter does not exist, a value is not allowed, or runs are too
             short to decide whether the object is held.
-        MarginError: If both ends hold, or neither.
+        MarginError: If the object is held at both ends or at neither.
     """
     span = ParameterRange.of(scenario, key, start, stop)
     _check_tolerance(tolerance)
     if not most_slip >= 0.0:
-        message = f"the most slip is {most_slip:g} m; it must be 0 or more"
+        message = f"the slip limit is {most_slip:g} m; it must be 0 or more"
         raise single_error("most_slip", most_slip, ">= 0", message)
     values = span.divided(_SCANNED_STEPS)
     halvings = max(0, math.ceil(-math.log2(tolerance * _SCANNED_STEPS)))
@@ -185,18 +187,18 @@ def find_margin(
 def _check_tolerance(tolerance: float) -> None:
     if not _LEAST_TOLERANCE <= tolerance <= _LARGEST_TOLERANCE:
         limit = f"{_LEAST_TOLERANCE:g} … {_LARGEST_TOLERANCE:g}"
-        message = f"tolerance is {tolerance:g}, a share of the range; allowed: {limit}"
+        message = f"tolerance is {tolerance:g}, as a fraction of the range; allowed: {limit}"
         raise single_error("tolerance", tolerance, limit, message)
 
 
 class _Probe:
-    """Simulates at values of a range, and reports its progress.
+    """Simulates at values of a range, and reports the progress.
 
     Args:
         span: The range.
-        most_slip: How far a fingertip of a held object may slip [m].
-        planned: How many runs there will be, about.
-        progress: Called with the share that is done after every run.
+        most_slip: Largest slip of a held object on any fingertip [m].
+        planned: Approximate number of runs.
+        progress: Called with the completed fraction after every run.
     """
 
     def __init__(
@@ -213,15 +215,15 @@ class _Probe:
         self._progress = progress
 
     def hold(self, values: Sequence[float]) -> list[bool]:
-        """Whether the object is held at each of these values.
+        """Whether the object is held at each of the values.
 
         Raises:
-            ScenarioError: If one is not allowed, then nothing was simulated; or if its run is too
+            ScenarioError: If a value is not allowed (before any simulation), or if its run is too
                 short to decide.
         """
         scenarios = [self.span.scenario_at(value) for value in values]
         flags: list[bool] = []
-        # Closed at once when interrupted: runs that nobody waits for end then.
+        # Closed immediately after an interrupt, so that unneeded runs end.
         with closing(simulate_many(scenarios)) as runs:
             for run in runs:
                 held = _known(run.metrics.held, run.scenario)
@@ -230,7 +232,7 @@ class _Probe:
         return flags
 
     def simulate(self, value: float) -> RunResult:
-        """The whole run at a value."""
+        """The complete run at a value."""
         result = simulate(self.span.scenario_at(value))
         self._count_run()
         return result
@@ -258,10 +260,10 @@ def _known(held: bool | None, scenario: Scenario) -> bool:
 
 
 def _scan(probe: _Probe, values: list[float]) -> list[Border]:
-    """The borders between neighbours, from the end that holds on.
+    """The boundaries between neighbouring values, from the end at which the object is held.
 
     Raises:
-        MarginError: If both ends hold, or neither.
+        MarginError: If the object is held at both ends or at neither.
     """
     flags = probe.hold(values)
     if flags[0] == flags[-1]:
@@ -279,7 +281,7 @@ def _borders(found: list[tuple[float, bool]]) -> Iterator[Border]:
 
 
 def _bisect(probe: _Probe, border: Border, width: float) -> Border:
-    """Narrows a border down to a width, or to neighbouring numbers: held at, lost at."""
+    """Bisects a boundary to a width, or to neighbouring integers: held at, lost at."""
     held_at, lost_at = border
     while abs(lost_at - held_at) > width:
         middle = probe.span.between(held_at, lost_at)

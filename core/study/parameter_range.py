@@ -1,4 +1,4 @@
-"""The scenarios that differ in one number: values from one end of a range to the other."""
+"""Scenarios that differ in one number, over a range of its values."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from slipgrasp.core.study.definition import apply_values, expand_key
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ParameterRange:
-    """A scenario in which one number goes from one value to another.
+    """A scenario in which one number varies over a range.
 
     Attributes:
         scenario: The scenario.
-        key: Dotted key of the number; ``fingers.*.friction`` sets all fingers alike.
+        key: Dotted key of the number; ``fingers.*.friction`` sets all fingers equally.
         unit: Its SI unit, "1" for pure numbers.
-        whole: Whether it takes whole numbers only.
-        start: Where it begins, in its unit.
-        stop: Where it ends, above or below.
+        whole: Whether it takes integers only.
+        start: First end of the range.
+        stop: Other end, larger or smaller.
     """
 
     scenario: Scenario
@@ -36,10 +36,10 @@ class ParameterRange:
 
     @classmethod
     def of(cls, scenario: Scenario, key: str, start: float, stop: float) -> Self:
-        """The range, with its ends rounded for a parameter that takes whole numbers.
+        """Creates the range; its ends are rounded for an integer parameter.
 
         Raises:
-            ScenarioError: If there is no such number, or it is not allowed to be so.
+            ScenarioError: If the parameter does not exist, or a value is not allowed.
         """
         parameter = _find_number(scenario, key)
         whole = parameter.kind == "integer"
@@ -57,16 +57,16 @@ class ParameterRange:
 
     @property
     def width(self) -> float:
-        """How far the ends are apart."""
+        """Distance between the ends."""
         return abs(self.stop - self.start)
 
     def divided(self, steps: int) -> list[float]:
-        """Values from start to stop at even steps, or fewer where whole numbers are."""
+        """Evenly spaced values from start to stop, or fewer integers."""
         inner = (self.between(self.start, self.stop, k / steps) for k in range(1, steps))
         return list(dict.fromkeys((self.start, *inner, self.stop)))
 
     def between(self, a: float, b: float, share: float = 0.5) -> float:
-        """The value at a share of the way from one to another; one of both if none is between."""
+        """The value at a fraction of the way between two values; one of them if none is between."""
         value = a + (b - a) * share
         return round(value) if self.whole else value
 
@@ -87,11 +87,13 @@ def _find_number(scenario: Scenario, key: str) -> Parameter:
         raise ScenarioError([unknown_key(scenario, unknown)])
     parameter = definitions[keys[0]]
     if parameter.kind not in ("number", "integer", "number-or-list"):
-        message = f"{key} is a {parameter.kind}, which has no range; choose a number: object.mass"
+        message = (
+            f"{key} is a {parameter.kind}, which has no range; choose a number such as object.mass"
+        )
         raise ScenarioError([FieldError(field=key, value=None, limit="a number", message=message)])
     return parameter
 
 
 def _no_range(key: str, start: float, stop: float, needed: str) -> ScenarioError:
-    message = f"{key} from {start:g} to {stop:g} is no range; give {needed}"
+    message = f"{key} from {start:g} to {stop:g} is not a range; give {needed}"
     return single_error(key, start, needed, message)

@@ -1,4 +1,4 @@
-"""Samples of the unit cube: the same for the same seed."""
+"""Samples of the unit cube, determined by a seed."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from numpy.typing import NDArray
 
 @lru_cache(maxsize=4)
 def unit_samples(method: str, count: int, dimension: int, seed: int) -> NDArray[np.float64]:
-    """Samples of the unit cube.
+    """Returns samples of the unit cube.
 
     Args:
-        method: ``random`` for independent samples, ``latin-hypercube`` for samples of which
-            each coordinate alone is spread evenly.
-        count: How many.
-        dimension: Coordinates of each.
-        seed: What decides them.
+        method: ``random`` for independent samples, ``latin-hypercube`` for samples that are evenly
+            spread along each coordinate.
+        count: Number of samples.
+        dimension: Number of coordinates.
+        seed: Seed of the samples.
 
     Returns:
-        The samples, shape ``(count, dimension)``, from 0 to below 1; not to be changed.
+        The samples, shape ``(count, dimension)``, in [0, 1); read-only.
     """
     generator = np.random.default_rng(seed)
     if method == "latin-hypercube":

@@ -1,1 +1,1 @@
-"""What happened in a run: its signals over time, as arrays, named columns and frames."""
+"""The signals of a run over time, as arrays, named columns and data frames."""

@@ -1,7 +1,7 @@
-"""The signals of a trace as named columns, one number or phase over time each.
+"""The signals of a trace as named columns with one number or phase per row.
 
-This is the one definition of what a column is called, in which unit it is and in which
-order columns stand: tables in every format, the REST interface and comparisons use it.
+This is the only definition of the names, units and order of columns: tables in all formats, the
+REST interface and comparisons use it.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _SHORT = (
     ("estimates",),
     ("diagnostics",),
 )
-"""The signals of the short table; those of one group alternate contact by contact."""
+"""The signals of the short table; those of one group are interleaved by contact."""
 
 _PHASE_LABELS = {phase.value: phase.label for phase in ContactPhase}
 
@@ -35,10 +35,10 @@ class Column:
     """One number or phase over time.
 
     Attributes:
-        name: What it is called: ``slip_0``, ``error_x``, ``torque_0_1``, ``estimate_object.mass``.
-        signal: The signal of the trace it belongs to.
+        name: Name: ``slip_0``, ``error_x``, ``torque_0_1``, ``estimate_object.mass``.
+        signal: The signal of the trace that contains it.
         unit: SI unit, "1" for pure numbers, "" for phases.
-        values: One entry per row of the trace, shape ``(rows,)``.
+        values: One value per row of the trace, shape ``(rows,)``.
     """
 
     name: str
@@ -52,7 +52,7 @@ class Column:
         return np.issubdtype(self.values.dtype, np.integer)
 
     def phase_labels(self) -> list[str]:
-        """The phases as words; only where it holds phases."""
+        """The phases as words; only for columns of phases."""
         return [_PHASE_LABELS[value] for value in self.values.tolist()]
 
 
@@ -70,7 +70,7 @@ def short_columns(trace: Samples) -> list[Column]:
 
 
 def _alternate(signals: list[list[Column]]) -> Iterator[Column]:
-    """Columns of several signals entry by entry; of one with more entries several at a time."""
+    """Columns of several signals interleaved by item; several at a time for longer signals."""
     count = min(map(len, signals))
     for k in range(count):
         for columns in signals:
@@ -79,7 +79,7 @@ def _alternate(signals: list[list[Column]]) -> Iterator[Column]:
 
 
 def labels_of(signal: Signal, shape: TraceShape) -> tuple[str, ...]:
-    """What the entries of a signal are called, one per column; "" for a single number."""
+    """Names of the components of a signal, one per column; "" for a single number."""
     contacts = range(shape.num_contacts)
     if signal.per == "pose":
         return shape.space.pose
@@ -99,7 +99,7 @@ def labels_of(signal: Signal, shape: TraceShape) -> tuple[str, ...]:
 
 
 def units_of(signal: Signal, shape: TraceShape) -> list[str]:
-    """SI units of the entries of a signal, one per column."""
+    """SI units of the components of a signal, one per column."""
     if signal.per == "unknown":
         definitions, space = template_keys(shape.space), shape.space
         return [definitions[template_key(key, space)].unit for key in shape.unknowns]
@@ -111,7 +111,7 @@ def units_of(signal: Signal, shape: TraceShape) -> list[str]:
         joints = range(shape.width_of_joints)
         return [signal.slides_unit if k in shape.slides else signal.unit for k in joints]
     units = signal.unit_in(shape.space).split(", ")
-    # One unit for all, one each, or one for x and y and one for the angle.
+    # One common unit, one each, or one for x and y and one for the angle.
     return [*units[:1] * (shape.width(signal) - len(units)), *units]
 
 

@@ -1,4 +1,4 @@
-"""Traces as pandas and xarray know data, where those packages are installed."""
+"""Traces as pandas and xarray objects, if those packages are installed."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ if TYPE_CHECKING:
 
 
 class MissingPackageError(SlipgraspError, ImportError):
-    """A package that only some people need is not installed."""
+    """An optional package is not installed."""
 
     def __init__(self, package: str) -> None:
         super().__init__(f"{package} is not installed; 'pip install {package}' adds it")
 
 
 def import_optional(package: str) -> Any:
-    """Imports a package that this program does not require.
+    """Imports an optional package.
 
     Raises:
         MissingPackageError: If it is not installed.
@@ -76,7 +76,7 @@ def _labels(trace: Samples) -> dict[str, list[str] | list[int]]:
 
 
 def _dimension(signal: Signal, shape: TraceShape) -> str:
-    """What the entries of a signal lie along: what there is one of has no dimension of its own."""
+    """Dimension of the components of a signal; none if there is only one."""
     if signal.per in ("path", "pad") or (signal.per == "tangent" and shape.space.num_tangents == 1):
         return "contact"
     if signal.per == "pose" and shape.space.pose == shape.coordinates:

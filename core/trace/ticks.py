@@ -1,4 +1,4 @@
-"""What the control law answered at every tick of sampled control."""
+"""Commands of the control law at every tick of sampled control."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from slipgrasp.core.trace.signals import Floats, TraceShape
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Ticks:
-    """The answers of the control law, tick by tick; with them a run can be made again without it.
+    """Commands of the control law; with them a run can be simulated again without its law.
 
     Attributes:
-        times: When it was asked, shape ``(ticks,)`` [s].
-        commands: Torque it asked for, before limits and latency, shape ``(ticks, 2 n)`` [N m].
+        times: Times of the ticks, shape ``(ticks,)`` [s].
+        commands: Commanded torque, before limits and latency, shape ``(ticks, 2 n)`` [N m].
         estimates: Its estimates, shape ``(ticks, p)`` [SI].
-        diagnostics: The numbers that it reported, shape ``(ticks, d)``.
+        diagnostics: Diagnostics of the law, shape ``(ticks, d)``.
     """
 
     times: Floats
@@ -28,7 +28,7 @@ class Ticks:
 
     @staticmethod
     def num_columns(shape: TraceShape) -> int:
-        """Numbers of one tick."""
+        """Number of values per tick."""
         return sum(Ticks.widths(shape))
 
     @staticmethod
@@ -38,7 +38,7 @@ class Ticks:
 
     @classmethod
     def from_rows(cls, shape: TraceShape, rows: Floats) -> Ticks:
-        """The inverse of `to_rows`; its arrays are views."""
+        """Creates ticks from the rows of `to_rows`; the arrays are views."""
         commands, estimates, diagnostics = accumulate(cls.widths(shape)[:-1])
         return cls(
             times=rows[:, 0],
@@ -56,7 +56,7 @@ class Ticks:
         return len(self.times)
 
     def __getitem__(self, ticks: slice) -> Ticks:
-        """Some of the ticks, as views."""
+        """A range of ticks, as views."""
         return Ticks(
             times=self.times[ticks],
             commands=self.commands[ticks],

@@ -23,9 +23,9 @@ class Trace(Samples):
 
     @classmethod
     def from_rows(cls, shape: TraceShape, rows: NDArray[np.float64]) -> Trace:
-        """Builds a trace from rows ``(rows, shape.num_columns)`` in the order of `SIGNALS`.
+        """Creates a trace from rows ``(rows, shape.num_columns)`` in the order of `SIGNALS`.
 
-        Its arrays are views of ``rows`` but for the integers.
+        Its arrays are views of ``rows``, except for integers.
         """
         arrays = {}
         start, widths = 0, shape.widths
@@ -40,7 +40,7 @@ class Trace(Samples):
         """The inverse of `from_rows`: shape ``(rows, shape.num_columns)``.
 
         Args:
-            signals: Which signals; all of them if None.
+            signals: Signals to include; all of them if None.
         """
         n, widths = len(self), self.shape.widths
         columns = [
@@ -53,29 +53,29 @@ class Trace(Samples):
         return len(self.times)
 
     def __getitem__(self, rows: slice | NDArray[np.intp]) -> Trace:
-        """The trace of some of the rows; of a slice its arrays are views."""
+        """Returns the trace of some of the rows; for a slice its arrays are views."""
         arrays = {signal.name: getattr(self, signal.name)[rows] for signal in SIGNALS}
         return Trace(shape=self.shape, absent=self.absent, **arrays)
 
     @property
     def desired_pose(self) -> NDArray[np.float64]:
-        """Desired pose, shape ``(rows, 3)`` [m, m, rad]; of a spatial hand its position [m]."""
+        """Desired pose, shape ``(rows, 3)`` [m, m, rad]; desired position [m] for spatial hands."""
         return self.object_pose[:, :3] + self.tracking_error[:, :3]
 
     @property
     def tangential_size(self) -> NDArray[np.float64]:
-        """Size of the tangential force of every contact, shape ``(rows, contacts)`` [N]."""
+        """Magnitude of the tangential force of every contact, shape ``(rows, contacts)`` [N]."""
         parts = np.abs(self.tangential_force).reshape(len(self), self.shape.num_contacts, -1)
         return np.hypot.reduce(parts, axis=2)
 
     @property
     def slip_of_contacts(self) -> NDArray[np.float64]:
-        """Slip as one number per contact: along its only tangent, or the distance travelled [m]."""
+        """Slip as one number per contact: along the only tangent, or the distance travelled [m]."""
         return getattr(self, self.shape.space.slip_signal)
 
     @property
     def slid_way(self) -> NDArray[np.float64]:
-        """Way that every fingertip has slid so far, shape ``(rows, contacts)`` [m]."""
+        """Distance that every fingertip has slid so far, shape ``(rows, contacts)`` [m]."""
         if self.shape.space.has_paths:
             return self.slip_path
         ways = np.abs(np.diff(self.slip, axis=0, prepend=self.slip[:1]))
@@ -83,14 +83,14 @@ class Trace(Samples):
 
     @property
     def energy_residual(self) -> NDArray[np.float64]:
-        """Energy ledger that should stay 0 [J]: stored minus initial, supplied plus dissipated."""
+        """Energy balance [J], which should stay 0: stored minus initial, supplied plus lost."""
         stored = self.kinetic_energy + self.potential_energy
         return (stored - stored[0]) - self.supplied_energy + self.dissipated_energy
 
     def to_pandas(self) -> pandas.DataFrame:
         """The trace as a table: one row per sample, its index the time ``t`` [s].
 
-        Columns are called as in the CSV export, with those of all other signals too
+        Columns have the names of the CSV export, and include all other signals
         (`slipgrasp.core.trace.columns`); phases are categories of words; ``attrs["units"]`` has the
         SI units.
 
@@ -112,5 +112,5 @@ class Trace(Samples):
 
 
 def rows_from_start(trace: Trace) -> slice:
-    """All rows but those before the selection at the start: nothing moved by their forces."""
+    """All rows except those before the phase selection at the start, which do not affect motion."""
     return slice(int(np.searchsorted(trace.times, trace.times[0], side="right")) - 1, None)

@@ -1,4 +1,4 @@
-"""Small named types shared by the simulator and everything that shows its results."""
+"""Small types shared by the simulator and the code that shows its results."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from slipgrasp.core.scenario.space import Space
 
 
 class ContactPhase(IntEnum):
-    """Phase of one contact; in the plane gamma of Eq. 6, the sign of the slip velocity.
+    """Phase of a contact; for planar hands gamma of Eq. 6, the sign of the slip velocity.
 
-    In space a contact slips in a direction of its own on the cone, ``SLIP``; in the pyramid it has
-    a gamma along each tangent, and its phase is 7 + 3 gamma_x + gamma_y where not both are 0.
+    For spatial hands, a contact on the cone slips in some direction, ``SLIP``; in the pyramid it
+    has a gamma along each tangent, and its phase is 7 + 3 gamma_x + gamma_y unless both are 0.
     """
 
     SLIP_BACKWARD = -1
@@ -30,12 +30,12 @@ class ContactPhase(IntEnum):
 
     @property
     def label(self) -> str:
-        """The name in files, such as ``stick``, ``slip_forward``, in space ``slip``."""
+        """The name in files: ``stick``, ``slip_forward``, or ``slip`` for spatial hands."""
         return self.name.lower()
 
     @classmethod
     def known(cls, space: Space) -> tuple[ContactPhase, ...]:
-        """The phases that a contact can have."""
+        """The possible phases of a contact."""
         return tuple(map(cls, space.phases))
 
 
@@ -45,7 +45,7 @@ SLIPS_ALONG_ONE_TANGENT = (
     ContactPhase.SLIP_Y_FORWARD,
     ContactPhase.SLIP_Y_BACKWARD,
 )
-"""Phases of the pyramid in which the other tangent sticks."""
+"""Phases of the pyramid in which one tangent sticks."""
 
 SLIPS_ALONG_BOTH_TANGENTS = (
     ContactPhase.SLIP_X_FORWARD_Y_FORWARD,
@@ -53,11 +53,11 @@ SLIPS_ALONG_BOTH_TANGENTS = (
     ContactPhase.SLIP_X_BACKWARD_Y_FORWARD,
     ContactPhase.SLIP_X_BACKWARD_Y_BACKWARD,
 )
-"""The others of the pyramid."""
+"""The other slip phases of the pyramid."""
 
 
 class Outcome(StrEnum):
-    """How a run ended (docs/model.md, Outcomes)."""
+    """Outcome of a run (docs/model.md, Outcomes)."""
 
     COMPLETED = "completed"
     SEPARATED = "separated"
@@ -89,7 +89,7 @@ _PHYSICAL = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PhaseChange:
-    """A contact passing from one phase to another at ``time`` [s]."""
+    """A transition of a contact from one phase to another at ``time`` [s]."""
 
     time: float
     contact: int
@@ -99,16 +99,16 @@ class PhaseChange:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reason:
-    """Why a run ended early.
+    """Reason of an early end of a run.
 
     Attributes:
         code: Stable word for programs.
-        message: What went wrong, in words for people.
-        contact: Index of the contact or finger concerned, if any.
+        message: Description for people.
+        contact: Index of the contact or finger responsible, if any.
         time: Simulation time [s].
-        value: The quantity that went wrong, SI.
-        limit: The value it should not have passed, SI.
-        hint: What to try; advice of the version that wrote it, no part of what happened.
+        value: The offending quantity, SI.
+        limit: The limit that it exceeded, SI.
+        hint: Suggestion by the version that wrote it.
     """
 
     code: str
@@ -122,7 +122,7 @@ class Reason:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunWarning:
-    """Something worth knowing that did not end the run, counted."""
+    """A warning about a run, with its count."""
 
     code: str
     message: str

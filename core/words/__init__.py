@@ -1,1 +1,1 @@
-"""What is said of a run, in sentences: how it ended, why, what to try, what it is called."""
+"""Text about a run: its outcome, reasons, suggestions and name."""

@@ -1,8 +1,8 @@
-"""What may help after a run, in the order in which it helped in random runs.
+"""Suggestions after a run, in the order of their success in random runs.
 
-The order is the one that ``python -m benchmarks hints`` measures (docs/verification.md). Where
-nothing can be tried only the first few are offered: of a lost object those that held the most, of
-a held one those that lost none.
+``python -m benchmarks hints`` measures this order (docs/verification.md). Without trials only the
+first few are shown: for a lost object those that held most often, for a held one those that never
+lost it.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ _NEARLY_ALL = 1.0 - 1e-6
 _STIFFNESS, _DAMPING = 100.0, 20.0  # critically damped
 _PERIOD = 0.001  # [s]
 _INSIDE = 1.05
-"""A safety with which a torque that is held for a period keeps its contact in stick."""
+"""Grip safety with which a torque held for one period keeps its contact in stick."""
 
 
 def hold(situation: Situation) -> Iterator[Option]:
-    """What held objects that were lost, the most successful first."""
+    """Suggestions that held lost objects, the most successful first."""
     laws = list(change_law(situation))
     yield from laws[:2]
     yield from share_forces(situation)
@@ -48,7 +48,7 @@ def hold(situation: Situation) -> Iterator[Option]:
 
 
 def slip_less(situation: Situation) -> Iterator[Option]:
-    """What lessened the slip of held objects, and may lose one: only for those who can try."""
+    """Suggestions that reduced the slip of held objects but may lose one; only after a trial."""
     yield from change_law(situation)
     yield from stop_slip_earlier(situation)
     yield from squeeze_harder(situation)
@@ -58,7 +58,7 @@ def slip_less(situation: Situation) -> Iterator[Option]:
 
 
 def come_nearer(situation: Situation) -> Iterator[Option]:
-    """What brought held objects nearer, and may lose one: only for those who can try."""
+    """Suggestions that moved held objects closer but may lose one; only after a trial."""
     yield from start_nearer_to_the_truth(situation)
     yield from raise_(situation.scenario, situation.law.gains[0])
     yield from change_law(situation)
@@ -66,7 +66,7 @@ def come_nearer(situation: Situation) -> Iterator[Option]:
 
 
 def change_law(situation: Situation) -> Iterator[Option]:
-    """The law that holds what the others drop, where it is another: set firmly, and as it is."""
+    """Suggests the law that holds most objects, if another is used: firm, and with defaults."""
     present = situation.controller
     if present.kind == "composite":
         return
@@ -89,20 +89,20 @@ def change_law(situation: Situation) -> Iterator[Option]:
 
 
 def share_forces(situation: Situation) -> Iterator[Option]:
-    """All forces inside their cones, where those of slipping contacts are put onto them."""
+    """Suggests all forces inside their cones, if slipping contacts are on their cones."""
     if situation.law.uses_friction and situation.controller.distribution != "hold":
         yield set_to("controller.distribution", "hold")
 
 
 def leave_the_cones(situation: Situation) -> Iterator[Option]:
-    """Forces a little inside their cones, where sampled torques put them onto the very edge."""
+    """Suggests forces slightly inside their cones, if sampled torques put them on the edge."""
     controller = situation.controller
     if situation.law.uses_friction and controller.control_period and controller.grip_safety == 1.0:
         yield set_to("controller.grip_safety", _INSIDE)
 
 
 def give_more_torque(situation: Situation) -> Iterator[Option]:
-    """Joints that give more, where they have limits."""
+    """Suggests higher torque limits, if there are limits."""
     for key in ("actuation.torque_limit", "actuation.torque_rate_limit"):
         if getattr(situation.scenario.actuation, key.rpartition(".")[2]) is not None:
             yield from raise_(situation.scenario, key)
@@ -111,7 +111,7 @@ def give_more_torque(situation: Situation) -> Iterator[Option]:
 
 
 def act_sooner(situation: Situation) -> Iterator[Option]:
-    """Less time between what happens and the torque that answers it, or a model to bridge it."""
+    """Suggests less delay between events and torques, or a prediction that compensates it."""
     scenario, controller = situation.scenario, situation.controller
     if controller.control_period == 0.0:
         return
@@ -126,7 +126,7 @@ def act_sooner(situation: Situation) -> Iterator[Option]:
 
 
 def squeeze_harder(situation: Situation) -> Iterator[Option]:
-    """What lets the law press the fingertips harder against the object."""
+    """Suggests settings that let the law press the fingertips harder."""
     scenario, controller = situation.scenario, situation.controller
     if situation.law.is_own:
         return
@@ -143,16 +143,16 @@ def squeeze_harder(situation: Situation) -> Iterator[Option]:
 
 
 def stop_slip_earlier(situation: Situation) -> Iterator[Option]:
-    """What lets the law end a slip sooner."""
+    """Suggests settings that end a slip sooner."""
     for key in situation.law.stops_slip_with:
         yield from raise_(situation.scenario, key)
     own = [f"{LAW_PARAMETERS}.{name}" for name in law_parameters(situation.controller.kind)]
     if own:
-        yield Option(f"change what the law itself declares ({joined(own)})")
+        yield Option(f"change a parameter that the law declares ({joined(own)})")
 
 
 def start_nearer_to_the_truth(situation: Situation) -> Iterator[Option]:
-    """The initial estimates that were farthest from the true values."""
+    """Suggests other values for the initial estimates with the largest errors."""
     start = situation.start
     definitions = parameter_definitions(start)
     believed = [estimate.initial for estimate in start.estimates]
@@ -162,15 +162,15 @@ def start_nearer_to_the_truth(situation: Situation) -> Iterator[Option]:
 
 
 def sample_control(situation: Situation) -> Iterator[Option]:
-    """Sampled control, where control is continuous."""
+    """Suggests sampled control, if control is continuous."""
     if situation.controller.control_period == 0.0:
         yield sample_at_1_khz()
 
 
 def bound_estimates(situation: Situation) -> Iterator[Option]:
-    """Physical bounds for the estimates of a learning law that lack them.
+    """Suggests physical bounds for the estimates of a learning law that lack them.
 
-    In words only where no physical bounds fit: then first for the estimate that went lowest.
+    If no physical bounds fit, the suggestion is only text, first for the smallest estimate.
     """
     estimates, values = situation.scenario.estimates, situation.last.estimates[0]
     missing = {

@@ -1,7 +1,7 @@
 """Names of runs in lists: the preset, and the differences from it.
 
-A title says what a preset is meant to show. A run that began with it may have gone any other
-way, so its name is made of facts of its scenario alone: ``paper-case-2 · composite · mass 1.4 kg``.
+The title of a preset describes its behaviour, which may not apply to a modified run, so that the
+name consists of facts of the scenario: ``paper-case-2 · composite · mass 1.4 kg``.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from slipgrasp.core.words.parameter_words import estimate_words, key_words, valu
 SEPARATOR = " · "
 MOST_FACTS = 4
 MOST_FACTS_FROM_NEAREST = 8
-"""A scenario that differs from every preset in more was not made from one."""
+"""Largest number of differences of a scenario that counts as based on a preset."""
 
 LONGEST_TITLE = 48
 LONGEST_FILE_STEM = 60
@@ -39,7 +39,7 @@ _INSIDE = re.compile(
 
 
 class _Fact(NamedTuple):
-    """A difference of a run, the most informative ones with the lowest rank."""
+    """A difference of a run; the most informative ones have the lowest rank."""
 
     rank: int
     words: str
@@ -50,14 +50,14 @@ _LAW, _THING, _EVENT, _DETAIL = range(4)
 
 @lru_cache(maxsize=1024)
 def name_run(scenario: Scenario) -> str:
-    """The name of every run of a scenario, in one line.
+    """Returns the name of every run of a scenario, on one line.
 
     Args:
-        scenario: What was simulated.
+        scenario: The simulated scenario.
 
     Returns:
-        The preset and what differs from it, with units; a title of its own instead of the
-        preset; the first facts and how many more there are.
+        The preset and the differences from it, with units; a custom title in place of the preset;
+        the first facts and the number of further ones.
     """
     base, facts = _compare_with_presets(scenario)
     words = [fact.words for fact in sorted(facts, key=lambda fact: fact.rank)]
@@ -67,24 +67,24 @@ def name_run(scenario: Scenario) -> str:
 
 
 def file_stem(name: str) -> str:
-    """A name as every file system takes it: ``paper-case-2-composite-mass-1.4-kg``."""
+    """Converts a name to a portable file name: ``paper-case-2-composite-mass-1.4-kg``."""
     plain = name.replace("²", "2").replace("³", "3")
     stem = re.sub(r"[^A-Za-z0-9._]+", "-", plain).strip("-.")
     if len(stem) <= LONGEST_FILE_STEM:
         return stem
-    # Cut between words: half a number would be another one.
+    # Cut between words, because half a number would be a different one.
     whole = stem[: LONGEST_FILE_STEM + 1].rpartition("-")[0]
     return whole or stem[:LONGEST_FILE_STEM]
 
 
 @cache
 def preset_titles() -> dict[str, str]:
-    """Name of the preset of each title."""
+    """Names of the presets by title."""
     return {load_scenario(name).title: name for name in all_preset_names()}
 
 
 def _compare_with_presets(scenario: Scenario) -> tuple[str, list[_Fact]]:
-    """What the run is based on, and what it does otherwise."""
+    """The basis of the run, and its differences."""
     preset = preset_titles().get(scenario.title)
     if preset is not None and load_scenario(preset).space is scenario.space:
         return preset, _facts(load_scenario(preset), scenario)
@@ -103,7 +103,7 @@ def _shortened(title: str) -> str:
 
 
 def _plain_facts(scenario: Scenario) -> Iterator[_Fact]:
-    """What there is to say about a scenario that is like no preset."""
+    """Facts about a scenario that is not based on a preset."""
     yield _Fact(_LAW, scenario.controller.kind)
     yield _Fact(_THING, f"{len(scenario.fingers)} fingers")
     yield _Fact(_THING, f"mass {value_words(scenario.object.mass, 'kg')}")
@@ -111,7 +111,7 @@ def _plain_facts(scenario: Scenario) -> Iterator[_Fact]:
 
 
 def _facts(preset: Scenario, scenario: Scenario) -> list[_Fact]:
-    """What a scenario does otherwise than a preset; what comes with another law is part of it."""
+    """Differences of a scenario from a preset; settings that come with another law belong to it."""
     found, kind = list(_all_facts(preset, scenario)), scenario.controller.kind
     if kind == preset.controller.kind:
         return found
@@ -131,12 +131,12 @@ def _all_facts(preset: Scenario, scenario: Scenario) -> Iterator[_Fact]:
 def _with_law(preset: Scenario, kind: str) -> Scenario:
     try:
         return with_law(preset, kind)
-    except ScenarioError:  # something in the preset rules the law out
+    except ScenarioError:  # the preset excludes the law
         return replace(preset, controller=replace(preset.controller, kind=kind))
 
 
 def _differences(old: Any, new: Any, prefix: str = "") -> Iterator[tuple[str, Any]]:
-    """Keys and new values of what differs, lists of numbers as a whole."""
+    """Keys and new values of the differences, with lists of numbers as one value."""
     for field in fields(new):
         if not prefix and field.name in _UNNAMED:
             continue
@@ -182,7 +182,7 @@ def _is_short(value: tuple[Any, ...]) -> bool:
 
 
 def _unit_of(key: str) -> str:
-    # What both a planar and a spatial hand have, they have in one unit.
+    # Planar and spatial hands have the same units for common parameters.
     for space in SPACES:
         known = template_keys(space)
         for each in (key, f"{key}.0"):
@@ -193,7 +193,7 @@ def _unit_of(key: str) -> str:
 
 
 def _finger_facts(preset: Scenario, scenario: Scenario) -> Iterator[str]:
-    """What differs at the fingers; what all of them share is said once."""
+    """Differences of the fingers; common ones appear once."""
     if len(preset.fingers) != len(scenario.fingers):
         yield f"{len(scenario.fingers)} fingers"
         return
@@ -209,12 +209,12 @@ def _finger_facts(preset: Scenario, scenario: Scenario) -> Iterator[str]:
 def _grouped(
     found: list[tuple[str, Any, int]], scenario: Scenario, words: Callable[[str, str], str]
 ) -> Iterator[str]:
-    """Facts of single fingers; of all fingers together where all have the same value.
+    """Facts of single fingers, or of all fingers if they have the same value.
 
     Args:
         found: Key within the finger, value, and index of the finger.
-        scenario: Whose fingers.
-        words: What a key is called, of a finger with a name, empty for all of them.
+        scenario: The scenario of the fingers.
+        words: Returns the text for a key and the name of a finger, which is empty for all fingers.
     """
     for key, members in groupby(sorted(found, key=lambda each: each[0]), lambda each: each[0]):
         values = {finger: value for _, value, finger in members}
@@ -256,7 +256,7 @@ def _target_words(scenario: Scenario, key: str) -> str:
 
 
 def _events(preset: Scenario, scenario: Scenario) -> Iterator[_Fact]:
-    """Pushes, patches and timed changes: those that are new, and those that are missing."""
+    """New and missing pushes, patches and timed changes."""
     own = [*scenario.pulses, *scenario.patches, *scenario.changes]
     others = [*preset.pulses, *preset.patches, *preset.changes]
     new = [event for event in own if event not in others]
@@ -292,7 +292,7 @@ def _event_words(scenario: Scenario, event: _Event) -> str:
 
 
 def _push_words(push: AnyPulse) -> str:
-    """A push; what it shares with the one that a click makes is left out."""
+    """A push; values equal to those of a click are omitted."""
     usual = type(push)(time=push.time)
     parts = [
         value_words(push.force, "N") if push.force != usual.force else "",
@@ -303,7 +303,7 @@ def _push_words(push: AnyPulse) -> str:
 
 
 def _patch_words(patch: AnyPatch) -> str:
-    """A patch; what it shares with the one that a click makes is left out."""
+    """A patch; values equal to those of a click are omitted."""
     same = patch.friction_factor == Patch(face="left").friction_factor
     parts = [
         "low-friction patch" if patch.friction_factor < 1.0 else "high-friction patch",

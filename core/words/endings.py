@@ -1,4 +1,4 @@
-"""Words for the ways in which physics, the law or a limit ends a run (docs/model.md, Outcomes)."""
+"""Text for the endings of a run by physics, the law or a limit (docs/model.md, Outcomes)."""
 
 from __future__ import annotations
 
@@ -42,14 +42,14 @@ from slipgrasp.core.words.placement import is_far_off
 _SINGULAR_ESTIMATE = 1e6
 _NO_FORCE = 1e-6
 _LATE = 0.002  # [s]
-_HUGE = 100.0  # times the weight of the object
+_HUGE = 100.0  # multiple of the weight of the object
 _GRAVITY = 9.81
-_PITCHES = 2  # joints of a finger that turn in one plane; another one is about its base
-_STRAIGHT = 2e-3  # sine of the last joint, of a finger that is nearly straight or folded
+_PITCHES = 2  # joints of a finger that turn in one plane; the other one is at its base
+_STRAIGHT = 2e-3  # sine of the last joint of a finger that is nearly straight or folded
 
 
 class _Finding(NamedTuple):
-    """What happened, and where there is one the offending quantity and its limit, SI."""
+    """Description of an ending, with the offending quantity and its limit, if any, in SI units."""
 
     message: str
     value: float | None = None
@@ -58,29 +58,29 @@ class _Finding(NamedTuple):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _End(Situation):
-    """An end of a run: where it stands, and the contact or finger concerned, -1 if none."""
+    """An end of a run: its state, and the contact or finger responsible, -1 if none."""
 
     contact: int
 
     @property
     def finger_name(self) -> str:
-        """What the finger concerned is called."""
+        """Name of the finger responsible."""
         return self.scenario.finger_names[self.contact]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Ending:
-    """How a status of the kernel ends a run, in words.
+    """Text for a status of the kernel that ends a run.
 
     Attributes:
         outcome: Its outcome.
         code: Code of its reason.
-        explain: Says what happened: a sentence whose blanks are facts of the run (`_blanks`), or
-            a function where what is said depends on more.
-        hint: Says what to try.
-        of_one_contact: Whether it concerns one contact or finger.
-        by_the_torque: Whether other torques could have prevented it: then a joint that gave all,
-            and what the controller was most wrong about, belong to the reason.
+        explain: Description: a sentence with placeholders (`_blanks`), or a function if the text
+            depends on more.
+        hint: Returns the suggestion.
+        of_one_contact: Whether a single contact or finger is responsible.
+        by_the_torque: Whether other torques could have prevented it; the reason then mentions
+            saturated joints and the worst estimate.
     """
 
     outcome: Outcome
@@ -94,14 +94,14 @@ class _Ending:
 def describe_end(
     status: int, contact: int, start: Scenario, present: Scenario, last: Trace, t: float
 ) -> tuple[Outcome, Reason]:
-    """Outcome and reason for a status in which the kernel ended.
+    """Outcome and reason for a final status of the kernel.
 
     Args:
         status: Status of the kernel other than running or reached.
-        contact: Contact or finger concerned, -1 if none.
-        start: Parameters as the run began.
+        contact: Contact or finger responsible, -1 if none.
+        start: Initial parameters.
         present: Parameters at that time.
-        last: Trace of the last row.
+        last: Last row of the trace.
         t: Simulation time [s].
     """
     end = _End(start=start, scenario=present, last=last, contact=contact)
@@ -124,13 +124,13 @@ def describe_end(
 
 
 class EndWords(NamedTuple):
-    """How a status of the kernel is said where Python does not run.
+    """Text for a status of the kernel where Python is not available.
 
     Attributes:
         outcome: Its outcome.
         code: Code of its reason.
-        sentence: What happened, with the blanks ``{finger}``, ``{changes}``, ``{window}`` and
-            ``{most_steps}``; empty where it depends on more.
+        sentence: Description with the placeholders ``{finger}``, ``{changes}``, ``{window}`` and
+            ``{most_steps}``; empty if it depends on more.
     """
 
     outcome: str
@@ -139,7 +139,7 @@ class EndWords(NamedTuple):
 
 
 def end_words() -> dict[int, EndWords]:
-    """The words of every status in which physics, the law or a limit ends a run."""
+    """Text for every status by which physics, the law or a limit ends a run."""
     return {
         status: EndWords(
             ending.outcome.value,
@@ -151,9 +151,9 @@ def end_words() -> dict[int, EndWords]:
 
 
 def end_blanks(scenario: Scenario) -> dict[str, str]:
-    """What stands in the blanks of `EndWords`, but for the name of the finger."""
+    """Values of the placeholders of `EndWords`, except for the name of the finger."""
     simulation, period = scenario.simulation, scenario.controller.control_period
-    # With sampled control phase changes are counted in one period at most.
+    # With sampled control, phase changes are counted within one period at most.
     window = min(simulation.chatter_window, period or simulation.chatter_window)
     return {
         "changes": str(simulation.chatter_changes),
@@ -163,13 +163,13 @@ def end_blanks(scenario: Scenario) -> dict[str, str]:
 
 
 def hint_for(reason: Reason, start: Scenario, present: Scenario, last: Trace) -> Hint:
-    """The hint of a reason with its options; its words alone if no ending here gives those.
+    """The hint for a reason, with its options; only its text if the reason has an unknown code.
 
     Args:
         reason: Why a run ended early.
-        start: Parameters as the run began.
-        present: Parameters at its end.
-        last: Trace of the last row; empty if a run ended before its first one.
+        start: Initial parameters.
+        present: Final parameters.
+        last: Last row of the trace; empty if a run ended before its first one.
     """
     end, endings = _end_of(reason, start, present, last)
     same = (hint for hint in (each.hint(end) for each in endings) if str(hint) == reason.hint)
@@ -179,13 +179,13 @@ def hint_for(reason: Reason, start: Scenario, present: Scenario, last: Trace) ->
 def describe_circumstances(
     reason: Reason, start: Scenario, present: Scenario, last: Trace
 ) -> list[str]:
-    """What a reason does not say of a controller that could not prevent it, in clauses.
+    """Further causes of an ending that the controller could not prevent, as clauses.
 
     Args:
-        reason: Why a run ended early; a recording holds its message, which stays as it is.
-        start: Parameters as the run began.
-        present: Parameters at its end.
-        last: Trace of the last row; empty if a run ended before its first one.
+        reason: Why a run ended early; its message in a recording does not change.
+        start: Initial parameters.
+        present: Final parameters.
+        last: Last row of the trace; empty if a run ended before its first one.
     """
     end, endings = _end_of(reason, start, present, last)
     if not any(each.by_the_torque for each in endings):
@@ -196,30 +196,30 @@ def describe_circumstances(
 def _end_of(
     reason: Reason, start: Scenario, present: Scenario, last: Trace
 ) -> tuple[_End, list[_Ending]]:
-    """Where a run ended, and the endings here that have its code; none without a last row."""
+    """The end of a run, and the known endings with its code; none without a last row."""
     contact = -1 if reason.contact is None else reason.contact
     end = _End(start=start, scenario=present, last=last, contact=contact)
     return end, [each for each in _ENDINGS.values() if each.code == reason.code and len(last)]
 
 
 def _has_singular_model(end: _End) -> bool:
-    """Whether the law inverts an estimate of the reduced inertia that cannot be inverted."""
+    """Whether the law inverts an estimate of the reduced inertia that is singular."""
     return end.law.uses_friction and bool(
         end.last.estimated_inertia_condition[0] > _SINGULAR_ESTIMATE
     )
 
 
 def _describe_weakness(end: _End) -> str:
-    """That a joint cannot give more; empty if all can."""
+    """A clause about a saturated joint; empty if there is none."""
     if end.exhausted is None:
         return ""
     joint, key, limit = end.exhausted
     unit = "N" if joint in end.scenario.sliding_joints else "N m"
-    return f"a joint gave all that {key} allows, {limit:g} {unit}"
+    return f"a joint reached its limit {key}, {limit:g} {unit}"
 
 
 def _describe_delay(end: _End) -> str:
-    """How late torques answer what happens; empty if that is soon."""
+    """A clause about the delay of torques; empty if it is short."""
     controller, sensing = end.controller, end.scenario.sensing
     if controller.control_period == 0.0:
         return ""
@@ -233,7 +233,7 @@ def _describe_delay(end: _End) -> str:
 
 
 def _describe_distribution(end: _End) -> str:
-    """The force of a law whose distribution has come near a singularity; empty if it is usual."""
+    """A clause about the large force of a law near a singularity of its distribution."""
     if not end.law.uses_friction or end.controller.distribution != "exact":
         return ""
     force = float(end.last.normal_force[0].max())
@@ -246,7 +246,7 @@ def _describe_distribution(end: _End) -> str:
 
 
 def _explain(ending: _Ending, end: _End) -> _Finding:
-    """What happened, in words."""
+    """Description of the ending."""
     if not isinstance(ending.explain, str):
         return ending.explain(end)
     finger = end.finger_name if end.contact >= 0 else ""
@@ -256,11 +256,11 @@ def _explain(ending: _Ending, end: _End) -> _Finding:
 
 
 def _explain_separation(end: _End) -> _Finding:
-    """A normal force that falls to zero, or a contact that can only open under the torque."""
+    """A normal force that falls to zero, or a contact that the torque can only separate."""
     force = float(end.last.normal_force[0, end.contact]) if end.contact >= 0 else 0.0
     name = f"the {end.finger_name} fingertip" if end.contact >= 0 else "a fingertip"
     if abs(force) > _NO_FORCE:
-        message = f"under the torque {name} can only leave: it separated from the object"
+        message = f"the torque separated {name} from the object"
         return _Finding(message, None, 0.0)
     message = f"the normal force of {name} fell to zero: it separated from the object"
     return _Finding(message, force, 0.0)
@@ -286,9 +286,9 @@ def _explain_left_edge(end: _End, scenario: SpatialScenario) -> _Finding:
 
 
 def _nearest_edge(end: _End, scenario: SpatialScenario) -> tuple[int, float, bool]:
-    """Number of the edge next to a contact, distance [m], whether it lies along the first tangent.
+    """Number of the nearest edge, its distance [m], and whether it lies along the first tangent.
 
-    The first tangent of a side goes up: such an edge bounds its width, others its height.
+    The first tangent of a side points up: such an edge bounds its width, others bound its height.
     """
     at = 2 * end.contact
     slip = (float(end.last.slip[0, at]), float(end.last.slip[0, at + 1]))
@@ -305,7 +305,7 @@ def _explain_singular(end: _End) -> _Finding:
     joints = end.last.shape.joints_per_finger
     angle = float(end.last.joint_position[0, joints * end.contact + joints - 1])
     if joints > _PITCHES and abs(math.sin(angle)) > _STRAIGHT:
-        message = f"the tip of the {end.finger_name} finger came onto the axis of its base"
+        message = f"the tip of the {end.finger_name} finger reached the axis of its base"
         return _Finding(message, None, None)
     became = "straight" if math.cos(angle) > 0.0 else "folded"
     return _Finding(f"the {end.finger_name} finger became {became}", angle, 0.0)
@@ -321,7 +321,7 @@ def _explain_joint_limit(end: _End) -> _Finding:
     limit, end_name = range_of(joints[joint])[side], ("minimum", "maximum")[side]
     unit = "m" if joints[joint].kind == "prismatic" else "rad"
     message = (
-        f"joint {joint + 1} of the {end.finger_name} finger came to its {end_name}, "
+        f"joint {joint + 1} of the {end.finger_name} finger reached its {end_name}, "
         f"{limit:g} {unit} (fingers.{end.contact}.joints.{joint}.{end_name}),"
     )
     beyond = float(left[joint, side])
@@ -338,7 +338,7 @@ def _count_steps(end: _End) -> tuple[float, float]:
     return most, most
 
 
-# The offending quantity and its limit, of endings whose words are a sentence with blanks.
+# Offending quantity and limit of endings whose text is a sentence with placeholders.
 _QUANTITIES: dict[str, Callable[[_End], tuple[float | None, float | None]]] = {
     "chatter": _count_changes,
     "max_steps": _count_steps,
@@ -355,7 +355,7 @@ def _explain_turn(end: _End) -> _Finding:
     tilt = math.hypot(*end.last.tracking_error[0, 3:].tolist())
     message = (
         f"the object turned away from its desired attitude by {LARGEST_TILT:g} rad, where the "
-        "coordinates of the control law end,"
+        "coordinates of the control law are singular,"
     )
     return _Finding(message, tilt, LARGEST_TILT)
 
@@ -363,8 +363,8 @@ def _explain_turn(end: _End) -> _Finding:
 def _explain_stiffness(end: _End) -> _Finding:
     condition = float(end.last.estimated_inertia_condition[0])
     message = (
-        "the closed loop is too stiff to follow: its steps became shorter than 1 microsecond on "
-        "the average, where the controller's estimate of the reduced inertia has the condition "
+        "the closed loop is too stiff: its average step became shorter than 1 microsecond, "
+        "while the controller's estimate of the reduced inertia has the condition "
         f"number {condition:.2g},"
     )
     return _Finding(message, condition)
@@ -383,7 +383,7 @@ def _stop_before_the_edge(end: _End) -> Hint:
 
 
 def _length_of_face(end: _End) -> str:
-    """The parameter that would make the face longer where the fingertip left it."""
+    """The parameter that extends the face at the end where the fingertip left it."""
     scenario, face = end.scenario, end.scenario.fingers[end.contact].face
     if not isinstance(scenario, SpatialScenario):
         return "object.corners" if face.startswith("edge") else _LENGTH_OF_FACE[face]
@@ -408,7 +408,7 @@ _LENGTH_OF_FACE = {
 
 
 def _stay_within_reach(end: _End) -> Hint:
-    """Another base or motion; a better grip where the object is far from where it should be."""
+    """Another base or motion; a better grip if the object is far from its desired pose."""
     reach = f"move the base of the {end.finger_name} finger (fingers.{end.contact}.base)"
     if is_far_off(end.scenario.object, end.last.tracking_error[0].tolist()):
         return _hold_better(end, instead=reach)
@@ -430,7 +430,7 @@ def _leave_painleve(end: _End) -> Hint:
 
 
 def _keep_the_model_regular(end: _End) -> Hint:
-    """Bounds and slower learning besides what holds objects."""
+    """Bounds and slower learning, in addition to general suggestions for holding."""
     slower = [hint for key in end.law.learns_with for hint in lower(end.scenario, key)]
     return any_of(hold(end), bound_estimates(end), slower, otherwise="change the pose")
 
@@ -533,8 +533,8 @@ _ENDINGS = {
         outcome=Outcome.DIVERGED,
         code="unbounded_grasp_force",
         explain=(
-            "the control law asks for grasp forces that grow without bound, where its friction "
-            "cones begin or cease to be satisfiable,"
+            "the control law commands grasp forces that grow without bound, at the limit where its "
+            "friction cones become or cease to be satisfiable,"
         ),
         hint=_calm_the_loop,
         by_the_torque=True,
@@ -549,13 +549,13 @@ _ENDINGS = {
     NOT_FINITE: _Ending(
         outcome=Outcome.DIVERGED,
         code="nonfinite_state",
-        explain="the closed loop diverges: a quantity is not finite any more",
+        explain="the closed loop diverges: a quantity is no longer finite",
         hint=_calm_the_loop,
     ),
     EVENT_STALL: _Ending(
         outcome=Outcome.LIMIT,
         code="event_stall",
-        explain="one instant repeats its events without progress in time",
+        explain="events repeat at one instant without progress in time",
         hint=_pass_the_instant,
     ),
     MAX_STEPS: _Ending(

@@ -1,8 +1,8 @@
-"""What to try next: only what the control law uses and what is not so already.
+"""Suggestions: only settings that the control law uses and that are not already made.
 
-Every hint is a list of options, each of which names parameters by their dotted keys, with the
-present value where a larger or a smaller one is meant. Where a scenario leaves none of them open,
-the hint says what is left outside the controller.
+A hint is a list of options. Each option names parameters by their dotted keys, with the present
+value if a larger or smaller one is suggested. If no option remains, the hint names changes outside
+the controller.
 """
 
 from __future__ import annotations
@@ -24,29 +24,29 @@ from slipgrasp.core.words.phrases import joined
 
 _OFFERED = 3
 _RISK = "which lost some held objects"
-_OUTSIDE = "no setting of this law is left to try: make the object lighter or its faces rougher"
+_OUTSIDE = "no other setting of this law can help: make the object lighter or its faces rougher"
 
 
 class Goal(StrEnum):
-    """What a hint is for."""
+    """Purpose of a hint."""
 
     HOLD = "hold the object"
-    LESS_SLIP = "lessen the slip"
+    LESS_SLIP = "reduce the slip"
     NEARER = "bring the object nearer to its target"
     MARGIN = "find how little is enough"
 
 
 @dataclass(frozen=True, slots=True)
 class Hint:
-    """What to try next.
+    """A suggestion.
 
     Attributes:
-        options: Any of them, the most successful first; the first few that can be followed as
-            they stand are offered where nothing can be tried, and all that cannot.
-        purpose: What they are for, such as ``for less slip``; empty if that is plain.
-        instead: What could be done outside the controller; empty if there is nothing else.
-        goal: The criterion by which one of them helps.
-        risky: More of them, each of which made some run worse: only for those who try it first.
+        options: Alternatives, the most successful first; without trials only the first few that
+            leave nothing open are shown, with trials all of them.
+        purpose: Purpose, such as ``for less slip``; empty if it is obvious.
+        instead: Changes outside the controller; empty if there are none.
+        goal: Criterion of success.
+        risky: Further options that made some runs worse; only offered after a trial.
     """
 
     options: tuple[Option, ...]
@@ -56,7 +56,7 @@ class Hint:
     risky: tuple[Option, ...] = ()
 
     def __str__(self) -> str:
-        """The hint as a sentence without its capital letter and full stop."""
+        """The hint as a sentence without capital letter and full stop."""
         settable = [option for option in self.options if option.values]
         offered = [option for option in settable if not _repeats(option, settable)][:_OFFERED]
         offered += [option for option in self.options if not option.values]
@@ -68,30 +68,30 @@ class Hint:
 
     @property
     def trials(self) -> tuple[Option, ...]:
-        """Every option that can be followed as it stands, once."""
+        """Every option that leaves nothing open, once."""
         options = (*self.options, *self.risky)
         return tuple({option.words: option for option in options if option.values}.values())
 
     @property
     def rest(self) -> Hint:
-        """What it says besides the trials and their purpose."""
+        """The parts of the hint other than the tried options and their purpose."""
         return Hint(tuple(option for option in self.options if not option.values), "", self.instead)
 
 
 def _repeats(option: Option, options: Sequence[Option]) -> bool:
-    """Whether an option before this one sets all that this one sets, and more."""
+    """Whether an earlier option includes everything that this one sets."""
     before = options[: options.index(option)]
     return any(option.values.items() <= other.values.items() for other in before)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Situation:
-    """Where a run stands when something is to be tried.
+    """State of a run for which a hint is made.
 
     Attributes:
-        start: The scenario as the run began.
+        start: The initial scenario.
         scenario: The scenario with the timed changes so far.
-        last: Trace of the last row.
+        last: Last row of the trace.
     """
 
     start: Scenario
@@ -100,17 +100,17 @@ class Situation:
 
     @property
     def controller(self) -> AnyController:
-        """The controller of that time."""
+        """The controller at that time."""
         return self.scenario.controller
 
     @property
     def law(self) -> ControlLaw:
-        """Facts about its law."""
+        """Facts about the control law."""
         return law_of(self.controller.kind)
 
     @property
     def exhausted(self) -> tuple[int, str, float] | None:
-        """A joint that gives all that it may, and key and value of its limit; None if none does."""
+        """A saturated joint with key and value of its limit; None if there is none."""
         torques = np.abs(self.last.joint_torque[0])
         limits = [("actuation.torque_limit", self.scenario.actuation.torque_limit)] * len(torques)
         if isinstance(self.scenario, SpatialScenario):
@@ -122,7 +122,7 @@ class Situation:
 
 
 def scenario_at(scenario: Scenario, time: float) -> Scenario:
-    """A scenario with the timed changes before some time, and without those to come [s]."""
+    """Returns a scenario with the timed changes before a time [s], and without later ones."""
     due = sorted((c for c in scenario.changes if c.time < time), key=lambda change: change.time)
     values = {c.parameter: list(c.value) if isinstance(c.value, tuple) else c.value for c in due}
     return with_values(replace(scenario, changes=()), values, with_law=False)
@@ -136,15 +136,15 @@ def any_of(
     goal: Goal = Goal.HOLD,
     risky: Iterable[Option] = (),
 ) -> Hint:
-    """A hint to try any of some options, each once.
+    """Returns a hint with the given options, each once.
 
     Args:
-        options: Each of them none, one or several.
-        otherwise: The hint where there is none.
-        purpose: What they are for.
-        instead: What could be done besides.
-        goal: The criterion by which one of them helps.
-        risky: More of them, only for those who try them first.
+        options: Groups of options, which may be empty.
+        otherwise: Hint if there are no options.
+        purpose: Purpose of the options.
+        instead: Changes outside the controller.
+        goal: Criterion of success.
+        risky: Further options that are only offered after a trial.
     """
     found = tuple({option.words: option for several in options for option in several}.values())
     others = tuple(risky)

@@ -1,4 +1,4 @@
-"""What a controller was given and what was unknown to it, in a sentence."""
+"""Text about the known and unknown parameters of a controller."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ _MOST_LINKS = 2
 
 
 def describe_knowledge(scenario: Scenario, known: Knowledge | None = None) -> str:
-    """What the controller of a run was given, and what was unknown to it, in one sentence.
+    """The known and unknown parameters of the controller of a run, in one sentence.
 
     Args:
         scenario: The scenario of the run, or the base of a study.
-        known: What the controller knows; that of the scenario if None.
+        known: Knowledge of the controller; that of the scenario if None.
     """
     known = known or knowledge_of(scenario)
     given, always = given_words(known), "at every instant" + _through(scenario, known)
@@ -41,15 +41,15 @@ def describe_knowledge(scenario: Scenario, known: Knowledge | None = None) -> st
 
 
 def describe_comparison(scenario: Scenario, known: Knowledge, what: str) -> str:
-    """What the controllers of several runs were given, and whether adaptation is compared.
+    """Knowledge of the controllers of several runs, and whether adaptation is compared.
 
     Args:
-        scenario: The scenario that all of them begin with.
-        known: What is unknown in one of them or in all.
-        what: What they are together, such as ``study``.
+        scenario: The common scenario.
+        known: Parameters that are unknown in at least one of them.
+        what: Name of the group, such as ``study``.
     """
     told = describe_knowledge(scenario, known)
-    return told if known.estimated else f"{told} This {what} compares nothing of adaptation."
+    return told if known.estimated else f"{told} This {what} compares no adaptation."
 
 
 def list_unknowns(keys: Sequence[str]) -> str:
@@ -59,13 +59,13 @@ def list_unknowns(keys: Sequence[str]) -> str:
 
 
 def _by_kind(keys: Sequence[str]) -> dict[str, list[str]]:
-    """Keys by what they are of, those kinds alone that there are."""
+    """Keys grouped by kind, without empty kinds."""
     found = {kind: [key for key in keys if form.fullmatch(key)] for kind, form in _KINDS}
     return {kind: members for kind, members in found.items() if members}
 
 
 def given_words(known: Knowledge) -> str:
-    """What a controller is given; friction and mass by name where nothing of them is unknown."""
+    """The known parameters; friction and mass by name if none of them is unknown."""
     unknown = _by_kind(known.unknowns).keys()
     friction = ["friction"] * (known.uses_friction and "friction" not in unknown)
     mass = ["mass"] * (not unknown & _MASSES)
@@ -76,7 +76,7 @@ def given_words(known: Knowledge) -> str:
 
 
 def _through(scenario: Scenario, known: Knowledge) -> str:
-    """That it was given each value anew, where something that it knows changes."""
+    """A clause about values that change during the run."""
     changed = {change.parameter for change in scenario.changes} - {*known.unknowns}
     what = ["timed changes"] * any(key.startswith(("object.", "fingers.")) for key in changed)
     friction = {f"fingers.{i}.friction" for i in range(len(scenario.fingers))}
@@ -86,7 +86,7 @@ def _through(scenario: Scenario, known: Knowledge) -> str:
 
 
 def _names(scenario: Scenario, keys: Sequence[str]) -> Iterator[str]:
-    """Unknown parameters as a sentence names them, those of one kind together."""
+    """Unknown parameters as text, grouped by kind."""
     names, count = scenario.finger_names, len(scenario.fingers)
     found = _by_kind(keys)
     axes = len(scenario.space.inertias)
@@ -109,7 +109,7 @@ def _names(scenario: Scenario, keys: Sequence[str]) -> Iterator[str]:
 
 
 def _some(names: Sequence[str], total: int, noun: str) -> str:
-    """Some of the fingers, or fingertips."""
+    """Names of some of the fingers or fingertips."""
     if len(names) == total:
         return f"{'both' if total == 2 else 'all'} {noun}s"
     return f"the {joined(names)} {noun}{'s' if len(names) > 1 else ''}"
@@ -127,7 +127,7 @@ def _link_masses(scenario: Scenario, keys: Sequence[str]) -> Iterator[str]:
 
 
 def _mistakes(scenario: Scenario, known: Knowledge) -> Iterator[str]:
-    """What the model has wrong or lacks, and which of both."""
+    """Whether the model has a parameter wrong, or lacks it."""
     for kind, members in _by_kind(known.mistaken).items():
         how = "wrong in its model" if kind.startswith("link") else "not in its model"
         yield from (f"{name} ({how})" for name in _names(scenario, members))

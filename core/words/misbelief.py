@@ -1,4 +1,4 @@
-"""What a controller was most wrong about, in words."""
+"""Text about the worst estimate of a controller."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ _TURNING = 1e-6  # [rad/s]
 
 
 def describe_misbelief(scenario: Scenario, row: Trace, *, of_friction: bool = True) -> str:
-    """The estimate that is farthest from the truth, in proportion; empty if all are near.
+    """The estimate with the largest relative error; empty if all errors are small.
 
     Args:
         scenario: Parameters at that time.
-        row: Trace of one row.
-        of_friction: Whether estimates of friction count.
+        row: One row of the trace.
+        of_friction: Whether estimates of friction are included.
     """
     believed, true = row.estimates[0].tolist(), row.true_parameters[0].tolist()
     found = worst_beliefs(scenario, believed, true, turns=turns(row), of_friction=of_friction)
@@ -32,13 +32,13 @@ def describe_misbelief(scenario: Scenario, row: Trace, *, of_friction: bool = Tr
     key = scenario.estimates[worst].parameter
     unit = unit_of_unknown(scenario, key)
     return (
-        f"the controller believed {name_unknown(scenario, key)} to be {believed[worst]:.3g}{unit} "
-        f"where it is {true[worst]:.3g}{unit}"
+        f"the controller estimated {name_unknown(scenario, key)} as {believed[worst]:.3g}{unit} "
+        f"instead of {true[worst]:.3g}{unit}"
     )
 
 
 def turns(last: Trace) -> bool:
-    """Whether the object turns in the one row of a trace."""
+    """Whether the object rotates in the row of a trace."""
     spin = last.object_velocity[0, last.shape.space.num_positions :]
     return bool(np.abs(spin).max() >= _TURNING)
 
@@ -51,18 +51,18 @@ def worst_beliefs(
     turns: bool,
     of_friction: bool = True,
 ) -> list[int]:
-    """Indices of the estimates of one kind that are far from the truth, in proportion.
+    """Indices of the estimates of one kind with large relative errors.
 
-    The first is farther off than any other estimate, those of its kind follow; none if all are
-    near. What its law does not use cannot mislead a controller, and what does not turn shows
-    nothing of its moment of inertia and suffers nothing from it: those do not count.
+    The first has the largest error of all estimates, others of its kind follow; empty if all errors
+    are small. Estimates that the law does not use are excluded, and so is the moment of inertia if
+    the object does not rotate, because neither affects the run.
 
     Args:
-        scenario: Whose estimates.
-        believed: Their values.
-        true: What they should be.
-        turns: Whether the object turns.
-        of_friction: Whether estimates of friction count.
+        scenario: The scenario of the estimates.
+        believed: Estimated values.
+        true: True values.
+        turns: Whether the object rotates.
+        of_friction: Whether estimates of friction are included.
     """
     uses_friction = of_friction and law_of(scenario.controller.kind).uses_friction
     ignored = {"friction": not uses_friction, "object_inertia": not turns}
@@ -84,7 +84,7 @@ def _kind(scenario: Scenario, key: str) -> str:
 
 
 def _distance(believed: float, true: float) -> float:
-    """Logarithm of their ratio; infinite for an estimate that no body can have."""
+    """Logarithm of the ratio of estimate and true value; infinite for unphysical estimates."""
     if believed <= 0.0 or true <= 0.0:
         return 0.0 if believed == true else math.inf
     return abs(math.log(believed / true))

@@ -1,7 +1,7 @@
-"""Things to try next: each in words, and as values to set where following it is one step.
+"""Suggested changes, as text and, if one step suffices, as values.
 
-A direction goes by a factor of two, or as far as the parameter may. An option that leaves open
-what to set, such as a longer face, has no values.
+Values change by a factor of two, or up to their bound. An option without a specific value, such as
+a longer face, has no values.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from slipgrasp.core.words.phrases import joined
 
 _FACTOR = 2.0
 _LESS = 0.8
-"""Part of the true friction that is suggested where an estimate was too large."""
+"""Fraction of the true friction that is suggested after an estimate that was too large."""
 _DIGITS = 6
 _BELIEF_DIGITS = 3
 _SAMPLED = 0.001
@@ -27,13 +27,13 @@ _SAMPLED = 0.001
 
 @dataclass(frozen=True, slots=True)
 class Option:
-    """One thing to try.
+    """A suggested change.
 
     Attributes:
-        words: It as a part of a sentence, with parameters by their dotted keys.
-        values: What it sets, by dotted key; a law brings the settings it is meant for. Empty if
-            that is left open.
-        label: What it sets, in a few words; empty if that is left open.
+        words: Clause with parameters by their dotted keys.
+        values: Suggested values by dotted key; a law includes its recommended settings. Empty if
+            nothing specific is suggested.
+        label: The values in a few words; empty if there are none.
     """
 
     words: str
@@ -41,7 +41,7 @@ class Option:
     label: str = ""
 
     def with_(self, *others: Option) -> Option:
-        """This option together with others, as one."""
+        """This option combined with others."""
         options = (self, *others)
         values = {key: value for option in options for key, value in option.values.items()}
         words = joined([option.words for option in options])
@@ -49,7 +49,7 @@ class Option:
 
 
 def raise_(scenario: Scenario, key: str, factor: float = _FACTOR) -> Iterator[Option]:
-    """To raise a parameter above its value, unless it is as large as may be."""
+    """Raises a parameter above its value, unless it is at its bound."""
     parameter = parameter_definitions(scenario).get(key)
     if parameter is None or not isinstance(parameter.value, (int, float)):
         yield Option(f"raise {key}")
@@ -60,7 +60,7 @@ def raise_(scenario: Scenario, key: str, factor: float = _FACTOR) -> Iterator[Op
 
 
 def lower(scenario: Scenario, key: str) -> Iterator[Option]:
-    """To lower a parameter below its value, unless it is as small as may be."""
+    """Lowers a parameter below its value, unless it is at its bound."""
     parameter = parameter_definitions(scenario).get(key)
     if parameter is None or not isinstance(parameter.value, (int, float)):
         yield Option(f"lower {key}")
@@ -69,27 +69,27 @@ def lower(scenario: Scenario, key: str) -> Iterator[Option]:
 
 
 def set_to(key: str, value: float | str | bool, unit: str = "") -> Option:
-    """To set a parameter to a value."""
+    """Sets a parameter to a value."""
     told = value_words(value, unit)
     return Option(f"set {key} to {told}", {key: value}, f"{key}: {told}")
 
 
 def sample_at_1_khz() -> Option:
-    """To control at instants 1 ms apart."""
+    """Uses sampled control with a period of 1 ms."""
     return set_to("controller.control_period", _SAMPLED, "s")
 
 
 def use_law(name: str) -> Option:
-    """To use another law."""
+    """Uses another law."""
     return Option(f"use the {name} law", {LAW: name}, f"{name} law")
 
 
 def believe_the_truth(scenario: Scenario, truths: Mapping[int, float]) -> Iterator[Option]:
-    """To begin with the true values of some unknowns, or as near as their bounds allow.
+    """Starts with the true values of some unknowns, or the nearest values within their bounds.
 
     Args:
-        scenario: As its run began.
-        truths: By index of the estimate, SI.
+        scenario: The initial scenario.
+        truths: True values by index of the estimate, SI.
     """
     wanted = {k: _rounded(true, _BELIEF_DIGITS) for k, true in truths.items()}
     values = _beliefs(scenario, wanted)
@@ -103,11 +103,11 @@ def believe_the_truth(scenario: Scenario, truths: Mapping[int, float]) -> Iterat
 
 
 def believe_in_less(scenario: Scenario, truths: Mapping[int, float]) -> Iterator[Option]:
-    """To begin with less than the true values of some unknowns.
+    """Starts with less than the true values of some unknowns.
 
     Args:
-        scenario: As its run began.
-        truths: By index of the estimate, SI.
+        scenario: The initial scenario.
+        truths: True values by index of the estimate, SI.
     """
     if truths:
         below = [f"{_initial(k)} below {true:.3g}" for k, true in truths.items()]
@@ -117,7 +117,7 @@ def believe_in_less(scenario: Scenario, truths: Mapping[int, float]) -> Iterator
 
 
 def lower_all_friction(scenario: Scenario) -> Iterator[Option]:
-    """To make every face smoother, unless none has friction."""
+    """Lowers the friction of all faces, unless none has friction."""
     if any(finger.friction > 0.0 for finger in scenario.fingers):
         key = "fingers.*.friction"
         values = {
@@ -129,7 +129,7 @@ def lower_all_friction(scenario: Scenario) -> Iterator[Option]:
 
 
 def only_words(*words: str) -> Iterable[Option]:
-    """Options that leave open what to set."""
+    """Options without specific values."""
     return map(Option, words)
 
 
@@ -146,9 +146,9 @@ def _initial(index: int) -> str:
 
 
 def _beliefs(scenario: Scenario, wanted: Mapping[int, float]) -> dict[str, float]:
-    """First estimates as near to what is wanted as their bounds allow, by dotted key.
+    """Initial estimates as close to the wanted ones as their bounds allow, by dotted key.
 
-    The bounds come last: a value that is rounded after them may lie beyond them.
+    The bounds are applied last, because rounding after them could exceed them.
     """
     return {
         _initial(k): _within(

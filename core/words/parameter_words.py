@@ -1,4 +1,4 @@
-"""Parameters, their units and their values in words, the same wherever they are shown."""
+"""Names, units and values of parameters as text, consistent everywhere."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _ESTIMATES = {
     "minimum": "least",
     "maximum": "largest",
 }
-# Names and symbols that a key cannot spell.
+# Names and symbols that differ from the key.
 _SPELLED = {
     "lyapunov_weight": "Lyapunov weight Q",
     "lyapunov_matrix": "Lyapunov matrix Q",
@@ -25,12 +25,12 @@ _SPELLED = {
 
 
 def key_words(key: str, names: Sequence[str], space: Space = PLANAR) -> str:
-    """A dotted key in words: ``fingers.0.link_masses.1`` as ``left link mass 2``.
+    """Returns the name of a dotted key: ``left link mass 2`` for ``fingers.0.link_masses.1``.
 
     Args:
         key: The key.
-        names: What the fingers are called.
-        space: Of what kind of hand the scenario is.
+        names: Names of the fingers.
+        space: Kind of hand of the scenario.
     """
     parts = key.split(".")
     words: list[str] = []
@@ -50,34 +50,34 @@ def key_words(key: str, names: Sequence[str], space: Space = PLANAR) -> str:
 
 
 def _coordinate(name: str, index: int, space: Space) -> str:
-    # Only a pose has an angle third; what has more coordinates is of a spatial hand.
+    # Only a pose has an angle third; longer lists belong to spatial hands.
     is_planar = name not in ("base", "force", "moment") and index < len(space.coordinates)
     of = space if is_planar else SPATIAL
     return (of.pose if name == "start" else of.coordinates)[index].replace("_", " ")
 
 
 def estimate_words(field: str, unknown: str) -> str:
-    """A field of an estimate in words, such as ``initial estimate of mass``.
+    """Name of a field of an estimate, such as ``initial estimate of mass``.
 
     Args:
-        field: Field of its estimate.
-        unknown: What the unknown is called.
+        field: Field of the estimate.
+        unknown: Name of the unknown.
     """
     return f"{_ESTIMATES.get(field, field)} estimate of {unknown}"
 
 
 def unit_words(unit: str) -> str:
-    """A unit for a label, such as `` [kg m²]``; nothing for pure numbers."""
+    """A unit for a label, such as `` [kg m²]``; empty for pure numbers."""
     return f" [{unit}]" if _is_unit(unit) else ""
 
 
 def unit_after(unit: str) -> str:
-    """A unit to stand after a number, such as `` kg m²``; nothing for pure numbers."""
+    """A unit to follow a number, such as `` kg m²``; empty for pure numbers."""
     return f" {unit}" if _is_unit(unit) else ""
 
 
 def value_words(value: Any, unit: str = "") -> str:
-    """A value as a person writes it, with its unit: ``1.4 kg``, ``(0, -5) N``, ``none``."""
+    """A value with its unit as text: ``1.4 kg``, ``(0, -5) N``, ``none``."""
     if value is None:
         return "none"
     if isinstance(value, bool):

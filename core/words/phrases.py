@@ -1,4 +1,4 @@
-"""Pieces of sentences that the command line and the page share: lists, times, lengths."""
+"""Common parts of sentences: lists, times, lengths."""
 
 from __future__ import annotations
 
@@ -9,30 +9,30 @@ _LEAST_LENGTH = 1e-9
 
 
 def joined(words: Sequence[str], last: str = "and") -> str:
-    """Words as a list in a sentence: ``a, b and c``.
+    """Joins words to a list in a sentence: ``a, b and c``.
 
     Args:
         words: The words.
-        last: What stands before the last one.
+        last: Conjunction before the last word.
     """
     return f" {last} ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
 
 
 def sentence(text: str) -> str:
-    """The text as a sentence: a capital letter in front and a full stop behind."""
+    """Adds a capital letter and a full stop."""
     return text[:1].upper() + text[1:].rstrip(".") + "." if text else ""
 
 
 def milliseconds(time: float) -> str:
-    """A time in milliseconds while that is short, else in seconds [s]."""
+    """Formats a time in milliseconds if it is short, else in seconds [s]."""
     return f"{1e3 * time:.0f} ms" if time < 1.0 else f"{time:.3f} s"
 
 
 def length_words(length: float) -> str:
-    """A length that is not negative, in the unit that suits it [m]: ``2.59 mm``, ``6.03 µm``."""
+    """Formats a nonnegative length [m] with a suitable unit: ``2.59 mm``, ``6.03 µm``."""
     if length < _LEAST_LENGTH:
         return "less than 1 nm" if length > 0.0 else "0 mm"
-    # A tenth of a millimetre is still shown in millimetres.
+    # A tenth of a millimetre is shown in millimetres.
     unit, factor = next((u, f) for least, u, f in _LENGTHS if length >= 0.1 * least or u == "nm")
     value = factor * length
     return f"{value:.0f} {unit}" if value >= 100.0 else f"{value:#.3g} {unit}"

@@ -1,4 +1,4 @@
-"""The distance of an object from its target, and whether it is worth reporting."""
+"""Distance of an object from its target, if it is worth reporting."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from slipgrasp.core.scenario.spatial import SpatialObject
 from slipgrasp.core.scenario.spatial_geometry import base_corners
 from slipgrasp.core.words.phrases import joined
 
-_SHARE = 0.1  # of the object's smallest extent
+_SHARE = 0.1  # fraction of the object's smallest extent
 _WORTH_TELLING = 1e-3  # [m]
-_LASTING = 0.99  # of what it was a little before
+_LASTING = 0.99  # fraction of the earlier distance
 
 
 def is_far_off(body: ObjectParameters | SpatialObject, error: Sequence[float]) -> bool:
@@ -24,17 +24,17 @@ def is_far_off(body: ObjectParameters | SpatialObject, error: Sequence[float]) -
 
     Args:
         body: The object.
-        error: Desired minus actual pose, x, y, theta [m, m, rad], or six coordinates in space.
+        error: Desired minus actual pose: x, y, theta [m, m, rad], or six coordinates.
     """
     return bool(_offsets(body, error))
 
 
 def describe_offset(body: ObjectParameters | SpatialObject, error: Sequence[float]) -> str:
-    """How far an object is off, such as ``34 mm from its target``; empty if it is near.
+    """Distance of an object from its target, such as ``34 mm from its target``; empty if small.
 
     Args:
         body: The object.
-        error: Desired minus actual pose, x, y, theta [m, m, rad], or six coordinates in space.
+        error: Desired minus actual pose: x, y, theta [m, m, rad], or six coordinates.
     """
     offsets = _offsets(body, error)
     return f"{joined(offsets)} from its target" if offsets else ""
@@ -46,11 +46,11 @@ def is_large(body: ObjectParameters | SpatialObject, length: float) -> bool:
 
 
 def describe_lasting_error(error: Sequence[float], earlier: Sequence[float]) -> str:
-    """How far an object is off that comes no nearer; empty if it is near, or on its way.
+    """Distance of an object that no longer approaches its target; empty if small or decreasing.
 
     Args:
-        error: Desired minus actual pose, x, y, theta [m, m, rad], or six coordinates in space.
-        earlier: The same a little before.
+        error: Desired minus actual pose: x, y, theta [m, m, rad], or six coordinates.
+        earlier: The error shortly before.
     """
     count = space_of_errors(len(error)).num_positions
     distance, before = math.hypot(*error[:count]), math.hypot(*earlier[:count])
@@ -59,7 +59,7 @@ def describe_lasting_error(error: Sequence[float], earlier: Sequence[float]) -> 
 
 
 def _offsets(body: ObjectParameters | SpatialObject, error: Sequence[float]) -> list[str]:
-    """The distance, and the angle where it moves a corner as far; only what is large."""
+    """The distance, and the angle if it moves a corner as far; only large values."""
     if isinstance(body, SpatialObject):
         distance, angle = math.hypot(*error[:3]), math.hypot(*error[3:])
         corners = np.array(base_corners(body))
@@ -82,6 +82,6 @@ def _extent(body: ObjectParameters | SpatialObject) -> float:
 
 
 def _rounded(distance: float) -> str:
-    """A length in whole millimetres, or to two digits where that is more."""
+    """A length in whole millimetres, or with two digits if that is more precise."""
     millimetres = 1e3 * distance
     return f"{millimetres:.0f} mm" if millimetres >= 10.0 else f"{millimetres:.2g} mm"

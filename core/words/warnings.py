@@ -1,4 +1,4 @@
-"""Words for what is worth knowing about a run although it did not end it."""
+"""Warnings about a run."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _COUNTED = (
     (
         "recognition_hold",
         "no phase was consistent under its own torque; "
-        "the controller kept its belief for the recognition time",
+        "the controller kept its estimated phase for the recognition time",
     ),
     (
         "adaptation_unphysical",
@@ -21,37 +21,37 @@ _COUNTED = (
     ),
     (
         "torque_limited",
-        "the joints could not give the commanded torque; they gave what their limits allow",
+        "the commanded torque exceeded the limits of the joints and was reduced to them",
     ),
 )
 
-# Of spatial hands only, after the others.
+# For spatial hands only, after the others.
 _COUNTED_IN_SPACE = (
     (
         "free_rotation",
-        "the contacts lie on a line, about which nothing resists that the object turns",
+        "the contacts lie on a line, and nothing resists rotation of the object about it",
     ),
     (
         "contact_restarts",
-        "the contact problem was solved from random forces, not from those of stick",
+        "the contact problem was solved from random initial forces instead of those of stick",
     ),
     (
         "softened",
-        "a part of the demand that only huge forces would have given was given up",
+        "a component of the demand that needs very large forces was omitted",
     ),
     (
         "torsion_split",
-        "soft contacts can twist the object against each other, and no equation says how far; "
-        "the least moments were taken, and such contacts creep",
+        "soft contacts can twist the object against each other by an indeterminate amount; "
+        "the smallest moments were used, and such contacts creep",
     ),
 )
 
 _GRASP_CODE = "grasp_outside_cones"
-_GRASP_MESSAGE = "no squeeze met all estimated friction cones; the least violation was taken"
+_GRASP_MESSAGE = "no grip force met all estimated friction cones; the smallest violation was used"
 
 
 def describe_warnings(run: Record) -> tuple[RunWarning, ...]:
-    """All warnings of a run, each with how often and when first.
+    """All warnings of a run, each with its count and first time.
 
     Args:
         run: Its progress in the kernel.

@@ -1,1 +1,1 @@
-"""Two runs side by side, and one run computed again to verify its recording."""
+"""Comparison of two runs, and verification of a recording by a new simulation."""

@@ -1,4 +1,4 @@
-"""How exactly two runs can be compared: as exactly as both were integrated, from some time on."""
+"""Accuracy of the comparison of two runs, from their integration errors."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from slipgrasp.core.scenario.scenario import is_acting, is_there
 from slipgrasp.recordings.compare.alignment import SAME_TIME
 
 AMPLIFICATION = 100.0
-"""How many times the error allowed in one step a signal may be off.
+"""Ratio of the error of a signal to the error allowed in one step.
 
-Measured as the difference from runs at a thousandth of the tolerance: at most 8 times in every
-preset; in random scenarios 1 time in the median and below 30 times in nine of ten. The rest
-amplify without bound, near a singular estimate.
+Measured as the difference from runs with a thousandth of the tolerance: at most 8 in every preset;
+in random scenarios 1 in the median and below 30 in 90 %. The others amplify errors without bound,
+near a singular estimate.
 """
 
 
@@ -37,20 +37,20 @@ _NO_CAUSE = frozenset(
         "chatter_window",
     )
 ) | {"title"}
-"""What decides how a run is stored, how exactly it is computed and when it ends."""
+"""Parameters that determine storage, accuracy and end of a run."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Accuracy:
-    """What counts as no difference between two runs.
+    """Differences between two runs that count as zero.
 
     Attributes:
-        chosen: Absolute difference that the user chose, in the SI unit of each column; None for
-            the accuracy of the integration.
-        relative: Relative error allowed in one step, of the run that allows more.
-        absolute: Absolute error allowed in one step likewise.
-        cause: When the scenarios first differ [s]: what differs before is integration error.
-            None where they never do.
+        chosen: Absolute tolerance from the user, in the SI unit of each column; None for the
+            accuracy of the integration.
+        relative: Relative error allowed in one step; the larger one of both runs.
+        absolute: Absolute error allowed in one step; the larger one of both runs.
+        cause: Time of the first difference of the scenarios [s]: earlier differences are
+            integration errors. None if the scenarios are equal.
     """
 
     chosen: float | None
@@ -63,9 +63,9 @@ class Accuracy:
         """The accuracy of two runs.
 
         Args:
-            a: One run.
-            b: The other.
-            chosen: What the user chose.
+            a: First run.
+            b: Second run.
+            chosen: Tolerance from the user.
         """
         simulations = a.scenario.simulation, b.scenario.simulation
         return cls(
@@ -77,11 +77,11 @@ class Accuracy:
 
     @property
     def is_chosen(self) -> bool:
-        """Whether the user decides what counts as no difference, and not the integration."""
+        """Whether the user has set the tolerance."""
         return self.chosen is not None
 
     def tolerance_of(self, largest: float) -> float:
-        """Difference of a column that counts as none, in its SI unit.
+        """Tolerance of a column, in its SI unit.
 
         Args:
             largest: Largest value of its signal in both runs.
@@ -91,21 +91,21 @@ class Accuracy:
         return AMPLIFICATION * (self.absolute + self.relative * largest)
 
     def is_early(self, times: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Which instants come before the first cause; none where no cause is known."""
+        """Whether instants are before the first cause; none if there is no known cause."""
         return times < (self.cause or 0.0) - SAME_TIME
 
     @property
     def of_times(self) -> float:
-        """Difference in time of a phase change, and of the end, that counts as none [s]."""
+        """Tolerance of the times of phase changes and of the end [s]."""
         return self.tolerance_of(1.0)
 
 
 def first_cause(a: Scenario, b: Scenario) -> float | None:
-    """When the first difference of two scenarios begins to act [s]; None if none ever does.
+    """Time from which the first difference of two scenarios has an effect [s]; None if never.
 
-    Before, runs can differ by rounding alone. Pushes, patches and timed changes have a time;
-    every other difference acts from the start. How a run is stored and integrated is no cause:
-    it changes how exactly the same motion is computed.
+    Earlier differences are due to rounding alone. Pushes, patches and timed changes have a time;
+    all other differences have an effect from the start. Parameters of storage and integration are
+    not causes, because they only change the accuracy.
     """
     calm = (replace(each, pulses=(), patches=(), changes=()) for each in (a, b))
     if any(difference.key not in _NO_CAUSE for difference in parameter_differences(*calm)):
@@ -115,7 +115,7 @@ def first_cause(a: Scenario, b: Scenario) -> float | None:
 
 
 def _instants(scenario: Scenario) -> Iterator[float]:
-    """When something begins or ends in a scenario."""
+    """Times at which something starts or ends in a scenario."""
     for pulse in scenario.pulses:
         yield from (pulse.time, pulse.time + pulse.duration)
     for patch in scenario.patches:
@@ -124,7 +124,7 @@ def _instants(scenario: Scenario) -> Iterator[float]:
 
 
 def _acting(scenario: Scenario, t: float) -> tuple[Any, ...]:
-    """What acts on a run from some time on until the next one [s], in an order of its own."""
+    """Active disturbances and changes from a time until the next one [s], sorted."""
     changes = [change for change in scenario.changes if change.time <= t]
     values = {change.parameter: change.value for change in sorted(changes, key=_time)}
     pulses = [pulse for pulse in scenario.pulses if is_acting(pulse, t)]
@@ -134,7 +134,7 @@ def _acting(scenario: Scenario, t: float) -> tuple[Any, ...]:
         if is_there(patch, t)
     ]
     factors = {_factor_key(i) for i in range(len(scenario.patches))}
-    # An estimate that is set anew need not have had that value until then.
+    # An estimate that is set anew may have had another value before.
     resets = [c for c in changes if c.time == t and c.parameter.startswith("estimates.")]
     return (
         sorted((p.force, p.moment) for p in pulses),

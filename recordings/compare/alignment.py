@@ -1,4 +1,4 @@
-"""Which rows and which phase changes of two runs belong together."""
+"""Alignment of rows and phase changes of two runs."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from slipgrasp.core.trace.types import ContactPhase, PhaseChange
 
 SAME_TIME = 1e-9
-"""Times that differ by no more are one instant [s]."""
+"""Times with at most this difference are equal [s]."""
 
 MOST_ALIGNED = 1500
-"""Phase changes of a contact that are aligned at once; the table of all pairs stays small."""
+"""Number of phase changes of a contact that are aligned together, which limits the table."""
 
 _SPAN = 1 + max(ContactPhase) - min(ContactPhase)
 
@@ -24,12 +24,12 @@ Pair = tuple[PhaseChange | None, PhaseChange | None]
 
 
 class MatchedRows(NamedTuple):
-    """Rows of two traces at the same instants.
+    """Rows of two traces at common instants.
 
     Attributes:
         first: Rows of the first trace, in time order.
-        second: As many rows of the second trace.
-        num_instants: The number of these instants; an event has two rows.
+        second: Corresponding rows of the second trace.
+        num_instants: Number of instants; an event has two rows.
     """
 
     first: Indices
@@ -38,15 +38,15 @@ class MatchedRows(NamedTuple):
 
 
 def match_rows(first: Times, second: Times) -> MatchedRows:
-    """Finds the instants that two traces both stored; nothing is interpolated.
+    """Finds the instants that both traces contain, without interpolation.
 
-    Of an instant with several rows (an event) the first and the last count, the states
-    before and after; first goes with first and last with last, also where one of the
-    traces has a single row there.
+    Of several rows at one instant (an event), the first and the last are used, with the states
+    before and after. They are paired with the first and last rows of the other trace, even if it
+    has a single row there.
 
     Args:
         first: Times of one trace, ascending, shape ``(rows,)`` [s].
-        second: Times of the other.
+        second: Times of the other trace.
     """
     mine, others = _Instants.of(first), _Instants.of(second)
     i, j = _mutually_nearest(mine.times, others.times)
@@ -60,7 +60,7 @@ def match_rows(first: Times, second: Times) -> MatchedRows:
 
 
 class _Instants(NamedTuple):
-    """The different times of a trace, and the first and last row of each."""
+    """The distinct times of a trace, and the first and last row of each."""
 
     times: Times
     first: Indices
@@ -73,7 +73,7 @@ class _Instants(NamedTuple):
 
 
 def _mutually_nearest(first: Times, second: Times) -> tuple[Indices, Indices]:
-    """Pairs of times that are each other's nearest, and are the same."""
+    """Pairs of equal times that are each other's nearest."""
     there, back = _nearest(first, second), _nearest(second, first)
     i = np.arange(len(first))
     chosen = (back[there] == i) & (np.abs(first - second[there]) <= SAME_TIME)
@@ -81,7 +81,7 @@ def _mutually_nearest(first: Times, second: Times) -> tuple[Indices, Indices]:
 
 
 def _nearest(times: Times, among: Times) -> Indices:
-    """For each time the index of the nearest of others."""
+    """Index of the nearest of the other times, for each time."""
     right = np.searchsorted(among, times).clip(1, max(1, len(among) - 1))
     left, right = right - 1, np.minimum(right, len(among) - 1)
     return np.where(times - among[left] <= among[right] - times, left, right)
@@ -92,17 +92,16 @@ def match_phase_changes(
 ) -> list[Pair]:
     """Pairs the phase changes of two runs, contact by contact.
 
-    As many as possible are paired without changing their order, each with one between the
-    same phases, and of all such ways the one that moves them least in time: a slip that
-    only one of the runs has does not shift those that follow.
+    The alignment maximizes the number of pairs of equal transitions in order, then minimizes their
+    differences in time: a slip in only one of the runs does not shift the following ones.
 
     Args:
-        first: Those of one run, in time order.
-        second: Those of the other.
-        num_contacts: Contacts of both.
+        first: Phase changes of one run, in time order.
+        second: Phase changes of the other run.
+        num_contacts: Number of contacts of both.
 
     Returns:
-        All phase changes, in time order; alone where the other run has none like it.
+        All phase changes in time order; unpaired if the other run has no corresponding one.
     """
     pairs: list[Pair] = []
     for contact in range(num_contacts):
@@ -115,7 +114,7 @@ def match_phase_changes(
 
 
 def _align(mine: Sequence[PhaseChange], others: Sequence[PhaseChange]) -> Iterator[Pair]:
-    """Goes back along the best way through the table of all pairs."""
+    """Traces the best alignment back through the table of all pairs."""
     best = _best_scores(mine, others)
     i, j = len(mine), len(others)
     while i and j:
@@ -133,10 +132,10 @@ def _align(mine: Sequence[PhaseChange], others: Sequence[PhaseChange]) -> Iterat
 
 
 def _best_scores(mine: Sequence[PhaseChange], others: Sequence[PhaseChange]) -> NDArray[np.float64]:
-    """Best score of pairing the first i of one with the first j of the other.
+    """Best scores of aligning the first i phase changes of one run with the first j of the other.
 
-    A pair scores 1, less a share of how far apart it is that stays below 1 for all pairs
-    together: more pairs are always better.
+    A pair scores 1, minus a penalty for its time difference that stays below 1 in total: more pairs
+    are always better.
 
     Returns:
         The scores, shape ``(len(mine) + 1, len(others) + 1)``.
@@ -154,5 +153,5 @@ def _best_scores(mine: Sequence[PhaseChange], others: Sequence[PhaseChange]) -> 
 
 
 def _kind(change: PhaseChange) -> int:
-    """Another number for every other pair of phases."""
+    """A unique number for every pair of phases."""
     return _SPAN * change.from_phase + change.to_phase

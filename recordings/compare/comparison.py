@@ -32,11 +32,11 @@ LEAST_INSTANTS = 2
 
 
 class IncomparableError(RecordingError):
-    """Two runs that have too little in common to be compared."""
+    """Runs that differ too much to be compared."""
 
 
 class ToleranceError(RecordingError, ValueError):
-    """A tolerance that is none."""
+    """An invalid tolerance."""
 
     def __init__(self, tolerance: float) -> None:
         super().__init__(f"tolerance is {tolerance}; allowed: a finite number of at least 0")
@@ -44,11 +44,11 @@ class ToleranceError(RecordingError, ValueError):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class IntegrationError:
-    """How far two runs differ before anything that was set does: their steps are others.
+    """Difference between two runs before the first effect of different parameters.
 
     Attributes:
-        before: When what was set first differs [s].
-        column: The column that differs most, measured by its tolerance.
+        before: Time of the first effect of different parameters [s].
+        column: The column with the largest difference relative to its tolerance.
         max: Its largest difference until then.
         unit: Its SI unit.
     """
@@ -64,29 +64,26 @@ class Comparison:
     """Differences between two runs, a and b.
 
     Attributes:
-        tolerance: Absolute difference that the user chose to count as none, in the SI unit of
-            each column; None for the accuracy of the integration
-            (`slipgrasp.recordings.compare.accuracy`).
-        time_tolerance: Difference in time that counts as none [s].
-        identical: Whether nothing at all differs; then all lists are empty.
-        equal: Whether the same happened: outcome, end time, phase changes and all columns
-            agree within the tolerance, and neither run contradicts itself. What was set may
+        tolerance: Absolute tolerance from the user, in the SI unit of each column; None for the
+            accuracy of the integration (`slipgrasp.recordings.compare.accuracy`).
+        time_tolerance: Tolerance of times [s].
+        identical: Whether there is no difference at all; then all lists are empty.
+        equal: Whether outcome, end time, phase changes and all columns agree within the tolerance,
+            and neither run contradicts itself. Parameters may differ.
+        cause: Time of the first effect of different parameters [s]; None if there is none.
+        integration_error: Difference of the runs before that time; None if there is none.
+        contradictions: Statements of the runs that contradict their samples, with ``a`` or ``b``.
+        scenario: Differing parameters.
+        phase_changes: Phase changes that moved by more than the tolerance, or are in one run only.
+        signals: Every common column, by name.
+        metrics: Every metric by name: its values in a and in b, and outcome and end time if they
             differ.
-        cause: When what was set first differs [s]; None if it never does.
-        integration_error: How far the runs differ before; None if they do not.
-        contradictions: What the runs state of themselves against their own samples, as ``a`` or
-            ``b`` and what.
-        scenario: Parameters that differ.
-        phase_changes: Phase changes that moved by more than the tolerance, or are not in both.
-        signals: Every column that both runs have, by name.
-        metrics: Every metric by name: its value in a and in b. Outcome and end time stand
-            here too where they differ.
-        num_instants: How many instants were compared.
+        num_instants: Number of compared instants.
         span: First and last of them [s].
-        end_times: When the two runs ended [s].
-        only_a: Columns that b does not have: estimates of other unknowns, and what is newer than
-            the recording of b.
-        only_b: Columns that a does not have.
+        end_times: End times of the two runs [s].
+        only_a: Columns missing in b: estimates of other unknowns, and signals newer than the
+            recording of b.
+        only_b: Columns missing in a.
     """
 
     tolerance: float | None
@@ -108,7 +105,7 @@ class Comparison:
 
     @property
     def first_divergence(self) -> dict[str, float]:
-        """When each column first exceeds the tolerance, earliest first [s]."""
+        """Time at which each column first exceeds the tolerance, earliest first [s]."""
         times = {
             name: signal.first_divergence
             for name, signal in self.signals.items()
@@ -118,7 +115,7 @@ class Comparison:
 
     @property
     def largest_differences(self) -> tuple[SignalDifference, ...]:
-        """Of each signal the column that differs most, if by more than the tolerance."""
+        """For each signal, the column with the largest difference beyond the tolerance."""
         tops: dict[str, SignalDifference] = {}
         for column in self.signals.values():
             top = tops.get(column.signal)
@@ -170,21 +167,20 @@ def compare(
 ) -> Comparison:
     """Compares two runs.
 
-    The runs are compared at the instants that both stored, without interpolation, so runs
-    stored at different rates meet where their rates do; runs of different lengths are
-    compared as far as both go.
+    The runs are compared at the instants that both contain, without interpolation; runs of
+    different lengths are compared up to the end of the shorter one.
 
     Args:
-        a: One run, live or recorded.
-        b: The other.
-        tolerance: Absolute difference that counts as none, in the SI unit of each column; the
-            accuracy of the integration if None.
-        check_claims: Whether what the runs state is compared with their samples, which have to be
-            all of them.
+        a: First run, live or recorded.
+        b: Second run.
+        tolerance: Absolute tolerance, in the SI unit of each column; the accuracy of the
+            integration if None.
+        check_claims: Whether the statements of the runs are compared with their samples, which must
+            be complete.
 
     Raises:
         IncomparableError: If one hand is planar and the other spatial, if they have different
-            numbers of fingers, or if fewer than two instants were stored in both runs.
+            numbers of fingers, or if the runs have fewer than two common instants.
         ToleranceError: If the tolerance is negative or not finite.
     """
     if tolerance is not None:
@@ -236,7 +232,7 @@ def _integration_error(
 
 
 def check_tolerance(tolerance: float) -> float:
-    """The tolerance, if it is one.
+    """Validates the tolerance.
 
     Raises:
         ToleranceError: If it is negative or not finite.
@@ -248,16 +244,16 @@ def check_tolerance(tolerance: float) -> float:
 
 def _check_hands(a: RunResult, b: RunResult) -> None:
     if a.scenario.space is not b.scenario.space:
-        # Columns of one name are other quantities: y points upwards in the plane, z in space.
+        # Equal names have different meanings: y points up for planar hands, z for spatial ones.
         raise IncomparableError(
-            "a planar and a spatial hand cannot be compared, their coordinates and joints are "
-            "different ones; choose two runs of planar hands or two of spatial hands"
+            "a planar and a spatial hand cannot be compared, because their coordinates and joints "
+            "differ; choose two runs of planar hands or two of spatial hands"
         )
     counts = a.trace.shape.num_contacts, b.trace.shape.num_contacts
     if counts[0] != counts[1]:
         raise IncomparableError(
             f"hands of {counts[0]} and {counts[1]} fingers cannot be compared; "
-            "choose runs of hands with equally many fingers"
+            "choose runs of hands with the same number of fingers"
         )
 
 
@@ -267,8 +263,8 @@ def _check_instants(rows: MatchedRows, a: RunResult, b: RunResult) -> MatchedRow
         return rows
     found = ("no instant", "only one instant")[rows.num_instants]
     raise IncomparableError(
-        f"the runs have {found} in common, too little to compare them; simulate both "
-        "with the same simulation.output_rate, and until after the start"
+        f"the runs have {found} in common, which is not enough for a comparison; simulate both "
+        "with the same simulation.output_rate, and beyond the start"
     )
 
 

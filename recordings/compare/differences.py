@@ -1,4 +1,4 @@
-"""The single differences between two runs: of phase changes and of columns."""
+"""Differences of phase changes and of columns between two runs."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from slipgrasp.recordings.compare.alignment import MatchedRows, Pair, match_phas
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PhaseDifference:
-    """A phase change that moved, or that only one run has.
+    """A phase change that moved, or that is in one run only.
 
     Attributes:
         contact: Index of the contact.
         from_phase: The phase that ends.
         to_phase: The phase that begins.
-        a: When in the first run, None if not at all [s].
-        b: When in the second run [s].
+        a: Its time in the first run, None if absent [s].
+        b: Its time in the second run, None if absent [s].
     """
 
     contact: int
@@ -37,26 +37,25 @@ class PhaseDifference:
 
     @property
     def time_difference(self) -> float | None:
-        """How much later it is in the second run [s]; None if only one has it."""
+        """Its delay in the second run [s]; None if it is in one run only."""
         return None if self.a is None or self.b is None else self.b - self.a
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SignalDifference:
-    """How far one column differs over the compared instants.
+    """Difference of one column over the compared instants.
 
     Attributes:
         name: Name of the column.
-        signal: The signal of the trace it belongs to.
+        signal: The signal of the trace that contains it.
         unit: SI unit.
         max: Largest absolute difference.
-        time_of_max: When it is reached [s].
-        rms: Root of the mean square over time (trapezoidal rule between compared instants).
-        tolerance: Difference that counts as none.
-        first_divergence: When it first exceeds the tolerance, None if never [s]; not before the
-            first cause, unless the user chose the tolerance.
-        before_cause: Largest difference before the first cause, which nothing but the
-            integration makes.
+        time_of_max: Time of this difference [s].
+        rms: Root mean square over time (trapezoidal rule between compared instants).
+        tolerance: Tolerance of the column.
+        first_divergence: Time at which it first exceeds the tolerance, None if never [s]; not
+            before the first cause, unless the user set the tolerance.
+        before_cause: Largest difference before the first cause, due to integration errors.
     """
 
     name: str
@@ -71,7 +70,7 @@ class SignalDifference:
 
 
 def phase_differences(a: RunResult, b: RunResult, tolerance: float) -> Iterator[PhaseDifference]:
-    """The phase changes that moved by more than the tolerance [s], or are not in both runs."""
+    """Phase changes that moved by more than the tolerance [s], or are in one run only."""
     contacts = a.trace.shape.num_contacts
     for pair in match_phase_changes(a.phase_changes, b.phase_changes, contacts):
         difference = _phase_difference(pair)
@@ -83,7 +82,7 @@ def phase_differences(a: RunResult, b: RunResult, tolerance: float) -> Iterator[
 def _phase_difference(pair: Pair) -> PhaseDifference:
     mine, other = pair
     change = mine or other
-    assert change is not None  # a pair has at least one
+    assert change is not None  # a pair has at least one time
     return PhaseDifference(
         contact=change.contact,
         from_phase=change.from_phase,
@@ -96,13 +95,13 @@ def _phase_difference(pair: Pair) -> PhaseDifference:
 def signal_differences(
     a: RunResult, b: RunResult, rows: MatchedRows, accuracy: Accuracy
 ) -> dict[str, SignalDifference]:
-    """How far each column that both runs have differs.
+    """Differences of all common columns.
 
     Args:
-        a: One run.
-        b: The other.
-        rows: Rows at the same instants.
-        accuracy: What counts as no difference, and when.
+        a: First run.
+        b: Second run.
+        rows: Rows at common instants.
+        accuracy: Tolerances, and the time of the first cause.
     """
     others = {column.name: column for column in columns_of(b.trace)}
     times = a.trace.times[rows.first]
@@ -132,7 +131,7 @@ def _signal_difference(
     accuracy: Accuracy,
     tolerance: float,
 ) -> SignalDifference:
-    # Numbers from a file may be as large as numbers get: differences end there too.
+    # Numbers in a file may be extremely large: differences are limited.
     largest = np.finfo(np.float64).max
     with np.errstate(over="ignore"):
         apart = np.abs(a.values[rows.first].astype(float) - b.values[rows.second]).clip(0, largest)
@@ -153,7 +152,7 @@ def _signal_difference(
 
 
 def _root_mean_square(values: NDArray[np.float64], times: NDArray[np.float64]) -> float:
-    """Over time; the largest value is taken out first, so that no square is too large."""
+    """Root mean square over time, scaled by the largest value to avoid overflow."""
     top = float(values.max())
     if top == 0.0:
         return 0.0

@@ -1,4 +1,4 @@
-"""The distance between measured data and a run, or other measured data, signal by signal."""
+"""Deviations of a run, or of other measured data, from measured data, by signal."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from slipgrasp.recordings.measured.recording import MeasuredRecording
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SignalDistance:
-    """Distance of one signal, the other minus the measured one at the measured times.
+    """Deviation of one signal at the measured times, the other minus the measured one.
 
     Attributes:
         name: Name of the column.
-        unit: SI unit of the distances.
-        samples: Number of measured samples that both cover.
+        unit: SI unit of the deviations.
+        samples: Number of measured samples in the common time range.
         mean: Mean difference.
         rms: Root mean square of the difference.
         max: Largest absolute difference.
-        time_of_max: When it occurs [s].
+        time_of_max: Time of this difference [s].
     """
 
     name: str
@@ -39,12 +39,12 @@ class SignalDistance:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Distances:
-    """Distances of all signals that both have.
+    """Deviations of all common signals.
 
     Attributes:
-        signals: Distance by name of the column.
-        span: First and last measured time that both cover [s].
-        only_measured: Measured signals that the other lacks.
+        signals: Deviations by name of the column.
+        span: First and last measured time in the common time range [s].
+        only_measured: Measured signals that the other recording lacks.
     """
 
     signals: dict[str, SignalDistance]
@@ -52,25 +52,25 @@ class Distances:
     only_measured: tuple[str, ...]
 
     def within(self, tolerance: float) -> bool:
-        """True if no difference exceeds a tolerance, in the SI unit of each signal."""
+        """Whether no difference exceeds a tolerance, in the SI unit of each signal."""
         return all(signal.max <= tolerance for signal in self.signals.values())
 
     def to_mapping(self) -> dict[str, Any]:
-        """The distances as plain values for JSON (the ``diff --json`` object)."""
+        """The deviations as plain values for JSON (the ``diff --json`` object)."""
         return {"kind": "measured", **asdict(self)}
 
 
 def measure_distances(
     measured: MeasuredRecording, other: RunResult | MeasuredRecording
 ) -> Distances:
-    """Compares at the measured times; the other is interpolated linearly between its samples.
+    """Compares at the measured times; the other data are interpolated linearly.
 
     Args:
         measured: Measured data.
         other: A run, or other measured data.
 
     Raises:
-        IncomparableError: If they have no signal, or no time, in common.
+        IncomparableError: If they have no common signal or time.
     """
     times, columns = _columns(other)
     inside = (measured.times >= times[0]) & (measured.times <= times[-1])

@@ -1,4 +1,4 @@
-"""How a recorded run and the same run computed again are compared: by bits, or by tolerance."""
+"""Comparison of a recorded run with a new simulation, bit for bit or within a tolerance."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ TIME_TOLERANCE = 1e-6
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Mismatch:
-    """Something that was recorded otherwise than it was computed again.
+    """A difference between a recording and its new simulation.
 
     Attributes:
         what: Name of the column, or ``phase_changes``, ``samples``, ``outcome``,
             ``end_time``, ``reason``, ``warnings`` or ``metrics``.
-        time: Simulation time of it, None for what concerns the whole run [s].
-        recorded: What the recording says.
-        computed: What came out now.
+        time: Simulation time, None if it concerns the whole run [s].
+        recorded: Recorded value.
+        computed: New value.
     """
 
     what: str
@@ -43,13 +43,13 @@ class Mismatch:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RunPair:
-    """A recorded run beside the run computed again.
+    """A recorded run and its new simulation.
 
     Attributes:
         recorded: The recorded run.
-        computed: The run computed again; where ``whole`` is false at least as far, if it
-            lasts that long.
-        whole: Whether the recorded run ended by itself.
+        computed: The new simulation; if ``whole`` is false, at least as long as the recorded part,
+            unless it ends earlier.
+        whole: Whether the recorded run was not stopped early.
     """
 
     recorded: RunResult
@@ -58,28 +58,28 @@ class RunPair:
 
     @property
     def both_ended(self) -> bool:
-        """Whether both ended by themselves; one that lasts too long is not computed to its end."""
+        """Whether both runs ended; the simulation of a longer one is stopped."""
         return self.whole and self.computed.outcome is not Outcome.STOPPED
 
     @property
     def computed_changes(self) -> tuple[PhaseChange, ...]:
-        """The phase changes that the recorded run should have."""
+        """The phase changes that the recorded run should contain."""
         changes, count = self.computed.phase_changes, len(self.recorded.phase_changes)
         if self.whole:
             return changes
-        # An event may have been cut in two: its last change need not be recorded.
+        # The last of simultaneous phase changes may not be recorded.
         limit = self.recorded.end_time - TIME_TOLERANCE
         return changes[:count] + tuple(c for c in changes[count:] if c.time < limit)
 
 
 def find_bit_mismatches(pair: RunPair) -> Iterator[Mismatch]:
-    """Finds every column, phase change and figure that does not agree to the last bit.
+    """Finds every column, phase change and metric that is not equal to the last bit.
 
     Args:
         pair: The runs.
 
     Yields:
-        Columns first, in the order in which they first differ.
+        Columns first, in the order of their first differences.
     """
     yield from _count_mismatch(pair)
     yield from _column_mismatches(pair)
@@ -97,16 +97,16 @@ def find_bit_mismatches(pair: RunPair) -> Iterator[Mismatch]:
 
 
 def find_mismatches(pair: RunPair) -> Iterator[Mismatch]:
-    """Finds what does not agree within the tolerance between versions and machines.
+    """Finds differences beyond the tolerance between versions and machines.
 
-    Columns agree within `SAMPLE_TOLERANCE` until the first phase change after the start;
-    phase changes come in the same order, within `TIME_TOLERANCE`; outcome and end agree.
+    Columns must agree within `SAMPLE_TOLERANCE` until the first phase change after the start; phase
+    changes must have the same order and agree within `TIME_TOLERANCE`; outcome and end must agree.
 
     Args:
         pair: The runs.
 
     Yields:
-        Columns first, in the order in which they first differ.
+        Columns first, in the order of their first differences.
     """
     yield from _time_mismatch(pair)
     yield from _differing_columns(pair)
@@ -129,7 +129,7 @@ def _count_mismatch(pair: RunPair) -> Iterator[Mismatch]:
 
 
 def _column_mismatches(pair: RunPair) -> list[Mismatch]:
-    """The first different bits of each column, in time order."""
+    """The first differing bits of each column, in time order."""
     count = min(len(pair.recorded.trace), len(pair.computed.trace))
     recorded, computed = pair.recorded.trace[:count], pair.computed.trace[:count]
     times = recorded.times
@@ -142,7 +142,7 @@ def _column_mismatches(pair: RunPair) -> list[Mismatch]:
 
 
 def _pairs(recorded: Trace, computed: Trace) -> Iterator[tuple[Column, Column]]:
-    """Every column that was recorded, with the same one computed again."""
+    """Pairs of every recorded column and its newly computed one."""
     others = {column.name: column for column in columns_of(computed)}
     return ((column, others[column.name]) for column in columns_of(recorded))
 
@@ -153,7 +153,7 @@ def _bytes_of(column: Column) -> np.ndarray:
 
 
 def _time_mismatch(pair: RunPair) -> Iterator[Mismatch]:
-    """The first recorded time at which nothing was computed, while the motion is smooth."""
+    """The first recorded time without a computed sample, during smooth motion."""
     times, computed = pair.recorded.trace.times, pair.computed.trace.times
     matched = times[match_rows(times, computed).first]
     alone = times[(times < _first_switch(pair)) & ~np.isin(times, matched)]
@@ -164,7 +164,7 @@ def _time_mismatch(pair: RunPair) -> Iterator[Mismatch]:
 
 
 def _differing_columns(pair: RunPair) -> list[Mismatch]:
-    """Where each column first differs by too much, in time order."""
+    """The first difference beyond the tolerance in each column, in time order."""
     recorded, computed = pair.recorded, pair.computed
     rows = match_rows(recorded.trace.times, computed.trace.times)
     times = recorded.trace.times[rows.first]
@@ -181,7 +181,7 @@ def _differing_columns(pair: RunPair) -> list[Mismatch]:
 
 
 def _first_switch(pair: RunPair) -> float:
-    """When the first phase change after the start comes, in either run."""
+    """Time of the first phase change after the start, in either run."""
     start = pair.recorded.trace.times[0]
     changes = (*pair.recorded.phase_changes, *pair.computed.phase_changes)
     return min((change.time for change in changes if change.time > start), default=np.inf)
@@ -197,7 +197,7 @@ def _mismatch(recorded: Column, computed: Column, time: float, mine: int, other:
 
 
 def _change_mismatches(pair: RunPair, tolerance: float) -> Iterator[Mismatch]:
-    """The first phase change that is not as it should be, if any."""
+    """The first differing phase change, if any."""
     recorded, computed = pair.recorded.phase_changes, pair.computed_changes
     for mine, other in zip(recorded, computed, strict=False):
         if _kind(mine) != _kind(other) or not _is_close(mine.time, other.time, tolerance):
@@ -213,7 +213,7 @@ def _kind(change: PhaseChange) -> tuple[int, int, int]:
 
 
 def _is_close(time: float, other: float, tolerance: float) -> bool:
-    """Whether times agree; without tolerance to the last bit."""
+    """Whether times agree; without tolerance, to the last bit."""
     return abs(time - other) <= tolerance and (tolerance > 0.0 or repr(time) == repr(other))
 
 
@@ -229,7 +229,7 @@ def _words(change: PhaseChange) -> str:
 
 
 def _unequal(what: str, recorded: Any, computed: Any) -> Iterator[Mismatch]:
-    """A mismatch unless both are the same to the last bit, which their representation shows."""
+    """A mismatch unless both values have the same exact representation."""
     if repr(recorded) != repr(computed):
         yield Mismatch(what=what, time=None, recorded=_shown(recorded), computed=_shown(computed))
 
@@ -239,14 +239,14 @@ def _shown(value: Any) -> str | float | int:
 
 
 def _how_far(pair: RunPair) -> str:
-    """Whether the run computed again goes on, as one that was cut short must."""
+    """Whether the new simulation continues, as it must for a run that was stopped early."""
     ended = pair.computed.outcome is not Outcome.STOPPED
     has_no_more = len(pair.computed.trace) <= len(pair.recorded.trace)
     return pair.computed.outcome.value if ended and has_no_more else "cut short"
 
 
 def _expected_metrics(pair: RunPair) -> Metrics | None:
-    """The metrics that the recorded run should have; None where its samples do not tell."""
+    """The metrics that the recorded run should have; None if its samples do not determine them."""
     recorded, computed = pair.recorded, pair.computed
     count = len(recorded.trace)
     if recorded.outcome is Outcome.RECOVERED:

@@ -1,10 +1,9 @@
-"""Two long recordings with the samples that a figure needs, in memory that does not grow.
+"""Two long recordings, reduced to the samples that a figure needs, in bounded memory.
 
-Both are read side by side in bins of time. Of each bin remain its first and last sample and the
-samples at which a column of either run, or their difference, is least or greatest. Every event and
-every slip, with as much time after it, keeps all its samples as long as there are not more of them
-than `MOST_OF_EVENTS`.
-What remains of one run remains of the other at the same instant.
+Both are read in parallel in bins of time. Each bin retains its first and last samples and the
+samples with the minimum or maximum of a column of either run, or of their difference. Events and
+slips, and an equal time after each slip, retain all samples up to a total of `MOST_OF_EVENTS`.
+Retained samples of one run are also retained in the other.
 """
 
 from __future__ import annotations
@@ -26,10 +25,10 @@ from slipgrasp.recordings.file.pieces import Piece, joined, read_pieces
 from slipgrasp.recordings.file.size import RecordingSize
 
 MOST_OF_EVENTS = 20_000
-"""Samples at events, in slips and after them that a run keeps."""
+"""Largest number of samples of a run at events, in slips and after them."""
 
 NUM_BINS = 500
-"""More points than are visible in an overview of the width of a page."""
+"""Number of points, larger than the number of visible ones in an overview."""
 
 Marks = NDArray[np.bool_]
 
@@ -40,16 +39,16 @@ def read_thinned(
     signals: frozenset[str],
     should_stop: Callable[[], bool] = lambda: False,
 ) -> tuple[RunResult, RunResult]:
-    """Reads two recordings side by side and keeps what a figure needs.
+    """Reads two recordings in parallel and retains the samples for a figure.
 
     Args:
         paths: The recordings.
         sizes: Their sizes.
-        signals: The signals that are drawn; all others are absent.
-        should_stop: Asked again and again whether nobody needs it any more.
+        signals: Signals of the figure; all others are absent.
+        should_stop: Called repeatedly; True stops the reading.
 
     Raises:
-        RecordingError: If one of them cannot be read.
+        RecordingError: If one of the files cannot be read.
     """
     wanted = signals | {"phase"}
     a, b = (_Thinning(read_pieces(path, wanted, should_stop)) for path in paths)
@@ -78,7 +77,7 @@ def _thin(longer: _Thinning, other: _Thinning, size: RecordingSize) -> tuple[_Th
 
 
 class _Thinning:
-    """One of the recordings: what was read and is not thinned yet, and what is kept."""
+    """One of the recordings: samples waiting for reduction, and retained samples."""
 
     def __init__(self, pieces: Iterator[Piece]) -> None:
         self._pieces = pieces
@@ -90,7 +89,7 @@ class _Thinning:
         self._slip_began = self._close_until = -np.inf
 
     def next_rows(self, most: int, until: float = np.inf) -> Trace:
-        """The next samples up to a time, all of an instant or none."""
+        """The next samples up to a time, with all or no rows of an instant."""
         while len(self._waiting) <= most and self._waiting_until(until):
             piece = next(self._pieces, None)
             if piece is None:
@@ -109,7 +108,7 @@ class _Thinning:
         return len(self._waiting) == 0 or bool(self._waiting.times[-1] <= until)
 
     def marks(self, rows: Trace) -> Marks:
-        """Which samples of a bin remain for the sake of this run alone."""
+        """Selects the samples of a bin to retain for this run."""
         if len(rows) == 0:
             return np.zeros(0, bool)
         same = np.flatnonzero(np.diff(rows.times) == 0.0)
@@ -121,7 +120,7 @@ class _Thinning:
         return events | _extremes([column.values for column in columns_of(rows)])
 
     def _close_to_slips(self, rows: Trace) -> Marks:
-        """In a slip, or as long after one as it took."""
+        """Whether samples are in a slip, or as long after one as its duration."""
         times, close = rows.times, rows.times <= self._close_until
         slips = np.flatnonzero((rows.phase != ContactPhase.STICK).any(axis=1))
         for slip in np.split(slips, 1 + np.flatnonzero(np.diff(slips) > 1)) if len(slips) else ():
@@ -132,11 +131,11 @@ class _Thinning:
         return close
 
     def keep(self, rows: Trace) -> None:
-        """Takes what remains of a bin."""
+        """Adds the retained samples of a bin."""
         self._kept.append(rows)
 
     def result(self) -> RunResult:
-        """The run of what remains."""
+        """The run with the retained samples."""
         return self._last.run_of(joined(self._kept), tuple(self._changes))
 
 
@@ -150,7 +149,7 @@ def _differences(a: Trace, b: Trace) -> list[NDArray[Any]]:
 
 
 def _extremes(columns: Sequence[NDArray[Any]]) -> Marks:
-    """Where any of the columns is least or greatest."""
+    """Selects minima and maxima of the columns."""
     marks = np.zeros(len(columns[0]) if columns else 0, bool)
     for values in columns if len(marks) else ():
         marks[[np.argmin(values), np.argmax(values)]] = True

@@ -1,8 +1,8 @@
-"""Whether a recorded run can be computed again: its scenario is simulated and compared.
+"""Verification of a recorded run by a new simulation of its scenario.
 
-Where the numerics have the same name, or one that is known to have had the same bits, every bit
-must agree, on any machine. Another version may round differently, and slip amplifies that; there
-the stated tolerance applies.
+If the numerics have the same name, or one with known equal bits, every bit must agree on any
+machine. Another version may round differently, and slip amplifies rounding errors, so that the
+stated tolerance applies.
 """
 
 from __future__ import annotations
@@ -33,21 +33,21 @@ Progress = Callable[[float], None]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Verification:
-    """What came of computing a recorded run again.
+    """The result of a verification.
 
     Attributes:
-        same: Whether the recording holds what was computed, and was not altered.
+        same: Whether the recording agrees with the new simulation and was not altered.
         bit_for_bit: Whether every bit had to agree; else the tolerance of
             `slipgrasp.recordings.compare.reproduction` applied.
-        replayed: Whether the recorded answers of a custom law stood for its code.
-        whole: Whether the whole run was compared; one that was cut short (stopped, limit
-            of computing time, failed, recovered) is compared as far as it was recorded.
-        num_samples: Samples that were compared.
-        end_time: Simulation time until which the run was recorded [s].
-        unaltered: Whether the hashes in the file are those of what it holds.
-        mismatches: What differs, the first sample that differs first.
-        recorded: What computed the recorded run.
-        present: What computed it again.
+        replayed: Whether recorded commands of a custom law were used instead of its code.
+        whole: Whether the whole run was compared; one that was stopped early (stopped, limit of
+            computing time, failed, recovered) is compared up to its recorded end.
+        num_samples: Number of compared samples.
+        end_time: Recorded simulation time [s].
+        unaltered: Whether the hashes in the file agree with its content.
+        mismatches: Differences, the earliest first.
+        recorded: Provenance of the recorded run.
+        present: Provenance of the new simulation.
     """
 
     same: bool
@@ -74,15 +74,15 @@ def verify(
     with_law: bool = False,
     progress: Progress | None = None,
 ) -> Verification:
-    """Computes a recorded run again and compares.
+    """Simulates a recorded run again and compares.
 
-    A custom law need not be here: its recorded answers are taken, and the plant is computed.
+    A custom law is not needed: the plant is simulated with its recorded commands.
 
     Args:
         result: The run.
-        unaltered: Whether the file it was read from has the hashes of what it holds.
-        with_law: Whether the code of a custom law is run as well.
-        progress: Called with the share that is done, from 0 to 1.
+        unaltered: Whether the hashes in its file agree with its content.
+        with_law: Whether the code of a custom law is executed too.
+        progress: Called with the completed fraction, 0 to 1.
 
     Raises:
         ScenarioError: If this version cannot simulate the scenario.
@@ -114,7 +114,7 @@ def verify(
 
 
 def _law_mismatch(recorded: RunResult, computed: RunResult) -> Iterator[Mismatch]:
-    """Another law of that name than the one that was recorded."""
+    """Reports a law with the recorded name but another version."""
     then, now = recorded.provenance.law, computed.provenance.law
     if then != now:
         said = [None if law is None else f"{law.name} {law.digest[:12]}" for law in (then, now)]
@@ -122,7 +122,7 @@ def _law_mismatch(recorded: RunResult, computed: RunResult) -> Iterator[Mismatch
 
 
 def _own_mismatches(result: RunResult) -> Iterator[Mismatch]:
-    """What the recording states against its own samples, which rounding does not excuse."""
+    """Statements in the recording that contradict its samples beyond rounding."""
     for found in contradictions_of(result):
         is_metric = found.what not in ("outcome", "phase_changes")
         what, name = ("metrics", f"{found.what} ") if is_metric else (found.what, "")
@@ -131,7 +131,7 @@ def _own_mismatches(result: RunResult) -> Iterator[Mismatch]:
 
 
 def _is_cut_short(result: RunResult) -> bool:
-    """Whether something outside the model ended the run, which will not happen again."""
+    """Whether a cause outside the model ended the run, which will not recur."""
     reason = result.reason
     return result.outcome in _CUT_SHORT or (reason is not None and reason.code == WALL_TIME)
 
@@ -139,12 +139,12 @@ def _is_cut_short(result: RunResult) -> bool:
 def _compute_again(
     recorded: RunResult, simulation: Simulation, progress: Progress | None, *, bit_for_bit: bool
 ) -> RunResult:
-    """The run again, no further than it takes to see whether it is the recorded one."""
+    """Simulates the run again, as far as the comparison needs."""
     wanted = len(recorded.trace) + (0 if _is_cut_short(recorded) else 1)
     until = recorded.end_time + TIME_TOLERANCE
 
     def goes_on() -> bool:
-        # Rounded otherwise, a run need not have as many samples, but it lasts as long.
+        # With different rounding the number of samples may differ, but not the duration.
         return simulation.num_rows < wanted if bit_for_bit else simulation.time <= until
 
     while not simulation.finished and goes_on():

@@ -1,1 +1,1 @@
-"""One recording: the MCAP file, what is in it, how it is written, read and recovered."""
+"""A recording file: content, writing, reading and recovery."""

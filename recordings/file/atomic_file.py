@@ -30,18 +30,18 @@ def atomic_file(
     keep_part: bool = False,
     publish: Callable[[Path, Path], None] = os.replace,
 ) -> Iterator[BinaryIO]:
-    """Opens a new file that takes its name only once it is complete and on disk.
+    """Opens a new file that gets its final name only when it is complete and on disk.
 
-    It grows as ``NAME.part``, locked as long as this process writes it, which also keeps
-    two writers of one file apart. What a killed process left of it is replaced, but for a
-    recording. After an error a file that was there before is untouched.
+    The unfinished file is ``NAME.part``, locked by this process, so that two writers of one file
+    cannot conflict. An unlocked part is replaced, unless it is that of a recording. An error leaves
+    an existing file unchanged.
 
     Args:
         path: Final name of the file.
         overwrite: Whether an existing file is replaced.
-        part_suffix: What the growing file's name ends with.
-        keep_part: Whether an error leaves what was written so far, to be recovered.
-        publish: Gives the part, which is complete and on disk, the final name.
+        part_suffix: Suffix of the unfinished file.
+        keep_part: Whether an error leaves the unfinished file for recovery.
+        publish: Renames the complete file to its final name.
 
     Yields:
         The stream to write to.
@@ -82,12 +82,12 @@ def atomic_file(
 
 
 def part_of(path: Path) -> Path:
-    """What a file is called while it grows."""
+    """Name of the unfinished file."""
     return path.with_name(path.name + PART_SUFFIX)
 
 
 def lock_in_place(stream: BinaryIO, path: Path) -> bool:
-    """Locks an open file; False if another process holds it, or its name is gone or given anew.
+    """Locks an open file; False if it is locked, renamed or deleted by another process.
 
     Raises:
         OSError: If its file system has no locks.
@@ -103,7 +103,7 @@ def _is_in_place(stream: BinaryIO, path: Path) -> bool:
 
 
 def _remove_remains(part: Path) -> None:
-    """Removes what a killed process left of a file that can be made again; a run cannot."""
+    """Deletes the unfinished file of a killed process, unless it is the recording of a run."""
     if part.name.endswith(RECORDING_PART) or part.is_symlink() or not part.exists():
         return
     with part.open("rb") as stream:
@@ -116,27 +116,27 @@ def _create(part: Path) -> BinaryIO:
     flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0)
     while True:
         stream = os.fdopen(os.open(part, flags, 0o666), "wb")
-        # Where the file system has no locks, the name alone keeps writers apart.
+        # Without locks in the file system, only the name prevents conflicts.
         with suppress(OSError):
             while not try_lock(stream):
                 time.sleep(_POLL)
         if _is_in_place(stream, part):
             return stream
-        stream.close()  # recovery found it empty, not yet locked, and deleted it
+        stream.close()  # recovery deleted it, because it was empty and not yet locked
 
 
 def _words_for_existing(part: Path) -> str:
     with part.open("rb") as stream:
         if not try_lock(stream):
-            return f"another run is writing '{part.name}' right now"
+            return f"another run is writing '{part.name}'"
     return (
-        f"'{part.name}' is left of a run that was killed; keep what it holds with "
-        f"'slipgrasp recover', or delete it"
+        f"'{part.name}' is the unfinished recording of a run that was killed; recover its content "
+        f"with 'slipgrasp recover', or delete it"
     )
 
 
 def sync_folder(folder: Path) -> None:
-    """Makes the new name itself survive a power cut; only POSIX systems can."""
+    """Makes a rename durable; only possible on POSIX systems."""
     if os.name != "posix":
         return
     descriptor = os.open(folder, os.O_RDONLY)

@@ -1,4 +1,4 @@
-"""Chunks of messages on their way into a recording, and what has gone into it so far."""
+"""Writes chunks of messages to a recording, with checkpoints."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ Columns = Mapping[str, NDArray[Any]]
 
 
 def layouts_of(shape: TraceShape, version: int) -> dict[Topic, MessageLayout]:
-    """The layouts of our own messages in a format, in the order of their channels."""
+    """The layouts of the messages in a format, in the order of their channels."""
     layouts: dict[Topic, MessageLayout] = {}
     for channel, topic in enumerate(own_topics(version), start=1):
         widths = [field.width for field in topic.fields]
@@ -48,11 +48,11 @@ class ChunkWriter:
     """Writes chunks of samples, phase changes and ticks, each ending with a checkpoint.
 
     Args:
-        container: Where they go.
+        container: Output container.
         shape: Shape of the samples.
-        documents: Hash of what stands before them.
+        documents: Hash of the preceding documents.
         display: Layouts of the display topics.
-        clock: Which samples they show.
+        clock: Selects samples for the display topics.
     """
 
     def __init__(
@@ -76,12 +76,12 @@ class ChunkWriter:
 
     @property
     def row_bytes(self) -> int:
-        """Bytes of the messages of one sample."""
+        """Size of the messages of one sample [bytes]."""
         return self._row_type.itemsize
 
     @property
     def state(self) -> bytes:
-        """Hash of what was written so far."""
+        """Hash of the written samples."""
         return self._state.digest()
 
     def write(
@@ -90,9 +90,9 @@ class ChunkWriter:
         """Writes one chunk.
 
         Args:
-            rows: Samples as `slipgrasp.core.trace.trace.Trace.to_rows` gives them.
+            rows: Samples in the form of `slipgrasp.core.trace.trace.Trace.to_rows`.
             changes: Phase changes.
-            ticks: Ticks as `slipgrasp.core.trace.ticks.Ticks.to_rows` gives them.
+            ticks: Ticks in the form of `slipgrasp.core.trace.ticks.Ticks.to_rows`.
         """
         chunk = _Chunk()
         times = [*(change.time for change in changes[-1:]), *ticks[-1:, 0].tolist()]
@@ -127,7 +127,7 @@ class ChunkWriter:
         shown = self._clock.take(rows[:, 0]) if self._display else np.empty(0, np.intp)
         if len(shown) == 0:
             return
-        # One gather of whole rows is cheaper than one for each of their signals.
+        # One copy of whole rows is cheaper than one per signal.
         states = states_of(Trace.from_rows(self._shape, rows[shown]))
         for layout in self._display:
             table = np.empty(len(shown), [(layout.topic, layout.record_type)])
@@ -157,7 +157,7 @@ class ChunkWriter:
 
 
 class _Chunk:
-    """The messages of a chunk while it is put together."""
+    """The messages of a chunk during its assembly."""
 
     def __init__(self) -> None:
         self.parts: list[bytes] = []

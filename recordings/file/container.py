@@ -1,8 +1,8 @@
-"""The MCAP container as this program writes it: blocks of ready-made message records.
+"""Writes MCAP containers from blocks of encoded message records.
 
-The mcap library writes one message at a time, which would take longer than the
-simulation; here a whole chunk is handed over at once. All records other than messages
-and their index are the library's own. Checksums cover every byte of the file.
+The mcap library writes single messages, which would take longer than the simulation; here a whole
+chunk is written at once. All records other than messages and their index use the library. Checksums
+cover every byte of the file.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ from numpy.typing import NDArray
 
 MAGIC = MCAP0_MAGIC
 MESSAGE_HEAD = struct.Struct("<BQHIQQ")
-"""What stands before a payload: kind, length, channel, sequence, log and publish time."""
+"""Head of a message record: kind, length, channel, sequence, log and publish time."""
 
 COMPRESSION_LEVEL = 1
 FOOTER_HEAD = struct.Struct("<BQQQ")
@@ -47,7 +47,7 @@ FOOTER_LENGTH = 20
 
 @dataclass(frozen=True, slots=True)
 class ChannelBlock:
-    """Which messages of a chunk belong to a channel: their times [ns] and byte offsets."""
+    """Messages of a chunk that belong to a channel: times [ns] and byte offsets."""
 
     channel: int
     log_times: NDArray[np.uint64]
@@ -65,9 +65,9 @@ class McapContainer:
     """Writes an MCAP file to a stream, from its header to its index.
 
     Args:
-        stream: Where it goes, from its start.
-        profile: Which kind of MCAP file this is.
-        library: Which program writes it.
+        stream: Output stream at its start.
+        profile: Kind of MCAP file.
+        library: Program that writes it.
     """
 
     def __init__(self, stream: BinaryIO, *, profile: str, library: str) -> None:
@@ -86,16 +86,16 @@ class McapContainer:
 
     @property
     def message_counts(self) -> dict[int, int]:
-        """Messages written so far, by channel id."""
+        """Number of written messages by channel id."""
         return dict(self._counts)
 
     def add_schema(self, schema: Schema) -> None:
-        """Writes a schema; channels that refer to it come after it."""
+        """Writes a schema; its channels follow."""
         self._schemas.append(schema)
         self._write(_to_bytes(schema))
 
     def add_channel(self, channel: Channel) -> None:
-        """Writes a channel; its messages come after it."""
+        """Writes a channel; its messages follow."""
         self._channels.append(channel)
         self._counts[channel.id] = 0
         self._write(_to_bytes(channel))
@@ -119,7 +119,7 @@ class McapContainer:
         self._write(record)
 
     def add_metadata(self, name: str, values: dict[str, str]) -> None:
-        """Writes a named set of words."""
+        """Writes a named mapping of strings."""
         record = _to_bytes(Metadata(name=name, metadata=values))
         index = MetadataIndex(offset=self._offset, length=len(record), name=name)
         self._metadata_indexes.append(index)
@@ -129,8 +129,8 @@ class McapContainer:
         """Writes a chunk of message records.
 
         Args:
-            messages: The records, one after the other.
-            blocks: Where in them the messages of each channel lie; none is empty.
+            messages: The records in order.
+            blocks: Positions of the messages of each channel; none is empty.
         """
         start = int(min(block.log_times.min() for block in blocks))
         end = int(max(block.log_times.max() for block in blocks))
@@ -163,7 +163,7 @@ class McapContainer:
         self._time_range = (min(start, earlier[0]), max(end, earlier[1]))
 
     def _write_index(self, block: ChannelBlock) -> int:
-        """Writes where a chunk's messages of one channel lie; returns the index's offset."""
+        """Writes the message index of a channel in a chunk; returns its offset."""
         offset = self._offset
         self._write(block.to_bytes())
         self._counts[block.channel] += len(block.log_times)
@@ -227,7 +227,7 @@ class McapContainer:
 
 
 def summary_checksum(summary: bytes, start: int, offset_start: int) -> int:
-    """Checksum that the footer holds: of the summary and of the footer's own beginning."""
+    """Checksum in the footer: of the summary and the preceding part of the footer."""
     head = FOOTER_HEAD.pack(Opcode.FOOTER, FOOTER_LENGTH, start, offset_start)
     return zlib.crc32(head, zlib.crc32(summary))
 

@@ -1,4 +1,4 @@
-"""What a file holds, checked against itself and put together into a run."""
+"""Content of a recording, checked for consistency and converted to a run."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ from slipgrasp.recordings.file.state_hash import StateHash
 from slipgrasp.recordings.file.versions import FIRST_FORMAT_WITH, FIRST_FORMAT_WITH_STEP_METRICS
 
 FINEST_DISPLAY = 1e9
-"""The times of messages are whole nanoseconds [Hz]."""
+"""Times of messages are integers in nanoseconds [Hz]."""
 
 FIRST_FORMAT_WITH_HASHES = 2
 _HASHED_AT_ONCE = 10_000
@@ -57,14 +57,14 @@ Columns = dict[str, NDArray[Any]]
 
 @dataclass(frozen=True, slots=True)
 class Contents:
-    """Everything that was read of one file.
+    """The content of a file.
 
     Attributes:
-        name: What to call it in errors.
+        name: Name of the file, for errors.
         shape: Shape of the trace.
         metadata: Documents by name.
         attachments: Attached documents by name.
-        columns: For each of our topics that was read one array per field.
+        columns: For each topic that was read, one array per field.
     """
 
     name: str
@@ -82,17 +82,17 @@ class Contents:
         ending = self._ending()
         for name, columns in self.columns.items():
             if ending.counts.get(name, 0) != len(columns["t"]):
-                raise self._damaged("it does not hold as many messages as were written")
+                raise self._damaged("its number of messages differs from the number written")
         trace = self.trace()
         return self._run(ending, trace, self.phase_changes(), self.ticks())
 
     def result_of(self, trace: Trace, changes: tuple[PhaseChange, ...]) -> RunResult:
-        """The run of a part of the samples, with the scenario and the ending of the file.
+        """The run with some of the samples, and scenario and ending of the file.
 
-        Metrics that are newer than its format are those of this part.
+        Metrics that are newer than the file format are computed from these samples.
 
         Raises:
-            DamagedRecordingError: If it has no sample, or its documents are not those of a run.
+            DamagedRecordingError: If it has no sample, or its documents are invalid.
         """
         return self._run(self._ending(trace), trace, changes, None)
 
@@ -100,7 +100,7 @@ class Contents:
         self, ending: Ending, trace: Trace, changes: tuple[PhaseChange, ...], ticks: Ticks | None
     ) -> RunResult:
         if len(trace) == 0:
-            raise self._damaged("it holds no sample")
+            raise self._damaged("it contains no sample")
         has_sample_metrics = self._has_sample_metrics(ending.outcome)
         return RunResult(
             scenario=self._scenario(),
@@ -116,7 +116,7 @@ class Contents:
         )
 
     def is_unaltered(self) -> bool:
-        """Whether samples and documents are those that the hashes were made of."""
+        """Whether samples and documents match their hashes."""
         if not self._has_hashes():
             return True
         state = self._state_hash(self.trace(), self.phase_changes())
@@ -125,7 +125,7 @@ class Contents:
 
     @property
     def display_rate(self) -> float:
-        """Rate of the display topics [Hz]; the default if the file does not have it."""
+        """Rate of the display topics [Hz]; the default if the file does not state it."""
         try:
             rate = float(self.metadata[START]["display_rate"])
         except (KeyError, ValueError):
@@ -133,10 +133,10 @@ class Contents:
         return rate if 0.0 <= rate <= FINEST_DISPLAY else DISPLAY_RATE
 
     def result_so_far(self) -> RunResult:
-        """The run of a file without its end, as far as a checkpoint proves it whole.
+        """The run of an unfinished file, up to its last valid checkpoint.
 
         Raises:
-            NothingToRecoverError: If it holds no sample.
+            NothingToRecoverError: If it contains no sample.
             DamagedRecordingError: If its parts contradict each other.
         """
         so_far = self._up_to_last_checkpoint() if self._has_hashes() else self._up_to_shortest()
@@ -180,7 +180,7 @@ class Contents:
         return so_far
 
     def _up_to_shortest(self) -> Contents:
-        """Format 1 had no checkpoints: as many samples as every topic has."""
+        """Format 1 had no checkpoints: the number of samples is the smallest over all topics."""
         samples = min(len(self.columns[topic.name]["t"]) for topic in SAMPLE_TOPICS)
         return self._cut(samples, len(self.columns[PHASE_CHANGES.name]["t"]), 0)
 
@@ -228,14 +228,14 @@ class Contents:
         except (KeyError, ValueError) as error:
             raise self._damaged("how the run ended is malformed") from error
         if not ending.metrics.are_of(self.shape.num_contacts):
-            raise self._damaged("its metrics do not belong to its samples")
+            raise self._damaged("its metrics do not match its samples")
         contact = None if ending.reason is None else ending.reason.contact
         if contact is not None and contact not in range(self.shape.num_contacts):
-            raise self._damaged("its reason concerns a contact that does not exist")
+            raise self._damaged("its reason refers to a contact that does not exist")
         return ending
 
     def _later_metrics(self, outcome: Outcome, part: Trace | None) -> dict[str, Any]:
-        """The metrics that are newer than the format of the file, from its samples."""
+        """Metrics that are newer than the file format, computed from its samples."""
         version = int(self.metadata[START]["format"])
         later = [m.name for m in METRICS if FIRST_FORMAT_WITH.get(m.name, 1) > version]
         if not later:
@@ -243,7 +243,7 @@ class Contents:
         rate = self._scenario().simulation.output_rate
         trace = self.trace() if part is None else part
         if len(trace) == 0:
-            raise self._damaged("it holds no sample")
+            raise self._damaged("it contains no sample")
         computed = metrics_of_trace(trace, self.phase_changes(), outcome, rate)
         return {name: getattr(computed, name) for name in later}
 
@@ -264,14 +264,14 @@ class Contents:
             raise self._damaged(f"its scenario is not valid: {error}") from error
         unknowns = tuple(estimate.parameter for estimate in scenario.estimates)
         if (self.shape.num_contacts, self.shape.unknowns) != (len(scenario.fingers), unknowns):
-            raise self._damaged("its scenario does not belong to its samples")
+            raise self._damaged("its scenario does not match its samples")
         return scenario
 
     def trace(self) -> Trace:
         """The samples; signals that were not read are absent.
 
         Raises:
-            DamagedRecordingError: If they cannot be those of a run.
+            DamagedRecordingError: If the samples are invalid.
         """
         arrays: Columns = {}
         for topic in SAMPLE_TOPICS:
@@ -281,14 +281,14 @@ class Contents:
             times = columns.pop("t")
             first = arrays.setdefault(TIME_SIGNAL.name, times)
             if not np.array_equal(times, first):
-                raise self._damaged(f"the samples of {topic.name} lie at other times")
+                raise self._damaged(f"the samples of {topic.name} have different times")
             arrays |= columns
         phases = (values for values in arrays.values() if values.dtype == np.int8)
         known = ContactPhase.known(self.shape.space)
         if not all(np.isin(values, known).all() for values in phases):
-            raise self._damaged("it holds a phase that does not exist")
+            raise self._damaged("it contains a phase that does not exist")
         if not all(np.isfinite(values).all() for values in arrays.values()):
-            raise self._damaged("it holds a number that is not finite")
+            raise self._damaged("it contains a number that is not finite")
         if (np.diff(arrays[TIME_SIGNAL.name]) < 0.0).any():
             raise self._damaged("its samples are not in time order")
         num_samples = len(arrays[TIME_SIGNAL.name])
@@ -305,11 +305,11 @@ class Contents:
         """The phase changes.
 
         Raises:
-            DamagedRecordingError: If they cannot be those of a run.
+            DamagedRecordingError: If the phase changes are invalid.
         """
         columns = self.columns[PHASE_CHANGES.name]
         if (columns["contact"] >= self.shape.num_contacts).any():
-            raise self._damaged("it holds a phase change of a contact that does not exist")
+            raise self._damaged("it contains a phase change of a contact that does not exist")
         if (np.diff(columns["t"]) < 0.0).any():
             raise self._damaged("its phase changes are not in time order")
         rows = zip(*(columns[field.name].tolist() for field in PHASE_CHANGES.fields), strict=True)
@@ -324,20 +324,20 @@ class Contents:
                 for time, contact, from_phase, to_phase in rows
             )
         except ValueError as error:
-            raise self._damaged("it holds a phase that does not exist") from error
+            raise self._damaged("it contains a phase that does not exist") from error
 
     def ticks(self) -> Ticks | None:
-        """What the law answered; None where the format did not record it.
+        """The commands of the law; None if the format did not include them.
 
         Raises:
-            DamagedRecordingError: If it cannot be what a law answers.
+            DamagedRecordingError: If the commands are invalid.
         """
         if TICKS.name not in self.columns:
             return None
         columns = dict(self.columns[TICKS.name])
         ticks = Ticks(times=columns.pop("t"), **columns)
         if not all(np.isfinite(values).all() for values in columns.values()):
-            raise self._damaged("it holds a command that is not finite")
+            raise self._damaged("it contains a command that is not finite")
         if (np.diff(ticks.times) <= 0.0).any():
             raise self._damaged("its ticks are not in time order")
         return ticks
@@ -347,6 +347,6 @@ class Contents:
 
 
 def _as_told_now(metrics: Metrics, trace: Trace) -> Metrics:
-    """The metrics of a run that older formats call held though it is too short to tell."""
+    """Corrects the metrics of a run that older formats call held although it is too short."""
     is_short = float(trace.times[-1] - trace.times[0]) < HOLD_WINDOW
     return replace(metrics, held=None) if metrics.held and is_short else metrics

@@ -1,8 +1,8 @@
-"""The documents at both ends of a recording: how the run was set up and how it ended.
+"""The documents at the start and end of a recording: setup and outcome of the run.
 
-At the start stand the complete scenario, what its parameters mean, and the versions; at
-the end outcome, reason, warnings, metrics and message counts. All are JSON, in which
-Python's shortest representation of a float reads back to the same bits.
+The start contains the complete scenario, the meaning of its parameters, and the versions; the end
+contains outcome, reason, warnings, metrics and message counts. All are JSON, in which Python's
+shortest representation of a float reads back to the same bits.
 """
 
 from __future__ import annotations
@@ -49,13 +49,13 @@ SCENARIO_ATTACHMENT = "scenario.json"
 PARAMETERS_ATTACHMENT = "parameters.json"
 
 _MAX_DIGITS = 18
-# The entry of the start document; that of planar hands is in every one, so it comes last.
+# The key in the start document; that of planar hands is always present, so that it comes last.
 _SPACE_ENTRY: Mapping[Space, dict[str, str]] = {SPATIAL: {"space": "1"}, PLANAR: {}}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Ending:
-    """How a recorded run ended, how many messages each topic holds, and the run's hash."""
+    """Outcome of a recorded run, message counts by topic, and the run's hash."""
 
     outcome: Outcome
     reason: Reason | None
@@ -68,7 +68,7 @@ class Ending:
 def start_document(
     shape: TraceShape, provenance: Provenance, seed: int, display_rate: float
 ) -> dict[str, str]:
-    """Versions of format and program, seed of the noise, and the widths of the signals."""
+    """Versions of format and program, seed of the noise, and widths of the signals."""
     law = provenance.law
     return {
         "format": str(format_of(shape)),
@@ -92,7 +92,7 @@ def read_provenance(start: Mapping[str, str]) -> Provenance:
 
 
 def documents_hash(start: Mapping[str, str], scenario: bytes) -> bytes:
-    """The hash of what stands before the first sample."""
+    """Hash of the documents before the first sample."""
     return digest_of(_canonical(start), scenario)
 
 
@@ -101,7 +101,7 @@ def read_shape(start: Mapping[str, str]) -> TraceShape:
 
     Raises:
         KeyError: If an entry is missing.
-        ValueError: If an entry is not what it should be.
+        ValueError: If an entry is invalid.
     """
     num_contacts = int(start["contacts"])
     unknowns = tuple(map(str, parse_json(start["unknowns"])))
@@ -124,15 +124,15 @@ def scenario_document(scenario: Scenario) -> bytes:
 
 
 def read_scenario(document: bytes) -> Scenario:
-    """The inverse of `scenario_document`, validated."""
+    """Creates the scenario from its document, and validates it."""
     return scenario_from_mapping(parse_json(document), with_law=False)
 
 
 def parameters_document(scenario: Scenario) -> bytes:
-    """What a scenario's parameters mean: sentence, unit and allowed values, as JSON.
+    """Meaning of the parameters of a scenario: description, unit and allowed values, as JSON.
 
-    The control laws to choose from are the built-in ones and the scenario's own, whatever else
-    this process knows: equal runs have equal bytes.
+    The listed control laws are the built-in ones and those of the scenario, regardless of other
+    loaded laws: equal runs give equal bytes.
     """
     own = custom_kind_in(scenario)
     if own is None:
@@ -187,15 +187,15 @@ def _canonical(document: Mapping[str, str]) -> bytes:
 
 
 def read_stop(document: Mapping[str, str], later: Mapping[str, Any]) -> Ending:
-    """The inverse of `stop_document`.
+    """Reads the document of `stop_document`.
 
     Args:
         document: The end of a recording.
-        later: Values of the metrics that are newer than its format.
+        later: Values of metrics that are newer than its format.
 
     Raises:
         KeyError: If an entry is missing.
-        ValueError: If an entry is not what `stop_document` makes of a run.
+        ValueError: If an entry is invalid.
     """
     return Ending(
         outcome=Outcome(document["outcome"]),
@@ -214,13 +214,13 @@ def _read_metrics(text: str, later: Mapping[str, Any]) -> Metrics:
 
 
 def stop_is_unchanged(stop: Mapping[str, str], documents: bytes) -> bool:
-    """Whether the documents of a recording are those that were written."""
+    """Whether the documents of a recording match their hash."""
     ending = {key: value for key, value in stop.items() if key != "documents_hash"}
     return stop.get("documents_hash") == _ending_hash(ending, documents)
 
 
 def parse_json(text: str | bytes) -> Any:
-    """Reads JSON from a file that anyone may have made.
+    """Reads JSON from an untrusted file.
 
     Raises:
         ValueError: If it is not JSON, or nested deeper than any document of a recording.
@@ -232,12 +232,12 @@ def parse_json(text: str | bytes) -> Any:
 
 
 def _read_integer(digits: str) -> int | float:
-    """An integer; one with more digits than any of ours is infinite, which no value may be."""
+    """An integer; one with too many digits becomes infinite, which is rejected later."""
     return int(digits) if len(digits) <= _MAX_DIGITS else math.inf
 
 
 def _read(kind: Any, text: str) -> Any:
-    """A value of a type from JSON, in which anything may stand."""
+    """Converts untrusted JSON to a type."""
     reader = _reader_of(kind)
     value = reader.validate_python(parse_json(text))
     _check_writable(reader.dump_python(value))
@@ -250,7 +250,7 @@ def _reader_of(kind: Any) -> TypeAdapter[Any]:
 
 
 def _check_writable(value: Any) -> None:
-    """Finite numbers, and text that is more than halves of characters."""
+    """Checks that numbers are finite and text has no unpaired surrogates."""
     _to_json(value).encode()
 
 

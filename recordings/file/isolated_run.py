@@ -1,7 +1,7 @@
-"""A run whose law is not ours, simulated in a process of its own.
+"""A run with a custom law, simulated in a separate process.
 
-A law that never answers, fills the memory or breaks the process it runs in costs that run, with
-the reason.
+A law that never returns, exhausts the memory or crashes its process ends only its run, with a
+reason.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from slipgrasp.core.words.interruptions import describe_stop, describe_worker_de
 from slipgrasp.recordings.file.recorder import failed_by_disk, record
 
 _PATIENCE = 5.0
-"""How much longer than the computing time of a run its process may take [s]."""
+"""Additional time for the process beyond the computing time of a run [s]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -32,10 +32,10 @@ class IsolatedRun:
     """A run as a task.
 
     Attributes:
-        scenario: What to simulate.
-        law: The law that it needs.
-        wall_limit: Computing time after which it ends as ``limit`` [s].
-        path: The recording to write; None for none.
+        scenario: Scenario to simulate.
+        law: Its custom law.
+        wall_limit: Computing time after which the run ends as ``limit`` [s].
+        path: The recording to write; None for no recording.
     """
 
     scenario: Scenario
@@ -48,12 +48,13 @@ def simulate_isolated(run: IsolatedRun, caller: Caller) -> tuple[RunResult, str 
     """Simulates a run, in any process.
 
     Returns:
-        The run, and why its recording is not complete; None if it is, or there is none.
+        The run, and the reason for an incomplete recording; None if it is complete or not
+        requested.
 
     Raises:
-        LawError: If the law is not the same here.
+        LawError: If the law differs here.
         ScenarioError: If the scenario cannot be simulated.
-        RecordingWriteError: If the recording cannot be begun.
+        RecordingWriteError: If the recording cannot be started.
     """
     admit(run.law)
     if run.path is None:
@@ -68,15 +69,15 @@ def record_or_say_why(
     progress: Callable[[float], None],
     wall_limit: float,
 ) -> tuple[RunResult, str | None]:
-    """Simulates and records at once; what cannot be recorded is not begun.
+    """Simulates and records; without a recording, no simulation starts.
 
     Returns:
-        The run with the last samples of its trace alone, and why its recording is not complete;
-        None if it is.
+        The run with only the last samples of its trace, and the reason for an incomplete recording;
+        None if it is complete.
 
     Raises:
         ScenarioError: If the scenario cannot be simulated.
-        RecordingWriteError: If the recording cannot be begun.
+        RecordingWriteError: If the recording cannot be started.
     """
     recorded = record(
         scenario,
@@ -93,14 +94,14 @@ def record_or_say_why(
 
 
 class IsolatedRuns:
-    """Simulates such runs in processes that stay warm."""
+    """Simulates such runs in reused processes."""
 
     def __init__(self, wall_limit: float, max_running: int) -> None:
-        """Starts nothing yet.
+        """Creates the object without starting a process.
 
         Args:
             wall_limit: Computing time after which a run ends as ``limit`` [s].
-            max_running: How many share the memory of the machine.
+            max_running: Number of processes that share the memory of the machine.
         """
         limits = WorkerLimits.shared_by(max_running)
         self._wall_limit = wall_limit
@@ -111,7 +112,7 @@ class IsolatedRuns:
 
         Args:
             scenario: What to simulate.
-            should_stop: Asked about 20 times a second; True ends the run as ``stopped``.
+            should_stop: Called about 20 times a second; True ends the run as ``stopped``.
         """
         return self._do(self._task(scenario), should_stop, _ignore)[0]
 
@@ -122,7 +123,7 @@ class IsolatedRuns:
         should_stop: ShouldStop,
         progress: Callable[[float], None],
     ) -> tuple[RunResult, str | None]:
-        """Simulates and records at once; see `record_or_say_why`."""
+        """Simulates and records; see `record_or_say_why`."""
         return self._do(self._task(scenario, path), should_stop, progress)
 
     def _task(self, scenario: Scenario, path: Path | None = None) -> IsolatedRun:
@@ -145,12 +146,12 @@ class IsolatedRuns:
             return _not_begun(run.scenario, Outcome.FAILED, describe_worker_death(told)), told
 
     def close(self) -> None:
-        """Ends the processes."""
+        """Stops the processes."""
         self._tasks.close()
 
 
 def needs_isolation(scenario: Scenario) -> bool:
-    """Whether a scenario has a law that may break its process, and that another one finds."""
+    """Whether a scenario has a custom law that other processes can load."""
     law = custom_law_in(scenario)
     return law is not None and bool(law.source or law.origin)
 
@@ -162,4 +163,4 @@ def _not_begun(scenario: Scenario, outcome: Outcome, reason: Reason) -> RunResul
 
 
 def _ignore(share: float) -> None:
-    """Nobody asks how far it is."""
+    """Ignores the progress."""

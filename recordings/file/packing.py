@@ -1,8 +1,8 @@
-"""Between columns of numbers and MCAP message records, thousands of messages at a time.
+"""Conversion between columns of numbers and MCAP message records, in large blocks.
 
-All messages of a topic have one length (`slipgrasp.recordings.file.schemas`), so a block of samples
-is one numpy array of records: the bytes that never change (record heads, protobuf tags and lengths)
-are set once per column, the numbers are copied column by column.
+All messages of a topic have the same length (`slipgrasp.recordings.file.schemas`), so that a block
+of samples is one numpy array of records: constant bytes (record heads, protobuf tags and lengths)
+are set once per column, and numbers are copied by column.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ MESSAGE_HEAD = np.dtype(
         ("publish_time", "<u8"),
     ]
 )
-"""What stands before the payload of a message record in an MCAP file."""
+"""Head of a message record in an MCAP file."""
 
 OPCODE_AND_LENGTH_BYTES = 9
 
@@ -41,12 +41,12 @@ _WIRE_TYPES = {
 
 
 class MessageLayout:
-    """Where each number of a topic's messages lies.
+    """Positions of all numbers in the messages of a topic.
 
     Args:
-        topic: What the messages hold.
+        topic: Topic of the messages.
         channel: Id of the topic's channel in the file.
-        widths: Entries of each field; 1 for a single number, 0 for an empty list.
+        widths: Number of components of each field; 1 for a single number, 0 for an empty list.
     """
 
     def __init__(self, topic: Topic, channel: int, widths: Sequence[int]) -> None:
@@ -91,10 +91,10 @@ class MessageLayout:
             payload[field.name] = _to_zigzag(values) if field.kind == "sint32" else values
 
     def unpack(self, payloads: Sequence[bytes]) -> dict[str, NDArray[Any]]:
-        """The inverse of `pack`.
+        """Reads columns from message records; the inverse of `pack`.
 
         Args:
-            payloads: What stands in each message after its head.
+            payloads: Messages without their heads.
 
         Returns:
             One array per field, with one entry or row per message.
@@ -103,10 +103,10 @@ class MessageLayout:
             ValueError: If a payload does not have this layout.
         """
         if set(map(len, payloads)) - {self.payload_type.itemsize}:
-            raise ValueError("a message has another length than its topic")
+            raise ValueError("a message has a wrong length for its topic")
         messages = np.frombuffer(b"".join(payloads), self.payload_type)
         if any((messages[f"{name} tag"] != tag).any() for name, tag in self._tags.items()):
-            raise ValueError("a message has other fields than its topic")
+            raise ValueError("a message has wrong fields for its topic")
         return {field.name: self._column(field, messages) for field in self.topic.fields}
 
     def _column(self, field: Field, messages: NDArray[Any]) -> NDArray[Any]:
@@ -119,7 +119,7 @@ class MessageLayout:
 def fill_heads(
     records: NDArray[Any], channel: int, times: NDArray[np.float64], first_sequence: int
 ) -> None:
-    """Fills what stands before the payload of message records.
+    """Fills the heads of message records.
 
     Args:
         records: The records, shape ``(messages,)``, with a field ``head``; changed in place.
@@ -136,12 +136,12 @@ def fill_heads(
 
 
 def to_log_times(times: NDArray[np.float64]) -> NDArray[np.uint64]:
-    """Simulation times [s] as the whole nanoseconds that MCAP orders messages by."""
+    """Converts simulation times [s] to integer nanoseconds, as in MCAP."""
     return np.rint(times * 1e9).astype(np.uint64)
 
 
 def _varint(value: int) -> NDArray[np.uint8]:
-    """A number in protobuf's variable length: seven bits a byte, least significant first."""
+    """A number in protobuf's variable length: seven bits per byte, least significant first."""
     groups = []
     while value > 0x7F:
         groups.append(value & 0x7F | 0x80)

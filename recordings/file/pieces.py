@@ -1,4 +1,4 @@
-"""A recording read chunk by chunk, so that a long run takes no more memory than a short one."""
+"""Reads a recording chunk by chunk, in memory that does not depend on its length."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ _TIME_FIELD = "t"
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Piece:
-    """What follows the piece before it.
+    """Part of a recording after the previous one.
 
     Attributes:
         trace: Samples; there may be none.
         phase_changes: Phase changes.
-        ticks: What the law answered; None where it was not read.
-        run_of: Gives the run of some of the samples, and all phase changes, with scenario and
-            ending of the file; only the last piece has the ending.
+        ticks: Commands of the law; None if they were not read.
+        run_of: Returns the run with some of the samples, all phase changes, and scenario and ending
+            of the file; only the last part has the ending.
     """
 
     trace: Trace
@@ -41,7 +41,7 @@ class Piece:
 
     @classmethod
     def of(cls, contents: Contents) -> Piece:
-        """The piece that was read of a file."""
+        """Creates a part from the content of a file."""
         changes, ticks = contents.phase_changes(), contents.ticks()
         return cls(contents.trace(), changes, ticks, contents.result_of)
 
@@ -51,15 +51,15 @@ def read_pieces(
     signals: frozenset[str] | None = None,
     should_stop: Callable[[], bool] = lambda: False,
 ) -> Iterator[Piece]:
-    """Reads a complete recording in pieces of about one chunk.
+    """Reads a complete recording in parts of about one chunk.
 
-    Every checksum is compared, as soon as what it covers has been read. Its hash and its claims
-    are not: `slipgrasp.recordings.file.reader.read_recording` does that.
+    Checksums are compared as soon as their data have been read. Hashes and statements are not
+    checked: `slipgrasp.recordings.file.reader.read_recording` does that.
 
     Args:
         path: The MCAP file.
-        signals: Signals to read, by name, and no ticks; all if None.
-        should_stop: Asked again and again whether nobody needs it any more.
+        signals: Names of the signals to read, without ticks; everything if None.
+        should_stop: Called repeatedly; True stops the reading.
 
     Raises:
         RecordingError: As `slipgrasp.recordings.file.reader.read_recording`, if it cannot be read.
@@ -76,8 +76,8 @@ def read_groups(
 
     Args:
         path: The MCAP file.
-        count: Samples of each group but the last, which may have less.
-        should_stop: As for `read_pieces`.
+        count: Number of samples of each group; the last may have fewer.
+        should_stop: As in `read_pieces`.
 
     Raises:
         RecordingError: As `read_pieces`.
@@ -97,14 +97,14 @@ def read_groups(
 def read_ending(
     path: str | PathLike[str], should_stop: Callable[[], bool] = lambda: False
 ) -> RunResult:
-    """Reads a run of which the first and the last sample suffice.
+    """Reads a run with only its first and last samples.
 
     Args:
-        path: The MCAP file; its format states all metrics (`RecordingSize.has_all_metrics`).
-        should_stop: As for `read_pieces`.
+        path: The MCAP file; its format must contain all metrics (`RecordingSize.has_all_metrics`).
+        should_stop: As in `read_pieces`.
 
     Returns:
-        The run with these samples, their time and estimates alone.
+        The run with only these samples, with their time and estimates.
 
     Raises:
         RecordingError: As `read_pieces`.
@@ -120,7 +120,7 @@ def read_ending(
 
 
 def joined(parts: list[Trace]) -> Trace:
-    """Traces of one shape one after the other."""
+    """Joins traces of one shape."""
     first = parts[0]
     arrays = {
         signal.name: np.concatenate([getattr(part, signal.name) for part in parts])
@@ -130,7 +130,7 @@ def joined(parts: list[Trace]) -> Trace:
 
 
 class _PieceReading(Reading):
-    """One pass through a file that keeps some of its signals."""
+    """One pass through a file that retains some of its signals."""
 
     def __init__(self, stream: BinaryIO, name: str, signals: frozenset[str] | None) -> None:
         super().__init__(stream, name)

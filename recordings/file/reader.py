@@ -1,4 +1,4 @@
-"""From a recording back to the run, bit for bit."""
+"""Reads a recording back to the run, bit for bit."""
 
 from __future__ import annotations
 
@@ -52,10 +52,10 @@ from slipgrasp.recordings.file.schemas import (
 from slipgrasp.recordings.file.versions import FORMAT_VERSION
 
 LONGEST_RUN = 1e3
-"""No simulation lasts as long [s]."""
+"""Longest simulation [s]."""
 
 EVENTS_TO_SPARE = 20_000
-"""Samples beside those at the output rate and at phase changes: at jumps and timed changes."""
+"""Largest number of other samples than at output times and phase changes."""
 
 Columns = dict[str, NDArray[Any]]
 
@@ -66,7 +66,7 @@ class ReadBack:
 
     Attributes:
         result: The run.
-        is_unaltered: Whether its hashes are those of what was written.
+        is_unaltered: Whether its content matches its hashes.
     """
 
     result: RunResult
@@ -75,12 +75,12 @@ class ReadBack:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Unfinished:
-    """The part of a run that a file without its end still holds.
+    """The readable part of an unfinished file.
 
     Attributes:
-        result: The run so far, ``recovered`` unless it had ended and only the index is missing.
-        unread_bytes: How much of the file could not be used.
-        display_rate: How often its display topics show hand and object [Hz].
+        result: The run so far, ``recovered`` unless only the index is missing.
+        unread_bytes: Size of the unusable part [bytes].
+        display_rate: Rate of its display topics [Hz].
     """
 
     result: RunResult
@@ -91,22 +91,22 @@ class Unfinished:
 def read_recording(
     path: str | PathLike[str], *, should_stop: Callable[[], bool] = lambda: False
 ) -> RunResult:
-    """Reads a recording back into the run it was written from.
+    """Reads a recording back to the original run.
 
     Args:
         path: The MCAP file.
-        should_stop: Asked again and again whether nobody needs it any more.
+        should_stop: Called repeatedly; True stops the reading.
 
     Returns:
         The run: scenario, trace (bit for bit), phase changes, outcome, reason, warnings
         and metrics.
 
     Raises:
-        RecordingNotFoundError: If there is no such file.
-        ForeignRecordingError: If this program did not write it.
+        RecordingNotFoundError: If the file does not exist.
+        ForeignRecordingError: If another program wrote it.
         NewerRecordingError: If a newer version of this program wrote it.
-        DamagedRecordingError: If it is not complete and unchanged, or states an ending, phase
-            changes or metrics that its samples do not give.
+        DamagedRecordingError: If it is incomplete or changed, or states an ending, phase changes or
+            metrics that contradict its samples.
         RecordingError: If it cannot be opened, or reading it was stopped.
     """
     result = read_as_stated(path, should_stop)
@@ -118,10 +118,10 @@ def read_recording(
 def read_as_stated(
     path: str | PathLike[str], should_stop: Callable[[], bool] = lambda: False
 ) -> RunResult:
-    """Reads a recording also where what it states of the run contradicts its samples.
+    """Reads a recording even if its statements contradict its samples.
 
     Raises:
-        RecordingError: As `read_recording` otherwise.
+        RecordingError: As in `read_recording` otherwise.
     """
     read = read_back(path, should_stop)
     if not read.is_unaltered:
@@ -132,10 +132,10 @@ def read_as_stated(
 def read_back(
     path: str | PathLike[str], should_stop: Callable[[], bool] = lambda: False
 ) -> ReadBack:
-    """Reads a recording also where it was altered and every checksum made to fit.
+    """Reads a recording even if it was altered with correct checksums.
 
     Raises:
-        RecordingError: As `read_recording`.
+        RecordingError: As in `read_recording`.
     """
     with open_recording(path) as stream:
         contents = Reading(stream, str(path)).contents(should_stop)
@@ -143,16 +143,16 @@ def read_back(
 
 
 def read_unfinished(path: str | PathLike[str]) -> Unfinished:
-    """Reads what a file holds up to its first missing or damaged byte.
+    """Reads a file up to its first missing or damaged byte.
 
-    It may be still being written, or be left of a process that was killed.
+    It may still be written, or be unfinished because its process was killed.
 
     Raises:
-        RecordingNotFoundError: If there is no such file.
-        ForeignRecordingError: If this program did not write it.
+        RecordingNotFoundError: If the file does not exist.
+        ForeignRecordingError: If another program wrote it.
         NewerRecordingError: If a newer version of this program wrote it.
-        DamagedRecordingError: If not even its beginning is whole.
-        RecordingError: If it cannot be opened, or holds no sample.
+        DamagedRecordingError: If its start is damaged.
+        RecordingError: If it cannot be opened, or contains no sample.
     """
     with open_recording(path) as stream:
         reading = Reading(stream, str(path), unfinished=True)
@@ -166,7 +166,7 @@ def open_recording(path: str | PathLike[str]) -> Iterator[BinaryIO]:
     """Opens a file for a `Reading`.
 
     Raises:
-        RecordingNotFoundError: If there is no such file.
+        RecordingNotFoundError: If the file does not exist.
         RecordingError: If it cannot be opened or read.
     """
     try:
@@ -179,11 +179,11 @@ def open_recording(path: str | PathLike[str]) -> Iterator[BinaryIO]:
 
 
 class TopicColumns:
-    """What was read of one topic so far; memory grows in place, so that nothing is kept twice.
+    """The messages of one topic so far, in arrays that grow in place to avoid copies.
 
     Args:
-        layout: How its messages are laid out.
-        names: Which fields are kept, the times among them, or none at all; all if None.
+        layout: Layout of its messages.
+        names: Names of the retained fields, including times, or none; all if None.
     """
 
     def __init__(self, layout: MessageLayout, names: Collection[str] | None = None) -> None:
@@ -195,7 +195,7 @@ class TopicColumns:
 
     @property
     def is_kept(self) -> bool:
-        """Whether anything of the topic is kept."""
+        """Whether any field of the topic is retained."""
         return bool(self._columns)
 
     def append(self, block: Columns) -> None:
@@ -203,13 +203,13 @@ class TopicColumns:
         count = self.count + len(block["t"])
         for name, column in self._columns.items():
             if count > len(column):
-                # Nobody else has seen the array yet.
+                # Resizing is safe, because nothing else refers to the array yet.
                 column.resize((count + count // 4, *column.shape[1:]), refcheck=False)
             column[self.count : count] = block[name]
         self.count = count
 
     def take(self, count: int) -> Columns:
-        """The first messages, which are kept no longer, as one array per field."""
+        """Removes and returns the first messages, with one array per field."""
         taken = {name: column[:count].copy() for name, column in self._columns.items()}
         for column in self._columns.values():
             column[: self.count - count] = column[count : self.count].copy()
@@ -218,7 +218,7 @@ class TopicColumns:
         return taken
 
     def joined(self) -> Columns:
-        """All messages as one array per field; no more can be added then."""
+        """All messages with one array per field; no more can be added then."""
         for column in self._columns.values():
             column.resize((self.count, *column.shape[1:]), refcheck=False)
         return self._columns
@@ -229,9 +229,9 @@ class Reading:
 
     Args:
         stream: The file, opened by `open_recording`.
-        name: What to call it in errors.
+        name: Name of the file, for errors.
         unfinished: Whether the file may end anywhere.
-        is_needed: Whether a chunk is to be unpacked; all if None.
+        is_needed: Whether to decompress a chunk; always if None.
     """
 
     def __init__(
@@ -262,7 +262,7 @@ class Reading:
         self.whole_bytes = 0
 
     def contents(self, should_stop: Callable[[], bool] = lambda: False) -> Contents:
-        """Reads the file, to its end or as far as it is whole."""
+        """Reads the file to its end, or as far as it is valid."""
         try:
             for _ in self._records(should_stop):
                 self.whole_bytes = self._scanner.offset
@@ -272,9 +272,9 @@ class Reading:
         return self._contents({n: t.joined() for n, t in self._topics.items() if t.is_kept})
 
     def pieces(self, should_stop: Callable[[], bool] = lambda: False) -> Iterator[Contents]:
-        """Reads a complete file bit by bit: every piece has the messages since the one before.
+        """Reads a complete file in parts, each with the messages after the previous part.
 
-        The last one has the documents at the end of the file, too.
+        The last part also has the documents at the end of the file.
         """
         for record in self._records(should_stop):
             # The checkpoint of a chunk is its last message.
@@ -287,7 +287,7 @@ class Reading:
         self._check_header(next(records))
         for record in records:
             if should_stop():
-                raise RecordingError(f"nobody needs '{self._name}' any more")
+                raise RecordingError(f"reading '{self._name}' was stopped")
             self._take(record)
             yield record
 
@@ -296,7 +296,7 @@ class Reading:
         return columns is not None and columns.layout.topic.name == CHECKPOINTS.name
 
     def _take_columns(self) -> dict[str, Columns]:
-        """What was read; samples as far as all topics have them, for others may order chunks."""
+        """The content; samples as far as all topics have them, because their order may differ."""
         counts = {name: topic.count for name, topic in self._topics.items() if topic.is_kept}
         common = min((counts[t.name] for t in SAMPLE_TOPICS if t.name in counts), default=0)
         counts |= {topic.name: common for topic in SAMPLE_TOPICS}
@@ -308,7 +308,7 @@ class Reading:
         return Contents(self._name, self._shape, self._metadata, self._attachments, columns)
 
     def outline(self) -> tuple[TraceShape, int]:
-        """The shape of the trace, and the format of the file; nothing is unpacked for it."""
+        """The shape of the trace and the format of the file, without decompression."""
         records = self._scanner.records()
         self._check_header(next(records))
         for record in records:
@@ -318,14 +318,14 @@ class Reading:
         raise self._damaged("how the run began is missing")
 
     def counts(self) -> tuple[TraceShape, int, dict[str, int]]:
-        """The shape of the trace, the format of the file and the messages of each topic.
+        """The shape of the trace, the format of the file and the message counts of its topics.
 
-        Their numbers are those that the index states.
+        The counts are those in the index.
         """
         records = self._scanner.records()
         self._check_header(next(records))
         for record in records:
-            # All channels stand before the first message.
+            # All channels precede the first message.
             if isinstance(record, ChannelMessages):
                 break
             self._take(record)
@@ -382,15 +382,15 @@ class Reading:
         return TopicColumns(layout)
 
     def _take_channel(self, channel: Channel) -> None:
-        """Channels of topics that another program added are left alone."""
+        """Ignores channels of topics from other programs."""
         columns = self._topics.get(channel.topic)
         if columns is not None:
             self._channels[channel.id] = columns
 
     def _check_amount(self) -> None:
-        """Compares how much there is to be with what a run of the scenario can have given.
+        """Compares stated counts with the largest possible ones for the scenario.
 
-        It is done once, before the first message is looked at.
+        This happens once, before the first message is read.
         """
         index, scenario = self._scanner.index, self._attachments.get(SCENARIO_ATTACHMENT)
         if self._is_amount_checked or index is None or scenario is None or self._shape is None:
@@ -404,12 +404,12 @@ class Reading:
         changes = counts.get(PHASE_CHANGES, 0)
         regular = math.ceil(simulation.duration * simulation.output_rate)
         samples = max(counts.get(topic, 0) for topic in SAMPLE_TOPICS)
-        # Each event gives two samples, of which each contact may change its phase at most once.
+        # Each event gives two samples with at most one phase change per contact.
         if samples > regular + 2 * changes + EVENTS_TO_SPARE:
-            raise self._damaged(f"it states {samples} samples, more than its scenario gives")
+            raise self._damaged(f"it states {samples} samples, more than its scenario allows")
         most = math.ceil(simulation.duration / MIN_CONTROL_PERIOD) + EVENTS_TO_SPARE
         if counts.get(TICKS, 0) > most:
-            raise self._damaged(f"it states {counts[TICKS]} ticks, more than its scenario gives")
+            raise self._damaged(f"it states {counts[TICKS]} ticks, more than its scenario allows")
         if changes > self._shape.num_contacts * (samples + EVENTS_TO_SPARE):
             raise self._damaged(f"it states {changes} phase changes at {samples} samples")
 
@@ -431,7 +431,7 @@ class Reading:
         except ValueError as error:
             raise self._damaged(f"{error} ({topic})") from error
         if not ((block["t"] >= 0.0) & (block["t"] <= LONGEST_RUN)).all():
-            raise self._damaged(f"{topic} holds a time that no run has")
+            raise self._damaged(f"{topic} contains an impossible time")
         if not np.array_equal(to_log_times(block["t"]), messages.log_times):
             raise self._damaged(f"times of {topic} contradict each other")
         return block

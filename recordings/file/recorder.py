@@ -1,8 +1,8 @@
-"""Simulating and recording at once, so that a run outlives the process that computes it.
+"""Simulates and records at the same time, so that a run survives the death of its process.
 
-A chunk is written when it is full; if the last one is longer ago than `FLUSH_INTERVAL`,
-also before. What was written is handed to the operating system at once (it survives the
-death of this process) and to the disk every `SYNC_INTERVAL` (it survives a power cut).
+A chunk is written when it is full, or when the last one is older than `FLUSH_INTERVAL`. Written
+data are passed to the operating system immediately (they survive the death of this process) and to
+the disk every `SYNC_INTERVAL` (they survive a power failure).
 """
 
 from __future__ import annotations
@@ -36,13 +36,13 @@ SYNC_INTERVAL = 1.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Recorded:
-    """A run that was to be recorded while it was simulated.
+    """A run and its recording.
 
     Attributes:
-        result: The run; ``failed`` if the disk failed while it went on. It has a warning
-            ``not_saved`` if its recording is not complete. Where its trace was not kept, its last
-            samples alone.
-        failure: Why its recording is not complete; None if it is.
+        result: The run; ``failed`` if the disk failed before its end. It has a warning
+            ``not_saved`` if its recording is incomplete. Without a retained trace, only its last
+            samples.
+        failure: Reason for an incomplete recording; None if it is complete.
     """
 
     result: RunResult
@@ -61,26 +61,26 @@ def record(
     only_recorded: bool = False,
     keep_trace: bool = True,
 ) -> Recorded:
-    """Runs a scenario to its end and records it on the way, in ``PATH.part``.
+    """Runs a scenario to the end and records it, at first in ``PATH.part``.
 
-    The file is that which `slipgrasp.recordings.file.writer.write_recording` makes of the result.
-    Where the disk fails, the samples that were written stay in ``PATH.part`` to be recovered.
+    The file equals that of `slipgrasp.recordings.file.writer.write_recording`. If the disk fails,
+    the written samples can be recovered from ``PATH.part``.
 
     Args:
-        scenario: What to simulate.
+        scenario: Scenario to simulate.
         path: The file to write.
         overwrite: Whether an existing file is replaced.
-        display_rate: How often the display topics show hand and object, 0 for never [Hz].
-        progress: Called with the simulated share, 0 to 1, after every piece.
-        should_stop: Asked after every piece; True ends the run as ``stopped``.
+        display_rate: Rate of the display topics, 0 for none [Hz].
+        progress: Called with the simulated fraction, 0 to 1, after every chunk.
+        should_stop: Called after every chunk; True ends the run as ``stopped``.
         wall_limit: Computing time after which the run ends as ``limit`` [s].
-        only_recorded: Whether nothing is simulated where the recording cannot be begun.
-        keep_trace: Whether the result has the whole trace; else samples leave the memory when they
-            are written, and a long run takes no more of it than a short one.
+        only_recorded: Whether to simulate nothing if the recording cannot be started.
+        keep_trace: Whether the result has the whole trace; otherwise samples are released after
+            they are written, and memory does not depend on the length of the run.
 
     Raises:
         ScenarioError: If the scenario cannot be simulated.
-        RecordingWriteError: If it is ``only_recorded`` and the recording cannot be begun.
+        RecordingWriteError: If ``only_recorded`` is set and the recording cannot be started.
         RecordingExistsError: If the file exists and may not be replaced.
         RecordingBusyError: If its ``.part`` exists.
     """
@@ -111,7 +111,7 @@ def record(
             result = simulation.result()
             recorder.finish(simulation, result)
     except RecordingBusyError:
-        raise  # The part is that of another writer.
+        raise  # The unfinished file belongs to another writer.
     except (RecordingExistsError, RecordingWriteError) as failure:
         if result is None:
             if isinstance(failure, RecordingExistsError):
@@ -122,14 +122,14 @@ def record(
             run()
         _drop_if_empty(part_of(path))
         return Recorded(unsaved(simulation.result(), failure), failure)
-    except BaseException:  # Such as a second Ctrl-C while a law never answers.
+    except BaseException:  # For example a second Ctrl-C during a law that never returns.
         _drop_if_empty(part_of(path))
         raise
     return Recorded(result, None)
 
 
 class _Recorder:
-    """Keeps a recording up with its simulation."""
+    """Writes a run to its recording during the simulation."""
 
     def __init__(self, writer: RecordingWriter, *, keep_trace: bool) -> None:
         self._writer = writer
@@ -138,7 +138,7 @@ class _Recorder:
         self._flushed_at = self._synced_at = time.monotonic()
 
     def take(self, simulation: Simulation) -> None:
-        """Writes what is new when it is time to; a failing disk ends the run."""
+        """Writes new samples when they are due; a disk failure ends the run."""
         writer, now = self._writer, time.monotonic()
         is_due = now - self._flushed_at >= FLUSH_INTERVAL
         num_new = simulation.num_settled_rows - writer.num_samples
@@ -166,11 +166,11 @@ class _Recorder:
         """Writes the rest of the run.
 
         Args:
-            simulation: The run, which has ended.
-            result: What it gave.
+            simulation: The finished run.
+            result: Its result.
 
         Raises:
-            OSError, RecordingWriteError: If the disk failed, now or while the run went on.
+            OSError, RecordingWriteError: If the disk fails now or failed before.
         """
         if self._failure is not None:
             raise self._failure
@@ -182,7 +182,7 @@ class _Recorder:
 
 
 def failed_by_disk(result: RunResult, failure: RecordingError) -> RunResult:
-    """The run as ``failed``, because its recording is not complete."""
+    """The run as ``failed``, because its recording is incomplete."""
     if result.outcome is Outcome.FAILED:
         return result
     reason = describe_disk_failure(failure, result.end_time)
@@ -198,7 +198,7 @@ def unsaved(result: RunResult, failure: RecordingError) -> RunResult:
 
 
 def _drop_if_empty(part: Path) -> None:
-    """Removes a part from which not even one sample could be recovered."""
+    """Deletes an unfinished file without a recoverable sample."""
     try:
         read_unfinished(part)
     except RecordingError:

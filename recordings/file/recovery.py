@@ -1,4 +1,4 @@
-"""Keeping what is left of recordings whose writer was killed, or whose file was cut off."""
+"""Recovers recordings that are unfinished or damaged."""
 
 from __future__ import annotations
 
@@ -34,12 +34,12 @@ _logger = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Recovered:
-    """What was kept of a file.
+    """A recovered recording.
 
     Attributes:
-        path: The new, whole recording.
+        path: The new, complete recording.
         result: The run so far.
-        lost_bytes: How much of the old file could not be used.
+        lost_bytes: Size of the unusable part of the old file [bytes].
     """
 
     path: Path
@@ -48,22 +48,22 @@ class Recovered:
 
 
 def recover(source: Path, output: Path, *, overwrite: bool = False) -> Recovered:
-    """Writes what a file holds up to its first missing or damaged byte as a whole recording.
+    """Copies a file up to its first missing or damaged byte to a complete recording.
 
     Args:
-        source: The damaged or unfinished file; it stays as it is.
+        source: The damaged or unfinished file; it is not changed.
         output: The recording to write.
-        overwrite: Whether an existing file is replaced.
+        overwrite: Whether to replace an existing file.
 
     Raises:
-        NothingToRecoverError: If the file is whole, or holds no sample.
-        RecordingBusyError: If it is being written right now.
-        RecordingError: If it cannot be read at all, or the output cannot be written.
+        NothingToRecoverError: If the file is complete, or contains no sample.
+        RecordingBusyError: If it is being written.
+        RecordingError: If it cannot be read, or the output cannot be written.
     """
     if source.suffix == PART_SUFFIX and _is_being_written(source):
-        raise RecordingBusyError(source, "another run is writing it right now")
+        raise RecordingBusyError(source, "another run is writing it")
     if source.suffix != PART_SUFFIX and _is_whole(source):
-        raise NothingToRecoverError(source, "it is a whole recording")
+        raise NothingToRecoverError(source, "it is a complete recording")
     recovered = _recover(source, output, overwrite=overwrite)
     _delete_if_orphaned(recovered_name(source).with_name(f"{output.name}{REGULAR_SUFFIX}"))
     return recovered
@@ -82,17 +82,17 @@ def _recover(source: Path, output: Path, *, overwrite: bool) -> Recovered:
 
 
 def recovered_name(source: Path) -> Path:
-    """Where the rest of a file goes unless told otherwise: beside it."""
+    """Default name of the recovered recording, in the same folder."""
     name = source.name.removesuffix(PART_SUFFIX)
     stem = name.removesuffix(RECORDING_SUFFIX)
     return source.with_name(name if name != source.name else f"{stem}.recovered{RECORDING_SUFFIX}")
 
 
 def recover_orphans(folder: Path) -> list[Recovered]:
-    """Recovers every recording in a folder that nobody writes any more.
+    """Recovers every unfinished recording in a folder that no process is writing.
 
-    What holds no sample is kept as ``NAME.damaged``; nothing is deleted but empty files and what
-    another file holds completely.
+    Files without samples are renamed to ``NAME.damaged``; only empty files and complete copies are
+    deleted.
     """
     left = unfinished_files(folder)
     delete_orphaned_copies(left)
@@ -101,26 +101,26 @@ def recover_orphans(folder: Path) -> list[Recovered]:
 
 
 def unfinished_files(folder: Path) -> list[Path]:
-    """Files in a folder that are being written, or were when their writer was killed."""
-    # One pass, and no path for the others: there may be hundreds of thousands.
+    """Files in a folder that are being written, or whose writer was killed."""
+    # One pass over names alone, because there may be hundreds of thousands of files.
     names = os.listdir(folder) if folder.is_dir() else ()
     return [folder / name for name in sorted(names) if name.endswith(PART_SUFFIX)]
 
 
 def delete_orphaned_copies(unfinished: Iterable[Path]) -> None:
-    """Deletes what is left of recoveries and regular copies; what they were made of is there."""
+    """Deletes files of interrupted recoveries and copies, whose originals still exist."""
     for copy in unfinished:
         if copy.name.endswith(_COPIES):
             _delete_if_orphaned(copy)
 
 
 def recordings_among(unfinished: Iterable[Path]) -> list[Path]:
-    """Those of the unfinished files that are recordings themselves."""
+    """Selects the unfinished recordings."""
     return [part for part in unfinished if part.name.endswith(RECORDING_PART)]
 
 
 def recover_if_orphaned(part: Path) -> Recovered | None:
-    """What `recover_orphan` does, with a warning in the log in place of an error."""
+    """Calls `recover_orphan`, and logs a warning in place of an error."""
     try:
         return recover_orphan(part)
     except (OSError, RecordingError) as error:
@@ -129,17 +129,17 @@ def recover_if_orphaned(part: Path) -> Recovered | None:
 
 
 def recover_orphan(part: Path) -> Recovered | None:
-    """Recovers one file of `recordings_among`.
+    """Recovers one file from `recordings_among`.
 
     Args:
-        part: The file. It goes once what it holds is on disk under its own name.
+        part: The unfinished file, which is deleted after the recovered recording is on disk.
 
     Returns:
-        What was kept; None if somebody writes it, if it is empty, or if a recovery was killed
-        after its end.
+        The recovered recording; None if the file is being written or empty, or was already
+        recovered.
 
     Raises:
-        NothingToRecoverError: If it holds no sample; it is then kept as ``NAME.damaged``.
+        NothingToRecoverError: If it contains no sample; it is then renamed to ``NAME.damaged``.
         RecordingError: If it cannot be read, or its recording cannot be written.
         OSError: If the disk fails.
     """
@@ -155,9 +155,9 @@ def recover_orphan(part: Path) -> Recovered | None:
 
 
 def _recover_orphan(part: Path) -> Recovered:
-    """Turns a part into a recording of its age; the part goes once that is on disk.
+    """Converts an unfinished file to a recording with its time stamp, then deletes it.
 
-    A part that is not at fault, because the disk is full or a newer program wrote it, stays.
+    An intact file is not changed if the disk is full or a newer program wrote it.
     """
     times = part.stat()
     try:
@@ -171,14 +171,14 @@ def _recover_orphan(part: Path) -> Recovered:
 
 
 def _free_name(path: Path) -> Path:
-    """``NAME.damaged``, or with a number if there is one already."""
+    """``NAME.damaged``, with a number if that exists."""
     wanted = path.with_name(path.name + DAMAGED_SUFFIX)
     others = (wanted.with_name(f"{wanted.name}.{number}") for number in count(1))
     return next(name for name in chain([wanted], others) if not name.exists())
 
 
 def _is_being_written(part: Path) -> bool:
-    """Whether another writer holds a file; False if there is none."""
+    """Whether another process is writing a file; False if it does not exist."""
     try:
         with part.open("rb") as stream:
             return not try_lock(stream)
@@ -187,7 +187,7 @@ def _is_being_written(part: Path) -> bool:
 
 
 def _was_recovered(part: Path) -> bool:
-    """Whether the recording that it would become is there already, with all its samples."""
+    """Whether the recording exists already, with all samples of the unfinished file."""
     recording = recovered_name(part)
     if not recording.exists():
         return False

@@ -1,8 +1,8 @@
-"""Reading an MCAP file record by record, without trusting its content.
+"""Reads an untrusted MCAP file record by record.
 
-Sizes are checked before anything is read or unpacked, every checksum is compared, and
-what the file states about itself at its end must be what was found on the way. Nothing
-may come in such numbers that a small file takes long to read.
+Sizes are checked before anything is read or decompressed, every checksum is compared, and the
+statements at the end of the file must agree with its content. All counts are limited, so that a
+small file cannot take long to read.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ MAX_RECORDS_PER_KIND = 256
 MAX_UNWANTED_MESSAGES = 250_000
 MAX_UNPACKED_PER_BYTE = 16
 UNPACKED_TO_SPARE = 1 << 24
-"""Chunks of a hand at rest shrink to a sixth; a small file is not held to any such measure."""
+"""Compression ratio limit; chunks of a hand at rest reach six, and small files have no limit."""
 
 
 _RECORD_HEAD = struct.Struct("<BQ")
@@ -55,7 +55,7 @@ _FOOTER_HEAD = _RECORD_HEAD.pack(Opcode.FOOTER, FOOTER_LENGTH)
 _TAIL_BYTES = _RECORD_HEAD.size + FOOTER_LENGTH + len(MAGIC)
 
 _KIND_BYTES = OPCODE_AND_LENGTH_BYTES + 2
-"""What of a message's head says how long it is and of which channel."""
+"""Length and channel in the head of a message."""
 
 _LONGEST_ROW = 64
 
@@ -85,13 +85,13 @@ class ChannelMessages:
 
 @dataclass(frozen=True, slots=True)
 class StatedIndex:
-    """What a file says at its end of what it holds.
+    """Statements at the end of a file about its content.
 
     Attributes:
-        start: Where the index begins.
-        message_counts: Messages by channel.
-        num_attachments: How many attachments there are.
-        unpacked_bytes: Size of all chunks unpacked; None where it does not say.
+        start: Start of the index.
+        message_counts: Number of messages by channel.
+        num_attachments: Number of attachments.
+        unpacked_bytes: Decompressed size of all chunks; None if it is not stated.
     """
 
     start: int
@@ -101,17 +101,17 @@ class StatedIndex:
 
 
 class RecordScanner:
-    """Goes once through the records of a file.
+    """Reads the records of a file in one pass.
 
     Args:
-        stream: The file, opened for reading bytes.
-        name: What to call it in errors.
-        is_wanted: Whether the messages of a channel are to be given; all others are counted.
-        is_ours: Whether this program has written the messages of a channel; those that are
-            wanted if None.
-        is_needed: Whether a chunk is to be unpacked; all if None.
-        unfinished: Whether the file may end anywhere; it then is damaged where it ends.
-        max_record_bytes: How long a record may be that is no chunk.
+        stream: The file, opened for binary reading.
+        name: Name of the file, for errors.
+        is_wanted: Whether to return the messages of a channel; all others are counted.
+        is_ours: Whether this program wrote the messages of a channel; if None, those that
+            ``is_wanted`` selects.
+        is_needed: Whether to decompress a chunk; always if None.
+        unfinished: Whether the file may be incomplete; its end then counts as damage.
+        max_record_bytes: Largest size of a record other than a chunk.
     """
 
     def __init__(
@@ -146,12 +146,12 @@ class RecordScanner:
 
     @property
     def index(self) -> StatedIndex | None:
-        """What the file says that it holds, known before its first record; None if unfinished."""
+        """Stated content, known before the first record; None if unfinished."""
         return self._index
 
     @property
     def offset(self) -> int:
-        """How many bytes were read so far."""
+        """Number of bytes read so far."""
         return self._offset
 
     def records(self) -> Iterator[McapRecord | ChannelMessages]:
@@ -159,7 +159,7 @@ class RecordScanner:
 
         Raises:
             ForeignRecordingError: If it is not an MCAP file.
-            DamagedRecordingError: If it is not complete and unchanged.
+            DamagedRecordingError: If it is incomplete or changed.
         """
         self._check_both_ends()
         while True:
@@ -184,7 +184,7 @@ class RecordScanner:
                     self._check_ending(self._parse(DataEnd, body), checksum)
                     return
                 case _:
-                    raise self._damaged(f"it holds a record of unexpected kind {opcode}")
+                    raise self._damaged(f"it contains a record of unexpected kind {opcode}")
 
     def _check_both_ends(self) -> None:
         if self._size == 0:
@@ -196,14 +196,14 @@ class RecordScanner:
             return
         self._stream.seek(-min(len(MAGIC), self._size), os.SEEK_END)
         if self._size < len(MAGIC) + _TAIL_BYTES or self._stream.read() != MAGIC:
-            finding = "its end is missing; 'slipgrasp recover' keeps what it holds"
+            finding = "its end is missing; 'slipgrasp recover' recovers its content"
             raise self._damaged(finding)
         self._index = self._read_index()
         self._check_unpacked(self._index.unpacked_bytes or 0)
         self._stream.seek(self._offset)
 
     def _read_index(self) -> StatedIndex:
-        """Reads the index first, so that nothing is unpacked of a file that claims too much."""
+        """Reads the index first, so that excessive claims are rejected before decompression."""
         self._stream.seek(self._size - _TAIL_BYTES)
         tail = self._stream.read(_TAIL_BYTES)
         if not tail.startswith(_FOOTER_HEAD):
@@ -213,7 +213,7 @@ class RecordScanner:
         if footer.summary_start < len(MAGIC) or length < 0:
             raise self._damaged("the checksum of its index does not match")
         if length > MAX_SUMMARY_BYTES:
-            raise self._damaged("its index is larger than any that is read")
+            raise self._damaged("its index is too large")
         self._stream.seek(footer.summary_start)
         summary = self._stream.read(length)
         expected = summary_checksum(summary, footer.summary_start, footer.summary_offset_start)
@@ -232,7 +232,7 @@ class RecordScanner:
             if opcode == Opcode.STATISTICS:
                 statistics = self._parse(Statistics, body)
             elif opcode == Opcode.CHUNK_INDEX and length >= _SIZE.size:
-                # The last number of the record, whatever stands before it.
+                # The last number of the record.
                 sizes += _SIZE.unpack_from(body, len(body) - _SIZE.size)
             offset += length
         if statistics is None:
@@ -242,7 +242,9 @@ class RecordScanner:
 
     def _check_unpacked(self, size: int) -> None:
         if size > self._unpacked_left:
-            raise self._damaged(f"{self._size} bytes claim to hold more than {size} unpacked ones")
+            raise self._damaged(
+                f"{self._size} bytes claim to contain more than {size} decompressed ones"
+            )
 
     def _next_record(self) -> tuple[int, bytes]:
         if self._size - self._offset < _RECORD_HEAD.size + self._tail:
@@ -264,7 +266,9 @@ class RecordScanner:
     def _parse(self, kind: type[Record], body: bytes) -> Record:
         self._counts[kind] += 1
         if self._counts[kind] > MAX_RECORDS_PER_KIND and kind is not Chunk:
-            raise self._damaged(f"it holds more {kind.__name__.lower()} records than any recording")
+            raise self._damaged(
+                f"it contains more {kind.__name__.lower()} records than any recording"
+            )
         try:
             return kind.read(ReadDataStream(BytesIO(body)))
         except (McapError, OverflowError, struct.error, ValueError) as error:
@@ -300,11 +304,11 @@ class RecordScanner:
                 break
             offset = end
         if offset != len(data) or self._message_counts.total() == before:
-            raise self._damaged("a chunk does not consist of whole messages")
+            raise self._damaged("a chunk ends within a message")
         yield from blocks.values()
 
     def _take_messages(self, data: bytes, start: int, blocks: dict[int, ChannelMessages]) -> int:
-        """Takes the rows of messages that begin here and are alike; returns where they end."""
+        """Reads a table of similar messages; returns its end."""
         lengths = _row_at(data, start)
         period = sum(lengths)
         rows = _rows_alike(data, start, lengths)
@@ -315,17 +319,17 @@ class RecordScanner:
         return start + len(rows) * period
 
     def _take_block(self, records: NDArray[np.uint8], blocks: dict[int, ChannelMessages]) -> None:
-        """Takes messages of one channel and length, ``(messages, bytes)``."""
+        """Accepts messages of one channel and length, ``(messages, bytes)``."""
         heads = np.ascontiguousarray(records[:, : MESSAGE_HEAD.itemsize]).view(MESSAGE_HEAD)[:, 0]
         channel, count = int(heads["channel"][0]), len(records)
         self._message_counts[channel] += count
         if self._index and self._message_counts[channel] > self._index.message_counts[channel]:
-            raise self._damaged("its messages are not as many as its index says")
+            raise self._damaged("its number of messages differs from its index")
         if not self._is_ours(channel):
             self._num_unwanted += count
-            # A recording of ours shows each sample in two display topics at most.
+            # A recording shows each sample in at most two display topics.
             if self._num_unwanted > MAX_UNWANTED_MESSAGES + self._num_wanted:
-                raise self._damaged("it holds more messages of other programs than are read")
+                raise self._damaged("it contains too many messages of other programs")
             return
         self._num_wanted += count
         if not self._is_wanted(channel):
@@ -342,7 +346,7 @@ class RecordScanner:
     def _decompress(self, chunk: Chunk) -> bytes:
         size = chunk.uncompressed_size
         if size > MAX_CHUNK_BYTES:
-            raise self._damaged(f"a chunk claims {size} bytes, at most {MAX_CHUNK_BYTES} are read")
+            raise self._damaged(f"a chunk claims {size} bytes, more than {MAX_CHUNK_BYTES}")
         self._check_unpacked(size)
         self._unpacked_left -= size
         if chunk.compression == "":
@@ -355,11 +359,11 @@ class RecordScanner:
         except zstandard.ZstdError as error:
             raise self._damaged("a chunk cannot be decompressed") from error
         if len(data) != size:
-            raise self._damaged("a chunk has another size than it claims")
+            raise self._damaged("the size of a chunk differs from its claim")
         return data
 
     def _check_ending(self, data_end: DataEnd, checksum: int) -> None:
-        """Compares checksums, 0 stands for none, and what the index says with what was found."""
+        """Compares checksums (0 means none), and the index with the content."""
         if data_end.data_section_crc not in (0, checksum):
             raise self._damaged("the checksum of its data does not match")
         if self._index is None:
@@ -368,14 +372,14 @@ class RecordScanner:
             raise self._damaged("the checksum of its index does not match")
         has_all = self._has_skipped or self._message_counts == self._index.message_counts
         if not has_all or self._counts[Attachment] != self._index.num_attachments:
-            raise self._damaged("its messages are not as many as its index says")
+            raise self._damaged("its number of messages differs from its index")
 
     def _damaged(self, finding: str) -> DamagedRecordingError:
         return DamagedRecordingError(self._name, finding)
 
 
 def _row_at(data: bytes, start: int) -> list[int]:
-    """Lengths of the message records from here until a channel comes again: a row of them."""
+    """Lengths of the message records until a channel repeats: one row."""
     lengths: list[int] = []
     channels: set[bytes] = set()
     while len(lengths) < _LONGEST_ROW and start + MESSAGE_HEAD.itemsize <= len(data):
@@ -392,10 +396,10 @@ def _row_at(data: bytes, start: int) -> list[int]:
 
 
 def _rows_alike(data: bytes, start: int, lengths: list[int]) -> NDArray[np.uint8]:
-    """All rows from here whose messages have these lengths and the first one's channels.
+    """All following rows whose messages have the same lengths and first channels.
 
-    What a run records of a sample lies together, so that a chunk is mostly one such table;
-    messages one by one take ten times as long to read.
+    The messages of a sample are adjacent, so that most of a chunk is one such table; reading single
+    messages takes ten times as long.
     """
     period = sum(lengths)
     starts = np.cumsum([0, *lengths[:-1]])
@@ -403,7 +407,7 @@ def _rows_alike(data: bytes, start: int, lengths: list[int]) -> NDArray[np.uint8
     count = (len(data) - start) // period
     table = np.frombuffer(data, np.uint8, count * period, start).reshape(count, period)
     alike, step = 1, 1
-    # Only as far ahead as was alike so far: else a change with every row would cost its square.
+    # The look-ahead grows with the table, to avoid quadratic cost if rows change often.
     while alike < count:
         other = np.flatnonzero((table[alike : alike + step, kinds] != table[0, kinds]).any(axis=1))
         if len(other):

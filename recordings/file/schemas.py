@@ -1,9 +1,9 @@
-"""What the messages of a recording look like; every topic follows from a signal of the trace.
+"""Topics and messages of a recording, derived from the signals of the trace.
 
-A topic is a protobuf message type. Its first field is the exact time, then comes one
-field per signal, named like the signal. Every field is written every time and integers
-stay within one byte, so that all messages of a topic have one length and a table of
-samples turns into messages with array operations alone (`slipgrasp.recordings.file.packing`).
+A topic is a protobuf message type. Its first field is the exact time, followed by one field per
+signal, with the signal's name. Every field is always written and integers fit in one byte, so that
+all messages of a topic have the same length and samples are converted with array operations alone
+(`slipgrasp.recordings.file.packing`).
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from slipgrasp.recordings.file.versions import (
 TIME_SIGNAL = SIGNALS[0]
 PACKAGE = "slipgrasp"
 SCHEMA_VERSION = 1
-"""Version of the messages; new fields keep it, a changed meaning of a field would raise it."""
+"""Version of the messages; new fields keep it, a changed meaning raises it."""
 
 HASH_WORDS = HASH_BYTES // 8
 
@@ -41,8 +41,8 @@ class Field:
         name: Name of the field.
         kind: Protobuf type; ``sint32`` only for values that fit one byte (-64 … 63).
         repeated: Whether it is a packed list.
-        text: What it means, with its unit.
-        width: Entries of a list that is always as long; signals have their trace's width.
+        text: Meaning with unit.
+        width: Number of components of a list of fixed length; signals have the width of the trace.
     """
 
     name: str
@@ -54,7 +54,7 @@ class Field:
 
 @dataclass(frozen=True, slots=True)
 class Topic:
-    """One stream of messages of one type.
+    """A stream of messages of one type.
 
     Attributes:
         name: Topic of the channel.
@@ -92,12 +92,12 @@ def _field(signal: Signal, version: int) -> Field:
     kind = "sint32" if signal.holds_phases else "double"
     space = PLANAR if version in PLANAR_FORMATS else SPATIAL
     unit, text = signal.unit_in(space), signal.text_in(space)
-    unit += f"; of slides {signal.slides_unit}" if signal.slides_unit else ""
+    unit += f"; for slides: {signal.slides_unit}" if signal.slides_unit else ""
     return Field(signal.name, kind, signal.per != "", f"{text} [{unit}]" if unit else text)
 
 
 def signals_of(topic: Topic) -> tuple[Signal, ...]:
-    """The signals that a sample topic carries, in the order of its fields."""
+    """The signals of a sample topic, in the order of its fields."""
     by_name = {signal.name: signal for signal in SIGNALS}
     return tuple(by_name[field.name] for field in topic.fields[1:])
 
@@ -108,11 +108,11 @@ def _sample_topics(version: int) -> tuple[Topic, ...]:
 
 
 SAMPLE_TOPICS = _sample_topics(PLANAR_FORMAT)
-"""One message per sample and topic, all at the same times; in every format of the same names."""
+"""One message per sample and topic, with common times; the names are the same in all formats."""
 
 
 def format_of(shape: TraceShape) -> int:
-    """The format in which runs of a shape are written."""
+    """The format for runs of a given shape."""
     return SOFT_FORMAT if shape.soft else FORMATS[shape.space]
 
 
@@ -123,39 +123,39 @@ PHASE_CHANGES = Topic(
         Field("t", "double", False, "Simulation time. [s]"),
         Field("contact", "fixed32", False, "Index of the contact."),
         Field("from_phase", "sint32", False, "0 stick, 1 slip forward, -1 slip backward."),
-        Field("to_phase", "sint32", False, "The phase from then on."),
+        Field("to_phase", "sint32", False, "New phase."),
     ),
 )
 
-_COMMANDS = "Torque that the law asked for, before limits. [N m; of slides N]"
+_COMMANDS = "Torque that the law commanded, before limits. [N m; for slides: N]"
 TICKS = Topic(
     "/slipgrasp/ticks",
     "Tick",
     (
         Field("t", "double", False, "Time of a tick of sampled control. [s]"),
         Field("commands", "double", True, _COMMANDS),
-        Field("estimates", "double", True, "What it believed then."),
-        Field("diagnostics", "double", True, "What a custom law told of itself."),
+        Field("estimates", "double", True, "Estimates at the tick."),
+        Field("diagnostics", "double", True, "Diagnostics of a custom law."),
     ),
 )
-"""One message per tick of sampled control: with them a run is made again without its law."""
+"""One message per tick of sampled control, so that a run can be simulated without its law."""
 
 
 def _checkpoints(version: int) -> Topic:
     fields = (
         Field("t", "double", False, "Time of the last sample so far. [s]"),
-        Field("samples", "fixed32", False, "How many samples there are so far."),
-        Field("phase_changes", "fixed32", False, "How many phase changes there are so far."),
+        Field("samples", "fixed32", False, "Number of samples so far."),
+        Field("phase_changes", "fixed32", False, "Number of phase changes so far."),
         Field("documents_hash", "fixed64", True, "Hash of start and scenario.", HASH_WORDS),
         Field("state_hash", "fixed64", True, "Hash of the run so far.", HASH_WORDS),
     )
     if version >= FIRST_FORMAT_WITH_TICKS:
-        fields += (Field("ticks", "fixed32", False, "How many ticks there are so far."),)
+        fields += (Field("ticks", "fixed32", False, "Number of ticks so far."),)
     return Topic("/slipgrasp/checkpoints", "Checkpoint", fields)
 
 
 CHECKPOINTS = _checkpoints(PLANAR_FORMAT)
-"""One message at the end of every chunk: what proves that a file without an end is whole so far."""
+"""One message at the end of every chunk, which proves that an unfinished file is valid so far."""
 
 
 def own_topics(version: int) -> tuple[Topic, ...]:
@@ -169,7 +169,7 @@ OWN_TOPICS = own_topics(PLANAR_FORMAT)
 
 @cache
 def file_descriptor_set(topic: Topic) -> bytes:
-    """The protobuf schema of a topic, as MCAP wants it: a serialised FileDescriptorSet."""
+    """The protobuf schema of a topic as in MCAP: a serialised FileDescriptorSet."""
     from google.protobuf.descriptor_pb2 import FieldDescriptorProto, FileDescriptorSet
 
     types = {

@@ -1,8 +1,8 @@
-"""Some signals of a segment of a recording, without unpacking the rest of it.
+"""Reads some signals of a time range of a recording, without decompressing the rest.
 
-Every byte is read and compared with the checksum of the file, and what is unpacked with that of
-its chunk. What only a whole run can show, its hash and whether ending and metrics follow from its
-samples, is left to `slipgrasp.recordings.file.reader.read_recording`.
+Every byte is compared with the checksum of the file, and decompressed chunks with their checksum.
+Checks that need the whole run (its hash, and whether ending and metrics agree with its samples) are
+in `slipgrasp.recordings.file.reader.read_recording`.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class Segment:
     """Signals and times to read from a recording.
 
     Attributes:
-        signals: Signals of the trace by name; the times come with them in any case.
+        signals: Signals of the trace by name; times are always included.
         start: First time [s].
         end: Last time [s].
     """
@@ -43,16 +43,16 @@ class Segment:
     end: float = math.inf
 
     def may_be_in(self, chunk: Chunk) -> bool:
-        """Whether a chunk may hold samples of it; its own times are whole nanoseconds."""
+        """Whether a chunk may contain samples of the range; chunk times are integer nanoseconds."""
         first, last = chunk.message_start_time, chunk.message_end_time
         return last >= self.start * _NANOSECONDS - 1.0 and first <= self.end * _NANOSECONDS + 1.0
 
 
 def read_outline(path: str | PathLike[str]) -> Trace:
-    """A trace without rows, of the shape and with the signals that a recording has.
+    """A trace without rows, with the shape and signals of a recording.
 
     Raises:
-        RecordingError: As `read_recording`, if not even its beginning can be read.
+        RecordingError: As in `read_recording`, if its start cannot be read.
     """
     with open_recording(path) as stream:
         shape, version = Reading(stream, str(path)).outline()
@@ -66,25 +66,25 @@ def read_segment(
     segment: Segment,
     should_stop: Callable[[], bool] = lambda: False,
 ) -> Trace:
-    """Reads some signals of a segment of a recording.
+    """Reads some signals of a time range of a recording.
 
     Args:
         path: The MCAP file.
         segment: Signals and times.
-        should_stop: Asked again and again whether nobody needs it any more.
+        should_stop: Called repeatedly; True stops the reading.
 
     Returns:
-        The trace from the first to the last time, in which all other signals are absent.
+        The trace from the first to the last time, without the other signals.
 
     Raises:
-        RecordingError: If it cannot be read, or its checksums do not fit.
+        RecordingError: If it cannot be read, or a checksum does not match.
     """
     with open_recording(path) as stream:
         return _SegmentReading(stream, str(path), segment).contents(should_stop).trace()
 
 
 class _SegmentReading(Reading):
-    """One pass through a file that keeps a part of it."""
+    """One pass through a file that retains part of it."""
 
     def __init__(self, stream: BinaryIO, name: str, segment: Segment) -> None:
         super().__init__(stream, name, is_needed=segment.may_be_in)
@@ -94,13 +94,13 @@ class _SegmentReading(Reading):
     def _columns_for(self, topic: Topic, layout: MessageLayout) -> TopicColumns:
         wanted = self._segment.signals - {TIME_SIGNAL.name}
         kept = [field.name for field in topic.fields if field.name in wanted]
-        # Every topic of samples has their times; where no other signal is read, the first will do.
+        # Every sample topic has the times; if no other signal is read, the first one is used.
         has_times = kept or (not wanted and topic.name == SAMPLE_TOPICS[0].name)
         return TopicColumns(layout, [_TIME_FIELD, *kept] if has_times else ())
 
     def _take_messages(self, messages: ChannelMessages) -> None:
         self._check_amount()
-        # Those of chunks that were left out are missing before them.
+        # Samples of skipped chunks are missing before these.
         self._check_order(messages, max(messages.sequences[0], self._next[messages.channel]))
         self._next[messages.channel] = messages.sequences[-1] + 1
         columns = self._channels[messages.channel]

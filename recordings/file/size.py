@@ -1,4 +1,4 @@
-"""How much memory a run takes, found without reading its samples."""
+"""Memory of a run, determined without reading its samples."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from slipgrasp.recordings.file.versions import FIRST_FORMAT_WITH_STEP_METRICS
 _NUMBER = 8
 _UNPACKED_PER_BYTE = 6
 _PHASE_CHANGE = 700
-"""A phase change with its place in a summary [bytes]."""
+"""Memory of a phase change and its entry in a summary [bytes]."""
 
 
 @dataclass(frozen=True, slots=True)
 class RecordingSize:
-    """How much a run holds.
+    """Numbers of samples, ticks and phase changes of a run.
 
     Attributes:
         shape: Shape of its trace.
-        samples: Samples of the trace.
-        ticks: Ticks of sampled control.
-        phase_changes: Phase changes.
-        has_all_metrics: Whether its file states all metrics; else they follow from its samples.
+        samples: Number of samples of the trace.
+        ticks: Number of ticks of sampled control.
+        phase_changes: Number of phase changes.
+        has_all_metrics: Whether its file contains all metrics; otherwise they follow from samples.
     """
 
     shape: TraceShape
@@ -39,7 +39,7 @@ class RecordingSize:
 
     @property
     def num_bytes(self) -> int:
-        """Memory of all of it."""
+        """Memory of everything [bytes]."""
         numbers = self.samples * self.shape.num_columns + self.ticks * Ticks.num_columns(self.shape)
         return _NUMBER * numbers + _PHASE_CHANGE * self.phase_changes
 
@@ -52,16 +52,16 @@ def size_of_run(run: RunResult) -> int:
 
 
 def read_size(path: str | PathLike[str], *, unfinished: bool = False) -> RecordingSize:
-    """Size of the run in a recording, as its index states it; one chunk is unpacked at most.
+    """Size of the run in a recording, from its index; at most one chunk is decompressed.
 
     Args:
         path: The MCAP file.
-        unfinished: Whether it may end anywhere. Then it states nothing, and is taken for as well
-            packed as a hand at rest.
+        unfinished: Whether it may be incomplete. Without an index, the compression ratio of a hand
+            at rest is assumed.
 
     Raises:
-        RecordingError: As `slipgrasp.recordings.file.reader.read_recording`, if not even its
-            beginning can be read.
+        RecordingError: As in `slipgrasp.recordings.file.reader.read_recording`, if its start cannot
+            be read.
     """
     with open_recording(path) as stream:
         if unfinished:

@@ -1,8 +1,8 @@
-"""The hash of what happened in a run: of every bit of its samples, phase changes and ticks.
+"""Hash of every bit of the samples, phase changes and ticks of a run.
 
-It grows with the run, so that a recording can state it after every chunk, and does not
-depend on how the samples came in pieces. Scenario, versions and container have no part in
-it: runs with equal hashes are equal, wherever they are kept.
+It grows with the run, so that a recording can contain it after every chunk, and does not depend on
+the division into chunks. It excludes scenario, versions and container: runs with equal hashes are
+equal, wherever they are stored.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ class StateHash:
     """The hash of the samples, phase changes and ticks added so far.
 
     Args:
-        format_version: Of the recording that states it.
+        format_version: Format of the recording.
     """
 
     def __init__(self, format_version: int = FORMAT_VERSION) -> None:
@@ -44,7 +44,7 @@ class StateHash:
         self._ticks = hashlib.sha256() if format_version >= FIRST_FORMAT_WITH_TICKS else None
 
     def add_samples(self, rows: NDArray[np.float64]) -> None:
-        """Adds samples as `slipgrasp.core.trace.trace.Trace.to_rows` gives them."""
+        """Adds samples in the form of `slipgrasp.core.trace.trace.Trace.to_rows`."""
         self._samples.update(np.ascontiguousarray(rows, dtype="<f8").data)
 
     def add_phase_changes(self, changes: Iterable[PhaseChange]) -> None:
@@ -54,12 +54,12 @@ class StateHash:
             self._changes.update(_CHANGE.pack(change.time, change.contact, *phases))
 
     def add_ticks(self, rows: NDArray[np.float64]) -> None:
-        """Adds ticks as `slipgrasp.core.trace.ticks.Ticks.to_rows` gives them."""
+        """Adds ticks in the form of `slipgrasp.core.trace.ticks.Ticks.to_rows`."""
         if self._ticks is not None:
             self._ticks.update(np.ascontiguousarray(rows, dtype="<f8").data)
 
     def digest(self) -> bytes:
-        """The hash so far, `HASH_BYTES` long."""
+        """The hash so far, `HASH_BYTES` bytes."""
         ticks = () if self._ticks is None else (self._ticks.digest(),)
         return digest_of(self._samples.digest(), self._changes.digest(), *ticks)
 
@@ -75,7 +75,7 @@ def state_hash(result: RunResult) -> str:
 
 
 def digest_of(*parts: bytes) -> bytes:
-    """The hash of several pieces of data, separated by their lengths."""
+    """Hash of several pieces of data, separated by their lengths."""
     digest = hashlib.blake2b(digest_size=HASH_BYTES)
     for part in parts:
         digest.update(len(part).to_bytes(8, "little"))

@@ -1,4 +1,4 @@
-"""Version of the file format that every recording carries."""
+"""Versions of the file format."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ FORMAT_VERSION = max(PLANAR_FORMAT, SPATIAL_FORMAT, SOFT_FORMAT)
 """The newest that is read."""
 
 FIRST_FORMAT_WITH_SHA256 = 3
-"""Samples were hashed with BLAKE2b before, which takes longer where processors have SHA-256."""
+"""Earlier formats hashed samples with BLAKE2b, which is slower on processors with SHA-256."""
 
 FIRST_FORMAT_WITH_TICKS = 5
-"""What the law answered at every tick was not recorded before."""
+"""Earlier formats did not include the commands of the law."""
 
 FIRST_FORMAT_WITH_STEP_METRICS = 7
-"""Metrics were those of the samples before; they now count what happened between these too."""
+"""Earlier formats computed metrics from samples; now they include events between samples."""
 
 FIRST_FORMAT_WITH = {
     "external_wrench": 4,
@@ -36,7 +36,7 @@ FIRST_FORMAT_WITH = {
     "commanded_torque": 5,
     "diagnostics": 5,
 }
-"""Signals and metrics that not every format holds, and since when.
+"""Signals and metrics that older formats lack, and their first format.
 
-In the trace of an older file such a signal is absent; such a metric is computed from the samples.
+In the trace of an older file such a signal is absent; such a metric is computed from samples.
 """

@@ -1,1 +1,1 @@
-"""Fits as files: every run a row of a study, a journal to continue after a kill."""
+"""Fits as files: every run in a study, and a journal for continuation after a kill."""

@@ -1,8 +1,8 @@
-"""The journal of a fit: the results of its runs, from which a fit that was killed continues.
+"""Journal of a fit: results of its runs, from which an interrupted fit continues.
 
-A fit asks for the same runs in the same order whenever it is made, so one that starts again finds
-those that were simulated in its journal, and ends with the same bits. Once the fit is complete
-its runs are written as a study, and the journal is deleted.
+A fit always requests the same runs in the same order, so that a restarted fit finds simulated runs
+in its journal, and ends with the same bits. When the fit is complete, its runs are written as a
+study, and the journal is deleted.
 """
 
 from __future__ import annotations
@@ -38,17 +38,17 @@ SYNC_INTERVAL = 1.0
 
 
 class Journal:
-    """The sampled signals of the runs of a fit, by their parameters, in a file that grows.
+    """Sampled signals of the runs of a fit by parameters, in a file that grows.
 
     Args:
-        path: The file; what a killed process left of the same fit is continued.
+        path: The file; an unfinished file of the same fit is continued.
         fit: Digest of the fit.
 
     Attributes:
         rows: Rows of a study, one per run of the fit itself, in order.
 
     Raises:
-        RecordingBusyError: If another process writes it, or it is that of another fit.
+        RecordingBusyError: If another process writes it, or it belongs to another fit.
         RecordingWriteError: If it cannot be written.
     """
 
@@ -64,7 +64,7 @@ class Journal:
             self._stream = os.fdopen(os.open(self._path, os.O_RDWR | os.O_CREAT, 0o666), "r+b")
             if not try_lock(self._stream):
                 self._stream.close()
-                raise RecordingBusyError(self._path, "another fit is writing it right now")
+                raise RecordingBusyError(self._path, "another fit is writing it")
             try:
                 self._read()
             except BaseException:
@@ -83,11 +83,11 @@ class Journal:
         self._stream.close()
 
     def delete(self) -> None:
-        """Removes the file, once its runs are written elsewhere."""
+        """Deletes the file, after its runs are written elsewhere."""
         self._path.unlink(missing_ok=True)
 
     def _read(self) -> None:
-        """Finds what is there, up to the first line that is not whole."""
+        """Reads existing entries, up to the first incomplete line."""
         whole = 0
         for line in self._stream:
             entry = _parse(line)
@@ -106,7 +106,7 @@ class Journal:
     def _check(self, head: dict[str, Any]) -> None:
         if head.get("fit") != self._fit:
             cause = (
-                f"'{self._path.name}' is left of another fit; give another --output, or replace it "
+                f"'{self._path.name}' belongs to another fit; give another --output, or replace it "
                 "with --force"
             )
             raise RecordingBusyError(self._path, cause)
@@ -129,7 +129,7 @@ class Journal:
         return place
 
     def find(self, key: str) -> Floats | None:
-        """The sampled signals of a run that was simulated; None if it was not."""
+        """The sampled signals of a simulated run; None if it was not simulated."""
         place = self._places.get(key)
         if place is None:
             return None
@@ -141,9 +141,9 @@ class Journal:
         """Appends a run.
 
         Args:
-            key: Its parameters.
-            sampled: Its sampled signals.
-            row: Its row of a study; None for twins, and where no run is allowed.
+            key: Parameters of the run.
+            sampled: Sampled signals.
+            row: Row of a study; None for twins, and for runs that are not allowed.
         """
         text = None if row is None else encode_row(row).decode()
         data = base64.b64encode(np.ascontiguousarray(sampled, "<f8").tobytes()).decode()
@@ -158,7 +158,7 @@ class Journal:
 
 
 class JournaledRuns:
-    """Simulates what the journal lacks.
+    """Simulates runs that the journal lacks.
 
     Args:
         journal: The journal.
@@ -172,7 +172,7 @@ class JournaledRuns:
         self._should_stop = should_stop
 
     def __call__(self, problem: FitProblem, values: tuple[float, ...]) -> Floats:
-        """The sampled signals at values of the parameters; NaN where no run is allowed."""
+        """The sampled signals for values of the parameters; NaN if the run is not allowed."""
         keys = [parameter.key for parameter in problem.parameters]
         key = json.dumps([self._as_rows, dict(zip(keys, values, strict=True))])
         found = self._journal.find(key)
@@ -208,7 +208,7 @@ class JournaledRuns:
 
 
 class FitStoppedError(Exception):
-    """The fit was stopped; the same fit continues it.
+    """The fit was stopped and can be continued.
 
     Attributes:
         runs: Number of runs so far.
@@ -220,7 +220,7 @@ class FitStoppedError(Exception):
 
 
 def _parse(line: bytes) -> dict[str, Any] | None:
-    """An entry; None if the line was not written to its end."""
+    """An entry; None if the line is incomplete."""
     try:
         return json.loads(line) if line.endswith(b"\n") else None
     except ValueError:

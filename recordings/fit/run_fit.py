@@ -1,4 +1,4 @@
-"""A fit from recordings to files: the study of its runs, and its report."""
+"""Runs a fit from recordings to files: the study of its runs, and its report."""
 
 from __future__ import annotations
 
@@ -33,11 +33,11 @@ JOURNAL_SUFFIX = ".journal"
 
 
 def read_observations(path: str | PathLike[str], noise: Mapping[str, float]) -> Observations:
-    """The signals to fit, of measured data or of a run.
+    """Signals to fit, from measured data or a run.
 
     Args:
         path: A recording.
-        noise: Name of a signal or column to the standard deviation of its noise, in its unit.
+        noise: Standard deviation of the noise, in its unit, by name of a signal or column.
 
     Raises:
         FitError: If a signal was not measured.
@@ -59,7 +59,7 @@ def read_observations(path: str | PathLike[str], noise: Mapping[str, float]) -> 
 
 
 def report_path(path: Path) -> Path:
-    """Where the report of a fit lies beside the study of its runs."""
+    """Path of the report of a fit, in the folder of its study."""
     return path.with_suffix(".json")
 
 
@@ -73,9 +73,9 @@ def run_fit(
     should_stop: Callable[[], bool] = lambda: False,
     also_write: Callable[[FitReport], None] = lambda report: None,
 ) -> FitReport:
-    """Fits, and writes every run as a row of a study, and the report as JSON beside it.
+    """Fits, and writes every run to a study, and the report as JSON.
 
-    What a killed process left of the same fit is continued, with the same result.
+    An interrupted fit is continued with the same result.
 
     Args:
         problem: Scenario, free parameters and data.
@@ -89,7 +89,7 @@ def run_fit(
     Raises:
         FitError: If the fit is not possible.
         FitStoppedError: If it was stopped.
-        RecordingError: If a file is in the way, or cannot be written.
+        RecordingError: If a file exists, or cannot be written.
     """
     options, file = options or FitOptions(), Path(path)
     journal_path = file.with_name(file.name + JOURNAL_SUFFIX)
@@ -97,7 +97,7 @@ def run_fit(
     is_begun = journal_path.exists() and _is_of(journal_path, digest)
     if overwrite and journal_path.exists() and not is_begun:
         journal_path.unlink()
-    # A fit that was killed while its files were written finds some of them.
+    # A fit that was killed while writing its files finds some of them.
     overwrite |= is_begun
     for target in (file, report_path(file)):
         if target.exists() and not overwrite:
@@ -121,7 +121,7 @@ def write_report(report: FitReport, path: Path, *, overwrite: bool = False) -> N
     """Writes the report of a fit as JSON.
 
     Raises:
-        RecordingError: If the file is in the way, or cannot be written.
+        RecordingError: If the file exists, or cannot be written.
     """
     text = json.dumps(report.to_mapping(), ensure_ascii=False, allow_nan=False, indent=1)
     with atomic_file(path, overwrite=overwrite) as stream:
@@ -143,7 +143,7 @@ def _write_study(
         title=f"Fit of {', '.join(parameter.key for parameter in problem.parameters)}"[:200],
     )
     with StudyWriter(path, study, overwrite=overwrite) as writer:
-        # What was written before a kill is there already.
+        # Files written before a kill exist already.
         for start in range(writer.num_rows, len(rows), 20):
             writer.add(rows[start : start + 20])
         outcomes = Counter(row.outcome.value for row in rows)

@@ -1,1 +1,1 @@
-"""Measured data as recordings: what a sensor gave, without a simulation."""
+"""Recordings of measured data."""

@@ -1,6 +1,6 @@
-"""From a table of measured values (CSV) to a measured recording, block by block.
+"""Imports a table of measured values (CSV) as a recording, block by block.
 
-A table of any length takes the memory of one block, and of the gaps that are listed.
+Memory is needed for one block and the listed gaps, for a table of any length.
 """
 
 from __future__ import annotations
@@ -36,12 +36,12 @@ if TYPE_CHECKING:
     import pyarrow
 
 MAX_NUMBERS = 40_000_000
-"""Numbers of a recording, samples times signals and time: 320 MB once it is read."""
+"""Largest number of values of a recording, samples times signals and time: 320 MB in memory."""
 
 MAX_TIME = 1e6
 BLOCK_BYTES = 1 << 20
 GAP_PERIODS = 2.5
-"""Intervals longer than this many periods are gaps, unless another limit is given."""
+"""Number of periods after which an interval is a gap, by default."""
 
 Rows = NDArray[np.int64]
 
@@ -52,16 +52,16 @@ _TITLE_LENGTH = 200
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ImportOptions:
-    """How a table is read.
+    """Options for reading a table.
 
     Attributes:
-        mapping: Name of a signal, or ``t``, to a column of the table; after a colon its unit.
+        mapping: Columns of the table by name of a signal or ``t``; with a unit after a colon.
         rate: Sampling rate of a table without a column of times [Hz].
         start: Time of the first sample [s]; as in the table if None.
-        every: Only every so many samples are kept.
+        every: Use only every Nth sample.
         longest_interval: Longer intervals are gaps [s]; 2.5 periods if None.
-        skip_missing: Whether rows with missing values are left out, instead of refused.
-        title: What was measured.
+        skip_missing: Whether to skip rows with missing values instead of rejecting the table.
+        title: Title of the recording.
     """
 
     mapping: Mapping[str, str]
@@ -75,7 +75,7 @@ class ImportOptions:
 
 @dataclass(frozen=True, slots=True)
 class _Source:
-    """A column of the table: what it becomes, and the factor to its SI unit."""
+    """A column of the table: its signal, and the factor to its SI unit."""
 
     name: str
     header: str
@@ -92,16 +92,16 @@ class _Source:
 def import_csv(
     source: str | Path, target: Path, options: ImportOptions, *, overwrite: bool = False
 ) -> MeasuredOutline:
-    """Makes a measured recording of a table with a header line.
+    """Imports a table with a header line as a recording.
 
     Args:
         source: The table; columns are separated by commas, semicolons or tabs.
         target: The recording to write.
-        options: How it is read.
-        overwrite: Whether an existing recording is replaced.
+        options: Options for reading it.
+        overwrite: Whether to replace an existing recording.
 
     Raises:
-        ImportDataError: Naming what is wrong with the table or the options, and the remedy.
+        ImportDataError: If the table or an option is invalid; the message contains the remedy.
         RecordingError: If the recording cannot be written.
     """
     path = Path(source)
@@ -144,7 +144,7 @@ def _check_options(options: ImportOptions) -> None:
 
 @dataclass(frozen=True, slots=True)
 class _Table:
-    """A table: its file, what separates its columns, and their names with spaces around them."""
+    """A table: its file, separator, and column names including surrounding spaces."""
 
     path: Path
     delimiter: str
@@ -170,13 +170,13 @@ class _Table:
         return cls(path, delimiter, tuple(headers))
 
     def sources(self, mapping: Mapping[str, str]) -> list[_Source]:
-        """The columns to read: the time first, if there is one."""
+        """The columns to read: the time first, if any."""
         names = [name.strip() for name in self.headers]
         ordered = sorted(mapping, key=lambda name: name != TIME_COLUMN)
         return [_source(name, mapping[name], names) for name in ordered]
 
     def raw_name(self, header: str) -> str:
-        """The name of a column with the spaces around it."""
+        """The name of a column including surrounding spaces."""
         return next(name for name in self.headers if name.strip() == header)
 
 
@@ -204,9 +204,9 @@ def _source(name: str, text: str, headers: Sequence[str]) -> _Source:
 def _blocks(
     table: _Table, sources: Sequence[_Source], options: ImportOptions
 ) -> Iterator[tuple[Rows, Floats]]:
-    """SI values of the mapped columns, block by block, each with the numbers of its rows.
+    """SI values of the mapped columns, block by block, with the row numbers.
 
-    Rows are counted from 2, as spreadsheets count them: the header is row 1.
+    Row numbers start at 2, as in spreadsheets: the header is row 1.
     """
     import pyarrow
     from pyarrow import csv as arrow_csv
@@ -241,7 +241,7 @@ def _blocks(
 
 
 def _numbers(column: pyarrow.Array, source: _Source, first_row: int) -> Floats:
-    """Text as numbers; NaN where there is none."""
+    """Parses text as numbers; NaN if empty."""
     import pyarrow
     from pyarrow import compute
 
@@ -270,15 +270,15 @@ def _is_number(text: str) -> bool:
 def _kept(
     block: Floats, rows: Rows, sources: Sequence[_Source], options: ImportOptions
 ) -> NDArray[np.bool_]:
-    """Which rows to keep; rows without all values are refused, or left out on request."""
+    """Selects rows; incomplete rows are rejected, or skipped on request."""
     finite = np.isfinite(block)
     if not finite.all() and not options.skip_missing:
         place, column = np.argwhere(~finite)[0]
         source, value = sources[column], block[place, column]
         found = "no value" if math.isnan(value) else f"{value:g}"
         raise ImportDataError(
-            f"row {rows[place]}, column '{source.header}' ({source.name}) holds {found}; every "
-            "value must be a finite number; --skip-missing leaves such rows out and marks the gaps"
+            f"row {rows[place]}, column '{source.header}' ({source.name}) contains {found}; every "
+            "value must be a finite number; --skip-missing skips such rows and marks the gaps"
         )
     return finite.all(axis=1) & ((rows - _FIRST_ROW) % options.every == 0)
 
@@ -287,14 +287,15 @@ def _check_amount(samples: int, width: int) -> None:
     if samples * width > MAX_NUMBERS:
         most = MAX_NUMBERS // width
         raise ImportDataError(
-            f"the table has more than {most} samples of {width - 1} signals; a recording holds "
-            f"{MAX_NUMBERS} numbers; keep fewer with --every N, map fewer signals, or split it"
+            f"the table has more than {most} samples of {width - 1} signals; a recording can have "
+            f"{MAX_NUMBERS} numbers; use fewer with --every N, map fewer signals, or split the "
+            "table"
         )
 
 
 @dataclass(slots=True)
 class _Sizes:
-    """The largest absolute value of every signal so far."""
+    """Largest absolute value of every signal so far."""
 
     sources: Sequence[_Source]
     largest: Floats = field(default_factory=lambda: np.zeros(0))
@@ -310,7 +311,7 @@ class _Sizes:
 
 
 class _Clock:
-    """Times of the samples: checked to increase, and searched for gaps."""
+    """Times of the samples: checks that they increase, and finds gaps."""
 
     def __init__(self, options: ImportOptions, sources: Sequence[_Source]) -> None:
         self._options = options
@@ -328,7 +329,7 @@ class _Clock:
         """The times of the samples of a block [s].
 
         Raises:
-            ImportDataError: If they do not increase, or are beyond their limits.
+            ImportDataError: If they do not increase, or exceed their limits.
         """
         times = self._times(block, rows)
         joined = np.concatenate([[self._last], times]) if self.samples else times
@@ -382,7 +383,7 @@ class _Clock:
             self._range = min(low, float(usual_ones.min())), max(high, float(usual_ones.max()))
 
     def sampling(self) -> Sampling:
-        """When the samples were taken.
+        """The sampling of the data.
 
         Raises:
             ImportDataError: If there are fewer than two.

@@ -1,7 +1,7 @@
-"""Measured recordings and their files: one MCAP topic with a number per signal.
+"""Recordings of measured data and their files: one MCAP topic with a number per signal.
 
-The file has the container, the message layout and the checksums of recorded runs, and a profile
-of its own. It has no scenario: nothing was simulated.
+The file has the container, message layout and checksums of recorded runs, but a separate profile.
+It has no scenario, because nothing is simulated.
 """
 
 from __future__ import annotations
@@ -38,19 +38,19 @@ MEASURED_STOP = "slipgrasp/measured/stop"
 MEASURED_TOPIC = "/slipgrasp/measured"
 ROWS_PER_CHUNK = 4096
 MAX_GAPS = 1000
-"""Gaps that are listed; of more, only their number is kept."""
+"""Largest number of listed gaps; beyond it, gaps are only counted."""
 
 _CHANNEL = 1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MeasuredColumn:
-    """A signal that was measured.
+    """A measured signal.
 
     Attributes:
         name: Name of the same column of a run, such as ``slip_0``.
         unit: SI unit.
-        source: The column of the table that it was read from, with its unit.
+        source: The original column of the table, with its unit.
     """
 
     name: str
@@ -60,14 +60,14 @@ class MeasuredColumn:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sampling:
-    """When the samples were taken.
+    """Times of the samples.
 
     Attributes:
         samples: Number of samples.
         start: Time of the first one [s].
         end: Time of the last one [s].
-        period: Usual time between samples [s].
-        even: Whether all intervals but the gaps are within 10 % of the period.
+        period: Median time between samples [s].
+        even: Whether all intervals except gaps are within 10 % of the period.
         num_gaps: Number of gaps: intervals longer than a limit.
         gaps: Start and end of each [s]; the first 1 000.
     """
@@ -82,7 +82,7 @@ class Sampling:
 
     @property
     def text(self) -> str:
-        """The sampling in words."""
+        """Description of the sampling."""
         rate = f"at {1.0 / self.period:.6g} Hz" if self.even else "unevenly sampled"
         gaps = f", {self.num_gaps} gap{'s' if self.num_gaps != 1 else ''}" if self.num_gaps else ""
         return f"{self.samples} samples {rate} from {self.start:.6g} to {self.end:.6g} s{gaps}"
@@ -90,12 +90,12 @@ class Sampling:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MeasuredOutline:
-    """A measured recording without its samples.
+    """A recording of measured data without its samples.
 
     Attributes:
-        title: What was measured.
+        title: Title of the recording.
         columns: The signals.
-        sampling: When the samples were taken.
+        sampling: Times of the samples.
     """
 
     title: str
@@ -131,7 +131,7 @@ class MeasuredRecording:
         """The values of a signal.
 
         Raises:
-            KeyError: If it was not measured.
+            KeyError: If the signal was not measured.
         """
         names = [column.name for column in self.outline.columns]
         if name not in names:
@@ -140,11 +140,11 @@ class MeasuredRecording:
 
 
 class MeasuredWriter:
-    """Writes a measured recording block by block.
+    """Writes a recording of measured data block by block.
 
     Args:
-        stream: Where it goes.
-        title: What was measured.
+        stream: Output stream.
+        title: Title of the recording.
         columns: The signals.
     """
 
@@ -193,7 +193,7 @@ class MeasuredWriter:
         self._container.add_chunk(records.tobytes(), [block])
 
     def finish(self, sampling: Sampling) -> None:
-        """Writes when the samples were taken, and the index."""
+        """Writes the sampling and the index."""
         self._container.add_metadata(MEASURED_STOP, {"sampling": _json(asdict(sampling))})
         self._container.finish()
 
@@ -207,10 +207,10 @@ def _layout(columns: Sequence[MeasuredColumn]) -> MessageLayout:
 
 
 def is_measured(path: str | PathLike[str]) -> bool:
-    """True if a file is a measured recording; other kinds, and damaged files, are not.
+    """Whether a file is a recording of measured data; False for other and damaged files.
 
     Raises:
-        RecordingError: If it is missing, or no MCAP file.
+        RecordingError: If it is missing, or not an MCAP file.
     """
     with open_recording(path) as stream:
         header = next(RecordScanner(stream, str(path), lambda channel: False).records())
@@ -218,20 +218,20 @@ def is_measured(path: str | PathLike[str]) -> bool:
 
 
 def read_measured(path: str | PathLike[str]) -> MeasuredRecording:
-    """Reads a measured recording.
+    """Reads a recording of measured data.
 
     Raises:
-        RecordingError: If it is missing, damaged, or no measured recording.
+        RecordingError: If it is missing, damaged, or not a recording of measured data.
     """
     with _reading(path, with_samples=True) as reading:
         return reading.recording()
 
 
 def read_outline(path: str | PathLike[str]) -> MeasuredOutline:
-    """Reads title, signals and sampling of a measured recording, and skips its samples.
+    """Reads title, signals and sampling of measured data, and skips the samples.
 
     Raises:
-        RecordingError: If it is missing, damaged, or no measured recording.
+        RecordingError: If it is missing, damaged, or not a recording of measured data.
     """
     with _reading(path, with_samples=False) as reading:
         return reading.outline()
@@ -264,7 +264,7 @@ class _Reading:
         records = scanner.records()
         header = next(records)
         if not isinstance(header, Header) or header.profile != MEASURED_PROFILE:
-            raise ForeignRecordingError(name, "it holds no measured data")
+            raise ForeignRecordingError(name, "it contains no measured data")
         for record in records:
             self._take(record)
 
@@ -303,13 +303,13 @@ class _Reading:
         return MeasuredOutline(title=title, columns=self._columns, sampling=sampling)
 
     def recording(self) -> MeasuredRecording:
-        """All of it."""
+        """The complete recording."""
         outline = self.outline()
         names = [TIME_COLUMN, *(column.name for column in outline.columns)]
         empty: list[Any] = [np.empty(0)]
         parts = [np.concatenate([b[name] for b in self._blocks] or empty) for name in names]
         if len(parts[0]) != outline.sampling.samples or not np.isfinite(parts).all():
-            raise self._damaged("it does not hold the samples that it states")
+            raise self._damaged("its number of samples differs from its statement")
         if not (np.diff(parts[0]) > 0.0).all():
             raise self._damaged("its times do not increase")
         return MeasuredRecording(outline=outline, times=parts[0], values=np.stack(parts[1:], 1))

@@ -1,4 +1,4 @@
-"""Measured recordings as tables of other programs: CSV, Parquet, NPZ."""
+"""Export of measured data as tables: CSV, Parquet, NPZ."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ ROWS_AT_ONCE = 1000
 
 
 def write_measured_csv(recording: MeasuredRecording, stream: BinaryIO) -> None:
-    """Writes comma-separated values, SI units; numbers read back to the same bits."""
+    """Writes comma-separated values in SI units; numbers read back to the same bits."""
     text = codecs.getwriter("utf-8")(stream)
     text.write(",".join(_units(recording)) + "\n")
     for start in range(0, len(recording.times), ROWS_AT_ONCE):
@@ -57,4 +57,4 @@ MEASURED_TABLES: dict[str, Callable[[MeasuredRecording, BinaryIO], None]] = {
     "parquet": write_measured_parquet,
     "npz": write_measured_npz,
 }
-"""The writers of measured recordings by the name of the export format."""
+"""Writers of measured data by name of the export format."""

@@ -1,4 +1,4 @@
-"""Units of measured columns, and the sizes from which a value without a unit is doubted."""
+"""Units of measured columns, and plausibility limits of values without units."""
 
 from __future__ import annotations
 
@@ -21,25 +21,25 @@ _PER_SECOND = {"m/s": _LENGTHS, "rad/s": _ANGLES}
 _PER_SECOND_SQUARED = {"m/s²": _LENGTHS, "rad/s²": _ANGLES}
 
 _LARGEST = {"m": 5.0, "rad": 12.6, "N": 1e4, "N m": 1e3, "m/s": 50.0}
-"""Sizes beyond which a value without a unit is doubted, by SI unit."""
+"""Values above which a missing unit is suspicious, by SI unit."""
 
 _LARGEST_SLIP = 0.5
-"""The same of slips [m]."""
+"""The same for slips [m]."""
 
 LONGEST_INTERVAL = 1.0
-"""Longest usual time between samples [s]; times in ms have longer ones."""
+"""Longest plausible time between samples [s]; times in ms exceed it."""
 
 _SMALLER = {"m": "mm", "rad": "deg", "N": "mN", "N m": "mN m", "m/s": "mm/s", "s": "ms"}
 _MEASURABLE = ("object", "contacts", "joints")
 
 
 class ImportDataError(RecordingError):
-    """Measured data that cannot be imported; the sentence names field, value, limit and remedy."""
+    """Measured data that cannot be imported; the message names field, value, limit and remedy."""
 
 
 @cache
 def factors_of(unit: str) -> dict[str, float]:
-    """Spellings of a unit, and what a value in each is multiplied by to be in the SI unit.
+    """Spellings of a unit, with their factors to the SI unit.
 
     Args:
         unit: The SI unit.
@@ -66,10 +66,10 @@ def unit_of_header(header: str, units: Iterable[str]) -> str:
 
     Args:
         header: The name of a column of a table.
-        units: SI units that it may have.
+        units: Possible SI units.
 
     Returns:
-        The spelling as `factors_of` has it, empty if the header has none.
+        The spelling as in `factors_of`, empty if the header has no unit.
     """
     bracketed = re.search(r"[\[(]([^\])]+)[\])]\s*$", header)
     for unit in units:
@@ -83,18 +83,18 @@ def unit_of_header(header: str, units: Iterable[str]) -> str:
 
 
 def units_of_signal(name: str) -> tuple[str, ...]:
-    """SI units that a measured signal may have; slides measure in m where links do in rad.
+    """Possible SI units of a measured signal; prismatic joints use m, revolute joints rad.
 
     Args:
         name: Name of a column of runs, such as ``slip_0`` or ``joint_position_1_0``.
 
     Raises:
-        ImportDataError: If no run has such a column.
+        ImportDataError: If runs have no such column.
     """
     known = _measurable()
     if name not in known:
         message = (
-            f"--map: '{name[:60]}' is no signal{nearest(name, known)}; signals are named like "
+            f"--map: '{name[:60]}' is not a signal{nearest(name, known)}; signals are named like "
             "x, y, theta, slip_0, normal_force_0, joint_position_0_1, torque_0_1 (docs/fit.md)"
         )
         raise ImportDataError(message)
@@ -117,16 +117,16 @@ def _measurable() -> dict[str, tuple[str, ...]]:
 
 
 def check_size(name: str, header: str, unit: str, largest: float) -> None:
-    """Doubts a column without a stated unit whose values are too large for its SI unit.
+    """Rejects a column without a unit whose values are implausibly large in its SI unit.
 
     Args:
         name: The signal, or ``t`` for the longest interval between samples.
         header: The column of the table.
         unit: Its SI unit.
-        largest: Its largest absolute value, in that unit if it is right.
+        largest: Largest absolute value, if that unit is correct.
 
     Raises:
-        ImportDataError: If it is likely to be in another unit.
+        ImportDataError: If another unit is likely.
     """
     limit = LONGEST_INTERVAL if name == "t" else _LARGEST.get(unit)
     if unit == "m" and name.startswith("slip"):
@@ -137,7 +137,7 @@ def check_size(name: str, header: str, unit: str, largest: float) -> None:
     what = "its samples are" if name == "t" else "it reaches"
     apart = " apart" if name == "t" else ""
     raise ImportDataError(
-        f"column '{header}' ({name}) states no unit, and {what} {largest:.6g} {unit}{apart}, more "
-        f"than {limit:g} {unit}: it looks like {smaller}; write --map '{name}={header}:{smaller}', "
-        f"or '{name}={header}:{unit}' if it is right"
+        f"column '{header}' ({name}) has no unit, and {what} {largest:.6g} {unit}{apart}, more "
+        f"than {limit:g} {unit}: it may be in {smaller}; write --map '{name}={header}:{smaller}', "
+        f"or '{name}={header}:{unit}' if it is correct"
     )

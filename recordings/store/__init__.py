@@ -1,1 +1,1 @@
-"""The folder of recordings: stored, listed, found, described, uploaded and limited."""
+"""The folder of recordings: storage, lists, searches, descriptions, uploads and limits."""

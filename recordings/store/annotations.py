@@ -1,4 +1,4 @@
-"""What people write about a run: a name, notes and tags, within bounds."""
+"""Annotations of a run by users: a name, notes and tags, with limits."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def _check_text(text: str) -> str:
 
 
 def _check_tags(tags: tuple[str, ...]) -> tuple[str, ...]:
-    """Each tag once, in the order given."""
+    """Removes duplicate tags, keeping the order."""
     if len(tags) > MAX_TAGS:
         raise ValueError(f"at most {MAX_TAGS} tags are allowed")
     return tuple(dict.fromkeys(tags))
@@ -64,12 +64,12 @@ RunTags = Annotated[tuple[RunTag, ...], AfterValidator(_check_tags)]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Annotations:
-    """What people wrote about a run; all empty at first.
+    """Annotations of a run; all empty initially.
 
     Attributes:
         name: At most 200 printable characters.
-        notes: At most 10 000 characters, in lines.
-        tags: At most 32 of at most 64 printable characters, each once.
+        notes: At most 10 000 characters, in several lines.
+        tags: At most 32 distinct tags of at most 64 printable characters.
     """
 
     name: RunName = ""
@@ -78,10 +78,10 @@ class Annotations:
 
     @classmethod
     def checked(cls, values: Mapping[str, Any]) -> Annotations:
-        """Annotations from values that may be anything.
+        """Validates annotations.
 
         Raises:
-            AnnotationError: If one is beyond its bounds.
+            AnnotationError: If one exceeds its limits.
         """
         found = {}
         for name, value in values.items():
@@ -93,16 +93,16 @@ class Annotations:
 
 
 def usable_part(document: Mapping[str, Any]) -> Annotations:
-    """The annotations of a document that anyone may have edited.
+    """Reads the annotations in an untrusted document.
 
-    What is not valid is left out, and the log says so.
+    Invalid ones are omitted with a warning in the log.
     """
     found = {}
     for name in (field.name for field in fields(Annotations) if field.name in document):
         try:
             found[name] = _validator(name).validate_python(document[name])
         except ValidationError as error:
-            _logger.warning("the %s beside a recording are left out: %s", name, _words(error))
+            _logger.warning("invalid %s of a recording are omitted: %s", name, _words(error))
     return Annotations(**found)
 
 

@@ -1,4 +1,4 @@
-"""Descriptions of runs for lists, stored beside the recordings, which take long to read."""
+"""Descriptions of runs for lists, stored with the recordings, because these take long to read."""
 
 from __future__ import annotations
 
@@ -26,27 +26,27 @@ from slipgrasp.recordings.exceptions import DamagedRecordingError
 from slipgrasp.recordings.measured.recording import MeasuredOutline
 
 MEASURED = "measured"
-"""The controller of measured data in lists, which no control law is called."""
+"""The controller of measured data in lists; no control law has this name."""
 
 _PHASES = tuple(phase.label for phase in ContactPhase)
 
 
 def _known_phase(label: str) -> str:
     if label not in _PHASES:
-        raise ValueError(f"no phase is called '{label[:40]}'")
+        raise ValueError(f"there is no phase '{label[:40]}'")
     return label
 
 
 PhaseName = Annotated[
     str, AfterValidator(_known_phase), WithJsonSchema({"type": "string", "enum": [*_PHASES]})
 ]
-"""Name of a phase of `ContactPhase` in files and answers."""
+"""Name of a phase of `ContactPhase` in files and responses."""
 
 FiniteFloat = Annotated[float, Field(allow_inf_nan=False)]
 
 
 class PhaseChangeDocument(BaseModel):
-    """A contact passing from one phase to another."""
+    """A transition of a contact from one phase to another."""
 
     time: FiniteFloat
     contact: int
@@ -55,7 +55,7 @@ class PhaseChangeDocument(BaseModel):
 
 
 class _Summary(BaseModel):
-    """`RunResult.summary` as it reads back from JSON."""
+    """`RunResult.summary` as read from JSON."""
 
     name: str
     outcome: Outcome
@@ -75,11 +75,11 @@ class Description:
     """A run without its trace.
 
     Attributes:
-        title: Title of its scenario, or why the recording cannot be read; what was measured.
-        controller: Kind of its controller; empty if the recording cannot be read, `MEASURED` of
+        title: Title of its scenario or of measured data, or why the recording cannot be read.
+        controller: Kind of its controller; empty if the recording cannot be read, `MEASURED` for
             measured data.
-        summary: `RunResult.summary` as it reads back from JSON; empty if it cannot be read, and
-            of measured data.
+        summary: `RunResult.summary` as read from JSON; empty if it cannot be read, and for measured
+            data.
     """
 
     title: str
@@ -88,10 +88,10 @@ class Description:
 
     @classmethod
     def from_result(cls, result: RunResult) -> Self:
-        """The description of this run.
+        """Creates the description of a run.
 
         Raises:
-            DamagedRecordingError: If no file can hold it; only a forged recording has such a run.
+            DamagedRecordingError: If it cannot be stored, which only a forged recording can cause.
         """
         scenario = result.scenario
         document = {
@@ -108,15 +108,15 @@ class Description:
 
     @classmethod
     def from_measured(cls, outline: MeasuredOutline) -> Self:
-        """The description of measured data."""
+        """Creates the description of measured data."""
         return cls(title=outline.text, controller=MEASURED, summary={})
 
     @classmethod
     def from_document(cls, document: Mapping[str, Any]) -> Self:
-        """What a document tells that anyone may have edited.
+        """Reads an untrusted document.
 
         Raises:
-            ArithmeticError, KeyError, TypeError, ValueError: If it does not tell all.
+            ArithmeticError, KeyError, TypeError, ValueError: If it is incomplete.
         """
         summary = dict(document["summary"])
         json.dumps(summary, allow_nan=False)
@@ -126,12 +126,12 @@ class Description:
             raise ValueError("its summary is malformed") from error
         title, controller = document["title"], document["controller"]
         if not (isinstance(title, str) and isinstance(controller, str)):
-            raise TypeError("title and controller are texts")
+            raise TypeError("title and controller must be text")
         return cls(title=title, controller=controller, summary=summary)
 
     @property
     def display_name(self) -> str:
-        """The name that distinguishes the run from others; empty if it cannot be read."""
+        """Name of the run in lists; empty if it cannot be read."""
         return self.summary["name"] if self.summary else ""
 
     @property
@@ -141,10 +141,10 @@ class Description:
 
 
 def figures_of(summary: Mapping[str, Any]) -> dict[str, float | None]:
-    """What runs can be searched and sorted by: end time and every single metric, as numbers.
+    """Searchable numbers of a run: end time and every scalar metric.
 
     Raises:
-        ArithmeticError, KeyError, TypeError, ValueError: If the summary does not tell all.
+        ArithmeticError, KeyError, TypeError, ValueError: If the summary is incomplete.
     """
     metrics = _metrics_reader().validate_python(summary["metrics"])
     values = {"end_time": summary["end_time"], **metrics.flattened()}

@@ -1,4 +1,4 @@
-"""Names of runs and studies: twelve letters and digits."""
+"""Ids of runs and studies: twelve letters and digits."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ _RANDOM_DIGITS = 4
 
 
 class IdSource:
-    """Makes ids that sort by the time they were made; safe from any thread."""
+    """Creates ids that sort by creation time; thread-safe."""
 
     def __init__(self) -> None:
         self._last_stamp = 0
         self._lock = Lock()
 
     def new(self, now: datetime) -> str:
-        """An id that nobody else has, and that sorts after all before it."""
+        """Returns a unique id that sorts after all previous ones."""
         with self._lock:
             self._last_stamp = max(self._last_stamp + 1, int(now.timestamp() * 1000))
             stamp = self._last_stamp
@@ -33,13 +33,13 @@ class IdSource:
 
 
 def derived_id(parent: str, index: int) -> str:
-    """The id of a part of something, always the same: what is made twice is one."""
+    """Returns the constant id of a part, so that repeated creation gives the same id."""
     digest = hashlib.blake2b(f"{parent} {index}".encode(), digest_size=16).digest()
     return _digits(int.from_bytes(digest), _TIME_DIGITS + _RANDOM_DIGITS)
 
 
 def _digits(number: int, length: int) -> str:
-    """The last digits of a number to the base 36."""
+    """The last base-36 digits of a number."""
     digits = []
     for _ in range(length):
         number, digit = divmod(number, len(_DIGITS))

@@ -1,7 +1,7 @@
-"""The table that searches go through: a row per run, kept in a file beside the recordings.
+"""Search table of recordings: one row per run, in a file in the data folder.
 
-It holds nothing that the recordings and their sidecars do not hold. It is never synced to disk:
-a process that is killed leaves it whole, and one that a power cut has damaged is made again.
+It contains only data from the recordings and their sidecars. It is never synced to disk: it
+survives the death of a process, and is rebuilt if a power failure damages it.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ from slipgrasp.recordings.store.run_query import FIGURES, RunQuery
 from slipgrasp.recordings.store.stored_run import StoredRun
 
 PRIVATE = ""
-"""The path of a table without a name, which SQLite keeps on disk once it is large."""
+"""Path of a temporary table, which SQLite stores on disk if it is large."""
 BUSY_SECONDS = 0.5
 
 _FIRST = 2000
-"""So many of the newest, or oldest, runs are searched before a pass over all of them."""
+"""Number of newest or oldest runs that are searched before all others."""
 
-# Another one whenever the same columns hold something else.
+# Increased whenever the same columns have another content.
 _CONTENT = 5
 
 _COLUMNS = (
@@ -47,7 +47,7 @@ _COLUMNS = (
     ("outcome", "TEXT"),
     ("tags", "TEXT NOT NULL"),
     *((name, "REAL") for name in FIGURES),
-    # Long ones make their row long; they come last so that a search need not pass over them.
+    # Long columns come last, so that searches of other columns need not read them.
     ("words", "TEXT NOT NULL"),
 )
 _SCHEMA = (
@@ -63,14 +63,14 @@ _PUT_DESCRIPTION = "INSERT INTO descriptions VALUES (?, ?)"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Entry:
-    """A run for the table.
+    """A run in the table.
 
     Attributes:
         stored: The run.
-        stamp: Of its files (`RunFiles.stamp`).
-        is_read: Whether its description is known: without a sidecar only its recording has it,
-            which takes long to read.
-        description: Its description if the table has to keep it, for want of a sidecar.
+        stamp: Stamp of its files (`RunFiles.stamp`).
+        is_read: Whether its description is known: without a sidecar it must be read from the
+            recording, which takes long.
+        description: Its description, stored in the table if there is no sidecar.
     """
 
     stored: StoredRun
@@ -80,14 +80,14 @@ class Entry:
 
 
 class IndexTable:
-    """The table.
+    """The search table.
 
     Args:
-        path: Its file, made if it is missing, or `PRIVATE`.
+        path: Its file, created if missing, or `PRIVATE`.
 
     Raises:
-        sqlite3.Error: If the file is damaged, foreign, outdated or cannot be used; also from
-            every method.
+        sqlite3.Error: If the file is damaged, foreign, outdated or unusable; also raised by every
+        method.
     """
 
     def __init__(self, path: Path | str) -> None:
@@ -107,14 +107,14 @@ class IndexTable:
 
     @property
     def is_in_place(self) -> bool:
-        """Whether its file is still the one of this name."""
+        """Whether the open file still has its name."""
         return self._inode == _inode(self._path)
 
     def _prepare(self) -> None:
         expected = _version()
-        # Reading, or checking every page, does not block writers.
+        # Readers and the integrity check do not block writers.
         self._connection.execute("PRAGMA journal_mode = WAL")
-        # With syncing every run that is saved would wait for the disk once more.
+        # With syncing, every saved run would wait for the disk again.
         self._connection.execute("PRAGMA synchronous = OFF")
         with self._connection:
             self._connection.execute("BEGIN IMMEDIATE")
@@ -127,10 +127,10 @@ class IndexTable:
                     self._connection.execute(statement)
                 self._connection.execute(f"PRAGMA user_version = {expected}")
             elif version != expected:
-                raise sqlite3.DatabaseError("another version made it")
+                raise sqlite3.DatabaseError("another version created it")
 
     def check(self) -> None:
-        """Looks at every page; other threads can use the table meanwhile."""
+        """Checks every page; other threads can use the table meanwhile."""
         if self._path == PRIVATE:
             return
         with closing(_connect(self._path)) as connection:
@@ -139,24 +139,24 @@ class IndexTable:
             raise sqlite3.DatabaseError(finding)
 
     def stamps(self, after: str, limit: int) -> list[tuple[str, int]]:
-        """Id and stamp of runs in the order of their ids, from the first after an id."""
+        """Ids and stamps of runs in the order of ids, starting after an id."""
         return self._connection.execute(
             "SELECT id, stamp FROM runs WHERE id > ? ORDER BY id LIMIT ?", (after, limit)
         ).fetchall()
 
     def unread(self) -> list[str]:
-        """Ids of runs whose recording is not read yet, newest first."""
+        """Ids of runs whose recording has not been read, newest first."""
         rows = self._connection.execute(
             "SELECT id FROM runs WHERE NOT is_read ORDER BY created DESC, id DESC"
         )
         return [run_id for (run_id,) in rows]
 
     def apply(self, gone: Iterable[str], changed: Iterable[Entry]) -> None:
-        """Brings the table up to date, all or nothing.
+        """Updates the table in one transaction.
 
         Args:
-            gone: Ids of runs that are no longer there.
-            changed: Runs that are new, or are not as they were.
+            gone: Ids of deleted runs.
+            changed: New or changed runs.
         """
         removed, entries = [(run_id,) for run_id in gone], list(changed)
         if not removed and not entries:
@@ -176,18 +176,18 @@ class IndexTable:
             )
 
     def find(self, query: RunQuery) -> tuple[dict[str, int], int]:
-        """The runs of one page, each with its stamp, and how many there are on all pages."""
+        """The runs of one page with their stamps, and the number of runs on all pages."""
         terms = list(_terms(query))
         where = " AND ".join(term for term, _ in terms) or "1"
         values = [value for _, value in terms]
-        # Texts are compared in their index, which is read in half the time of the table.
+        # Text is compared in its index, which takes half the time of reading the table.
         source = "runs INDEXED BY words" if query.text else "runs"
         if terms and query.sort_key == "created" and query.limit is not None:
-            # Counting takes half the time of counting and sorting at once, where many are found.
+            # Counting alone takes half the time of counting and sorting, if there are many results.
             page = self._find_among_first(query, where, values)
             if len(page) == query.limit:
                 return page, self._count(source, where, values)
-        # One pass over the table where runs are compared, none where it is in order.
+        # One pass over the table if runs are compared, none if it is sorted.
         counted = "count(*) OVER ()" if terms else "(SELECT count(*) FROM runs)"
         rows = self._connection.execute(
             f"SELECT id, stamp, {counted} FROM {source} WHERE {where} "
@@ -200,7 +200,7 @@ class IndexTable:
         return {run_id: stamp for run_id, stamp, _ in rows}, rows[0][2]
 
     def _find_among_first(self, query: RunQuery, where: str, values: list[Any]) -> dict[str, int]:
-        """As much of a page as the first runs hold, in the order in which they were made."""
+        """Results among the first runs, in the order of creation."""
         order = f"ORDER BY {_order(query, is_narrowed=False)}"
         first = f"SELECT * FROM runs {order} LIMIT {_FIRST}"
         rows = self._connection.execute(
@@ -210,7 +210,7 @@ class IndexTable:
         return dict(rows.fetchall())
 
     def count(self) -> int:
-        """How many runs it has."""
+        """The number of runs in the table."""
         return self._count("runs", "1", [])
 
     def _count(self, source: str, where: str, values: list[Any]) -> int:
@@ -220,7 +220,7 @@ class IndexTable:
         return int(count)
 
     def description(self, run_id: str) -> Description | None:
-        """The description that the table keeps of a run, for want of a sidecar."""
+        """The description in the table of a run without a sidecar."""
         row = self._connection.execute(
             "SELECT content FROM descriptions WHERE id = ?", (run_id,)
         ).fetchone()
@@ -256,19 +256,19 @@ def _content(description: Description) -> str:
 def _order(query: RunQuery, *, is_narrowed: bool) -> str:
     key, direction = query.sort_key, "DESC" if query.is_falling else "ASC"
     if key == "created":
-        # Without its index where few runs may be found: all of them lie behind one another.
+        # Without its index if few results are expected, because an index scan would read all runs.
         return f"{'+' if is_narrowed else ''}created {direction}, id {direction}"
     return f"NULLIF({key}, '') IS NULL, {key} {direction}, id {direction}"
 
 
 def _version() -> int:
-    """Another number for other columns, and whenever the same file may tell something else."""
+    """Version of the table, which changes with its columns and their meaning."""
     decisive = (_SCHEMA, _CONTENT, program_version(), preset_titles())
     return zlib.crc32(repr(decisive).encode()) >> 1 or 1
 
 
 def _terms(query: RunQuery) -> Iterator[tuple[str, Any]]:
-    """Conditions in SQL, each with its value."""
+    """SQL conditions with their values."""
     if query.preset is not None:
         yield "preset = ?", query.preset
     if query.controller is not None:
@@ -307,5 +307,5 @@ def _row(entry: Entry) -> list[Any]:
 
 
 def _enclosed(tag: str) -> str:
-    """A tag that is found as a whole only; no tag holds the end of a line."""
+    """Encloses a tag so that only whole tags match; tags contain no line breaks."""
     return f"\n{tag}\n"

@@ -1,4 +1,4 @@
-"""Recovers a run of a folder, as a task for another process."""
+"""Recovery of a run of a folder, as a task for another process."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from slipgrasp.recordings.store.run_files import RunFiles
 
 
 class Recovery(NamedTuple):
-    """What came of a part.
+    """Result of recovering an unfinished recording.
 
     Attributes:
-        path: The recording that it was made; empty if none.
-        fault: Why not; empty if there is no reason to complain.
+        path: The recovered recording; empty if there is none.
+        fault: Reason for the failure; empty if there is nothing to report.
     """
 
     path: str = ""
@@ -26,10 +26,10 @@ class Recovery(NamedTuple):
 
 
 def recover_run(part: Path, _should_stop: Callable[[], bool]) -> Recovery:
-    """Recovers what is left of a run, and describes it, so that nobody has to read it for that.
+    """Recovers a run and describes it, so that it need not be read again.
 
     Args:
-        part: A file of `slipgrasp.recordings.file.recovery.recordings_among`.
+        part: A file from `slipgrasp.recordings.file.recovery.recordings_among`.
     """
     try:
         recovered = recover_orphan(part)
@@ -42,7 +42,7 @@ def recover_run(part: Path, _should_stop: Callable[[], bool]) -> Recovery:
 
 
 def _describe(recovered: Recovered) -> None:
-    """Writes the sidecar if that is possible; the recording alone says the same."""
+    """Writes the sidecar if possible; otherwise the recording suffices."""
     files, run_id = RunFiles(recovered.path.parent), recovered.path.name.partition(".")[0]
     with suppress(RecordingError):
         description = Description.from_result(recovered.result)

@@ -1,9 +1,8 @@
-"""The files of a data folder: ``ID.mcap`` is a run, ``ID.json`` its description and notes.
+"""Files of a data folder: ``ID.mcap`` is a run, ``ID.json`` its description and annotations.
 
-The recordings alone say what there is. A sidecar holds what they must not hold, so that
-equal runs are equal files (when it was made, name, notes and tags), and a description for
-lists; where that is missing or unusable, or was made of another file, the recording is read
-instead.
+The recordings define which runs exist. A sidecar contains data outside the recording, so that equal
+runs give equal files (creation time, name, notes and tags), and a description for lists; if the
+sidecar is missing or unusable, or belongs to another file, the recording is read instead.
 """
 
 from __future__ import annotations
@@ -40,7 +39,7 @@ from slipgrasp.recordings.store.stored_run import StoredRun
 MAX_SIDECAR_BYTES = 1 << 25
 DIGEST_BYTES = 12
 MOST_DESCRIBED_WHOLE = 100_000
-"""Samples of a recording that is in memory as a whole while it is described."""
+"""Largest number of samples of a recording that is read completely for its description."""
 
 _FILES_PER_PAUSE = 1000
 
@@ -49,12 +48,12 @@ _HALF_PAIR = re.compile(rb"\\u[dD][89a-fA-F]")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sidecar:
-    """What can be used of a sidecar.
+    """The usable content of a sidecar.
 
     Attributes:
-        created: When the run was saved, ISO 8601 in UTC; None if it does not say.
-        description: The description in it; None if it is incomplete.
-        annotations: What people wrote.
+        created: Time at which the run was saved, ISO 8601 in UTC; None if missing.
+        description: The description; None if it is incomplete.
+        annotations: Annotations by users.
     """
 
     created: str | None
@@ -73,15 +72,15 @@ class RunFiles:
         self.path = path
 
     def recording(self, run_id: str) -> Path:
-        """Where the recording of a run lies, if there is one."""
+        """Path of the recording of a run."""
         return self.path / f"{run_id}.mcap"
 
     def sidecar(self, run_id: str) -> Path:
-        """Where the sidecar of a run lies, if there is one."""
+        """Path of the sidecar of a run."""
         return self.path / f"{run_id}.json"
 
     def holds(self, run_id: str) -> bool:
-        """Whether there is such a run; whatever the id looks like, nothing outside is one."""
+        """Whether a run exists; ids never refer to files outside the folder."""
         if not ID.fullmatch(run_id):
             return False
         path = self.recording(run_id)
@@ -112,25 +111,25 @@ class RunFiles:
         return found
 
     def stamp(self, run_id: str) -> int | None:
-        """Another number once a file of a run was changed; None if there is no such run."""
+        """The stamp of a run, which changes with its files; None if the run does not exist."""
         recording = _stamp(self.recording(run_id))
         return _joint_stamp(recording, _stamp(self.sidecar(run_id))) if recording else None
 
     def read(self, run_id: str) -> StoredRun:
-        """A run, from its sidecar if that will do.
+        """Describes a run from its sidecar if possible.
 
         Raises:
-            RecordingNotFoundError: If it is not there, or no longer.
+            RecordingNotFoundError: If it does not exist.
         """
         sidecar = self.read_sidecar(run_id)
         description = sidecar.description or self.describe(run_id)
         return self.put_together(run_id, sidecar, description)
 
     def put_together(self, run_id: str, sidecar: Sidecar, description: Description) -> StoredRun:
-        """A run from what is known of it.
+        """Describes a run from known data.
 
         Raises:
-            RecordingNotFoundError: If it is not there, or no longer.
+            RecordingNotFoundError: If it does not exist.
         """
         path = self.recording(run_id)
         try:
@@ -147,10 +146,10 @@ class RunFiles:
         )
 
     def describe(self, run_id: str) -> Description:
-        """What the recording itself tells; of one that cannot be read, why.
+        """Describes a run from its recording; a damaged one with the reason.
 
         Raises:
-            RecordingNotFoundError: If it is not there, or no longer.
+            RecordingNotFoundError: If it does not exist.
         """
         path = self.recording(run_id)
         try:
@@ -163,7 +162,7 @@ class RunFiles:
             return Description(title=told_within(error, self.path), controller="", summary={})
 
     def read_sidecar(self, run_id: str) -> Sidecar:
-        """What can be used of the sidecar, which may be missing or damaged."""
+        """The usable content of the sidecar, which may be missing or damaged."""
         document = read_document(self.sidecar(run_id))
         description: Description | None
         try:
@@ -182,7 +181,7 @@ class RunFiles:
         """Writes the sidecar of a run.
 
         Raises:
-            RecordingWriteError: If it cannot be written; then the old one is still there.
+            RecordingWriteError: If it cannot be written; the old one is then unchanged.
         """
         text = sidecar_text(stored)
         if len(text) > MAX_SIDECAR_BYTES:
@@ -192,18 +191,18 @@ class RunFiles:
             stream.write(text)
 
     def _size(self, run_id: str) -> int:
-        """Bytes of a recording; 0 if it is not there."""
+        """Size of a recording [bytes]; 0 if it does not exist."""
         try:
             return self.recording(run_id).stat().st_size
         except FileNotFoundError:
             return 0
 
     def delete(self, run_id: str) -> None:
-        """Removes the files of a run.
+        """Deletes the files of a run.
 
         Raises:
-            RecordingNotFoundError: If it is not there, or no longer.
-            RecordingError: If it cannot be removed.
+            RecordingNotFoundError: If it does not exist.
+            RecordingError: If it cannot be deleted.
         """
         try:
             self.recording(run_id).unlink()
@@ -216,7 +215,7 @@ class RunFiles:
 
 
 def _read_to_describe(path: Path) -> RunResult:
-    """A run; a long one without its samples, with which nothing it states is compared then."""
+    """Reads a run; a long one without samples, in which case its statements are not checked."""
     size = read_size(path)
     is_long = size.samples > MOST_DESCRIBED_WHOLE and size.has_all_metrics
     return read_ending(path) if is_long else read_recording(path)
@@ -241,7 +240,7 @@ def sidecar_text(stored: StoredRun) -> bytes:
 
 
 def _digest(description: Description, size: int) -> str:
-    """Ties a description to itself and to the size of the recording it was computed from."""
+    """Checksum of a description together with the size of its recording."""
     text = json.dumps(
         [description.title, description.controller, description.summary, size], sort_keys=True
     )
@@ -254,7 +253,7 @@ def iso_time(time: datetime) -> str:
 
 
 def _stamp(file: os.DirEntry[str] | Path) -> int:
-    """Of one file; 0 if it is none of its own, or not there."""
+    """Stamp of one file; 0 if it does not exist or is a link."""
     try:
         status = file.stat(follow_symlinks=False)
     except OSError:
@@ -262,16 +261,16 @@ def _stamp(file: os.DirEntry[str] | Path) -> int:
     if not S_ISREG(status.st_mode):
         return 0
     facts = (status.st_size, status.st_mtime_ns, status.st_ctime_ns, status.st_ino)
-    return hash(facts) or 1  # of integers alone, so it is the same in every process
+    return hash(facts) or 1  # a hash of integers, which is the same in every process
 
 
 def _joint_stamp(recording: int, sidecar: int) -> int:
-    """Of both files of a run, as a number that SQLite holds."""
+    """Combined stamp of both files of a run, as an SQLite integer."""
     return hash((recording, sidecar)) % (1 << 63)
 
 
 def time_of(status: os.stat_result) -> str:
-    """When a file was changed last; 1970 if its time is none that a date can be made of."""
+    """Modification time of a file; 1970 if it is not a valid date."""
     try:
         return iso_time(datetime.fromtimestamp(status.st_mtime, UTC))
     except (OSError, OverflowError, ValueError):
@@ -279,7 +278,7 @@ def time_of(status: os.stat_result) -> str:
 
 
 def read_document(path: Path) -> Mapping[str, Any]:
-    """A JSON object, empty if there is none or it is not usable at all."""
+    """Reads a JSON object; empty if missing or unusable."""
     try:
         status = path.lstat()
         if not S_ISREG(status.st_mode) or status.st_size > MAX_SIDECAR_BYTES:
@@ -294,7 +293,7 @@ def read_document(path: Path) -> Mapping[str, Any]:
 
 
 def checked_time(value: object) -> str | None:
-    """A time as `iso_time` gives it; None if it is none."""
+    """Parses a time from `iso_time`; None if invalid."""
     if not isinstance(value, str):
         return None
     try:

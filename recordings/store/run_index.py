@@ -1,10 +1,10 @@
-"""Finding runs by what is known of them, without reading their files each time.
+"""Searches runs without reading their files each time.
 
-The files are the truth; `IndexTable` repeats what searches need. What this program writes is
-entered at once. What others changed is found by a look over the folder: in a small one before
-every search; a large one is looked at by a thread, for a twentieth of the time at most, and
-searches do not wait for it; between short pieces of work it rests, so that they are not slowed
-down. Runs of a page are read from their own files, so that a page shows nothing outdated.
+The files are authoritative; `IndexTable` is a cache for searches. Changes by this program are
+entered immediately. Changes by others are found by scanning the folder: before every search if it
+is small; otherwise in a background thread, for at most a twentieth of the time, with pauses so that
+searches are not delayed. The runs on a page are read from their files, so that a page is never
+outdated.
 """
 
 from __future__ import annotations
@@ -30,15 +30,15 @@ INDEX_NAME = "catalogue.sqlite"
 READING_SECONDS = 0.25
 
 SMALL = 2000
-"""Runs of a folder that is looked at before every search, in some ten milliseconds."""
+"""Largest number of runs that are scanned before every search, in some ten milliseconds."""
 _PAUSE = 20.0
-"""How many times longer than a look it takes until there is another one."""
+"""Ratio of the interval between scans to the duration of a scan."""
 _REST = 3.0
-"""How many times longer than it works a look rests, while nobody waits for it."""
+"""Ratio of pauses to work in a background scan."""
 _BATCH = 500
 _STAMPS = 5000
 _CORRECTIONS = 5
-"""How often a page is searched again whose runs are not as the table has them."""
+"""Number of repeated searches if runs on a page differ from the table."""
 
 _JOURNALS = ("", "-journal", "-wal", "-shm")
 _UNREAD = Description(title="", controller="", summary={})
@@ -48,12 +48,12 @@ _logger = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True)
 class FoundRuns:
-    """One page of what a search found.
+    """One page of search results.
 
     Attributes:
         runs: The runs of the page.
-        count: How many there are on all pages.
-        unread: How many recordings of the folder were not read yet; searches may miss them.
+        count: Total number of results on all pages.
+        unread: Number of recordings that have not been read yet, which searches may miss.
     """
 
     runs: list[StoredRun]
@@ -62,11 +62,11 @@ class FoundRuns:
 
 
 class RunIndex:
-    """Searches a folder; safe to use from several threads.
+    """Searches a folder; thread-safe.
 
     Args:
-        files: The runs.
-        reading_seconds: How long a search may read recordings that have no sidecar [s].
+        files: The files of the runs.
+        reading_seconds: Time limit of a search for reading recordings without sidecars [s].
     """
 
     def __init__(self, files: RunFiles, reading_seconds: float = READING_SECONDS) -> None:
@@ -78,32 +78,32 @@ class RunIndex:
         self._look: _Look | None = None
 
     def find(self, query: RunQuery) -> FoundRuns:
-        """Searches the runs that are there now."""
+        """Searches the present runs."""
         for replacement in (self._replace, self._retreat):
             table = self._table
             try:
                 return self._find(query)
             except sqlite3.Error as error:
                 with self._lock:
-                    if self._table is table:  # else another thread has done so
-                        _logger.warning("the catalogue of recordings is made again: %s", error)
+                    if self._table is table:  # otherwise another thread has done so
+                        _logger.warning("the catalogue of recordings is rebuilt: %s", error)
                         replacement(error)
         return self._find(query)
 
     def begin(self) -> None:
-        """Begins to look over the folder, so that the first search has less to wait for."""
+        """Starts scanning the folder, to shorten the wait of the first search."""
         with self._starting, suppress(sqlite3.Error):
             self._begin(in_background=True)
 
     def note(self, run_id: str) -> None:
-        """Enters a run whose files were just written or deleted."""
+        """Updates the entry of a run whose files were just written or deleted."""
         with suppress(sqlite3.Error), self._lock:
-            # Where there is no table, or none of use, the next search makes one.
+            # Without a usable table, the next search creates one.
             if self._table is not None or self._path().is_file():
                 self._correct(self._opened(), [run_id])
 
     def close(self) -> None:
-        """Closes the table; it is opened again when it is needed."""
+        """Closes the table; it is reopened on demand."""
         with self._lock:
             look = self._close()
         if look is not None:
@@ -124,10 +124,10 @@ class RunIndex:
             return FoundRuns(runs, count - len(page) + len(runs), left + len(waiting - {*due}))
 
     def _bring_up_to_date(self, *, everything: bool) -> int:
-        """Looks over the folder where that is due; returns how many runs are still to be entered.
+        """Scans the folder if due; returns the number of runs to be entered.
 
         Args:
-            everything: Whether to wait until none is.
+            everything: Whether to wait until all are entered.
         """
         with self._starting:
             look = self._begin(in_background=self._look is not None and not self._look.is_small)
@@ -149,7 +149,7 @@ class RunIndex:
             return self._look
 
     def _true_page(self, table: IndexTable, query: RunQuery) -> tuple[list[str], int]:
-        """A page of runs that are as the table has them, and the count of all pages."""
+        """A page of runs that agree with the table, and the total number."""
         page, count = table.find(query)
         for _ in range(_CORRECTIONS):
             outdated = [each for each, stamp in page.items() if self._files.stamp(each) != stamp]
@@ -160,7 +160,7 @@ class RunIndex:
         return list(page), count
 
     def _runs(self, table: IndexTable, ids: Iterable[str]) -> Iterator[StoredRun]:
-        """Those that are still there."""
+        """Selects existing runs."""
         for run_id in ids:
             with suppress(RecordingNotFoundError):
                 sidecar = self._files.read_sidecar(run_id)
@@ -169,13 +169,13 @@ class RunIndex:
                 yield self._files.put_together(run_id, sidecar, description)
 
     def enter(self, table: IndexTable, ids: Iterable[str]) -> bool:
-        """Enters runs that were changed; returns whether the table is still in use."""
+        """Enters changed runs; returns whether the table is still in use."""
         entries = {run_id: self._entry(run_id) for run_id in ids}
         with self._lock:
             if table is not self._table:
                 return False
             stamps = {run_id: self._files.stamp(run_id) for run_id in entries}
-            # What was changed since it was read has been noted, or is found by the next look.
+            # Changes since it was read have been recorded, or will be found by the next scan.
             current = [
                 each for each in entries.values() if each and each.stamp == stamps[each.stored.id]
             ]
@@ -183,11 +183,11 @@ class RunIndex:
         return True
 
     def compare(self, table: IndexTable, pause: Callable[[], None]) -> tuple[list[str], int]:
-        """Ids of runs that are not as the table has them, and how many there are.
+        """Ids of runs that differ from the table, and their number.
 
         Args:
             table: The table.
-            pause: Called every hundredth of a second or so.
+            pause: Called about every hundredth of a second.
         """
         present = self._files.scan(pause)
         count, gone, last = len(present), [], ""
@@ -204,11 +204,11 @@ class RunIndex:
                     del present[run_id]
 
     def _entry(self, run_id: str, description: Description | None = None) -> Entry | None:
-        """A run as its files are; None if it has gone.
+        """An up-to-date entry of a run; None if it was deleted.
 
         Args:
             run_id: The run.
-            description: From its recording, if that was read.
+            description: Description from its recording, if that was read.
         """
         stamp = self._files.stamp(run_id)
         if stamp is None:
@@ -228,7 +228,7 @@ class RunIndex:
         table.apply(gone, filter(None, entries.values()))
 
     def _read(self, table: IndexTable, ids: Iterable[str], deadline: float | None = None) -> None:
-        """Reads recordings, at least one."""
+        """Reads recordings within the time limit, at least one."""
         found: list[Entry] = []
         gone: list[str] = []
         for run_id in ids:
@@ -245,20 +245,20 @@ class RunIndex:
         table.apply(gone, found)
 
     def _opened(self) -> IndexTable:
-        """The table, opened anew where its file was deleted or replaced."""
+        """The table, reopened if its file was deleted or replaced."""
         if self._table is not None and not self._table.is_in_place:
             self._close()
         if self._table is None:
             path = self._path()
             if path.is_symlink():
-                raise sqlite3.DatabaseError("its file is a link, which is not followed")
+                raise sqlite3.DatabaseError("its file is a link, which is not allowed")
             if not path.exists():
-                self._discard()  # what a deleted table has left beside it
+                self._discard()  # auxiliary files of a deleted table
             self._table = IndexTable(path)
         return self._table
 
     def _replace(self, error: sqlite3.Error) -> None:
-        """Throws the file away, unless another process is using it."""
+        """Deletes the file, unless another process is using it."""
         self._close()
         if isinstance(error, sqlite3.OperationalError) and "locked" in str(error):
             self._retreat(error)
@@ -266,7 +266,7 @@ class RunIndex:
             self._discard()
 
     def _retreat(self, _error: sqlite3.Error) -> None:
-        """Does without a file until this process ends."""
+        """Uses a temporary table until this process ends."""
         self._close()
         self._table = IndexTable(PRIVATE)
 
@@ -276,7 +276,7 @@ class RunIndex:
                 self._path().with_name(INDEX_NAME + suffix).unlink(missing_ok=True)
 
     def _close(self) -> _Look | None:
-        """Closes the table; returns the look that ends for this reason."""
+        """Closes the table; returns the scan that ends because of this."""
         if self._table is not None:
             self._table.close()
         look, self._table, self._look = self._look, None, None
@@ -287,18 +287,18 @@ class RunIndex:
 
 
 class _Look(threading.Thread):
-    """One look over the folder.
+    """One scan of the folder.
 
     Args:
-        index: Where it enters what was changed.
-        table: The table that is compared.
-        is_first: Whether the table was just opened; then every page of it is checked.
+        index: Index that enters the changes.
+        table: Table for the comparison.
+        is_first: Whether the table was just opened, so that all its pages are checked.
         in_background: Whether searches do not wait for it.
 
     Attributes:
-        is_useful: Set once a search need not wait any longer.
-        left: How many changed runs are still to be entered.
-        error: Why it ended early, if it did.
+        is_useful: Set when searches need not wait any longer.
+        left: Number of changed runs to be entered.
+        error: Error that ended it, if any.
     """
 
     def __init__(
@@ -321,21 +321,21 @@ class _Look(threading.Thread):
 
     @property
     def is_small(self) -> bool:
-        """Whether the folder has so few runs that it can be looked at before every search."""
+        """Whether the folder is small enough to be scanned before every search."""
         return self._count <= SMALL
 
     @property
     def is_due(self) -> bool:
-        """Whether it is over, and time for another one."""
+        """Whether it has ended, and the next one is due."""
         return time.monotonic() >= self._next
 
     def finish(self) -> None:
-        """Waits for its end, which comes as soon as it can."""
+        """Waits for its end, which is hastened."""
         self._is_awaited.set()
         self.join()
 
     def run(self) -> None:
-        """Compares folder and table, and enters what differs."""
+        """Compares folder and table, and enters the differences."""
         try:
             self._work()
         except (OSError, sqlite3.Error) as error:
@@ -345,11 +345,11 @@ class _Look(threading.Thread):
             self.is_useful.set()
 
     def _work(self) -> None:
-        # The cost, not the time: on a busy machine a look comes no later.
+        # Measured in processor time, so that other load does not delay the next scan.
         began = time.thread_time()
         changed, self._count = self._index.compare(self._table, self._rest)
         self._pause = 0.0 if self.is_small else _PAUSE * (time.thread_time() - began)
-        changed.sort(reverse=True)  # ids rise with time, and the newest are asked for first
+        changed.sort(reverse=True)  # ids increase with time, and the newest are requested first
         self.left = len(changed)
         while changed:
             batch, changed = changed[:_BATCH], changed[_BATCH:]

@@ -1,4 +1,4 @@
-"""Which of the stored runs are asked for, and in which order."""
+"""Queries of stored runs: conditions and order."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from slipgrasp.core.trace.types import Outcome
 from slipgrasp.recordings.exceptions import QueryError
 
 FIGURES = ("end_time", *metric_names(MAX_FINGERS, soft=True))
-"""Numbers that a run can be searched and sorted by."""
+"""Numbers for searching and sorting runs."""
 
 SORT_KEYS = (
     "created",
@@ -33,7 +33,7 @@ _WORDS = {"true": 1.0, "false": 0.0}
 
 @dataclass(frozen=True, slots=True)
 class Condition:
-    """A bound on a figure of a run, such as ``slip_path_0 < 0.01``.
+    """A bound on a metric of a run, such as ``slip_path_0 < 0.01``.
 
     Attributes:
         figure: One of `FIGURES`.
@@ -47,14 +47,14 @@ class Condition:
 
     @classmethod
     def parse(cls, text: str) -> Self:
-        """The condition that a text states.
+        """Parses a condition.
 
         Raises:
-            QueryError: If it states none, or about something that no run has.
+            QueryError: If the text is not a condition, or its metric does not exist.
         """
         match = _CONDITION.fullmatch(text[:200])
         if match is None:
-            raise QueryError(text, f"'{text[:80]}' is no condition such as slip_path_0<0.01")
+            raise QueryError(text, f"'{text[:80]}' is not a condition such as slip_path_0<0.01")
         figure, operator, number = match.groups()
         if figure not in FIGURES:
             raise QueryError(figure, f"there is no metric '{figure[:80]}'", FIGURES)
@@ -63,26 +63,26 @@ class Condition:
         except ValueError:
             value = math.nan
         if not math.isfinite(value):
-            raise QueryError(text, f"'{number[:80]}' is no finite number, and not true or false")
+            raise QueryError(text, f"'{number[:80]}' is neither a finite number nor true or false")
         return cls(figure, operator, value)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunQuery:
-    """A search of the stored runs; what is left out does not narrow it.
+    """A query of the stored runs; omitted fields match all runs.
 
     Attributes:
-        preset: Name of the preset they were made from; empty finds those made from none.
-        controller: Kind of their controller.
-        outcome: How they ended.
-        tags: Tags that they all have.
-        created_from: Made then or later.
-        created_to: Made before or then.
-        text: Part of title, display name or notes, in letters of any case.
-        conditions: Bounds on their figures.
-        sort: One of `SORT_KEYS`, falling if it begins with ``-``; runs without it come last.
-        offset: How many of those found to leave out.
-        limit: How many to give at most; all if None.
+        preset: Name of the preset of the runs; empty matches runs without preset.
+        controller: Kind of controller.
+        outcome: Outcome of the run.
+        tags: Required tags.
+        created_from: Earliest creation time.
+        created_to: Latest creation time.
+        text: Part of title, display name or notes, case-insensitive.
+        conditions: Bounds on metrics.
+        sort: One of `SORT_KEYS`, descending with a leading ``-``; runs without the value come last.
+        offset: Number of results to skip.
+        limit: Largest number of results; all if None.
     """
 
     preset: str | None = None
@@ -102,20 +102,20 @@ class RunQuery:
 
     @property
     def sort_key(self) -> str:
-        """What is sorted by."""
+        """The sort key."""
         return self.sort.removeprefix("-")
 
     @property
     def is_falling(self) -> bool:
-        """Whether the largest come first."""
+        """Whether the order is descending."""
         return self.sort.startswith("-")
 
 
 def parse_sort(text: str) -> str:
-    """An order such as ``-created``.
+    """Parses an order such as ``-created``.
 
     Raises:
-        QueryError: If runs cannot be sorted so.
+        QueryError: If runs cannot be sorted by it.
     """
     key = text.removeprefix("-")
     if key not in SORT_KEYS:
@@ -124,25 +124,25 @@ def parse_sort(text: str) -> str:
 
 
 def parse_instant(text: str) -> datetime:
-    """A time in ISO 8601; in UTC unless it says otherwise; of a date alone its first instant.
+    """Parses a time in ISO 8601, by default in UTC; a date is its first instant.
 
     Raises:
-        QueryError: If it is no time.
+        QueryError: If the text is not a time.
     """
     try:
         instant = datetime.fromisoformat(text)
         return (instant if instant.tzinfo else instant.replace(tzinfo=UTC)).astimezone(UTC)
     except (ValueError, OverflowError) as error:
         shown = text[:80]
-        finding = f"'{shown}' is no time in ISO 8601 such as 2026-01-31 or 2026-01-31T08:30:00Z"
+        finding = f"'{shown}' is not a time in ISO 8601 such as 2026-01-31 or 2026-01-31T08:30:00Z"
         raise QueryError(text, finding) from error
 
 
 def parse_end(text: str) -> datetime:
-    """A time in ISO 8601; in UTC unless it says otherwise; of a date alone its last instant.
+    """Parses a time in ISO 8601, by default in UTC; a date is its last instant.
 
     Raises:
-        QueryError: If it is no time.
+        QueryError: If the text is not a time.
     """
     instant = parse_instant(text)
     is_date = len(text) <= len("2026-01-31")

@@ -1,4 +1,4 @@
-"""How much a folder of recordings may take, and what must stay free on its disk."""
+"""Limits of the size of a folder of recordings, and of the free space on its disk."""
 
 from __future__ import annotations
 
@@ -13,40 +13,40 @@ from threading import Lock
 from slipgrasp.recordings.exceptions import RecordingWriteError, StorageFullError
 
 _CHEAP = 1e-3
-"""Files that are counted as fast are counted every time [s]."""
+"""A fast count of the files is repeated every time [s]."""
 _PAUSE = 50.0
-"""How many times longer than a slow count it takes until there is another one."""
+"""Ratio of the interval between counts to the duration of a slow count."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StorageLimits:
-    """Bounds on what is kept.
+    """Limits of storage.
 
     Attributes:
-        quota: Bytes that all files of the folder may take together. Thousands of them are not
-            counted every time, so that it may be exceeded by what was written in some seconds.
-        min_free: Bytes that must stay free on its disk.
+        quota: Largest total size of all files in the folder [bytes]. Large folders are not counted
+            every time, so that it may be exceeded by what is written in some seconds.
+        min_free: Smallest free space on its disk [bytes].
     """
 
     quota: int = 20_000_000_000
     min_free: int = 200_000_000
 
     def check(self, folder: Path, incoming: int = 0) -> None:
-        """Refuses what would go beyond the bounds.
+        """Raises an error if the limits would be exceeded.
 
         Args:
-            folder: The folder; it exists.
-            incoming: Bytes to come, as far as known.
+            folder: The existing folder.
+            incoming: Size of the new file [bytes], as far as known.
 
         Raises:
             StorageFullError: If there is no space for them.
-            RecordingWriteError: If the folder cannot be looked at.
+            RecordingWriteError: If the folder cannot be read.
         """
         try:
             size, free = _size_of(folder), shutil.disk_usage(folder).free
             used = size.count()
             if used + incoming >= self.quota:
-                # Something may have been deleted since.
+                # Files may have been deleted since the last count.
                 used = size.count(anew=True)
         except OSError as error:
             raise RecordingWriteError(folder, error.strerror or "not readable") from error
@@ -57,7 +57,7 @@ class StorageLimits:
 
 
 class _FolderSize:
-    """Bytes in a folder; to count many files never takes more than a fiftieth of the time.
+    """Counts the bytes in a folder; slow counts take at most a fiftieth of the time.
 
     Args:
         folder: The folder.
@@ -70,17 +70,17 @@ class _FolderSize:
         self._due = 0.0
 
     def count(self, *, anew: bool = False) -> int:
-        """Sizes of all files, as they are or were a moment ago.
+        """Sizes of all files, possibly slightly outdated.
 
         Args:
-            anew: Whether they must be as they are.
+            anew: Whether they must be up to date.
 
         Raises:
             OSError: If the folder cannot be read.
         """
         with self._lock:
             if anew or time.monotonic() >= self._due:
-                # What it costs: a machine that is busy otherwise makes it no older.
+                # Measured in processor time, so that other load does not age the count.
                 began = time.thread_time()
                 self._bytes = _bytes_in(self._folder)
                 cost = time.thread_time() - began
@@ -94,7 +94,7 @@ def _size_of(folder: Path) -> _FolderSize:
 
 
 def _bytes_in(folder: Path) -> int:
-    """Sizes of the files in a folder and below, also of those that are still being written."""
+    """Sizes of the files in a folder and its subfolders, including unfinished ones."""
     total = 0
     with os.scandir(folder) as entries:
         for entry in entries:

@@ -48,10 +48,10 @@ from slipgrasp.recordings.store.stored_run import StoredRun
 
 DATA_VARIABLE = "SLIPGRASP_DATA"
 UPLOAD_SUFFIX = ".upload.part"
-"""Another suffix than that of runs: the rest of an upload is of no use."""
+"""Unlike the suffix of runs: an unfinished upload is useless."""
 
 SIDECAR_PART = ".json.part"
-"""The rest of a sidecar adds nothing to the recording, or to the previous sidecar."""
+"""An unfinished sidecar adds nothing to the recording, or to the previous sidecar."""
 
 CHECK_BYTES = 1 << 24
 
@@ -190,7 +190,7 @@ class RecordingStore:
         try:
             self._files.write_sidecar(stored)
         except RecordingWriteError as error:
-            _logger.warning("run %s is kept without its sidecar: %s", stored.id, error)
+            _logger.warning("run %s is stored without its sidecar: %s", stored.id, error)
         self._index.note(stored.id)
         return stored
 
@@ -315,7 +315,7 @@ class RecordingStore:
         Raises:
             RecordingNotFoundError: If there is none.
             AnnotationError: If name, notes or tags are beyond their bounds.
-            RecordingChangedError: If the run's revision is none of those expected.
+            RecordingChangedError: If the run's revision is not an expected one.
             RecordingWriteError: If it cannot be written; then nothing has changed.
         """
         given = {"name": name, "notes": notes, "tags": tags}
@@ -339,7 +339,7 @@ class RecordingStore:
 
         Raises:
             RecordingNotFoundError: If there is none.
-            RecordingChangedError: If the run's revision is none of those expected.
+            RecordingChangedError: If the run's revision is not an expected one.
             RecordingError: If it cannot be deleted.
         """
         with self._change_lock:

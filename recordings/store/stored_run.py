@@ -1,4 +1,4 @@
-"""A run as it lies in the store."""
+"""A stored run."""
 
 from __future__ import annotations
 
@@ -17,20 +17,20 @@ _REVISION_BYTES = 12
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StoredRun:
-    """A run in the store.
+    """A stored run.
 
     Attributes:
-        id: Its name in the store, twelve letters and digits.
-        path: Its recording.
-        created: When it was saved, ISO 8601 in UTC.
+        id: Its id, twelve letters and digits.
+        path: Path of its recording.
+        created: Time at which it was saved, ISO 8601 in UTC.
         title: Title of its scenario, or why its recording cannot be read.
         summary: The run without its trace (`RunResult.summary`); empty if it cannot be read.
-        name: What a user calls it.
-        notes: What a user wrote about it.
-        tags: Words to find it by.
-        preset: The preset whose title its scenario has; empty if there is none.
+        name: Name from a user.
+        notes: Notes from a user.
+        tags: Tags for searches.
+        preset: The preset with the title of its scenario; empty if there is none.
         controller: Kind of its controller.
-        size: Bytes of its recording.
+        size: Size of its recording [bytes].
     """
 
     id: str
@@ -56,7 +56,7 @@ class StoredRun:
         description: Description,
         annotations: Annotations,
     ) -> Self:
-        """A run put together from what its recording tells and what people wrote about it."""
+        """Creates a stored run from its description and annotations."""
         return cls(
             id=run_id,
             path=path,
@@ -73,35 +73,35 @@ class StoredRun:
 
     @property
     def is_measured(self) -> bool:
-        """True if it holds measured data, and no run."""
+        """Whether it contains measured data instead of a run."""
         return self.controller == MEASURED
 
     @property
     def display_name(self) -> str:
-        """What to call it: what a user does, else its preset and what differs from it."""
+        """Display name: the user's name, else the preset and the differences from it."""
         return self.name or self.summary.get("name", "") or self.id
 
     def file_name(self, ending: str) -> str:
-        """What a file made of it is called, such as ``paper-case-2-mass-1.4-kg-ID.csv``.
+        """Name of an exported file, such as ``paper-case-2-mass-1.4-kg-ID.csv``.
 
         Args:
-            ending: Its ending, without the dot.
+            ending: Suffix of the file, without the dot.
         """
         stem = "" if not self.summary else file_stem(self.display_name)
         return "-".join(filter(None, (stem, self.id))) + f".{ending}"
 
     @property
     def annotations(self) -> Annotations:
-        """What people wrote about it."""
+        """Annotations by users."""
         return Annotations(name=self.name, notes=self.notes, tags=self.tags)
 
     @property
     def revision(self) -> str:
-        """A tag that changes with the description of the run."""
+        """An entity tag that changes with the description of the run."""
         told = json.dumps(self.told(), sort_keys=True).encode()
         return hashlib.blake2b(told, digest_size=_REVISION_BYTES).hexdigest()
 
     def told(self) -> dict[str, Any]:
-        """Its description as plain values for JSON: everything but its id and path."""
+        """Its description as plain values for JSON: everything except id and path."""
         names = (field.name for field in fields(self) if field.name not in ("id", "path"))
         return {name: getattr(self, name) for name in names}

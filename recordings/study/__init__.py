@@ -1,1 +1,1 @@
-"""Studies: thousands of runs from one scenario, their rows in one file."""
+"""Studies: thousands of runs from one scenario, with their results in one file."""

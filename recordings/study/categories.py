@@ -17,9 +17,9 @@ class Category(NamedTuple):
     """One category of outcomes.
 
     Attributes:
-        words: What to call it.
-        outcome: The outcome it belongs to.
-        reason: Code of the reason, where the reasons of an outcome have categories of their own.
+        words: Name of the category.
+        outcome: Its outcome.
+        reason: Code of the reason, if the reasons of an outcome have separate categories.
     """
 
     words: str
@@ -29,7 +29,7 @@ class Category(NamedTuple):
 
 CATEGORIES: tuple[Category, ...] = (
     Category("held", Outcome.COMPLETED),
-    Category("still slips, or did until just now", Outcome.COMPLETED),
+    Category("still slips, or has only just stopped", Outcome.COMPLETED),
     Category("at rest, but too short to tell", Outcome.COMPLETED, "short_run"),
     Category("a fingertip left its face", Outcome.LEFT_FACE),
     Category("separated: a fingertip lost contact", Outcome.SEPARATED),
@@ -44,21 +44,21 @@ CATEGORIES: tuple[Category, ...] = (
     Category("diverged: the loop is too stiff to follow", Outcome.DIVERGED, "stiff_loop"),
     Category("diverged: a quantity is not finite", Outcome.DIVERGED, "nonfinite_state"),
     Category("a finger became straight or folded", Outcome.SINGULAR),
-    Category("a joint came to its limit", Outcome.SINGULAR, "joint_limit"),
+    Category("a joint reached its limit", Outcome.SINGULAR, "joint_limit"),
     Category("limit of steps or time", Outcome.LIMIT),
     Category("an instant repeats without progress", Outcome.LIMIT, "event_stall"),
     Category("stopped", Outcome.STOPPED),
     Category("recovered from a killed run", Outcome.RECOVERED),
     Category("failed: not computed", Outcome.FAILED),
 )
-"""All of them, in the order in which a legend lists them."""
+"""All categories in the order of a legend."""
 
 HELD = 0
 NOT_HELD, TOO_SHORT = 1, 2
 
 
 def categorize(results: StudyResults) -> NDArray[np.int8]:
-    """How each run ended, as places in `CATEGORIES`, shape ``(rows,)``."""
+    """Categories of all runs as indices into `CATEGORIES`, shape ``(rows,)``."""
     count = results.num_rows
     words = results.values("outcome", 0, count)
     reasons = results.values("reason", 0, count)

@@ -1,4 +1,4 @@
-"""What stands at both ends of a study's file: its definition, and how it ended."""
+"""Documents at the start and end of a study's file: its definition and its end."""
 
 from __future__ import annotations
 
@@ -33,13 +33,13 @@ State = Literal["completed", "cancelled", "failed"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StudyEnd:
-    """How a study ended.
+    """End of a study.
 
     Attributes:
-        state: ``completed`` if every run has a row, else why it ended before.
-        runs: How many rows it has.
-        outcomes: How many runs have each outcome.
-        message: What else is to be said, in a sentence; mostly empty.
+        state: ``completed`` if every run has a result, else why it ended early.
+        runs: Number of results.
+        outcomes: Number of runs by outcome.
+        message: Further message in a sentence; usually empty.
     """
 
     state: State
@@ -65,12 +65,12 @@ def start_document(study: Study) -> dict[str, str]:
 
 
 def definition_document(study: Study) -> bytes:
-    """The whole study as JSON: base, variation and what is kept."""
+    """The whole study as JSON: base, variation and stored recordings."""
     return json.dumps(study_to_mapping(study), ensure_ascii=False, indent=1).encode()
 
 
 def read_definition(document: bytes, start: Mapping[str, str]) -> Study:
-    """The inverse of `definition_document`, validated.
+    """Creates the study from its document, and validates it.
 
     Raises:
         ValueError: If it is not valid.
@@ -97,16 +97,16 @@ def _read_laws(text: str) -> tuple[LawIdentity, ...]:
 
 
 def stop_document(end: StudyEnd, rows_hash: str) -> dict[str, str]:
-    """How the study ended, and the hash of all its rows."""
+    """The end of the study, and the hash of all its results."""
     return {"end": json.dumps(asdict(end), ensure_ascii=False), "rows_hash": rows_hash}
 
 
 def read_end(document: Mapping[str, str]) -> StudyEnd:
-    """The inverse of `stop_document`.
+    """Reads the document of `stop_document`.
 
     Raises:
         KeyError: If an entry is missing.
-        ValueError: If an entry is not what it should be.
+        ValueError: If an entry is invalid.
     """
     try:
         return _end_reader().validate_python(parse_json(document["end"]))
@@ -115,13 +115,13 @@ def read_end(document: Mapping[str, str]) -> StudyEnd:
 
 
 def rows_schema() -> Schema:
-    """The schema of the rows; any program that reads JSON in MCAP can show them."""
+    """The schema of the results; programs that read JSON in MCAP can show them."""
     data = json.dumps(row_schema()).encode()
     return Schema(id=CHANNEL, name="slipgrasp.StudyRow", encoding="jsonschema", data=data)
 
 
 def rows_channel() -> Channel:
-    """The channel of the rows; the time of a message is the index of its run [ns]."""
+    """The channel of the results; the time of a message is the index of its run [ns]."""
     return Channel(
         id=CHANNEL,
         topic=TOPIC,

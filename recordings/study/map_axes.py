@@ -1,4 +1,4 @@
-"""Which of the parameters that a study varies span its map, and which are held side by side."""
+"""Parameters of a study for the axes of its map, and for comparison side by side."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from slipgrasp.core.scenario.parameters import Parameter, describe
 from slipgrasp.core.study.definition import Study, expand_key
 
 MOST_COMBINATIONS = 16
-"""Of more, no table and no row of panels could be read."""
+"""Largest number of combinations in a readable table or row of panels."""
 
 _FEWEST_FOR_AN_AXIS = 3
 
 
 def numeric_keys(study: Study) -> tuple[str, ...]:
-    """The varied keys whose values are numbers in every run, in the study's order."""
+    """Varied keys with numeric values in every run, in the study's order."""
     ranges = {axis.key for axis in study.axes if axis.is_range}
     return tuple(
         key for key in study.keys if key in ranges or all(map(_is_number, _values(study, key)))
@@ -22,10 +22,10 @@ def numeric_keys(study: Study) -> tuple[str, ...]:
 
 
 def choose_axes(study: Study) -> tuple[str, str] | None:
-    """The two keys that a map of the study is drawn over, None if there are no two.
+    """The two keys of the axes of a map, None if there are none.
 
-    Ranges come first, then values that are crossed or listed, of which there must be
-    three: two values of a setting are rather compared side by side.
+    Ranges come first, then combined or listed values, of which there must be three: two values are
+    compared side by side instead.
     """
     ranges = {axis.key for axis in study.axes if axis.is_range}
     numeric = [
@@ -39,14 +39,14 @@ def choose_axes(study: Study) -> tuple[str, str] | None:
 
 
 def compared_keys(study: Study, shown: tuple[str, ...] | None = None) -> tuple[str, ...]:
-    """The keys whose values are tried on the same samples, to be held side by side.
+    """The keys whose values are combined with the same samples, for comparison side by side.
 
     Args:
         study: The study.
-        shown: Keys that are shown otherwise; those of the map if None.
+        shown: Keys to exclude; those of the map if None.
 
     Returns:
-        The keys; none if they have more combinations than can be looked at together.
+        The keys; none if they have too many combinations.
     """
     hidden = (choose_axes(study) or ()) if shown is None else shown
     axes = [axis for axis in study.axes if not axis.is_range and axis.key not in hidden]
@@ -57,7 +57,7 @@ def compared_keys(study: Study, shown: tuple[str, ...] | None = None) -> tuple[s
 
 
 def parameter_of(study: Study, key: str) -> Parameter | None:
-    """What a varied key sets: the first of its parameters, None where the base lacks it."""
+    """The first parameter of a varied key, None if the base lacks it."""
     return describe(study.base).get(expand_key(study.base, key)[0])
 
 
@@ -66,7 +66,7 @@ def _least(is_range: bool) -> int:
 
 
 def _num_values(study: Study, key: str) -> float:
-    """How many values a key takes, without end where a range is sampled."""
+    """The number of values of a key, infinite for a sampled range."""
     for axis in study.axes:
         if axis.key == key and axis.is_range:
             return axis.grid_size if study.sampling.method == "grid" else math.inf
@@ -74,7 +74,7 @@ def _num_values(study: Study, key: str) -> float:
 
 
 def _values(study: Study, key: str) -> list[object]:
-    """What a key that is not a range is set to, in any run."""
+    """The values of a key that is not a range, over all runs."""
     for axis in study.axes:
         if axis.key == key:
             return list(axis.values or ())

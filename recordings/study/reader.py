@@ -1,4 +1,4 @@
-"""Reads the file of a study, row by row, also while it is being written."""
+"""Reads the file of a study, row by row, even while it is being written."""
 
 from __future__ import annotations
 
@@ -36,21 +36,21 @@ MAX_RECORD_BYTES = 1 << 25
 
 
 class NoSuchRunError(RecordingError):
-    """A study has no row of this run, or not yet."""
+    """A study has no result of this run, or not yet."""
 
     def __init__(self, name: str, index: int, count: int) -> None:
-        super().__init__(f"there is no run {index} in '{name}'; it holds {count}, counted from 0")
+        super().__init__(f"there is no run {index} in '{name}'; it has {count}, counted from 0")
 
 
 @dataclass(slots=True)
 class StudySoFar:
-    """What a file without its end holds.
+    """The content of an unfinished file.
 
     Attributes:
-        library: Which program wrote it.
+        library: Program that wrote it.
         start: Its start document.
         definition: Its definition document.
-        chunks: Its rows as they were encoded, chunk by chunk.
+        chunks: Encoded rows, chunk by chunk.
     """
 
     library: str
@@ -64,11 +64,10 @@ class StudyReader:
 
     Attributes:
         study: The study.
-        library: Which program wrote the file.
+        library: Program that wrote the file.
         start: Its start document.
         definition: Its definition document.
-        end: How the study ended; None until the rows are read to their end, and where the
-            file has no end yet.
+        end: End of the study; None before all rows are read, or if the file is unfinished.
     """
 
     def __init__(self, stream: BinaryIO, name: str, *, unfinished: bool) -> None:
@@ -91,22 +90,22 @@ class StudyReader:
         self.study = self._read_study()
 
     def rows(self) -> Iterator[StudyRow]:
-        """Yields the rows in the order of their runs.
+        """Yields the rows in the order of the runs.
 
         Raises:
-            DamagedRecordingError: If the file is not complete and unchanged; of one that is
-                still being written, what is whole is given.
+            DamagedRecordingError: If the file is incomplete or changed; for an unfinished one, the
+                valid part is returned first.
         """
         for payloads in self.chunks():
             for payload in payloads:
                 yield self._decode(payload)
 
     def row(self, index: int) -> StudyRow:
-        """The row of one run; nothing else can be read after it.
+        """Returns the row of one run; the reader cannot be used afterwards.
 
         Raises:
-            NoSuchRunError: If there is none.
-            DamagedRecordingError: If the file is not complete and unchanged up to there.
+            NoSuchRunError: If there is no such row.
+            DamagedRecordingError: If the file is incomplete or changed up to there.
         """
         count = 0
         for payloads in self.chunks():
@@ -116,7 +115,7 @@ class StudyReader:
         raise NoSuchRunError(self._name, index, count)
 
     def chunks(self) -> Iterator[list[bytes]]:
-        """Yields the rows as they were encoded, chunk by chunk; raises as `rows`."""
+        """Yields the encoded rows, chunk by chunk; raises the same errors as `rows`."""
         count = 0
         try:
             for record in self._records:
@@ -151,7 +150,7 @@ class StudyReader:
         return header.library
 
     def _read_head(self) -> None:
-        """Reads up to the channel of the rows, before which everything else stands."""
+        """Reads everything before the channel of the rows."""
         for record in self._records:
             match record:
                 case Metadata(name=name) if name == STUDY_START:
@@ -164,7 +163,7 @@ class StudyReader:
                     return
                 case _:
                     continue
-        raise self._damaged("it holds no rows")
+        raise self._damaged("it contains no rows")
 
     def _check_format(self) -> None:
         try:
@@ -186,7 +185,7 @@ class StudyReader:
         except (KeyError, ValueError) as error:
             raise self._damaged("how the study ended is malformed") from error
         if end.runs != count:
-            raise self._damaged("it does not hold as many rows as were written")
+            raise self._damaged("its number of rows differs from the number written")
         if document.get("rows_hash") != self._hash.hexdigest():
             raise AlteredRecordingError(self._name)
         return end
@@ -197,10 +196,10 @@ class StudyReader:
 
 @contextmanager
 def open_study(path: Path) -> Iterator[StudyReader]:
-    """Opens the file of a study; one that ends in ``.part`` may end anywhere.
+    """Opens the file of a study; a ``.part`` file may be incomplete.
 
     Raises:
-        RecordingError: If there is none, it is damaged or that of another program.
+        RecordingError: If it does not exist, is damaged or from another program.
     """
     unfinished = path.suffix == ".part"
     try:
@@ -213,10 +212,10 @@ def open_study(path: Path) -> Iterator[StudyReader]:
 
 
 def read_rows_so_far(part: Path) -> StudySoFar | None:
-    """What a part holds up to its first missing or damaged byte; None if not even its head.
+    """Reads an unfinished file up to its first damaged byte; None if its start is missing.
 
     Raises:
-        RecordingError: If it cannot be read, or is not the part of a study.
+        RecordingError: If it cannot be read, or is not an unfinished study.
     """
     if part.stat().st_size == 0:
         return None

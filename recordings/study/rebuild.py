@@ -1,4 +1,4 @@
-"""From a row of a study back to the whole run, checked against its hash."""
+"""Simulates a run of a study again, and checks its hash."""
 
 from __future__ import annotations
 
@@ -23,19 +23,19 @@ from slipgrasp.recordings.study.study_row import StudyRow
 
 
 class RebuildError(RecordingError):
-    """A run that does not come out again as its row says."""
+    """A run that differs from its result in the study."""
 
 
 def rebuild_run(path: str | PathLike[str], index: int) -> RunResult:
-    """Simulates one run of a study again, and checks that it is the same, bit for bit.
+    """Simulates one run of a study again, and checks that it is equal, bit for bit.
 
     Args:
         path: The file of the study.
         index: The run, from 0.
 
     Raises:
-        NoSuchRunError: If the file has no row of it.
-        RebuildError: If it is not the same, or was never simulated.
+        NoSuchRunError: If the file has no result of it.
+        RebuildError: If it differs, or was never simulated.
         RecordingError: If the file cannot be read.
     """
     with open_study(Path(path)) as reader:
@@ -54,20 +54,20 @@ def rebuild(
     Args:
         study: The study.
         row: One of its rows.
-        should_stop: Asked every few milliseconds whether to give up.
-        wall_limit: Computing time that it may take [s]; any if None.
+        should_stop: Called every few milliseconds; True stops the simulation.
+        wall_limit: Limit of computing time [s]; none if None.
 
     Raises:
-        RebuildError: If the run is not the same, bit for bit, was never simulated or ended
-            by its computing time, or takes too long.
-        Cancelled: If it was asked to stop.
+        RebuildError: If the run differs, was never simulated, ended by its computing time, or takes
+            too long.
+        Cancelled: If it was stopped.
     """
     if not row.state_hash:
         raise RebuildError(f"run {row.index} was never simulated: its worker died")
     if row.outcome is Outcome.LIMIT and row.reason is not None and row.reason.code == WALL_TIME:
         raise RebuildError(
-            f"run {row.index} was ended by its computing time, after {row.end_time:.4g} s of "
-            "simulated time, and would not end there again; simulate its values as a run"
+            f"run {row.index} reached its limit of computing time after {row.end_time:.4g} s of "
+            "simulated time, which is not reproducible; simulate its values as a new run"
         )
     _check_laws(study, row)
     scenario = apply_values(study.base, row.values)
@@ -76,29 +76,29 @@ def rebuild(
         raise Cancelled
     if result.reason is not None and result.reason.code == WALL_TIME:
         raise RebuildError(
-            f"run {row.index} takes more than {wall_limit:g} s of computing time here; "
-            "'slipgrasp rebuild' on the command line takes as long as it needs"
+            f"run {row.index} takes more than {wall_limit:g} s of computing time; use "
+            "'slipgrasp rebuild' on the command line, which has no limit"
         )
     if state_hash(result) != row.state_hash:
         cause = _cause(row, scenario.space)
-        raise RebuildError(f"run {row.index} does not come out as its row says: {cause}")
+        raise RebuildError(f"run {row.index} differs from its result in the study: {cause}")
     return result
 
 
 def _check_laws(study: Study, row: StudyRow) -> None:
-    """A law of that name that is another one would only show in the end, and without its name."""
+    """Checks the version of the law first, because another version gives an unclear difference."""
     for then in study.computed_by:
         now = custom_law(then.name)
         if now is not None and now.identity != then:
             raise RebuildError(
                 f"run {row.index} was computed with the law '{then.name}', version {then.version}, "
-                f"digest {then.digest[:12]}; here it is version {now.identity.version}, digest "
-                f"{now.identity.digest[:12]}: load the law as it was"
+                f"digest {then.digest[:12]}, but the loaded version is {now.identity.version}, "
+                f"digest {now.identity.digest[:12]}: load the original version"
             )
 
 
 def _cause(row: StudyRow, space: Space) -> str:
     here = present_provenance(space).kernel
     if same_bits(row.kernel, here):
-        return "its row was altered, or is not of this study"
-    return f"another version of the kernel computed it ({row.kernel}, here it is {here})"
+        return "its result was altered, or belongs to another study"
+    return f"another version of the kernel computed it ({row.kernel}, now {here})"

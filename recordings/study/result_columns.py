@@ -1,4 +1,4 @@
-"""The columns of a study's results: what they are called, and how they hold values row by row."""
+"""Columns of a study's results: names and storage of values."""
 
 from __future__ import annotations
 
@@ -24,11 +24,10 @@ class ResultColumn:
     """One column of the results.
 
     Attributes:
-        name: What it is called: a metric, a varied key, ``outcome`` …
-        kind: What its values are.
-        unit: SI unit, "1" for pure numbers, "" for what has none.
-        role: What it tells: which run, what was varied, how it ended, a metric, or where
-            it came from.
+        name: Name: a metric, a varied key, ``outcome`` …
+        kind: Type of its values.
+        unit: SI unit, "1" for pure numbers, "" if there is none.
+        role: Meaning: index of the run, varied value, outcome, metric, or provenance.
     """
 
     name: str
@@ -65,7 +64,7 @@ def _has_soft_runs(study: Study) -> bool:
 
 
 def column_for(column: ResultColumn) -> AppendOnlyColumn:
-    """An empty column of the kind."""
+    """Returns an empty column of the kind."""
     if column.kind == "hash":
         return HashColumn(2 * HASH_BYTES)
     if column.kind in ("word", "value"):
@@ -80,7 +79,7 @@ def _varied(study: Study, key: str) -> ResultColumn:
 
 
 def _kind_of(study: Study, key: str) -> Kind:
-    """Numbers where every value is one of the same kind, or any value."""
+    """Converts values to an array of numbers if all have the same kind."""
     for axis in study.axes:
         if axis.key == key and axis.is_range:
             return "integer" if axis.integer else "number"
@@ -99,14 +98,14 @@ _FIRST_ROWS = 256
 
 
 class AppendOnlyColumn(Protocol):
-    """A column to which rows are appended while others read it, in little memory.
+    """A column to which rows are appended while others read it, with little memory.
 
-    A row is appended to all columns before it is counted, and what is written never
-    changes, so that a reader of the counted rows needs no lock.
+    A row is appended to all columns before it is counted, and existing values never change, so that
+    reading counted rows needs no lock.
     """
 
     def append(self, value: Any) -> None:
-        """Adds the value of the next row."""
+        """Appends the value of the next row."""
         ...
 
     def take(self, rows: Sequence[int]) -> list[Any]:
@@ -114,17 +113,17 @@ class AppendOnlyColumn(Protocol):
         ...
 
     def numbers(self, count: int) -> NDArray[np.float64]:
-        """The first values as numbers, NaN where there is none."""
+        """The first values as numbers, NaN for others."""
         ...
 
     def order(self, rows: NDArray[np.intp], *, descending: bool) -> NDArray[np.intp]:
-        """Some rows in the order of their values, those without a value last."""
+        """Sorts rows by their values; those without a value come last."""
         ...
 
 
 @dataclass(slots=True)
 class _Array:
-    """Numbers or bytes of one width, in an array that is replaced by a larger one when full."""
+    """Numbers or bytes of one width, in an array that is reallocated when full."""
 
     dtype: str
     values: NDArray[Any] = field(init=False)
@@ -143,10 +142,10 @@ class _Array:
 
 
 class NumberColumn:
-    """Numbers, whole numbers or truth values; None is allowed everywhere.
+    """Numbers, integers or Booleans; each may be None.
 
     Args:
-        kind: The type of the returned values.
+        kind: Type of the returned values.
     """
 
     def __init__(self, kind: Literal["number", "integer", "boolean"] = "number") -> None:
@@ -154,7 +153,7 @@ class NumberColumn:
         self._convert: Any = {"number": float, "integer": int, "boolean": bool}[kind]
 
     def append(self, value: float | None) -> None:
-        """Adds the value of the next row."""
+        """Appends the value of the next row."""
         self._array.append(math.nan if value is None else value)
 
     def take(self, rows: Sequence[int]) -> list[Any]:
@@ -167,23 +166,23 @@ class NumberColumn:
         return self._array.values[:count]
 
     def order(self, rows: NDArray[np.intp], *, descending: bool) -> NDArray[np.intp]:
-        """Some rows in the order of their values."""
+        """Sorts rows by their values."""
         keys = self._array.values[rows]
         return rows[np.argsort(-keys if descending else keys, kind="stable")]
 
 
 class HashColumn:
-    """Hashes, all of one length, as text of hexadecimal digits.
+    """Hashes of one length, as hexadecimal text.
 
     Args:
-        num_digits: How many digits each has.
+        num_digits: Number of digits.
     """
 
     def __init__(self, num_digits: int) -> None:
         self._array = _Array(f"S{num_digits}")
 
     def append(self, value: str) -> None:
-        """Adds the value of the next row."""
+        """Appends the value of the next row."""
         self._array.append(value.encode("ascii"))
 
     def take(self, rows: Sequence[int]) -> list[str]:
@@ -192,35 +191,35 @@ class HashColumn:
         return [value.decode("ascii") for value in found]
 
     def numbers(self, count: int) -> NDArray[np.float64]:
-        """No numbers: NaN."""
+        """NaN: hashes are not numbers."""
         return np.full(count, math.nan)
 
     def order(self, rows: NDArray[np.intp], *, descending: bool) -> NDArray[np.intp]:
-        """Some rows in the order of their values."""
+        """Sorts rows by their values."""
         return order_of(self.take(rows.tolist()), rows, descending=descending)
 
 
 class ValueColumn:
-    """Words, lists, or values of several kinds; equal ones are kept once."""
+    """Words, lists, or values of several types; equal ones are stored once."""
 
     def __init__(self) -> None:
         self._values: list[Any] = []
         self._known: dict[tuple[type, Any], Any] = {}
 
     def append(self, value: Any) -> None:
-        """Adds the value of the next row."""
+        """Appends the value of the next row."""
         if len(self._known) < _FIRST_ROWS:
             value = self._known.setdefault((type(value), value), value)
         self._values.append(value)
 
     def take(self, rows: Sequence[int]) -> list[Any]:
-        """The values of some rows, tuples as lists."""
+        """The values of some rows, with tuples as lists."""
         values = self._values
         found = [values[row] for row in rows]
         return [list(value) if isinstance(value, tuple) else value for value in found]
 
     def numbers(self, count: int) -> NDArray[np.float64]:
-        """The numbers among the first values, NaN for all else."""
+        """The first values as numbers, NaN for others."""
         found = self._values[:count]
         plain = [isinstance(v, (int, float)) and not isinstance(v, bool) for v in found]
         return np.array(
@@ -228,7 +227,7 @@ class ValueColumn:
         )
 
     def order(self, rows: NDArray[np.intp], *, descending: bool) -> NDArray[np.intp]:
-        """Some rows in the order of their values."""
+        """Sorts rows by their values."""
         return order_of(self.take(rows.tolist()), rows, descending=descending)
 
 
@@ -239,7 +238,7 @@ def order_of(
 
     Args:
         values: One per row.
-        rows: What to sort.
+        rows: Rows to sort.
         descending: Whether the largest comes first.
     """
     ranks = {key: rank for rank, key in enumerate(sorted(set(map(_key, values))))}

@@ -20,11 +20,11 @@ class StudyResults(ResultTable):
     """The results of a study: one row per run, in the order of their indices."""
 
     def summary(self) -> StudySummary:
-        """How many runs have each outcome, and how the metrics are spread."""
+        """Numbers of runs by outcome, and statistics of the metrics."""
         return summarize(self)
 
     def compare_combinations(self) -> CombinationComparison | None:
-        """What the crossed values did on the same samples; None where none are crossed."""
+        """Comparison of the crossed values on the same samples; None if none are crossed."""
         return compare_combinations(self)
 
     def write_csv(self, stream: TextIO, num_rows: int | None = None) -> None:
@@ -41,7 +41,7 @@ class StudyResults(ResultTable):
 
 
 def read_results(path: str | PathLike[str]) -> StudyResults:
-    """The results in the file of a study; of one that is not finished (``.part``) those so far.
+    """Reads the results in the file of a study; for an unfinished one (``.part``), those so far.
 
     Raises:
         RecordingError: If it cannot be read, or is not the file of a study.

@@ -1,4 +1,4 @@
-"""Settings held side by side: what each combination of crossed values did on the same samples."""
+"""Comparison of crossed values: results of each combination on the same samples."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ _UNKNOWN = -1
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Combination:
-    """What one combination of the crossed values did.
+    """Results of one combination of the crossed values.
 
     Attributes:
         values: The values by dotted key.
-        runs: How many runs with them have ended.
-        held: How many of these held the object at the end.
-        too_short: How many are completed but too short to tell whether they held it.
-        share_held: Those that held it as a share of the others that have ended; 0 if none has.
-        outcomes: How many have each outcome, the most frequent first.
+        runs: Number of finished runs with them.
+        held: Number of these that held the object at the end.
+        too_short: Number of completed runs that are too short to decide whether they held it.
+        share_held: Fraction of the other finished runs that held it; 0 if there are none.
+        outcomes: Number of runs by outcome, the most frequent first.
         medians: Median of each metric over the runs that have it.
     """
 
@@ -42,16 +42,16 @@ class Combination:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CombinationPair:
-    """Two combinations on the samples that have ended with both, each long enough to tell.
+    """Two combinations on the samples that are finished and long enough with both.
 
     Attributes:
-        first: Place of the one in the list of combinations.
-        second: Place of the other.
-        samples: How many samples these are.
-        held_by_both: On how many of them both held the object.
-        held_by_first: On how many of them only the one did.
-        held_by_second: On how many of them only the other did.
-        held_by_neither: On how many of them neither did.
+        first: Index of the first combination.
+        second: Index of the second combination.
+        samples: Number of these samples.
+        held_by_both: Number of samples on which both held the object.
+        held_by_first: Number of samples on which only the first held it.
+        held_by_second: Number of samples on which only the second held it.
+        held_by_neither: Number of samples on which neither held it.
     """
 
     first: int
@@ -65,12 +65,12 @@ class CombinationPair:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CombinationComparison:
-    """Combinations of crossed values, and each two of them on the same samples.
+    """Combinations of crossed values, and pairs of them on the same samples.
 
     Attributes:
-        keys: The keys whose values are compared.
-        combinations: Every combination of them.
-        pairs: Every two combinations.
+        keys: Compared keys.
+        combinations: All combinations.
+        pairs: All pairs of combinations.
     """
 
     keys: tuple[str, ...]
@@ -81,14 +81,14 @@ class CombinationComparison:
 def compare_combinations(
     results: ResultTable, keys: tuple[str, ...] | None = None
 ) -> CombinationComparison | None:
-    """Compares what the values of some keys did where all else was equal.
+    """Compares the values of some keys with everything else equal.
 
     Args:
         results: The results so far.
-        keys: Keys whose values are crossed; if None those that no map is drawn over.
+        keys: Crossed keys; if None, those that are not axes of the map.
 
     Returns:
-        The comparison; None if nothing is crossed, or too much.
+        The comparison; None if nothing is crossed, or too many values are.
     """
     chosen = compared_keys(results.study) if keys is None else keys
     if not chosen:
@@ -115,8 +115,8 @@ def rows_by_combination(
 
     Args:
         results: The results so far.
-        keys: Keys whose values are crossed.
-        count: How many rows to look at.
+        keys: Crossed keys.
+        count: Number of rows to use.
 
     Returns:
         Each combination, as plain values by key, with its rows.

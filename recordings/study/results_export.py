@@ -1,4 +1,4 @@
-"""The results of a study as files for other programs: CSV, Parquet and JSON."""
+"""Export of the results of a study: CSV, Parquet and JSON."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ if TYPE_CHECKING:
 
 ROWS_AT_ONCE = 1000
 MOST_ROWS_AT_ONCE = 50 * ROWS_AT_ONCE
-"""So many rows make a group of a Parquet file."""
+"""Number of rows in a group of a Parquet file."""
 
 
 def write_csv(results: ResultTable, stream: TextIO, num_rows: int | None = None) -> None:
     """Writes the results as comma-separated values, SI units, with a header line.
 
-    Numbers have as many digits as it takes to read back the same bits; truth values are
-    ``true`` and ``false``, lists JSON, and what there is not is empty.
+    Numbers have enough digits to read back the same bits; Booleans are ``true`` and ``false``,
+    lists are JSON, and missing values are empty.
 
     Args:
         results: The results so far.
-        stream: Where the text goes.
-        num_rows: How many of its rows; all that there are if None.
+        stream: Output stream.
+        num_rows: Number of rows; all available ones if None.
     """
     table = csv.writer(stream, lineterminator="\n")
     table.writerow(results.column_names)
@@ -49,13 +49,13 @@ def _word(cell: Any) -> str:
 def write_json(results: ResultTable, stream: TextIO, num_rows: int | None = None) -> None:
     """Writes the results as one JSON object.
 
-    It has ``title``, ``base`` (name of the preset, if it is one), ``runs`` (how many the
-    study has), ``columns`` (name to unit) and ``rows``, one object per run.
+    It has ``title``, ``base`` (name of the preset, if any), ``runs`` (number of runs of the study),
+    ``columns`` (name to unit) and ``rows``, one object per run.
 
     Args:
         results: The results so far.
-        stream: Where the text goes.
-        num_rows: How many of its rows; all that there are if None.
+        stream: Output stream.
+        num_rows: Number of rows; all available ones if None.
     """
     study = results.study
     head = {
@@ -76,14 +76,14 @@ def write_json(results: ResultTable, stream: TextIO, num_rows: int | None = None
 def write_parquet(results: ResultTable, stream: BinaryIO, num_rows: int | None = None) -> None:
     """Writes the results as a Parquet file.
 
-    Each column has its SI unit as ``unit`` in the metadata of its field. Varied values of
-    several kinds are JSON text. The metadata of the table holds the study, in JSON, as
+    Each column has its SI unit as ``unit`` in the metadata of its field. Varied values of several
+    types are JSON text. The metadata of the table contains the study, in JSON, as
     ``slipgrasp.study``.
 
     Args:
         results: The results so far.
-        stream: Where the file goes.
-        num_rows: How many of its rows; all that there are if None.
+        stream: Output stream.
+        num_rows: Number of rows; all available ones if None.
     """
     import pyarrow
     from pyarrow import parquet

@@ -1,4 +1,4 @@
-"""The results of a study in numbers: how many runs ended how, and how the metrics are spread."""
+"""Summary of a study: numbers of runs by outcome, and statistics of the metrics."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ _SHARES = (0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Spread:
-    """How the values of a metric are spread, in its unit.
+    """Statistics of a metric, in its unit.
 
     Attributes:
-        runs: How many runs have a value.
-        minimum: The least.
-        percentile_5: What a twentieth of them do not exceed.
-        percentile_25: What a quarter of them do not exceed.
-        median: What half of them do not exceed.
-        percentile_75: What three quarters of them do not exceed.
-        percentile_95: What all but a twentieth of them do not exceed.
-        maximum: The largest.
+        runs: Number of runs with a value.
+        minimum: Smallest value.
+        percentile_5: 5th percentile.
+        percentile_25: 25th percentile.
+        median: Median.
+        percentile_75: 75th percentile.
+        percentile_95: 95th percentile.
+        maximum: Largest value.
     """
 
     runs: int
@@ -41,20 +41,20 @@ class Spread:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StudySummary:
-    """A study in numbers.
+    """Summary of a study.
 
     Attributes:
-        runs: How many runs it has.
-        finished: How many of them have ended.
-        outcomes: How many have each outcome, the most frequent first.
-        reasons: How many ended early for which reason, by its code.
-        held: How many held the object at the end.
-        too_short: How many are completed but too short to tell whether they held it.
-        share_held: Those that held it as a share of the others that have ended; 0 if none has.
-        unknowns: Keys of the parameters that were unknown to the controller of some run.
-        told: Whether nothing was unknown to any of them.
-        metrics: Spread of each metric over all that have ended.
-        metrics_by_outcome: Spread of each metric over those with each outcome.
+        runs: Number of runs.
+        finished: Number of finished runs.
+        outcomes: Number of runs by outcome, the most frequent first.
+        reasons: Number of early ends by code of the reason.
+        held: Number of runs that held the object at the end.
+        too_short: Number of completed runs that are too short to decide whether they held it.
+        share_held: Fraction of the other finished runs that held it; 0 if there are none.
+        unknowns: Keys of the parameters that were unknown to the controller of any run.
+        told: Whether all parameters were known in all runs.
+        metrics: Statistics of each metric over all finished runs.
+        metrics_by_outcome: Statistics of each metric by outcome.
     """
 
     runs: int
@@ -105,7 +105,7 @@ def _spreads(metrics: dict[str, NDArray[np.float64]], rows: NDArray[np.bool_]) -
 
 
 def spread_of(values: NDArray[np.float64]) -> Spread | None:
-    """The spread of the values that are numbers; None if there is none."""
+    """Statistics of the numeric values; None if there are none."""
     known = values[~np.isnan(values)]
     if not len(known):
         return None

@@ -1,8 +1,8 @@
-"""Which recordings may go: those beyond an age, a number or a size that nobody has marked.
+"""Retention of recordings: deletes unmarked ones beyond an age, a number or a size.
 
-What somebody has named, tagged or written notes about stays. A study names and tags its recordings
-by itself, which marks none, as each can be made again from the study's results; while the study is
-not finished they stay, too. The results of studies always stay.
+Runs with a name, a tag or notes from a user are retained. Names and tags that a study gives to its
+recordings do not count, because these can be simulated again from the study's results; they are
+retained until the study is finished. Results of studies are always retained.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _TAG_OF_STUDY = re.compile(r"study ([a-z0-9]{12})")
 
 
 class Rule(StrEnum):
-    """By what a run goes."""
+    """The rule by which a run is deleted."""
 
     AGE = "age"
     COUNT = "count"
@@ -36,12 +36,12 @@ class Rule(StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Retention:
-    """How much is kept of what nobody has marked, the newest first; None is no bound.
+    """Limits for unmarked runs, of which the newest are retained; None is no limit.
 
     Attributes:
-        max_age: Older ones go.
-        max_runs: How many stay.
-        max_bytes: How many bytes their recordings may take together.
+        max_age: Older runs are deleted.
+        max_runs: Number of retained runs.
+        max_bytes: Total size of retained recordings [bytes].
     """
 
     max_age: timedelta | None = None
@@ -50,22 +50,22 @@ class Retention:
 
     @property
     def keeps_all(self) -> bool:
-        """Whether nothing ever goes."""
+        """Whether there is no limit."""
         return self.max_age is self.max_runs is self.max_bytes is None
 
 
 KEEP_ALL = Retention()
 
 LARGEST_SHARE = 10
-"""At once goes one run in so many of a folder at most, and one where it has fewer."""
+"""At most one in so many runs of a folder is deleted at a time, and one in small folders."""
 
 LONGEST_GAP = timedelta(days=3)
-"""A clock that is further past the newest run may be wrong."""
+"""A clock that is further ahead of the newest run may be wrong."""
 
 
 @dataclass(frozen=True, slots=True)
 class Expired:
-    """A run that may go, and by which rule."""
+    """A run that may be deleted, with the rule."""
 
     run: StoredRun
     rule: Rule
@@ -78,7 +78,7 @@ def find_expired(
     now: datetime,
     used: Collection[str] = (),
 ) -> list[Expired]:
-    """The runs that may go, newest first; nothing is changed.
+    """Finds the runs that may be deleted, newest first; nothing is changed.
 
     Args:
         runs: Where they are kept.
@@ -95,7 +95,7 @@ def find_expired(
         if _is_older(run, retention.max_age, now):
             expired.append(Expired(run, Rule.AGE))
             continue
-        # Where one goes because those before it take all there is, the older ones go, too.
+        # If a run exceeds the size limit, all older ones are deleted too.
         full = full or _find_full(retention, num_kept, bytes_kept + run.size)
         if full is not None:
             expired.append(Expired(run, full))
@@ -105,16 +105,16 @@ def find_expired(
 
 
 def in_share(expired: Sequence[Expired], num_runs: int, *, at_start: bool) -> list[Expired]:
-    """The runs of a list that go at once: no more than a share of the folder, the oldest of them.
+    """Selects runs to delete at one time: at most a fraction of the folder, the oldest first.
 
-    A wrong rule, or a wrong clock, then costs a tenth of an archive before somebody has looked. The
-    share is that of all runs at a start, and later of those that go by their age alone: number and
-    size depend on no clock, and a folder that grows fast must still keep to them.
+    A wrong rule, or a wrong clock, then costs a tenth of an archive before somebody notices. The
+    limit applies to all runs at a start, and later to runs deleted by age: number and size do not
+    depend on the clock, and must also be enforced in a folder that grows fast.
 
     Args:
-        expired: What `find_expired` has found.
-        num_runs: How many runs the folder has.
-        at_start: Whether nothing was deleted yet since the service has started.
+        expired: Result of `find_expired`.
+        num_runs: Number of runs in the folder.
+        at_start: Whether nothing has been deleted since the start of the service.
     """
     most = max(num_runs // LARGEST_SHARE, 1)
     bounded = [each for each in expired if at_start or each.rule is Rule.AGE]
@@ -123,15 +123,15 @@ def in_share(expired: Sequence[Expired], num_runs: int, *, at_start: bool) -> li
 
 
 class TrustedClock:
-    """The wall clock, as far as it agrees with the newest run that was there in the beginning.
+    """The wall clock, limited by the age of the newest run at the start.
 
-    It is never further past that run than some days, and the time since then. Where nothing was
-    run for longer, ages are counted from an earlier moment, and runs stay longer.
+    It is at most some days, plus the time since the start, ahead of that run. If no run was made
+    for longer, ages are counted from an earlier time, and runs are retained longer.
 
     Args:
-        runs: Where the runs are kept; they are looked at when the time is first asked for.
+        runs: Store of the runs, read at the first call.
         clock: The wall clock.
-        passed: Returns the time that has passed [s].
+        passed: Returns the elapsed time [s].
     """
 
     def __init__(
@@ -146,7 +146,7 @@ class TrustedClock:
         self._latest: tuple[datetime, float] | None = None
 
     def now(self) -> datetime:
-        """From when ages count; the time of the wall clock, or one before it."""
+        """Reference time of ages: the wall clock, or an earlier time."""
         told = self._clock()
         if self._latest is None:
             newest = [datetime.fromisoformat(run.created) for run in self._runs.list(limit=1)]
@@ -156,15 +156,15 @@ class TrustedClock:
         return min(told, latest + timedelta(seconds=self._passed() - began))
 
     def lag(self) -> timedelta:
-        """How far the wall clock is ahead of what is trusted."""
+        """Difference of the wall clock from the trusted time."""
         return self._clock() - self.now()
 
 
 def delete_expired(runs: RecordingStore, expired: Iterable[Expired]) -> list[Expired]:
-    """Deletes runs, but for those that were changed since they were found.
+    """Deletes runs, except those that were changed since they were found.
 
     Returns:
-        Those that are gone.
+        The deleted runs.
 
     Raises:
         RecordingError: If one cannot be deleted.
@@ -192,10 +192,10 @@ def _find_full(retention: Retention, num_kept: int, num_bytes: int) -> Rule | No
 
 
 class _Marks:
-    """Finds which runs are marked, reading each study once.
+    """Finds the marked runs, reading each study once.
 
     Args:
-        studies: The studies.
+        studies: Store of the studies.
     """
 
     def __init__(self, studies: StudyStore) -> None:
@@ -203,7 +203,7 @@ class _Marks:
         self._seen: dict[str, StoredStudy | None] = {}
 
     def has(self, run: StoredRun) -> bool:
-        """Whether somebody has marked a run, or its study is not finished."""
+        """Whether a user has marked a run, or its study is unfinished."""
         if run.annotations == Annotations():
             return False
         tag, name = _TAG_OF_STUDY.fullmatch(" ".join(run.tags)), _RUN_OF_STUDY.fullmatch(run.name)

@@ -1,4 +1,4 @@
-"""A study from its first run to its last, as a Python program asks for it."""
+"""Runs a study from a Python program."""
 
 from __future__ import annotations
 
@@ -28,24 +28,24 @@ def run_study(
 ) -> StudyResults:
     """Simulates every run of a study and writes it as one MCAP file.
 
-    The file grows as ``PATH.part``; where that is left of the same study, it goes on behind
-    its last row. Recordings, where the study keeps any, are written beside it to the folder
-    ``NAME-recordings`` as ``INDEX.mcap``.
+    The unfinished file is ``PATH.part``; if it exists for the same study, it is continued after its
+    last row. Recordings, if the study stores any, are written to the folder ``NAME-recordings``
+    next to it as ``INDEX.mcap``.
 
     Args:
         study: The study.
         path: The file to write.
         executor: ``processes``, ``inline``, ``dask`` or ``dask://HOST:PORT``.
-        workers: How many runs are simulated at a time; as many as there are processors if None.
-        progress: Called with the share of the runs that is done, 0 to 1.
-        should_stop: Asked about 20 times a second; True ends the study, to be continued.
+        workers: Number of concurrent runs; as many as there are processors if None.
+        progress: Called with the completed fraction, 0 to 1.
+        should_stop: Called about 20 times a second; True stops the study, which can be continued.
 
     Returns:
-        The rows, all of them or as far as it got.
+        The results, complete or so far.
 
     Raises:
-        ScenarioError: Naming the first runs that cannot be simulated.
-        ExecutorError: If there is nobody to simulate.
+        ScenarioError: If runs cannot be simulated; names the first ones.
+        ExecutorError: If there are no workers.
         RecordingError: If the file exists, or cannot be written.
     """
     check_members(study)

@@ -1,4 +1,4 @@
-"""Has the runs of a study simulated, and writes their rows in order, each exactly once."""
+"""Simulates the runs of a study, and writes their rows in order, each exactly once."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from slipgrasp.recordings.study.writer import RUNS_PER_CHUNK, StudyWriter
 
 TASKS_PER_WORKER = 4
 WRITE_INTERVAL = 1.0
-"""How long a row waits at most for those that fill its chunk, once it is its turn [s]."""
+"""Longest wait of a row for others that fill its chunk [s]."""
 
 Watch = Callable[[StudyRow], None]
 Keep = Callable[[StudyRun], str | None]
@@ -34,23 +34,23 @@ def schedule_runs(
     watch: Watch,
     keep: Keep,
 ) -> StudyEnd:
-    """Simulates the runs that the writer does not have yet.
+    """Simulates the runs that are not written yet.
 
     Args:
         study: The study.
-        executor: Who simulates.
-        writer: Where the rows go; it is not finished here.
-        should_stop: Asked about 20 times a second; True ends the study with the rows so far.
-        watch: Called with every new row once it is written.
-        keep: Called with every run whose recording is to be kept, before its row is written;
-            gives its id, or None if it could not be kept. It may be called again for a run
+        executor: Executor of the runs.
+        writer: Writer of the rows; it is not finished here.
+        should_stop: Called about 20 times a second; True ends the study with the rows so far.
+        watch: Called with every new row after it is written.
+        keep: Called with every run whose recording is to be stored, before its row is written;
+            returns its id, or None if it could not be stored. It may be called again for a run
             whose row was lost.
 
     Returns:
-        How it ended: ``cancelled`` if it was stopped before its last row.
+        The end of the study: ``cancelled`` if it was stopped before its last row.
 
     Raises:
-        ExecutorError: If there is nobody to simulate.
+        ExecutorError: If there are no workers.
         RecordingWriteError: If the rows cannot be written.
     """
     tasks = _Tasks(study, writer.num_rows, executor.num_workers)
@@ -67,7 +67,7 @@ def schedule_runs(
                     rows.take(done.result)
                     tasks.put_back(done.task, len(done.result), at_a_time=len(done.result))
                 elif len(done.task.values) == 1:
-                    failure = done.failure or "the worker gave no result"
+                    failure = done.failure or "the worker returned no result"
                     rows.take([lost_run(done.task.first, done.task.values[0], failure)])
                 else:
                     tasks.put_back(done.task, 0, at_a_time=1)
@@ -85,12 +85,12 @@ def schedule_runs(
 
 
 class _Tasks(Iterator[StudyTask]):
-    """The tasks of a study in order; what is left of a task that was handed out comes first."""
+    """The tasks of a study in order; remainders of started tasks come first."""
 
     def __init__(self, study: Study, first: int, num_workers: int) -> None:
         self._study = study
         self._next = first
-        # So that even a short study keeps all workers busy to its end.
+        # Smaller tasks at the end, so that all workers stay busy even in a short study.
         share = math.ceil((study.num_runs - first) / (TASKS_PER_WORKER * max(num_workers, 1)))
         self._size = min(max(share, 1), RUNS_PER_CHUNK)
         self._left: deque[StudyTask] = deque()
@@ -98,7 +98,7 @@ class _Tasks(Iterator[StudyTask]):
 
     @property
     def has_more(self) -> bool:
-        """Whether there is a task that was not handed out yet."""
+        """Whether there is a task that was not started yet."""
         return bool(self._left) or self._next < self._study.num_runs
 
     def __next__(self) -> StudyTask:
@@ -111,13 +111,12 @@ class _Tasks(Iterator[StudyTask]):
         return self._task(first, self._next)
 
     def put_back(self, task: StudyTask, num_done: int, *, at_a_time: int) -> None:
-        """Has the rest of a task done, in smaller tasks.
+        """Divides the rest of a task into smaller tasks.
 
         Args:
             task: The task.
-            num_done: How many of its runs are done.
-            at_a_time: How many runs the smaller ones have; one by one, the run that is at
-                fault is found.
+            num_done: Number of its finished runs.
+            at_a_time: Number of runs of each smaller task; 1 isolates a faulty run.
         """
         end = task.first + len(task.values)
         for first in range(task.first + num_done, end, max(at_a_time, 1)):
@@ -134,7 +133,7 @@ class _Tasks(Iterator[StudyTask]):
 
 
 class _OrderedRows:
-    """Hands rows to the writer chunk by chunk in the order of their runs."""
+    """Passes rows to the writer chunk by chunk in the order of their runs."""
 
     def __init__(self, writer: StudyWriter, watch: Watch, keep: Keep) -> None:
         self._writer = writer
@@ -146,25 +145,25 @@ class _OrderedRows:
 
     @property
     def message(self) -> str:
-        """What else is to be said of the study."""
-        return f"{self._not_kept} recordings could not be kept" if self._not_kept else ""
+        """A message about the study."""
+        return f"{self._not_kept} recordings could not be stored" if self._not_kept else ""
 
     def take(self, runs: list[StudyRun]) -> None:
-        """Takes the rows of a task, and writes what is next.
+        """Accepts the rows of a task, and writes available ones.
 
-        Recordings are kept at once: all that wait for an earlier row would fill the memory.
+        Recordings are stored immediately, because waiting ones would fill the memory.
         """
         self._waiting |= {run.row.index: self._kept(run) for run in runs}
         self.write_due()
 
     def write_due(self) -> None:
-        """Writes every chunk of the file that is full; a part of one where that takes long."""
+        """Writes every full chunk of the file, and partial chunks if that takes long."""
         is_late = time.monotonic() - self._written_at >= WRITE_INTERVAL
         while rows := self._next_chunk(in_part=is_late):
             self._write(rows)
 
     def write_rest(self) -> None:
-        """Writes all rows before the first that is missing."""
+        """Writes all rows before the first missing one."""
         while rows := self._next_chunk(in_part=True):
             self._write(rows)
 
@@ -175,7 +174,7 @@ class _OrderedRows:
             self._watch(row)
 
     def _next_chunk(self, *, in_part: bool) -> list[StudyRow]:
-        """The next chunk, or as much of it as there is; nothing if it may not be a part."""
+        """The next chunk, or its available part; empty if partial chunks are not allowed yet."""
         first = self._writer.num_rows
         end = min(first - first % RUNS_PER_CHUNK + RUNS_PER_CHUNK, self._writer.num_runs)
         ready = list(takewhile(self._waiting.__contains__, range(first, end)))

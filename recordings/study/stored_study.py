@@ -1,4 +1,4 @@
-"""A study in the store, and the sidecar that describes it without reading the study."""
+"""A stored study, and its sidecar, which describes it without reading its file."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from slipgrasp.recordings.study.reader import open_study
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StoredStudy:
-    """A study in the store.
+    """A stored study.
 
     Attributes:
-        id: Its name in the store, twelve letters and digits.
-        created: When it was asked for, ISO 8601 in UTC.
-        title: What it is about.
-        base_name: The preset that varies; empty if it is none.
-        keys: What varies, by dotted key.
-        num_runs: How many runs it has; 0 if its file cannot be read.
-        recordings: Of which runs the recording is kept.
-        end: How it ended; None while it is not finished.
-        idempotency_key: What the client called its request; empty if nothing.
+        id: Its id, twelve letters and digits.
+        created: Time of its creation, ISO 8601 in UTC.
+        title: Its title.
+        base_name: Preset of its base; empty if there is none.
+        keys: Varied parameters by dotted key.
+        num_runs: Number of runs; 0 if its file cannot be read.
+        recordings: Runs whose recording is stored.
+        end: Its end; None while it is unfinished.
+        idempotency_key: Idempotency key of its request; may be empty.
         request_digest: Digest of that request.
         finding: Why its file cannot be read; empty if it can.
     """
@@ -43,7 +43,7 @@ class StoredStudy:
 
 
 def unknown_study(study_id: str, created: str) -> StoredStudy:
-    """A study of which no more is known than that there is a file of it."""
+    """A study of which only the file name is known."""
     return StoredStudy(
         id=study_id,
         created=created,
@@ -56,7 +56,7 @@ def unknown_study(study_id: str, created: str) -> StoredStudy:
 
 
 def told_by_file(path: Path, made: StoredStudy) -> StoredStudy:
-    """A study as read from its file, with the details that are known of its simulation.
+    """A study read from its file, with known details of its simulation.
 
     Raises:
         RecordingError: If the file is damaged.
@@ -80,7 +80,7 @@ class StudySidecars(Sidecars[StoredStudy]):
     """The sidecars of a folder of studies.
 
     Args:
-        folder: Where they lie.
+        folder: Their folder.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -88,6 +88,6 @@ class StudySidecars(Sidecars[StoredStudy]):
 
 
 def _is_possible(stored: StoredStudy) -> bool:
-    """Whether its numbers are such as a study can have."""
+    """Whether its numbers are valid."""
     num_ended = 0 if stored.end is None else stored.end.runs
     return 1 <= stored.num_runs <= MAX_RUNS and 0 <= num_ended <= stored.num_runs

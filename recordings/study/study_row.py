@@ -1,4 +1,4 @@
-"""One row per run of a study: what varied, how it ended, its figures and the hash of its trace."""
+"""One row per run of a study: varied values, outcome, metrics and hash of the trace."""
 
 from __future__ import annotations
 
@@ -22,24 +22,24 @@ from slipgrasp.recordings.file.documents import parse_json
 from slipgrasp.recordings.file.state_hash import HASH_BYTES, StateHash
 
 Figures = dict[str, float | int | bool | None]
-"""The metrics of a run by their names; None where there is none."""
+"""The metrics of a run by name; None if missing."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StudyRow:
-    """What is kept of every run of a study.
+    """The result of a run of a study.
 
     Attributes:
-        index: The run's number in the study, from 0.
-        values: What it sets in the base, by dotted key.
-        outcome: How it ended.
-        reason: Why, where it ended early.
+        index: Index of the run, from 0.
+        values: Values that it sets in the base, by dotted key.
+        outcome: Outcome of the run.
+        reason: Reason of an early end.
         end_time: Simulation time reached [s].
-        metrics: Its figures of merit; empty if it could not be simulated at all.
+        metrics: Metrics; empty if it could not be simulated.
         state_hash: Hash of its samples and phase changes (`slipgrasp.recordings.file.state_hash`);
-            empty if it could not be simulated at all.
+            empty if it could not be simulated.
         kernel: Name of the numerics that computed it (`slipgrasp.core.run.provenance`).
-        recording: Id of its recording, None if none is kept.
+        recording: Id of its recording, None if there is none.
     """
 
     index: int
@@ -54,7 +54,7 @@ class StudyRow:
 
 
 class RowsHash:
-    """The hash of the rows of a study as they were encoded, however they lie in chunks."""
+    """Hash of the encoded rows of a study, independent of the division into chunks."""
 
     def __init__(self) -> None:
         self._hash = hashlib.blake2b(digest_size=HASH_BYTES)
@@ -69,11 +69,11 @@ class RowsHash:
 
 
 class RunHash:
-    """The hash of a run, taken while it goes on; what it has taken may be released.
+    """Hash of a run in progress; hashed samples may be released.
 
     Attributes:
-        num_rows: Samples that it has taken.
-        num_ticks: Ticks that it has taken.
+        num_rows: Number of hashed samples.
+        num_ticks: Number of hashed ticks.
     """
 
     def __init__(self) -> None:
@@ -82,7 +82,7 @@ class RunHash:
         self._state = StateHash()
 
     def take(self, simulation: Simulation) -> None:
-        """Adds what is new and never changes."""
+        """Adds new final samples."""
         rows = simulation.rows_from(self.num_rows)
         if simulation.finished and simulation.num_rows == 0:
             rows = simulation.all_rows()
@@ -103,13 +103,13 @@ class RunHash:
 def row_of(
     index: int, values: Mapping[str, Value], simulation: Simulation, state_hash: str
 ) -> StudyRow:
-    """The row of a run that was simulated to its end.
+    """The row of a finished run.
 
     Args:
-        index: The number of the run.
-        values: What it sets in the base.
+        index: Index of the run.
+        values: Values that it sets in the base.
         simulation: The run.
-        state_hash: Hash of all of it.
+        state_hash: Hash of the whole run.
     """
     summary = _judged(simulation.summary())
     return StudyRow(
@@ -125,14 +125,14 @@ def row_of(
 
 
 def _judged(summary: RunSummary) -> RunSummary:
-    """The summary; one that claims to be complete and is not has failed."""
+    """The summary; a run that wrongly claims to be complete has failed."""
     duration = summary.scenario.simulation.duration
     finding = describe_false_end(summary.outcome, summary.end_time, duration)
     if not finding:
         return summary
     reason = Reason(
         code="contradictory_end",
-        message=f"the run says that it is complete, but {finding}",
+        message=f"the run claims to be complete, but {finding}",
         contact=None,
         time=summary.end_time,
         value=summary.end_time,
@@ -144,8 +144,8 @@ def _judged(summary: RunSummary) -> RunSummary:
 
 
 def encode_row(row: StudyRow) -> bytes:
-    """The row as JSON, whose numbers read back to the same bits."""
-    # By hand: `asdict` copies deeply, which would take as long as all the rest.
+    """Encodes the row as JSON, whose numbers read back to the same bits."""
+    # Not `asdict`, whose deep copies would take as long as everything else.
     document = {
         "index": row.index,
         "values": row.values,
@@ -161,10 +161,10 @@ def encode_row(row: StudyRow) -> bytes:
 
 
 def decode_row(payload: bytes) -> StudyRow:
-    """The inverse of `encode_row`.
+    """Decodes a row from `encode_row`.
 
     Raises:
-        ValueError: If it is not what `encode_row` makes of a row.
+        ValueError: If the text is not from `encode_row`.
     """
     try:
         return _reader().validate_python(parse_json(payload))
@@ -187,5 +187,5 @@ def _reader() -> TypeAdapter[StudyRow]:
 
 
 def _finite(value: float | int | bool | None) -> float | int | bool | None:
-    """JSON has no infinity; a figure that is not finite is as good as none."""
+    """Replaces values that are not finite by None, because JSON has no infinity."""
     return None if isinstance(value, float) and not math.isfinite(value) else value

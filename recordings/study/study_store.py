@@ -1,8 +1,8 @@
-"""The folder of studies: ``studies/ID.mcap`` is a study, ``ID.json`` how it was asked for.
+"""The folder of studies: ``studies/ID.mcap`` is a study, ``ID.json`` its sidecar.
 
-A study that is not finished is ``ID.mcap.part``. The files alone say what there is; the
-sidecar holds what they must not hold, so that equal studies are equal files, and how the
-study ended, because reading that takes long.
+An unfinished study is ``ID.mcap.part``. The files define which studies exist; the sidecar contains
+data outside the file, so that equal studies give equal files, and the end of the study, because
+reading that takes long.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ _logger = logging.getLogger(__name__)
 
 
 class StudyNotFoundError(RecordingNotFoundError):
-    """There is no such study."""
+    """The study does not exist."""
 
     def __init__(self, study_id: str) -> None:
         super().__init__(study_id)
@@ -53,11 +53,11 @@ class StudyNotFoundError(RecordingNotFoundError):
 
 
 class StudyStore:
-    """Keeps studies in a folder of the data directory, and their recordings among the runs.
+    """Stores studies in a folder of the data directory, and their recordings among the runs.
 
     Args:
         data_directory: The folder of the runs.
-        runs: The runs.
+        runs: Store of the runs.
     """
 
     def __init__(self, data_directory: Path, runs: RecordingStore) -> None:
@@ -68,7 +68,7 @@ class StudyStore:
         self._seen: dict[str, tuple[object, StoredStudy]] = {}
 
     def prepare(self) -> None:
-        """Makes the folder if it is missing.
+        """Creates the folder if it is missing.
 
         Raises:
             RecordingWriteError: If nothing can be saved there.
@@ -81,7 +81,7 @@ class StudyStore:
     def create(
         self, study: Study, *, idempotency_key: str = "", request_digest: str = ""
     ) -> StoredStudy:
-        """Keeps a study of which no run is simulated yet.
+        """Stores a study without simulated runs.
 
         Raises:
             RecordingWriteError: If it cannot be written.
@@ -106,10 +106,10 @@ class StudyStore:
             return stored
 
     def get(self, study_id: str) -> StoredStudy:
-        """One study by its id; one that cannot be read has a `finding`.
+        """Returns a study by its id; one that cannot be read has a `finding`.
 
         Raises:
-            StudyNotFoundError: If there is none, whatever the id looks like.
+            StudyNotFoundError: If it does not exist, for any text.
         """
         path = self._find(study_id)
         is_finished = path == self.path_of(study_id)
@@ -119,49 +119,49 @@ class StudyStore:
         return stored if is_finished else replace(stored, end=None)
 
     def find_end(self, study_id: str) -> StudyEnd | None:
-        """How a study ended, by its own file; None if that is not finished."""
+        """The end of a study from its file; None if it is unfinished."""
         return self.get(study_id).end if _is_own_file(self.path_of(study_id)) else None
 
     def find_by_key(self, idempotency_key: str) -> StoredStudy | None:
-        """The study that was asked for under a key, if there is one."""
+        """The study of an idempotency key, if any."""
         return next((s for s in self._all() if s.idempotency_key == idempotency_key), None)
 
     def list(self, offset: int = 0, limit: int | None = None) -> tuple[list[StoredStudy], int]:
-        """Studies, newest first, and how many there are.
+        """Studies, newest first, and their number.
 
         Args:
-            offset: How many of the newest to leave out.
-            limit: How many to return at most; all if None.
+            offset: Number of the newest studies to skip.
+            limit: Largest number of studies; all if None.
         """
         ids = self._list_ids()
         end = None if limit is None else offset + limit
         return [*self._read_all(ids[offset:end])], len(ids)
 
     def unfinished(self) -> list[StoredStudy]:
-        """The studies that are not finished and can go on, oldest first."""
+        """Unfinished studies that can continue, oldest first."""
         return [stored for stored in self._all() if stored.end is None and not stored.finding][::-1]
 
     def path_of(self, study_id: str) -> Path:
-        """Where the file of a study lies once it is finished."""
+        """Path of the file of a finished study."""
         return self._folder / f"{study_id}.mcap"
 
     def file_of(self, study_id: str) -> Path:
-        """The file of a study as it is, finished or not."""
+        """Path of the present file of a study, finished or not."""
         path = self.path_of(study_id)
         return path if path.exists() else part_of(path)
 
     def note_end(self, stored: StoredStudy, end: StudyEnd) -> StoredStudy:
-        """Notes how a study ended, once its file is finished."""
+        """Stores the end of a study, after its file is finished."""
         ended = replace(stored, end=end)
         self._note(ended)
         return ended
 
     def delete(self, study_id: str) -> None:
-        """Removes a study for good, also a damaged one; the recordings of its runs stay.
+        """Deletes a study permanently, even a damaged one; the recordings of its runs are retained.
 
         Raises:
-            StudyNotFoundError: If there is none.
-            RecordingError: If it cannot be removed.
+            StudyNotFoundError: If it does not exist.
+            RecordingError: If it cannot be deleted.
         """
         self._find(study_id)
         path = self.path_of(study_id)
@@ -170,16 +170,16 @@ class StudyStore:
                 file.unlink(missing_ok=True)
         except OSError as error:
             raise RecordingError(f"cannot delete study '{study_id}': {error.strerror}") from error
-        # A sidecar alone is no study: whatever else stands in its place may stay.
+        # A sidecar alone is not a study; other files with its name are retained.
         with suppress(OSError):
             self._sidecars.path_of(study_id).unlink(missing_ok=True)
         self._seen.pop(study_id, None)
 
     def keeper_of(self, stored: StoredStudy) -> Callable[[StudyRun], str | None]:
-        """What keeps recordings of a study's runs, and logs the first that cannot be kept.
+        """Returns a function that stores recordings of a study's runs, and logs the first failure.
 
         Returns:
-            A function that gives the id of a recording; None if it cannot be written.
+            A function that returns the id of a recording; None if it cannot be written.
         """
         lost: list[int] = []
 
@@ -195,7 +195,7 @@ class StudyStore:
         return keep
 
     def save_recording(self, stored: StoredStudy, run: StudyRun) -> StoredRun:
-        """Keeps the recording of a run among the runs, always under the same id.
+        """Stores the recording of a run with a constant id.
 
         Raises:
             RecordingWriteError: If it cannot be written.
@@ -206,26 +206,26 @@ class StudyStore:
         return self._runs.keep(run_id, run.recording.data, run.recording.description, mark)
 
     def mark_of(self, stored: StoredStudy, index: int) -> tuple[str, Annotations]:
-        """The id of the recording of a run, and what a study writes about it by itself."""
+        """The id of the recording of a run, and its automatic annotations."""
         name = f"{stored.title[:MAX_NAME_LENGTH] or 'study'}, run {index}"
         return derived_id(stored.id, index), Annotations(name=name, tags=(f"study {stored.id}",))
 
     def find_recording(self, stored: StoredStudy, index: int) -> StoredRun | None:
-        """The recording of a run of a study, if it is kept."""
+        """The recording of a run of a study, if it exists."""
         try:
             return self._runs.get(derived_id(stored.id, index))
         except RecordingNotFoundError:
             return None
 
     def _find(self, study_id: str) -> Path:
-        """The file of a study, in the folder itself.
+        """Finds the file of a study in the folder.
 
         Raises:
-            StudyNotFoundError: If there is none, whatever the id looks like.
+            StudyNotFoundError: If it does not exist, for any text.
         """
         path = self.path_of(study_id)
         if ID.fullmatch(study_id):
-            # The part first, or a study that is finished in between would have neither.
+            # The unfinished file first, because the study may be finished between the two checks.
             has_part = _is_own_file(part_of(path))
             if _is_own_file(path):
                 return path
@@ -247,12 +247,12 @@ class StudyStore:
 
     def _read_all(self, ids: list[str]) -> Iterator[StoredStudy]:
         for study_id in ids:
-            # One that is deleted meanwhile is no study any more.
+            # A study that is deleted meanwhile no longer counts.
             with suppress(StudyNotFoundError):
                 yield self.get(study_id)
 
     def _read_again(self, study_id: str, path: Path, known: StoredStudy | None) -> StoredStudy:
-        """What the file tells, where the sidecar is missing or older; each file is read once."""
+        """Describes a study from its file, if the sidecar is missing or older; reads it once."""
         try:
             status = path.stat()
         except OSError:
@@ -272,7 +272,7 @@ class StudyStore:
         return stored
 
     def _note(self, stored: StoredStudy) -> None:
-        """Writes the sidecar if that is possible; the file alone says the same."""
+        """Writes the sidecar if possible; otherwise the file suffices."""
         try:
             self._sidecars.write(stored)
         except RecordingError as error:

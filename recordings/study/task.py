@@ -1,4 +1,4 @@
-"""Some runs of a study as a task: a pure function of what it is handed, in any process."""
+"""A task with some runs of a study: a pure function that any process can execute."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ from slipgrasp.recordings.store.description import Description
 from slipgrasp.recordings.study.study_row import RunHash, StudyRow, row_of
 
 HASHED_AT_ONCE = 4096
-"""Samples, or ticks, of a run after which they are hashed and dropped."""
+"""Number of samples or ticks of a run after which they are hashed and released."""
 
 WALL_LIMIT = 60.0
-"""Computing time after which a run ends as ``limit`` [s]; others wait for its row."""
+"""Computing time after which a run ends as ``limit`` [s], because others wait for its row."""
 
 TASK_SECONDS = 0.5
 """Computing time after which the rest of a task returns to the queue [s]."""
@@ -33,14 +33,14 @@ TASK_SECONDS = 0.5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StudyTask:
-    """Some runs of a study that follow each other.
+    """Some consecutive runs of a study.
 
     Attributes:
-        first: Index of the first one.
-        base: The scenario that varies.
-        values: What each run sets in it, by dotted key.
-        recordings: The runs whose recordings are returned.
-        laws: The custom laws that they need.
+        first: Index of the first run.
+        base: The base scenario.
+        values: Values that each run sets, by dotted key.
+        recordings: Runs whose recordings are returned.
+        laws: Custom laws that the runs need.
     """
 
     first: int
@@ -52,7 +52,7 @@ class StudyTask:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunRecording:
-    """The recording of a run: the bytes of its file, and its description."""
+    """The recording of a run: content of its file, and description."""
 
     data: bytes
     description: Description
@@ -60,27 +60,27 @@ class RunRecording:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StudyRun:
-    """What comes out of a run of a study: its row, and its recording where one is kept."""
+    """The result of a run of a study: its row, and its recording if requested."""
 
     row: StudyRow
     recording: RunRecording | None = None
 
 
 def run_task(task: StudyTask, cancelled: Callable[[], bool]) -> list[StudyRun]:
-    """Simulates the runs of a task one after the other, as many as half a second allows.
+    """Simulates the runs of a task successively, as many as half a second allows.
 
-    Slow runs are reported early this way, and are shared among all workers.
+    Slow runs are thus reported early, and distributed among all workers.
 
     Args:
         task: The runs.
-        cancelled: Asked every few milliseconds whether to give up.
+        cancelled: Called every few milliseconds; True stops the simulation.
 
     Returns:
-        The first ones, one at least; what each of them is depends on the task alone.
+        The results of the first runs, at least one; each depends on the task alone.
 
     Raises:
         Cancelled: If it was stopped.
-        LawError: If a law is not the same here.
+        LawError: If a law differs here.
         ScenarioError: If a scenario cannot be simulated.
     """
     prepare_kernel()
@@ -96,7 +96,7 @@ def run_task(task: StudyTask, cancelled: Callable[[], bool]) -> list[StudyRun]:
 
 
 def lost_run(index: int, values: Mapping[str, Value], failure: str) -> StudyRun:
-    """The row of a run whose worker died whenever it was tried."""
+    """The row of a run whose worker died in every attempt."""
     row = StudyRow(
         index=index,
         values=dict(values),
@@ -130,7 +130,7 @@ def _simulate(task: StudyTask, place: int, cancelled: Callable[[], bool]) -> Stu
 
 
 def release_hashed(simulation: Simulation, state: RunHash) -> None:
-    """Hashes what is new of a run where that is much, and drops it: nothing else needs it."""
+    """Hashes new samples of a run if there are many, and releases them."""
     news = simulation.num_settled_rows - state.num_rows, simulation.num_ticks - state.num_ticks
     if max(news) >= HASHED_AT_ONCE:
         state.take(simulation)
@@ -138,7 +138,7 @@ def release_hashed(simulation: Simulation, state: RunHash) -> None:
 
 
 def encode_recording(result: RunResult) -> RunRecording:
-    """The recording as bytes: the worker may be on another machine than the recordings."""
+    """The recording as bytes, because the worker may be on another machine."""
     description = Description.from_result(result)
     with tempfile.TemporaryDirectory(prefix="slipgrasp-") as folder:
         path = Path(folder) / "run.mcap"

@@ -1,8 +1,8 @@
 """Writes the file of a study: its definition, then one message per run.
 
-It grows as ``NAME.part``, a chunk of rows at a time and in the order of the runs, so that a
-study that was interrupted goes on behind its last row. Chunks that were written before they
-were full are laid out anew at the end, so that equal studies are equal files.
+The unfinished file is ``NAME.part``. Rows are written in chunks in the order of the runs, so that
+an interrupted study continues after its last row. Partial chunks are rearranged at the end, so that
+equal studies give equal files.
 """
 
 from __future__ import annotations
@@ -55,22 +55,22 @@ _OPCODE_AND_LENGTH = 9
 
 
 class StudyWriter:
-    """Writes one study; leaving its ``with`` block before `finish` keeps what it has.
+    """Writes one study; leaving its ``with`` block before `finish` retains the unfinished file.
 
     Args:
-        path: The file to write; it grows as ``PATH.part``. If that is there already, left of
-            the same study, it goes on behind its last whole chunk.
+        path: The file to write, at first ``PATH.part``. If that exists for the same study, it is
+            continued after its last complete chunk.
         study: The study.
         overwrite: Whether an existing file is replaced.
 
     Attributes:
-        num_runs: How many runs the study has.
-        num_rows: How many rows are written; the next one is that of the run of this index.
-        outcomes: How many of them have each outcome.
+        num_runs: Number of runs of the study.
+        num_rows: Number of written rows, which is also the index of the next run.
+        outcomes: Number of rows by outcome.
 
     Raises:
         RecordingExistsError: If the file exists and may not be replaced.
-        RecordingBusyError: If another process writes it, or its part is that of another study.
+        RecordingBusyError: If another process writes it, or ``.part`` belongs to another study.
         RecordingWriteError: If it cannot be written.
     """
 
@@ -97,7 +97,7 @@ class StudyWriter:
             except BaseException:
                 self._stream.close()
                 if is_new:
-                    # It says nothing, and would be taken for a study.
+                    # An empty file would be mistaken for a study.
                     with suppress(OSError):
                         self._part.unlink()
                 raise
@@ -111,7 +111,7 @@ class StudyWriter:
         error: BaseException | None,
         traceback: TracebackType | None,
     ) -> None:
-        # Where the disk has failed there is nothing more that closing could tell.
+        # After a disk failure, errors of closing add no information.
         with suppress(OSError):
             self._stream.close()
 
@@ -119,7 +119,7 @@ class StudyWriter:
         """Writes the next rows as a chunk.
 
         Args:
-            rows: Rows in the order of their runs, up to the end of a chunk; it may be full later.
+            rows: Rows in the order of their runs, up to the end of a chunk, which may be partial.
 
         Raises:
             RecordingWriteError: If they cannot be written.
@@ -135,7 +135,7 @@ class StudyWriter:
             raise self._failed(error) from error
 
     def finish(self, end: StudyEnd) -> None:
-        """Writes how the study ended, and gives the file its name.
+        """Writes the end of the study, and renames the file to its final name.
 
         Raises:
             RecordingWriteError: If it cannot be written.
@@ -144,7 +144,7 @@ class StudyWriter:
             self._end(end)
             if os.name != "posix":
                 self._stream.close()  # elsewhere only a closed file can be renamed
-            # Where there is no space to lay it out anew, the file can be read as it is.
+            # Without space for the rearranged file, the file can be read as it is.
             if self._is_regular or not self._lay_out_anew(end):
                 self._part.replace(self._path)
             sync_folder(self._path.parent)
@@ -158,7 +158,7 @@ class StudyWriter:
         os.fsync(self._stream.fileno())
 
     def _lay_out_anew(self, end: StudyEnd) -> bool:
-        """Writes the same rows in full chunks to a file of its own, which takes the name."""
+        """Writes the rows in full chunks to a new file, which replaces the old one."""
         so_far = read_rows_so_far(self._part)
         assert so_far is not None
         try:
@@ -176,19 +176,19 @@ class StudyWriter:
         return True
 
     def _begin(self) -> None:
-        """Writes what stands before the rows, and the rows that are there already.
+        """Writes everything before the rows, and the existing rows.
 
-        What is written again is what is there: should it be interrupted, nothing is lost.
+        The existing content is rewritten unchanged, so that an interruption loses nothing.
         """
         so_far = read_rows_so_far(self._part)
         definition = definition_document(self._study)
         if so_far is not None and so_far.definition != definition:
-            cause = f"'{self._part.name}' is left of another study; delete it, or move it away"
+            cause = f"'{self._part.name}' belongs to another study; delete or move it"
             raise RecordingBusyError(self._path, cause)
         if so_far is not None and so_far.start.get(LAWS) != start_document(self._study).get(LAWS):
             cause = (
-                f"'{self._part.name}' was begun with another version of its control law; delete it "
-                "to start again, or restore the former law"
+                f"'{self._part.name}' was started with another version of its control law; delete "
+                "it to start again, or restore the original version"
             )
             raise RecordingBusyError(self._path, cause)
         self._write_head(so_far)
@@ -201,7 +201,7 @@ class StudyWriter:
         sync_folder(self._part.parent)
 
     def _write_head(self, so_far: StudySoFar | None) -> None:
-        """Writes what stands before the rows, as it was if they were begun before."""
+        """Writes everything before the rows, unchanged if the study is continued."""
         definition = definition_document(self._study)
         start = start_document(self._study) if so_far is None else dict(so_far.start)
         library = f"slipgrasp {program_version()}" if so_far is None else so_far.library
@@ -244,8 +244,8 @@ def _open_locked(part: Path) -> BinaryIO:
     try:
         if not try_lock(stream):
             stream.close()
-            raise RecordingBusyError(part, "another study is writing it right now")
+            raise RecordingBusyError(part, "another study is writing it")
     except OSError:
-        # Where the file system has no locks, one service per folder keeps writers apart.
+        # Without locks in the file system, only one service per folder prevents conflicts.
         pass
     return stream

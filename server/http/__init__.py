@@ -1,1 +1,1 @@
-"""What every route shares: access, limits, bodies, errors, pages, downloads, OpenAPI."""
+"""Common HTTP code of all routes: access, limits, bodies, errors, pages, downloads, OpenAPI."""

@@ -32,10 +32,10 @@ from slipgrasp.server.tokens import Right
 
 LOOPBACK_NAMES = ("127.0.0.1", "localhost", "[::1]")
 PAGES = ("/", DOCS_PATH)
-"""Pages that people open, also by a link on another site's page."""
+"""Pages that people open, including links on other sites' pages."""
 
 RELAY_TOKEN = secrets.token_urlsafe(32)
-"""The secret that this process sends to its own ports, which refuse all others."""
+"""The secret that this process sends to its own ports, which reject other senders."""
 
 _MAX_LOGGED = 200
 _LOOKING = ("GET", "HEAD", "OPTIONS")
@@ -176,7 +176,7 @@ class AccessGuard:
         await app(scope, receive, _with_safe_headers(send))
 
     def _check_page(self, scope: Scope, headers: Headers) -> Rejection | None:
-        """Checks that a request comes from our own page, or from none."""
+        """Checks that a request comes from one of our pages, or from no page."""
         hosts, origins = headers.getlist("host"), headers.getlist("origin")
         port = scope["server"][1]
         rejection = check_access(hosts, origins, port, self._names, self._public)
@@ -184,10 +184,12 @@ class AccessGuard:
             return rejection
         if _is_opening(scope, headers):
             return None
-        return Rejection(403, "Another site's page asks; open this address by itself.")
+        return Rejection(
+            403, "The request comes from another site's page; open this address directly."
+        )
 
     def _check_sender(self, scope: Scope, headers: Headers) -> Rejection | Response | None:
-        """Checks the right of the sender; a link with a token is answered at once."""
+        """Checks the right of the sender; a link with a token gets a redirect."""
         path, port = scope["path"], scope["server"][1]
         if path in PAGES and scope.get("method") == "GET":
             query = scope["query_string"].decode("latin-1")
@@ -199,7 +201,7 @@ class AccessGuard:
         right = state["right"] = self._gate.right_of(headers, state.get("connection"), port)
         if right is Right.NOTHING:
             return UNKNOWN
-        # The session checks the messages of its own page.
+        # The session checks the messages of its page.
         may_ask = scope.get("method", "GET") in _LOOKING or path.startswith(f"{SESSIONS_PATH}/")
         return None if right is Right.EVERYTHING or may_ask else READ_ONLY
 
@@ -233,8 +235,8 @@ def _with_safe_headers(send: Send) -> Send:
 def guarded_websocket_listeners() -> Iterator[None]:
     """Restricts servers that the ``websockets`` package opens meanwhile to this process.
 
-    viser opens its port in this way, answers anyone there, and has no option to change that. Errors
-    there are logged in one line, because most are caused by clients.
+    viser opens its port in this way, accepts all connections there, and has no option to change
+    that. Errors there are logged on one line, because most are caused by clients.
 
     Raises:
         RuntimeError: If no server was opened this way, so that no port stays unguarded.
@@ -282,7 +284,9 @@ def _check_listener(connection: ServerConnection, request: Request) -> Rejection
     if rejection is not None:
         return rejection
     if is_foreign(headers.get_all("Sec-Fetch-Site")):
-        return Rejection(403, "Another site's page asks; open this address by itself.")
+        return Rejection(
+            403, "The request comes from another site's page; open this address directly."
+        )
     shown = bearer_tokens(headers.get_all("Authorization"))
     is_relay = any(secrets.compare_digest(t.encode(), RELAY_TOKEN.encode()) for t in shown)
     return None if is_relay else UNKNOWN

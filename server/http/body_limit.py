@@ -1,4 +1,4 @@
-"""Limits on size and slowness of request bodies that hold while they arrive, not after."""
+"""Limits of the size and slowness of request bodies, enforced while they arrive."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ SLOWEST_BYTES_PER_SECOND = 10_000.0
 
 
 class BodyLimit:
-    """ASGI middleware: answers 413 to a body that is, or turns out to be, too large, 408 if slow.
+    """ASGI middleware: responds with 413 to a body that is too large, and 408 to a slow one.
 
-    Starlette's ``RequestBodyLimitMiddleware`` has one limit for all paths, asks the application
-    before it looks at what is declared, and may answer in plain text and keep the connection.
+    Starlette's ``RequestBodyLimitMiddleware`` has one limit for all paths, calls the application
+    before it checks the declared size, and may respond in plain text and keep the connection.
 
     Args:
-        app: The application behind it, which answers `BodyTooLargeError` and `BodyTooSlowError`.
+        app: The application, which handles `BodyTooLargeError` and `BodyTooSlowError`.
         max_bytes: Largest body.
-        larger: Paths to which a larger one may be sent, and how large.
+        larger: Larger limits by path.
     """
 
     def __init__(
@@ -36,7 +36,7 @@ class BodyLimit:
         self._larger = larger or {}
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Handles one connection; what is not HTTP passes."""
+        """Handles one connection; other protocols than HTTP pass."""
         if scope["type"] != "http":
             await self._app(scope, receive, send)
             return
@@ -51,7 +51,7 @@ class BodyLimit:
 
 
 class _Body:
-    """A body on its way, watched until it is whole or somebody answers without it."""
+    """An arriving body, monitored until it is complete or the response starts."""
 
     def __init__(self, receive: Receive, send: Send, max_bytes: int) -> None:
         self._receive = receive
@@ -62,16 +62,16 @@ class _Body:
         self._is_watched = True
 
     async def send(self, message: Message) -> None:
-        """Passes the answer on; what of the body is then still to come is only thrown away."""
+        """Passes the response on; the rest of the body is then discarded."""
         self._is_watched = False
         await self._send(message)
 
     async def receive(self) -> Message:
-        """Passes the body on, piece by piece.
+        """Passes the body on in pieces.
 
         Raises:
-            BodyTooLargeError: If it is.
-            BodyTooSlowError: If it hardly arrives.
+            BodyTooLargeError: If it is too large.
+            BodyTooSlowError: If it arrives too slowly.
         """
         if not self._is_watched:
             return await self._receive()

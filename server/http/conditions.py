@@ -1,4 +1,4 @@
-"""Requests that depend on what the client has seen (RFC 9110, section 13)."""
+"""Conditional requests (RFC 9110, section 13)."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ _TAG = re.compile(r'(W/)?"([^"]*)"')
 
 
 def tag_of(*facts: object) -> str:
-    """A strong entity tag for what these facts decide to the last byte."""
+    """A strong entity tag from facts that determine every byte."""
     return f'"{blake2b(repr(facts).encode(), digest_size=12).hexdigest()}"'
 
 
 def file_tag(path: Path) -> str:
-    """The entity tag of a file that is never written in place, only replaced.
+    """The entity tag of a file that is never modified in place, only replaced.
 
     Raises:
-        FileNotFoundError: If there is none.
+        FileNotFoundError: If the file does not exist.
     """
     status = path.stat()
     return tag_of(status.st_size, status.st_mtime_ns, status.st_ino)
@@ -32,13 +32,13 @@ def entity_tag(stored: StoredRun) -> str:
 
 
 def expected_revisions(if_match: str | None) -> frozenset[str] | None:
-    """The revisions that a change is made for.
+    """Revisions for which a change is allowed.
 
     Args:
         if_match: Value of the header ``If-Match``.
 
     Returns:
-        None if it is made for any.
+        None if any revision is allowed.
     """
     if if_match is None or if_match.strip() == "*":
         return None
@@ -46,10 +46,10 @@ def expected_revisions(if_match: str | None) -> frozenset[str] | None:
 
 
 def is_known(tag: str, if_none_match: str | None) -> bool:
-    """Whether the client has what it asks for.
+    """Whether the client already has the present version.
 
     Args:
-        tag: ``ETag`` of what there is.
+        tag: Present ``ETag``.
         if_none_match: Value of the header ``If-None-Match``.
     """
     if if_none_match is None:

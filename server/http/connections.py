@@ -1,7 +1,7 @@
-"""Connections: how long each may keep the server waiting, and how many there may be.
+"""Limits of the waiting time and number of connections.
 
-Who has nothing to ask, or asks too slowly, is let go, so that what is open is bounded by what
-is worked on. At the bound the one that has waited longest is closed for the next.
+Connections that are idle or too slow are closed, so that their number is limited by the work in
+progress. At the limit, the one that has waited longest is closed for a new one.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from slipgrasp.server.http.errors import problem_response
 
 try:
     import resource
-except ImportError:  # Windows, which has no such limit.
+except ImportError:  # Windows has no such limit.
     resource = None
 
 REQUEST_SECONDS = 10.0
@@ -28,7 +28,7 @@ DESCRIPTORS_EACH = 2
 MAX_SHARE_OF_PEER = 0.5
 RETRY_AFTER = 5
 BACKLOG = 100
-"""How many connections are accepted at a time, before any of them is looked at."""
+"""Number of connections that are accepted at a time."""
 
 _LOOPBACK = ("127.0.0.1", "::1")
 
@@ -36,7 +36,7 @@ _logger = logging.getLogger(__name__)
 
 
 def connection_limit() -> int:
-    """How many connections there may be: each may need a file or a second connection besides."""
+    """Largest number of connections: each may need a file or another connection too."""
     if resource is None:
         return MAX_CONNECTIONS
     descriptors, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
@@ -46,7 +46,7 @@ def connection_limit() -> int:
 
 
 class BoundedConnection(H11Protocol):
-    """A connection with deadlines for a request and for taking the answer, one of so many."""
+    """A connection with time limits for sending a request and receiving the response."""
 
     max_connections = connection_limit()
 
@@ -57,7 +57,7 @@ class BoundedConnection(H11Protocol):
         self._is_refused = False
 
     def connection_made(self, transport: asyncio.Transport) -> None:
-        """Takes a new connection on, or refuses it where none can be let go for it."""
+        """Accepts a new connection, or rejects it if none can be closed for it."""
         super().connection_made(transport)
         if self._has_capacity():
             self._watch()
@@ -65,12 +65,12 @@ class BoundedConnection(H11Protocol):
             self._refuse()
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """Forgets the connection and its deadlines."""
+        """Removes the connection and its time limits."""
         self._cancel_deadlines()
         super().connection_lost(exc)
 
     def data_received(self, data: bytes) -> None:
-        """Takes what comes; bytes alone put no deadline off, only a whole head does."""
+        """Receives data; only a complete request head extends the time limit."""
         if self._is_refused:
             return
         super().data_received(data)
@@ -82,17 +82,17 @@ class BoundedConnection(H11Protocol):
         self._watch()
 
     def handle_websocket_upgrade(self, event: Any) -> None:
-        """Leaves the connection to its new protocol."""
+        """Transfers the connection to its new protocol."""
         self._cancel_deadlines()
         super().handle_websocket_upgrade(event)
 
     def pause_writing(self) -> None:
-        """Gives a client that takes nothing of its answer some time."""
+        """Limits the time of a client that does not receive its response."""
         super().pause_writing()
         self._stall_deadline = self.loop.call_later(STALL_SECONDS, self.transport.abort)
 
     def resume_writing(self) -> None:
-        """Goes on with the answer."""
+        """Continues the response."""
         super().resume_writing()
         if self._stall_deadline is not None:
             self._stall_deadline.cancel()
@@ -100,16 +100,16 @@ class BoundedConnection(H11Protocol):
 
     @property
     def is_waiting(self) -> bool:
-        """Whether no request is being answered, nor the head of one complete."""
+        """Whether no response is in progress, and no request head is complete."""
         return self.cycle is None or self.cycle.response_complete
 
     @property
     def waiting_since(self) -> float:
-        """When it was to send a request by; less is longer ago."""
+        """Time limit of its request; smaller values are earlier."""
         return self._request_deadline.when() if self._request_deadline else 0.0
 
     def _watch(self) -> None:
-        """Lets the deadline run for as long as a request is waited for."""
+        """Starts the time limit for the next request."""
         if not self.is_waiting or self.transport.get_protocol() is not self:
             if self._request_deadline is not None:
                 self._request_deadline.cancel()
@@ -118,7 +118,7 @@ class BoundedConnection(H11Protocol):
             self._request_deadline = self.loop.call_later(REQUEST_SECONDS, self.let_go)
 
     def let_go(self) -> None:
-        """Closes the connection, which is owed nothing."""
+        """Closes the idle connection."""
         self.connections.discard(self)
         self.transport.close()
 
@@ -129,7 +129,7 @@ class BoundedConnection(H11Protocol):
         self._request_deadline = self._stall_deadline = None
 
     def _has_capacity(self) -> bool:
-        """Whether one more connection, and one more of its peer, is accepted."""
+        """Whether another connection, and another one of its peer, is accepted."""
         peer = _peer_of(self)
         share = 1.0 if peer in _LOOPBACK else MAX_SHARE_OF_PEER
         same = [c for c in self.connections if _peer_of(c) == peer]
@@ -145,7 +145,7 @@ class BoundedConnection(H11Protocol):
         ]
         if not waiting:
             return False
-        _logger.warning("%d connections are open: one that asks for nothing is closed", len(among))
+        _logger.warning("%d connections are open: an idle one is closed", len(among))
         min(waiting, key=lambda connection: connection.waiting_since).let_go()
         return True
 
@@ -162,14 +162,14 @@ class BoundedConnection(H11Protocol):
 
 
 def _peer_of(connection: Any) -> str:
-    """The address at the other end; empty where there is none."""
+    """The address of the other end; empty if unknown."""
     return connection.client[0] if connection.client else ""
 
 
 def note_failed_accepts(loop: asyncio.AbstractEventLoop) -> None:
-    """Says in one line that there are no descriptors left; asyncio goes on in a second by itself.
+    """Logs on one line that no descriptors are left; asyncio tries again after a second.
 
-    It calls its handler for each connection that waits, with a traceback that tells nothing.
+    The handler is called for each waiting connection, with an irrelevant traceback.
     """
 
     def handle(loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:

@@ -1,9 +1,9 @@
-"""Files to download: known by their entity tag, whole or in part (RFC 9110, sections 13, 14).
+"""Downloads of files with entity tags, complete or in part (RFC 9110, sections 13, 14).
 
-A file is opened before its answer begins, so that one that is deleted meanwhile is still
-sent to its end. Starlette's ``FileResponse`` opens it when the headers are out already, and it
-answers ranges that are malformed with 400, several with a multipart body, and those beyond the
-end without a problem document; here the first two get the whole file, as the standard allows.
+A file is opened before its response starts, so that it is sent completely even if it is deleted
+meanwhile. Starlette's ``FileResponse`` opens it after the headers are sent, responds to malformed
+ranges with 400, to several ranges with a multipart body, and to ranges beyond the end without a
+problem document; here the first two get the whole file, as the standard allows.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ JSON = "application/json"
 PARQUET = "application/vnd.apache.parquet"
 PNG = "image/png"
 SVG = "image/svg+xml"
-_JSON_PART = {"schema": {"description": "Bytes of the document, which alone are no JSON"}}
+_JSON_PART = {"schema": {"description": "Bytes of the document, which are not valid JSON alone"}}
 BINARY_SCHEMA = {"type": "string", "format": "binary"}
 
 _RANGE = re.compile(r"bytes *= *([0-9]*) *- *([0-9]*)", re.IGNORECASE)
@@ -40,14 +40,14 @@ _FAR_BEYOND_THE_END = 10**18
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DownloadRequest:
-    """What of a file a client asks for; each header None where it was not sent.
+    """Conditions and range of a request; each header is None if absent.
 
     Attributes:
-        is_head: Whether it wants the headers alone.
-        range: Which part of it.
-        if_range: Entity tag for which it wants the part; otherwise it wants the whole.
-        if_match: Entity tags for which it wants anything.
-        if_none_match: Entity tags of what it has.
+        is_head: Whether only the headers are requested.
+        range: Requested range.
+        if_range: Entity tag required for the range; otherwise the whole file is sent.
+        if_match: Entity tags required for any response.
+        if_none_match: Entity tags that the client has.
     """
 
     is_head: bool = False
@@ -57,19 +57,19 @@ class DownloadRequest:
     if_none_match: str | None = None
 
     def wants_part(self, tag: str) -> bool:
-        """Whether it wants a part of what has this tag, if it asks for one at all."""
+        """Whether the range applies to the present tag, if there is a range."""
         return not self.is_head and (self.if_range is None or self.if_range.strip() == tag)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Download:
-    """A file that can be downloaded.
+    """A downloadable file.
 
     Attributes:
-        tag: Its strong entity tag, in quotes; another one as soon as a byte is another one.
-        name: What a client should call it.
-        media_type: What it is.
-        open: Opens it, or makes it first; called only if the tag alone does not answer.
+        tag: Strong entity tag, in quotes, which changes with any byte.
+        name: Suggested file name.
+        media_type: Media type.
+        open: Opens or creates the file; called only if the tag is not sufficient.
     """
 
     tag: str
@@ -78,17 +78,17 @@ class Download:
     open: Callable[[], BinaryIO]
 
     def answer(self, asked: DownloadRequest) -> Response:
-        """The file, a part of it, or why not; it may take as long as `open` does.
+        """The file, a range of it, or an error; takes as long as `open`.
 
         Args:
-            asked: What the client asks for.
+            asked: Conditions and range of the request.
 
         Raises:
-            SlipgraspError: Whatever `open` raises.
+            SlipgraspError: Any error of `open`.
         """
         expected = expected_revisions(asked.if_match)
         if expected is not None and self.tag.strip('"') not in expected:
-            detail = f"'{self.name}' is another file by now; its ETag is {self.tag}"
+            detail = f"'{self.name}' has changed; its ETag is {self.tag}"
             return problem_response(412, detail, headers={"ETag": self.tag})
         if is_known(self.tag, asked.if_none_match):
             return Response(status_code=304, headers={"ETag": self.tag})
@@ -117,7 +117,7 @@ class Download:
 
 
 class _FileAnswer(StreamingResponse):
-    """Sends some bytes of an open file, and closes it whatever happens."""
+    """Sends a range of bytes of an open file, and closes it in any case."""
 
     def __init__(
         self,
@@ -149,9 +149,9 @@ async def _pieces(file: BinaryIO, part: range) -> AsyncIterator[bytes]:
 
 
 def _part(asked: str | None, size: int) -> range | None:
-    """The bytes a ``Range`` names: None for all, empty if the file has none of them.
+    """The bytes of a ``Range``: None for all, empty if the file has none of them.
 
-    What is malformed, or more than one range, is ignored, as the standard allows.
+    Malformed and multiple ranges are ignored, as the standard allows.
     """
     found = _RANGE.fullmatch(asked.strip()) if asked else None
     if found is None or found[1] == found[2] == "":
@@ -165,14 +165,14 @@ def _part(asked: str | None, size: int) -> range | None:
 
 
 def _position(digits: str) -> int:
-    """The number, or one that is beyond the end of any file as well."""
+    """Parses the number; numbers that are too long become one beyond the end of any file."""
     significant = digits.lstrip("0") or "0"
     return _FAR_BEYOND_THE_END if len(significant) > 18 else int(significant)
 
 
 @contextmanager
 def as_text(stream: BinaryIO) -> Iterator[TextIO]:
-    """Within it a binary stream takes text; it stays open."""
+    """A context that converts text for a binary stream, which stays open."""
     text = TextIOWrapper(stream, encoding="utf-8", newline="")
     yield text
     text.detach()
@@ -181,25 +181,25 @@ def as_text(stream: BinaryIO) -> Iterator[TextIO]:
 def download_responses(
     *media_types: str, problems: tuple[int, ...] = (404,)
 ) -> dict[int | str, dict[str, Any]]:
-    """How a route declares that it answers with a download.
+    """Declares that a route responds with a download.
 
     Args:
-        media_types: What it may be.
-        problems: Statuses of what can go wrong besides the conditions and the range.
+        media_types: Possible media types.
+        problems: Statuses of errors other than those of conditions and range.
     """
     content = {kind: {"schema": _schema_of(kind)} for kind in media_types}
     parts = {kind: _JSON_PART if kind == JSON else each for kind, each in content.items()}
     tag = {"ETag": {"description": "Tag of the file", "schema": {"type": "string"}}}
     return {
         200: {"description": "The file", "content": content, "headers": tag},
-        206: {"description": "The part that `Range` asks for", "content": parts, "headers": tag},
-        304: {"description": "The client has it, as `If-None-Match` says"},
+        206: {"description": "The range of `Range`", "content": parts, "headers": tag},
+        304: {"description": "The client has it, according to `If-None-Match`"},
         **ProblemPublic.responses((*problems, 412, 416)),
     }
 
 
 def _schema_of(media_type: str) -> dict[str, str]:
-    """What a whole file of that type is."""
+    """Schema of a whole file with a media type."""
     if media_type == JSON:
         return {"type": "object"}
     return {"type": "string"} if media_type.startswith("text/") else BINARY_SCHEMA

@@ -1,4 +1,4 @@
-"""How requests end that are still under way when the server is to stop."""
+"""Handling of unfinished requests when the server stops."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ from slipgrasp.server.exceptions import ServiceEndingError
 from slipgrasp.server.http.errors import problem_response
 
 ANSWER_SECONDS = 2.5
-"""How long after the server is to stop a request may still be answered by its route.
+"""Time after the stop request in which routes may still respond.
 
-A little less than the server waits for its answers.
+Slightly shorter than the time that the server waits for responses.
 """
 
 
 class EndingLimit:
-    """ASGI middleware: answers 503 where the server stops before a route has begun to answer.
+    """ASGI middleware: responds with 503 if the server stops before a route has started to respond.
 
-    Without it such a connection would be reset, and its sender could not know what became of it.
+    Otherwise such a connection would be reset, which does not explain the reason.
 
     Args:
-        app: What answers otherwise.
-        stopping: Set once the server is to stop.
+        app: The application.
+        stopping: Set when the server stops.
     """
 
     def __init__(self, app: ASGIApp, stopping: asyncio.Event) -> None:
@@ -32,7 +32,7 @@ class EndingLimit:
         self._end: asyncio.Task[None] | None = None
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Handles one connection; what is not HTTP passes."""
+        """Handles one connection; other protocols than HTTP pass."""
         if scope["type"] != "http":
             await self._app(scope, receive, send)
             return
@@ -46,7 +46,7 @@ class EndingLimit:
                 has_begun = True
                 await send(message)
 
-        # A task of its own: what it waits for in a thread cannot be cancelled.
+        # A separate task, because its waiting threads cannot be cancelled.
         answer = asyncio.create_task(self._answer(scope, receive, send_in_time))
         try:
             await asyncio.wait((answer, self._end), return_when=asyncio.FIRST_COMPLETED)
@@ -68,6 +68,6 @@ class EndingLimit:
 
 
 def _ignore(answer: asyncio.Task[None]) -> None:
-    """Takes the error of an answer that nobody waits for any more."""
+    """Retrieves the error of a response that is no longer needed."""
     if not answer.cancelled():
         answer.exception()

@@ -1,4 +1,4 @@
-"""From an error to its HTTP answer: problem details (RFC 9457), one mapping."""
+"""Conversion of errors to HTTP responses: problem details (RFC 9457)."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ STATUSES: Mapping[type[SlipgraspError], int] = {
     ServiceEndingError: 503,
     ServiceBusyError: 503,
 }
-"""The status of each error; of two that fit, the first."""
+"""The status of each error; the first match applies."""
 
 
 class FieldErrorPublic(BaseModel):
@@ -120,7 +120,7 @@ class ProblemPublic(BaseModel):
 
     @classmethod
     def responses(cls, statuses: Iterable[int]) -> dict[int | str, dict[str, Any]]:
-        """How a route declares that it may answer so."""
+        """Declares possible problem responses of a route."""
         schema = {"$ref": f"#/components/schemas/{cls.__name__}"}
         content = {"application/problem+json": {"schema": schema}}
         return {
@@ -136,7 +136,7 @@ def problem_response(
     errors: Iterable[FieldError] = (),
     headers: Mapping[str, str] | None = None,
 ) -> JSONResponse:
-    """An answer in the form of RFC 9457, with the wrong fields where there are any."""
+    """A response in the form of RFC 9457, with the wrong fields if any."""
     content: dict[str, Any] = {
         "type": "about:blank",
         "title": HTTPStatus(status).phrase,
@@ -145,7 +145,7 @@ def problem_response(
     }
     if listed := [asdict(error) for error in errors]:
         content["errors"] = listed
-    # Not every problem passes the guard which gives all other answers theirs.
+    # Not every problem passes the middleware that adds these headers to other responses.
     policy = {"Content-Security-Policy": RESOURCE_CONTENT_POLICY}
     return JSONResponse(
         content,
@@ -156,7 +156,7 @@ def problem_response(
 
 
 def add_error_handlers(app: FastAPI) -> None:
-    """Makes every error of an application a problem document."""
+    """Converts all errors of an application to problem documents."""
     app.add_exception_handler(SlipgraspError, _answer_own_error)
     app.add_exception_handler(RequestValidationError, _answer_invalid_request)
     app.add_exception_handler(HTTPException, _answer_http_error)
@@ -177,8 +177,8 @@ async def _answer_own_error(request: Request, error: Exception) -> JSONResponse:
     if isinstance(error, ServiceBusyError):
         headers["Retry-After"] = str(error.retry_after)
     if isinstance(error, BodyTooSlowError):
-        # Others still send the rest of the body: it is thrown away for some seconds, as who sends
-        # to a closed connection does not get to read the answer.
+        # Other clients still send the rest of the body, which is discarded for some seconds,
+        # because a client that sends to a closed connection cannot read the response.
         headers["Connection"] = "close"
     return problem_response(status, told, errors=errors, headers=headers)
 
@@ -202,12 +202,12 @@ async def _answer_http_error(request: Request, error: Exception) -> JSONResponse
 
 
 async def _answer_unexpected_error(request: Request, error: Exception) -> JSONResponse:
-    # The server logs the error itself; its text may hold what is none of the client's business.
-    return problem_response(500, "an unexpected error; the server's log has its traceback")
+    # The server logs the error; its text may be confidential.
+    return problem_response(500, "an unexpected error; see the traceback in the server's log")
 
 
 def _allowed_methods(request: Request) -> list[str]:
-    """All methods of a path: several routes may share it, and each knows only its own."""
+    """All methods of a path, because each of its routes knows only its own."""
     return [
         method
         for method in _METHODS
@@ -219,11 +219,11 @@ def _allowed_methods(request: Request) -> list[str]:
 
 
 def invalid_fields(findings: Iterable[Any], known: Iterable[str] = ()) -> list[FieldError]:
-    """Pydantic's findings about a request as field errors.
+    """Converts pydantic's errors about a request to field errors.
 
     Args:
-        findings: What ``errors()`` of a validation error gives.
-        known: Names of the fields there are, to suggest for an unknown one.
+        findings: Result of ``errors()`` of a validation error.
+        known: Names of the existing fields, as suggestions for an unknown one.
     """
     return [_field_error(finding, tuple(known)) for finding in findings]
 

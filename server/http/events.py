@@ -1,4 +1,4 @@
-"""Server-sent events (WHATWG HTML, section 9.2): what goes over the wire, and for how long."""
+"""Server-sent events (WHATWG HTML, section 9.2): encoding and lifetime."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ MAX_MAKERS = 1
 
 
 def encode_event(kind: str, data: Any, event_id: int | None = None) -> bytes:
-    """An event as it is sent.
+    """An event to send.
 
     Args:
-        kind: Its name, which a browser calls the event's type.
+        kind: Name, which browsers call the event's type.
         data: Plain values for JSON; numbers are finite.
-        event_id: With which a client may come back for the rest; None leaves the one before.
+        event_id: Id with which a client may continue; None keeps the previous one.
     """
     text = json.dumps(data, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
     told = None if event_id is None else str(event_id)
@@ -31,24 +31,24 @@ def encode_event(kind: str, data: Any, event_id: int | None = None) -> bytes:
 
 
 class EventSlots:
-    """How many streams of events are open; used by the event loop alone.
+    """The number of open event streams; for use in the event loop only.
 
     Args:
-        limit: How many may be.
+        limit: Largest number.
 
     Attributes:
-        num_open: How many are.
-        makers: Threads that make what they tell, where that takes long.
+        num_open: Number of open streams.
+        makers: Threads that encode slow events.
     """
 
     def __init__(self, limit: int) -> None:
         self._limit = limit
         self.num_open = 0
-        # Few, and none of those that answer requests, which would have to wait for them.
+        # Few, and separate from those of requests, which would otherwise wait.
         self.makers = CapacityLimiter(MAX_MAKERS)
 
     def check(self) -> None:
-        """Refuses one more.
+        """Checks whether another stream may open.
 
         Raises:
             ServiceBusyError: If there are too many.
@@ -59,24 +59,24 @@ class EventSlots:
 
 
 class EventStream(EventSourceResponse):
-    """An answer that lasts as long as its events, or until its client has gone.
+    """A response that lasts as long as its events, or until its client disconnects.
 
-    FastAPI can do more where a route yields its events, but then fills silence every 15 s,
-    whatever the settings say, and has no way to answer 204 to who has seen the end.
+    FastAPI supports generators of events, but then sends comments after 15 s of silence, regardless
+    of settings, and cannot respond with 204 to a client that has seen the end.
 
     Args:
         pieces: The encoded events.
-        slots: Where it counts as open meanwhile.
+        slots: Counts it as open meanwhile.
     """
 
     def __init__(self, pieces: AsyncIterator[bytes], slots: EventSlots) -> None:
-        # A proxy that gathers the answer first would make it useless.
+        # Proxies must not buffer the response.
         headers = {"Cache-Control": "no-store", "X-Accel-Buffering": "no"}
         super().__init__(pieces, headers=headers)
         self._slots = slots
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Sends the events; cancelled once the client has gone."""
+        """Sends the events; cancelled when the client disconnects."""
         self._slots.num_open += 1
         try:
             await super().__call__(scope, receive, send)

@@ -1,4 +1,4 @@
-"""Files that are made when they are asked for, and kept for a while."""
+"""Cache of files that are created on demand."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from slipgrasp.server.exceptions import ServiceBusyError
 MAX_BYTES = 500_000_000
 
 PATIENCE = 10.0
-"""How long a file waits for another one that takes long [s]."""
+"""Waiting time for another slow file [s]."""
 MAX_WAITING = 16
-"""How many may wait so: each takes a thread that could answer others."""
+"""Number of requests that may wait: each occupies a thread."""
 RETRY_AFTER = 5
 
 
 class FileCache:
-    """Keeps the files made last, so that one that is read range by range is made once.
+    """Caches recent files, so that one that is read range by range is created once.
 
     Args:
-        max_bytes: How much they may take together; a larger one is made every time.
+        max_bytes: Total size; a larger file is created every time.
     """
 
     def __init__(self, max_bytes: int = MAX_BYTES) -> None:
@@ -41,22 +41,22 @@ class FileCache:
     def open(
         self, tag: str, write: Callable[[BinaryIO], object], *, takes_long: bool = False
     ) -> BinaryIO:
-        """Opens a file, making it if it is not there; safe to call from several threads.
+        """Opens a file, creating it if missing; thread-safe.
 
         Args:
-            tag: The same for files with the same bytes.
-            write: Writes it to a stream that is seekable.
-            takes_long: Whether to make it when no other such file is being made, so that several
-                do not take all processors, and one that many ask for at once is made once.
+            tag: Key that is equal for equal files.
+            write: Writes it to a seekable stream.
+            takes_long: Whether to create it only when no other such file is being created, so that
+                several do not occupy all processors, and repeated requests create it once.
 
         Raises:
             RecordingWriteError: If there is no space for it.
-            ServiceBusyError: If another file that takes long is not made in time.
+            ServiceBusyError: If another slow file is not finished in time.
         """
         if (known := self._locked_known(tag)) is not None:
             return known
         with self._turn() if takes_long else nullcontext():
-            # Who waited for it may find it made.
+            # A request that waited may find the file.
             return self._locked_known(tag) or self._make_and_keep(tag, write)
 
     def _locked_known(self, tag: str) -> BinaryIO | None:
@@ -68,7 +68,7 @@ class FileCache:
         with ExitStack() as stack:
             for gate, patience in ((self._places, 0.0), (self._long_turn, PATIENCE)):
                 if not gate.acquire(timeout=patience):
-                    raise ServiceBusyError(1, RETRY_AFTER, "long table is being written already")
+                    raise ServiceBusyError(1, RETRY_AFTER, "long table is already being written")
                 stack.callback(gate.release)
             yield
 
@@ -82,7 +82,7 @@ class FileCache:
         return file
 
     def close(self) -> None:
-        """Deletes all of them."""
+        """Deletes all files."""
         with self._lock:
             self._files.clear()
             if self._folder is not None:
@@ -90,7 +90,7 @@ class FileCache:
                 self._folder = None
 
     def _open_known(self, tag: str) -> BinaryIO | None:
-        """A file that is there; temporary files may have been cleaned up."""
+        """A cached file, if it still exists; temporary files may be deleted by the system."""
         if tag not in self._files:
             return None
         self._files.move_to_end(tag)
@@ -101,7 +101,7 @@ class FileCache:
             return None
 
     def _find_folder(self) -> Path:
-        """The folder of the files, made if it is not there, or no longer."""
+        """The folder of the files, created if missing."""
         if self._folder is not None and not Path(self._folder.name).is_dir():
             self._folder.cleanup()
             self._folder = None
@@ -114,7 +114,7 @@ class FileCache:
         return Path(self._folder.name)
 
     def _keep(self, tag: str, path: Path, size: int) -> None:
-        """Two may have made the same at once; then the later one stays."""
+        """Two requests may have created the same file; the later one is kept."""
         self._drop(tag)
         self._files[tag] = path, size
         while sum(size for _, size in self._files.values()) > self._max_bytes:

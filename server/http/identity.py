@@ -1,4 +1,4 @@
-"""Who may do what: by his connection, a token, or the cookie that a link with a token gives."""
+"""Rights of senders: by connection, token, or the cookie that a link with a token sets."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ _NEVER_KEPT = {"Cache-Control": "no-store"}
 
 @dataclass(frozen=True, slots=True)
 class Gate:
-    """Finds out what those who send requests may do.
+    """Determines the rights of senders of requests.
 
     Attributes:
         tokens: The accepted tokens.
-        trusts_connections: Whether the user who runs this server needs no token, where the system
-            tells that a connection is his.
-        is_encrypted: Whether pages are reached by HTTPS alone.
+        trusts_connections: Whether the user who runs this server needs no token, if the system
+            identifies the connections of that user.
+        is_encrypted: Whether pages are only reached by HTTPS.
     """
 
     tokens: Tokens
@@ -38,15 +38,15 @@ class Gate:
     is_encrypted: bool = False
 
     def right_of(self, headers: Headers, connection: Connection | None, port: int) -> Right:
-        """What the sender of a request may do.
+        """The right of the sender of a request.
 
-        A bearer token decides alone. A cookie only adds to what the connection gives: browsers
-        send it unasked, and it may be that of a server which has ended.
+        A bearer token alone determines it. A cookie only adds to the right of the connection:
+        browsers always send it, and it may belong to a server that has ended.
 
         Args:
-            headers: Those of the request.
-            connection: What it came by, if known.
-            port: The port that it came to.
+            headers: Headers of the request.
+            connection: Its connection, if known.
+            port: Port of the request.
         """
         bearers = bearer_tokens(headers.getlist("authorization"))
         if bearers:
@@ -62,15 +62,15 @@ class Gate:
         return self.trusts_connections and not is_forwarded and connection.is_own
 
     def lead_on(self, path: str, query: str, right: Right, port: int, linked: bool) -> Response:
-        """Gives the cookie for a link with a token, and leads on to the address without it.
+        """Sets the cookie for a link with a token, and redirects to the address without it.
 
         Args:
-            path: Path of the page that was asked for.
-            query: What follows the path.
-            right: What the token lets do.
-            port: The port that the request came to.
-            linked: Whether the link may be on another site's page. Browsers send no such cookie
-                along redirects which began there, but do when a page of ours goes on.
+            path: Path of the requested page.
+            query: Query string of the request.
+            right: Right of the token.
+            port: Port of the request.
+            linked: Whether the link may be on another site's page. Browsers then send the cookie
+                only if a page of ours continues, not along redirects.
         """
         kept = [pair for pair in _pairs(query) if pair[0] != TOKEN_PARAMETER]
         target = from_outside(path)
@@ -92,13 +92,13 @@ class Gate:
 
 
 def bearer_tokens(authorizations: Sequence[str]) -> list[str]:
-    """The tokens of those ``Authorization`` headers that show one."""
+    """The tokens in ``Authorization`` headers."""
     split = [header.strip().partition(" ") for header in authorizations]
     return [token.strip() for scheme, _, token in split if scheme.lower() == _BEARER]
 
 
 def link_token(query: str) -> str | None:
-    """The token of a link; None if it has none, and no possible one if it has several."""
+    """The token in a link; None if there is none, an invalid one if there are several."""
     shown = [value for name, value in _pairs(query) if name == TOKEN_PARAMETER]
     return None if not shown else shown[0] if len(shown) == 1 else ""
 
@@ -108,5 +108,5 @@ def _pairs(query: str) -> list[tuple[str, str]]:
 
 
 def _cookie_name(port: int) -> str:
-    """Browsers send the cookies of all ports of a machine to each."""
+    """Browsers send the cookies of all ports of a machine to each of them."""
     return f"slipgrasp_{port}"

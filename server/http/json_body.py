@@ -1,9 +1,9 @@
-"""Reading a JSON request body without trusting its content.
+"""Reads an untrusted JSON request body.
 
-Beyond what ``json`` checks: every name once, short and in plain ASCII, no text that
-cannot be stored as UTF-8, and nothing deeper or larger than a scenario can be, so that
-nobody behind this has to fear recursion or a million names. Numbers that no float can
-hold are read as infinite; validation then rejects them by the name of their field.
+In addition to the checks of ``json``: unique, short names in ASCII, text that can be stored as
+UTF-8, and limited depth and size, so that later code need not protect itself against recursion or
+millions of names. Numbers that exceed floats are read as infinite; validation then rejects them by
+the name of their field.
 """
 
 from __future__ import annotations
@@ -46,13 +46,13 @@ async def read_body(request: Request, kind: type[Body], types: tuple[str, ...]) 
 
     Args:
         request: The request.
-        kind: What it should be.
-        types: As what it may be declared; the first is suggested.
+        kind: Expected kind.
+        types: Allowed content types; the first is suggested.
 
     Raises:
-        UnsupportedBodyError: If it is declared as something else than JSON.
+        UnsupportedBodyError: If its content type is not JSON.
         UnreadableBodyError: If it is not JSON.
-        InvalidRequestError: If it is something else than it should be.
+        InvalidRequestError: If it is of another kind.
     """
     value = await read_values(request, types, MAX_VALUES)
     try:
@@ -67,13 +67,13 @@ async def read_values(request: Request, types: tuple[str, ...], max_values: int)
 
     Args:
         request: The request.
-        types: As what it may be declared; the first is suggested.
-        max_values: How many values it may hold.
+        types: Allowed content types; the first is suggested.
+        max_values: Largest number of values.
 
     Raises:
-        UnsupportedBodyError: If it is declared as something else than JSON.
+        UnsupportedBodyError: If its content type is not JSON.
         UnreadableBodyError: If it is not JSON.
-        InvalidRequestError: If it holds what no request may hold.
+        InvalidRequestError: If it contains something that no request may contain.
     """
     content_type = request.headers.get("content-type", "")
     if content_type.partition(";")[0].strip().lower() not in types:
@@ -81,7 +81,7 @@ async def read_values(request: Request, types: tuple[str, ...], max_values: int)
     try:
         body = await request.body()
     except ClientDisconnect as error:
-        raise UnreadableBodyError("its sender has gone") from error
+        raise UnreadableBodyError("its sender has disconnected") from error
     return await run_in_threadpool(read_json, body, max_values)
 
 
@@ -89,15 +89,15 @@ def read_json(body: bytes, max_values: int = MAX_VALUES) -> Any:
     """Parses a request body.
 
     Args:
-        body: The bytes as they came.
-        max_values: How many values it may hold.
+        body: The received bytes.
+        max_values: Largest number of values.
 
     Returns:
         Plain values: dict, list, str, int, float, bool or None.
 
     Raises:
         UnreadableBodyError: If it is not JSON.
-        InvalidRequestError: If it is, but holds something no request may hold.
+        InvalidRequestError: If it contains something that no request may contain.
     """
     try:
         text = body.decode("utf-8")
@@ -141,7 +141,7 @@ def _find_faults(root: Any, max_values: int) -> Iterator[FieldError]:
         num_values += 1
         if num_values > max_values:
             limit = f"{max_values} values"
-            yield _fault("", None, limit, f"the body holds more than {limit}")
+            yield _fault("", None, limit, f"the body contains more than {limit}")
             return
         if depth > MAX_DEPTH:
             limit = f"{MAX_DEPTH} levels"

@@ -1,4 +1,4 @@
-"""A bound on how fast the log grows, whatever clients do."""
+"""Limits the growth of the log, whatever clients do."""
 
 from __future__ import annotations
 
@@ -17,20 +17,20 @@ from slipgrasp.server.log_format import LogFormat
 MAX_LINES = 10
 PERIOD = 60.0
 MAX_PRINTED = 200
-"""How much is logged of a line that was printed."""
+"""Largest logged length of a printed line."""
 
 _logger = logging.getLogger(__name__)
 
 
 class BoundedLog(logging.Handler):
-    """Writes a few lines of a kind each minute to standard error, and how many it left out.
+    """Writes a limited number of lines of a kind per minute, and counts the others.
 
-    Lines are of a kind if one statement wrote them with the same ``kind`` in `extra`.
+    Lines are of a kind if they come from one statement with the same ``kind`` in `extra`.
 
     Args:
-        log_format: What the lines are.
-        max_lines: How many of a kind in a period.
-        period: How long that is [s].
+        log_format: Format of the lines.
+        max_lines: Largest number of lines of a kind in a period.
+        period: Length of a period [s].
     """
 
     def __init__(
@@ -46,7 +46,7 @@ class BoundedLog(logging.Handler):
         self._kinds: dict[tuple[str, int, object], tuple[float, int]] = {}
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Writes a line, unless there were too many such; the next one reports their number."""
+        """Writes a line, unless there were too many of its kind; the next reports their number."""
         kind = (record.pathname, record.lineno, getattr(record, "kind", None))
         now = time.monotonic()
         began, count = self._kinds.get(kind, (now, 0))
@@ -55,12 +55,12 @@ class BoundedLog(logging.Handler):
             record.left_out, began, count = max(count - self._max_lines, 0), now, 0
         self._kinds[kind] = began, count + 1
         if count < self._max_lines:
-            # Looked up each time: the process may have replaced the stream.
+            # Looked up each time, because the process may have replaced the stream.
             print(self.format(record), file=_beneath(sys.stderr), flush=True)
 
 
 def log_config(log_format: LogFormat) -> dict[str, Any]:
-    """How a server writes its log, as `logging.config.dictConfig` takes it."""
+    """Log configuration for `logging.config.dictConfig`."""
     handler = {"()": BoundedLog, "log_format": log_format}
     names = ("uvicorn", "slipgrasp", "asyncio", "websockets", "distributed", "py.warnings")
     loggers = {name: {"handlers": ["bounded"], "level": "WARNING"} for name in names}
@@ -73,10 +73,10 @@ def log_config(log_format: LogFormat) -> dict[str, Any]:
 
 
 def log_stray_errors(log_format: LogFormat) -> None:
-    """Lets all that is wrong be lines of the log: what libraries log, warn of, and end threads by.
+    """Sends all errors to the log: of libraries, warnings, and unhandled exceptions of threads.
 
     Args:
-        log_format: What the lines are.
+        log_format: Format of the lines.
     """
     logging.lastResort = BoundedLog(log_format)
     logging.captureWarnings(True)
@@ -85,19 +85,19 @@ def log_stray_errors(log_format: LogFormat) -> None:
 
 @contextmanager
 def log_prints() -> Iterator[None]:
-    """Within it, what Python code prints to standard output or standard error is logged.
+    """A context in which printed output of Python code is logged.
 
-    Libraries print errors, and clients can bring them to it as often as they like.
+    Libraries print errors, and clients can cause any number of them.
     """
     with redirect_stdout(_LoggedLines(sys.stdout)), redirect_stderr(_LoggedLines(sys.stderr)):
         yield
 
 
 class _LoggedLines(io.TextIOBase):
-    """A stream whose lines go to the log; each is cut off at a length.
+    """A stream whose lines go to the log, truncated to a length.
 
     Args:
-        beneath: The stream that the log itself writes to.
+        beneath: The stream of the log itself.
     """
 
     encoding = ""
@@ -108,15 +108,15 @@ class _LoggedLines(io.TextIOBase):
         self._lock = threading.Lock()
 
     def fileno(self) -> int:
-        """The descriptor beneath, for what is written past Python."""
+        """The descriptor of the underlying stream, for output outside Python."""
         return self.beneath.fileno()
 
     def writable(self) -> bool:
-        """True: it can be written to."""
+        """True: the stream is writable."""
         return True
 
     def write(self, text: str) -> int:
-        """Logs the lines that are complete."""
+        """Logs complete lines."""
         with self._lock:
             *lines, rest = (self._unfinished + text).split("\n")
             self._unfinished = rest[:MAX_PRINTED]

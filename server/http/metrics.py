@@ -1,4 +1,4 @@
-"""What Prometheus asks for: how busy the service is, its answers, and its process."""
+"""Prometheus metrics: load of the service, responses, and process."""
 
 from __future__ import annotations
 
@@ -22,26 +22,26 @@ _SECONDS = (0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 5.0, 10.0, 60.0)
 
 _GAUGES: Mapping[str, tuple[str, Callable[[State], float]]] = {
     "ready": (
-        "1 if a run that is sent now is taken and can be kept",
+        "1 if a new run is accepted and can be stored",
         lambda state: not state.run_service.obstacles(),
     ),
-    "runs_running": ("Runs that are simulated", lambda state: state.run_service.load.running),
+    "runs_running": ("Runs that are being simulated", lambda state: state.run_service.load.running),
     "runs_waiting": ("Runs that wait for their turn", lambda state: state.run_service.load.waiting),
     "runs_recovering": (
-        "Runs that were cut off and are still to be recovered",
+        "Interrupted runs that are not recovered yet",
         lambda state: len(state.run_service.recovering),
     ),
     "runs_stored": (
-        "Runs that are kept",
+        "Stored runs",
         lambda state: state.run_service.store.find(RunQuery(limit=0)).count,
     ),
     "studies_unfinished": (
-        "Studies that wait or run",
+        "Studies that are waiting or running",
         lambda state: state.study_service.num_unfinished,
     ),
     "fits_unfinished": ("Fits that wait or run", lambda state: state.fit_service.num_unfinished),
     "disk_free_bytes": (
-        "What is free on the disk of the data folder",
+        "Free space on the disk of the data folder",
         lambda state: shutil.disk_usage(state.settings.data_directory).free,
     ),
 }
@@ -51,37 +51,37 @@ class Metrics:
     """The metrics of one application.
 
     Attributes:
-        registry: All of them.
+        registry: Registry of all metrics.
     """
 
     def __init__(self) -> None:
         self.registry = CollectorRegistry()
         self._answers = Counter(
             "slipgrasp_http_answers",
-            "Answers by method and status, refusals too",
+            "Responses by method and status, including rejections",
             ("method", "status"),
             registry=self.registry,
         )
         self._seconds = Histogram(
             "slipgrasp_http_answer_seconds",
-            "How long the head of an answer took",
+            "Time until the head of a response",
             registry=self.registry,
             buckets=_SECONDS,
         )
         ProcessCollector(registry=self.registry)
 
     def add_to(self, app: FastAPI) -> None:
-        """Lets an application, whose services live in its state, serve its metrics."""
+        """Adds the metrics to an application, whose services are in its state."""
         for name, (text, measure) in _GAUGES.items():
             gauge = Gauge(f"slipgrasp_{name}", text, registry=self.registry)
             gauge.set_function(lambda measure=measure: measure(app.state))
-        # Outside of all others, so that what they refuse is counted, too.
+        # Outermost, so that rejections by other middleware are counted too.
         app.add_middleware(AnswerMeter, metrics=self)
         app.add_api_route(METRICS_PATH, self._show, include_in_schema=False)
 
     def note(self, method: str, status: int, seconds: float) -> None:
-        """Counts an answer."""
-        # Unknown methods share one label, so that their number is bounded.
+        """Counts a response."""
+        # Unknown methods share a label, so that the number of labels is limited.
         self._answers.labels(method if method in _METHODS else "other", str(status)).inc()
         self._seconds.observe(seconds)
 
@@ -91,11 +91,11 @@ class Metrics:
 
 
 class AnswerMeter:
-    """ASGI middleware: counts answers, and how long their heads take.
+    """ASGI middleware: counts responses, and measures the time until their heads.
 
     Args:
-        app: What answers.
-        metrics: Where they are counted.
+        app: The application.
+        metrics: The metrics.
     """
 
     def __init__(self, app: ASGIApp, metrics: Metrics) -> None:
@@ -103,7 +103,7 @@ class AnswerMeter:
         self._metrics = metrics
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Handles one connection; what is not HTTP passes."""
+        """Handles one connection; other protocols than HTTP pass."""
         if scope["type"] != "http":
             await self._app(scope, receive, send)
             return
@@ -123,6 +123,6 @@ class AnswerMeter:
         try:
             await self._app(scope, receive, send_and_note)
         except Exception:
-            # It is answered further out.
+            # The response is sent by outer middleware.
             note(500)
             raise

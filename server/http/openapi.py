@@ -1,4 +1,4 @@
-"""The description of the REST interface that other programs read (OpenAPI 3.1)."""
+"""OpenAPI 3.1 description of the REST interface."""
 
 from __future__ import annotations
 
@@ -20,22 +20,22 @@ _TAGS = {
     "fits": "Parameters of a scenario from a recording, with intervals.",
     "recordings": "Recordings that come from elsewhere.",
     "diff": "Differences between two runs.",
-    "scenarios": "What can be simulated, and what can be set.",
-    "health": "Whether the service is up, and how busy.",
+    "scenarios": "Presets and parameters.",
+    "health": "State and load of the service.",
 }
 
 
 def operation_id(route: APIRoute) -> str:
-    """The name of an operation: that of the function that answers it, which is used once."""
+    """Name of an operation: that of the function of the route, which is unique."""
     return route.name
 
 
 def json_body(model: type[BaseModel], *media_types: str) -> dict[str, Any]:
-    """How a route declares the JSON body that its dependency reads.
+    """Declares the JSON body that a dependency of a route reads.
 
     Args:
-        model: What the body should be.
-        media_types: As what it may be sent besides ``application/json``.
+        model: Model of the body.
+        media_types: Allowed media types in addition to ``application/json``.
     """
     schema = model.model_json_schema(ref_template=_REFERENCE)
     content = {kind: {"schema": schema} for kind in ("application/json", *media_types)}
@@ -43,17 +43,17 @@ def json_body(model: type[BaseModel], *media_types: str) -> dict[str, Any]:
 
 
 class DescribedApi(FastAPI):
-    """An application that serves a description of its own routes."""
+    """An application that serves the description of its routes."""
 
     def openapi(self) -> dict[str, Any]:
-        """The description, made once."""
+        """The description, created once."""
         if self.openapi_schema is None:
             self.openapi_schema = _describe(self)
         return self.openapi_schema
 
 
 def _describe(app: FastAPI) -> dict[str, Any]:
-    """What FastAPI finds out, with bodies and problems as schemas of their own."""
+    """The description from FastAPI, with schemas of bodies and problems."""
     document = get_openapi(
         title=app.title,
         version=app.version,
@@ -76,7 +76,7 @@ def _describe(app: FastAPI) -> dict[str, Any]:
 
 
 def _define(schema: dict[str, Any], schemas: dict[str, Any]) -> dict[str, Any]:
-    """Moves a schema, and those that came with it, to where all are; returns how it is called."""
+    """Moves a schema and its definitions to the common ones; returns its reference."""
     own = {key: value for key, value in schema.items() if key != "$defs"}
     for name, each in [*schema.get("$defs", {}).items(), (schema["title"], own)]:
         schemas.setdefault(name, each)
@@ -84,7 +84,7 @@ def _define(schema: dict[str, Any], schemas: dict[str, Any]) -> dict[str, Any]:
 
 
 def _correct_validation_problem(operation: dict[str, Any]) -> None:
-    """FastAPI takes it that errors have the form of its own."""
+    """Removes error schemas of FastAPI, which the application does not use."""
     invalid = operation["responses"].get("422", {})
     if "application/json" in invalid.get("content", {}):
         operation["responses"]["422"] = ProblemPublic.responses((422,))[422]

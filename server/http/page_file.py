@@ -1,4 +1,4 @@
-"""Files that stay the same while the server runs: compressed once, and not sent again in vain."""
+"""Files that do not change while the server runs: compressed once, with conditional requests."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from slipgrasp.server.http.conditions import is_known, tag_of
 
 
 class PageFile:
-    """One file of a page.
+    """A file of a page.
 
     Args:
-        content: Its bytes.
-        media_type: Its type.
-        headers: Other headers that it is sent with.
+        content: Content.
+        media_type: Media type.
+        headers: Additional headers.
     """
 
     def __init__(
@@ -36,7 +36,7 @@ class PageFile:
         return gzip.compress(self._content, mtime=0)
 
     def answer(self, request: Request) -> Response:
-        """The file, compressed for who takes that; 304 for who has it."""
+        """The file, compressed if the client accepts that; 304 if the client has it."""
         if is_known(self._headers["ETag"], request.headers.get("if-none-match")):
             return Response(status_code=304, headers=self._headers)
         if "gzip" not in request.headers.get("accept-encoding", ""):

@@ -1,4 +1,4 @@
-"""HTTP/1.1 of uvicorn, extended by the connection of each request."""
+"""HTTP/1.1 of uvicorn, which adds its connection to each request."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from slipgrasp.server.peers import Connection
 
 
 class GuardedProtocol(BoundedConnection):
-    """Gives each request, and the websocket it may become, its connection as ``state``."""
+    """Adds the connection to the ``state`` of each request, and of the websocket it may become."""
 
     def connection_made(self, transport: asyncio.Transport) -> None:
-        """Takes a new connection."""
+        """Accepts a new connection."""
         super().connection_made(transport)
         ends = (transport.get_extra_info("sockname"), transport.get_extra_info("peername"))
         if all(ends):
@@ -23,7 +23,7 @@ class GuardedProtocol(BoundedConnection):
             self.app_state = {**self.app_state, "connection": Connection(local[:2], peer[:2])}
 
     def send_400_response(self, msg: str) -> None:
-        """Answers what is not HTTP, unless its request has been answered already, and closes."""
+        """Responds to invalid HTTP, unless a response was sent, and closes the connection."""
         if self.conn.our_state not in (h11.IDLE, h11.SEND_RESPONSE):
             self.transport.close()
             return

@@ -1,4 +1,4 @@
-"""The path at which a proxy shows the server, and which it may take away or leave."""
+"""The root path of a proxy, which the proxy may remove from requests or not."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from slipgrasp.server.addresses import root_path
 
 
 class RootPath:
-    """ASGI middleware: routes see paths without the root path, answers tell them with it.
+    """ASGI middleware: removes the root path from requests; responses include it.
 
-    Requests come with it from proxies that pass paths as they are, and from those who ask the
-    server itself for what an answer told; other proxies take it away.
+    Some proxies pass paths unchanged, and clients without the proxy use addresses from responses;
+    other proxies remove the root path.
 
     Args:
-        app: What answers.
-        root: Such as ``/slipgrasp``; empty if there is none.
+        app: The application.
+        root: Root path, such as ``/slipgrasp``; empty if there is none.
     """
 
     def __init__(self, app: ASGIApp, root: str) -> None:
@@ -24,13 +24,13 @@ class RootPath:
         self._root = root
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Handles one connection; what is neither HTTP nor websocket passes."""
+        """Handles one connection; other protocols than HTTP and websocket pass."""
         if not self._root or scope["type"] not in ("http", "websocket"):
             await self._app(scope, receive, send)
             return
         path: str = scope["path"]
         if path == self._root and scope["type"] == "http":
-            # What is relative on a page hangs on the slash.
+            # Relative links on a page depend on the slash.
             query = scope["query_string"].decode("latin-1")
             target = f"{self._root}/{'?' if query else ''}{query}"
             await RedirectResponse(target, 308)(scope, receive, send)

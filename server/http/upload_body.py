@@ -1,4 +1,4 @@
-"""The bytes of a file that a request sends, as they come: as its body or in a form."""
+"""The content of an uploaded file, in pieces: from the body or a form."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ RAW_TYPES = (
     "application/octet-stream",
     "application/x-mcap",
     "application/mcap",
-    # What curl says of --data-binary.
+    # The default content type of curl with --data-binary.
     "application/x-www-form-urlencoded",
     "",
 )
 
 
 async def file_pieces(request: Request) -> AsyncIterator[bytes]:
-    """Yields the file of a request piece by piece; of a form, the first file.
+    """Yields the uploaded file in pieces; for a form, the first file.
 
     Raises:
-        UnsupportedBodyError: If the body is declared as something that is no file.
-        UnreadableBodyError: If it is no whole form, a form without a file, or its end is missing.
+        UnsupportedBodyError: If its content type is not a file.
+        UnreadableBodyError: If it is an incomplete form, a form without a file, or incomplete.
     """
     declared = request.headers.get("content-type", "")
     content_type, options = parse_options_header(declared)
@@ -47,7 +47,7 @@ async def _pieces(request: Request) -> AsyncIterator[bytes]:
             if piece:
                 yield piece
     except ClientDisconnect as error:
-        raise UnreadableBodyError("its sender has gone", "complete") from error
+        raise UnreadableBodyError("its sender has disconnected", "complete") from error
 
 
 class _Place(Enum):
@@ -57,7 +57,7 @@ class _Place(Enum):
 
 
 class _FormFile:
-    """Picks the first part with a file name out of a form."""
+    """Extracts the first part with a file name from a form."""
 
     def __init__(self, boundary: bytes) -> None:
         self._header_name = self._header_value = b""
@@ -80,10 +80,10 @@ class _FormFile:
         )
 
     def write(self, piece: bytes) -> None:
-        """Takes the next bytes of the form.
+        """Receives bytes of the form.
 
         Raises:
-            FormParserError: If they cannot be of a form.
+            FormParserError: If they are not from a valid form.
         """
         self._parser.write(piece)
 

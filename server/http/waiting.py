@@ -1,4 +1,4 @@
-"""How long an answer waits for a result (RFC 7240, the header ``Prefer``)."""
+"""Waiting time of a response for a result (RFC 7240, the header ``Prefer``)."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ _WAIT = re.compile(r'wait *= *"?([0-9]{1,6})"?', re.IGNORECASE)
 _ASYNC = "respond-async"
 
 ENDING_SECONDS = 2.0
-"""How long an answer waits for what ends with the server; the server waits a little longer."""
+"""Longest wait for a result during shutdown; the server waits slightly longer."""
 
 
 @dataclass(frozen=True, slots=True)
 class WaitPreference:
-    """How long to wait.
+    """A waiting time.
 
     Attributes:
-        seconds: How long an answer may take [s].
-        applied: What of the client's preferences this takes up, for ``Preference-Applied``.
+        seconds: Longest waiting time of a response [s].
+        applied: Preferences that are applied, for ``Preference-Applied``.
     """
 
     seconds: float
@@ -29,12 +29,12 @@ class WaitPreference:
 
     @classmethod
     def from_header(cls, prefer: str, usual: float, longest: float) -> Self:
-        """What a client prefers; what is not understood does not count, as the standard says.
+        """Parses a client's preference; unknown ones are ignored, as in the standard.
 
         Args:
-            prefer: Value of the header, empty if there is none.
-            usual: How long to wait where it does not say [s].
-            longest: How long to wait at most [s].
+            prefer: Value of the header, empty if absent.
+            usual: Default waiting time [s].
+            longest: Largest waiting time [s].
         """
         words = [word.partition(";")[0].strip() for word in prefer.split(",")]
         is_async = any(word.lower() == _ASYNC for word in words)
@@ -47,20 +47,20 @@ class WaitPreference:
 
     @property
     def headers(self) -> dict[str, str]:
-        """What an answer says of it."""
+        """The response headers."""
         return {"Preference-Applied": ", ".join(self.applied)} if self.applied else {}
 
 
 async def wait_until_done(future: Future[Any], seconds: float, stopping: asyncio.Event) -> None:
-    """Waits until something has ended, for some time at most.
+    """Waits until a future is done, for a limited time.
 
-    Once the server is to stop, all ends soon that is waited for, as stopped or as given up: then
-    that is waited for, however long was asked for, as nobody can ask again.
+    When the server stops, all futures end soon, as stopped or cancelled: this waits for the end,
+    regardless of the time limit, because nobody can ask again.
 
     Args:
-        future: What is waited for; it goes on, whatever happens here.
-        seconds: How long at most.
-        stopping: Set once the server is to stop.
+        future: The future; it is not cancelled.
+        seconds: Time limit.
+        stopping: Set when the server stops.
     """
     if seconds <= 0.0 and not stopping.is_set():
         return

@@ -1,1 +1,1 @@
-"""Routes of the REST interface: they translate, `slipgrasp.server.runs.service` decides."""
+"""Routes of the REST interface; `slipgrasp.server.runs.service` contains the logic."""

@@ -1,4 +1,4 @@
-"""Comparisons of two saved runs, as JSON and as a picture."""
+"""Comparisons of two stored runs, as JSON and as an image."""
 
 from __future__ import annotations
 
@@ -51,10 +51,9 @@ def draw_diff(
 ) -> Response:
     """A figure of two runs and their difference.
 
-    Runs of more than 20 000 samples are drawn from the samples at which something happens or a
-    curve is least or greatest.
+    Runs of more than 20 000 samples are reduced to the samples at events and at minima and maxima.
     """
-    # matplotlib takes a second to load, and most servers never draw.
+    # Deferred, because matplotlib takes a second to load and most servers never draw.
     from slipgrasp.figures.comparison import draw_comparison
     from slipgrasp.figures.drawing_thread import in_drawing_thread
     from slipgrasp.figures.files import save_figure

@@ -1,4 +1,4 @@
-"""The interactive documentation: one page without anything from outside, for use offline."""
+"""The interactive documentation: one page without external resources, for offline use."""
 
 from __future__ import annotations
 
@@ -24,19 +24,19 @@ _POLICY = "; ".join(
 
 @router.get("/docs")
 def show_page() -> Response:
-    """The page."""
+    """Returns the page."""
     return _static("docs.html", "text/html")
 
 
 @router.get("/docs.js")
 def show_script() -> Response:
-    """Its script."""
+    """Returns the script of the page."""
     return _static("docs.js", "text/javascript")
 
 
 @router.get("/docs.css")
 def show_style() -> Response:
-    """Its style."""
+    """Returns the style sheet of the page."""
     return _static("docs.css", "text/css")
 
 

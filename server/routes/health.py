@@ -1,4 +1,4 @@
-"""Whether the service is up, and whether it takes work."""
+"""State and load of the service."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ class HealthPublic(BaseModel):
     kernel: Literal["ready", "compiling"]
     kernel_progress: float
     kernel_seconds_left: float | None = Field(
-        description="about how long compiling still takes [s]; null while that is not known"
+        description="estimated remaining time of compilation [s]; null if unknown"
     )
     running: int
     waiting: int
     recovering: int = Field(
-        description="runs that a killed service, or a full disk, left and that are still to be "
-        "recovered"
+        description="interrupted runs of a killed service, or after a full disk, that are not "
+        "recovered yet"
     )
 
 
@@ -38,14 +38,14 @@ class ReadyPublic(BaseModel):
 
     status: Literal["ready"]
     recovering: int = Field(
-        description="runs of a killed service that are still being recovered; new ones are taken "
-        "meanwhile, and studies begin afterwards"
+        description="runs of a killed service that are still being recovered; new ones are "
+        "accepted meanwhile, and studies start afterwards"
     )
 
 
 @router.get("/health")
 async def read_health(service: RunServiceDep) -> HealthPublic:
-    """Answers while the service runs, with its load."""
+    """Responds while the service runs, with its load."""
     load, (share, seconds_left) = service.load, service.preparation.look()
     return HealthPublic(
         status="ok",
@@ -61,9 +61,9 @@ async def read_health(service: RunServiceDep) -> HealthPublic:
 
 @router.get("/ready", responses=ProblemPublic.responses((503,)))
 def read_ready(service: RunServiceDep) -> ReadyPublic:
-    """Answers 200 if the service can accept and store a run, else 503 with the reasons.
+    """Responds with 200 if the service can accept and store a run, else 503 with the reasons.
 
-    It writes some bytes into the data folder to find out.
+    It writes some bytes into the data folder as a test.
     """
     if obstacles := service.obstacles():
         raise ServiceNotReadyError(obstacles)

@@ -1,4 +1,4 @@
-"""Recordings that are sent."""
+"""Uploads of recordings."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ router = APIRouter(tags=["recordings"])
 _UPLOAD_BODY: dict[str, Any] = {
     "requestBody": {
         "required": True,
-        "description": "A recording as `slipgrasp run` writes it: "
+        "description": "A recording from `slipgrasp run`: "
         "`curl --data-binary @run.mcap URL` or `curl -F file=@run.mcap URL`.",
         "content": {
             **{kind: {"schema": BINARY_SCHEMA} for kind in RAW_TYPES[:2]},
@@ -52,11 +52,11 @@ async def upload_recording(
     slots: UploadSlotsDep,
     memory: MemoryDep,
     response: Response,
-    name: Annotated[RunName, Query(description="what to call it", examples=["from the lab"])] = "",
+    name: Annotated[RunName, Query(description="name of the run", examples=["from the lab"])] = "",
 ) -> RunPublic:
     """Upload a recording; the server reads it completely before storing it."""
     if slots.locked():
-        raise ServiceBusyError(MAX_UPLOADS, RETRY_AFTER, "recordings are being sent already")
+        raise ServiceBusyError(MAX_UPLOADS, RETRY_AFTER, "recordings are already being uploaded")
     async with slots:
         stored = await _receive(request, service.store, memory, name)
     run = await run_in_threadpool(RunPublic.from_stored, stored)

@@ -1,4 +1,4 @@
-"""Which runs go by the server's rules, or would go by others."""
+"""Runs that the server's retention rules, or other rules, delete."""
 
 from __future__ import annotations
 
@@ -15,10 +15,12 @@ from slipgrasp.server.http.errors import ProblemPublic
 router = APIRouter(tags=["runs"])
 
 _Days = Annotated[
-    float | None, Query(ge=0, le=36_500, description="how long unmarked runs stay, in days")
+    float | None, Query(ge=0, le=36_500, description="retention time of unmarked runs, in days")
 ]
-_Count = Annotated[int | None, Query(ge=0, le=10**9, description="how many of them stay")]
-_Bytes = Annotated[int | None, Query(ge=0, le=10**18, description="how many bytes of them stay")]
+_Count = Annotated[int | None, Query(ge=0, le=10**9, description="number of retained ones")]
+_Bytes = Annotated[
+    int | None, Query(ge=0, le=10**18, description="total size of retained ones, in bytes")
+]
 
 
 class RetentionRulesPublic(BaseModel):
@@ -30,7 +32,7 @@ class RetentionRulesPublic(BaseModel):
 
     @classmethod
     def from_rules(cls, rules: Retention) -> Self:
-        """The rules in force."""
+        """The active rules."""
         days = None if rules.max_age is None else rules.max_age / timedelta(days=1)
         return cls(keep_days=days, keep_runs=rules.max_runs, keep_bytes=rules.max_bytes)
 
@@ -41,8 +43,8 @@ class ExpiredRunPublic(BaseModel):
     id: str
     display_name: str
     created: str
-    size: int = Field(description="bytes of its recording")
-    rule: Rule = Field(description="by what it goes")
+    size: int = Field(description="size of its recording, in bytes")
+    rule: Rule = Field(description="rule by which it is deleted")
 
     @classmethod
     def from_expired(cls, expired: Expired) -> Self:
@@ -63,7 +65,7 @@ class RetentionPublic(BaseModel):
     rules: RetentionRulesPublic
     data: list[ExpiredRunPublic]
     count: int
-    size: int = Field(description="bytes of their recordings together")
+    size: int = Field(description="total size of their recordings, in bytes")
 
 
 @router.get("/retention", responses=ProblemPublic.responses((422,)))
@@ -75,8 +77,8 @@ def read_retention(
 ) -> RetentionPublic:
     """The runs that the server deletes next, within an hour; this request deletes nothing.
 
-    With parameters all that would go by other rules. The server's own are set when it is started;
-    by them no more than a tenth of the folder goes at once.
+    With parameters, all runs that other rules would delete. The server's rules are set at its
+    start; they delete at most a tenth of the folder at a time.
     """
     asked = Retention(
         max_age=None if keep_days is None else timedelta(days=keep_days),

@@ -1,4 +1,4 @@
-"""What was recorded of a run: its file, and its signals as JSON and in every format of data."""
+"""Files of a run: its recording, and its signals as JSON and in all data formats."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ _TABLE_PROBLEMS = (404, 409, 422, 503, 507)
     response_class=StreamingResponse,
     responses={
         200: {
-            "description": "Columns by name, their units, and how many values each has.",
+            "description": "Columns by name, their units, and the number of values.",
             "model": SignalsPublic,
         },
         **ProblemPublic.responses((404, 409, 422, 503)),
@@ -82,7 +82,7 @@ def _table(
     cache: FileCache,
     memory: MemoryBudget,
 ) -> Response:
-    """The signals of a recording in a format; their tag is known without writing them."""
+    """The signals of a recording in a data format; their tag is known without writing them."""
     try:
         tag = tag_of(file_tag(stored.path), export.name, program_version())
     except FileNotFoundError:

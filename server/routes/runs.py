@@ -43,12 +43,12 @@ RETRY_AFTER = 1
 router = APIRouter(prefix="/runs", tags=["runs"])
 
 _TEXT = {"type": "string"}
-_LOCATION = {"Location": {"description": "Where the run is found", "schema": _TEXT}}
-_TAG = {"ETag": {"description": "Tag of the description of the run", "schema": _TEXT}}
+_LOCATION = {"Location": {"description": "Path of the run", "schema": _TEXT}}
+_TAG = {"ETag": {"description": "Entity tag of the description of the run", "schema": _TEXT}}
 _PENDING: dict[int | str, dict[str, Any]] = {
     202: {
         "model": PendingRunPublic,
-        "description": "It has not ended yet; ask `Location` again after `Retry-After` seconds",
+        "description": "It has not ended yet; request `Location` again after `Retry-After` seconds",
         "headers": {
             **_LOCATION,
             "Retry-After": {"description": "in seconds", "schema": {"type": "integer"}},
@@ -57,7 +57,7 @@ _PENDING: dict[int | str, dict[str, Any]] = {
 }
 _IfMatch = Annotated[
     str | None,
-    Header(description="do it only if the run's `ETag` is still this one, else answer 412"),
+    Header(description="execute only if the run's `ETag` still matches, else respond with 412"),
 ]
 
 
@@ -66,7 +66,7 @@ _IfMatch = Annotated[
     status_code=201,
     response_model=RunPublic,
     responses={
-        201: {"description": "It has ended and is kept", "headers": {**_LOCATION, **_TAG}},
+        201: {"description": "It has ended and is stored", "headers": {**_LOCATION, **_TAG}},
         **_PENDING,
         **ProblemPublic.responses((400, 413, 415, 422, 503, 507)),
     },
@@ -79,11 +79,11 @@ async def create_run(
     stopping: StoppingDep,
     idempotency_key: IdempotencyKey = "",
 ) -> Response:
-    """Simulate a scenario and store the run, also if physics, or a limit, ends it early.
+    """Simulate a scenario and store the run, even if physics, or a limit, ends it early.
 
-    A run that takes longer than about two seconds is answered with 202 before it has ended;
-    it goes on, whether somebody asks for it or not. A server that stops meanwhile answers with the
-    run as far as it has come, or with 503 if it was not begun.
+    If a run takes longer than about two seconds, the response is 202 before its end; the run
+    continues in any case. A server that stops meanwhile returns the run so far, or 503 if it was
+    not started.
     """
     found = await run_in_threadpool(_begin, service, request, idempotency_key)
     if isinstance(found, PendingRun):
@@ -107,7 +107,7 @@ def list_runs(query: RunsQueryDep, service: RunServiceDep, request: Request) -> 
     responses={
         200: {"description": "It has ended", "headers": _TAG},
         **_PENDING,
-        304: {"description": "The client has it, as `If-None-Match` says"},
+        304: {"description": "The client has it, according to `If-None-Match`"},
         **ProblemPublic.responses((404, 503, 507)),
     },
 )
@@ -117,13 +117,13 @@ async def read_run(
     preference: WaitPreferenceDep,
     stopping: StoppingDep,
     if_none_match: Annotated[
-        str | None, Header(description="answer 304 if the run's `ETag` is still this one")
+        str | None, Header(description="respond with 304 if the run's `ETag` still matches")
     ] = None,
 ) -> Response:
     """A run without its signals; use its `ETag` for conditional changes.
 
-    One that has not ended is answered with 202; with `Prefer: wait=10` that takes up to
-    10 s, and is the run itself if it ends meanwhile.
+    For a run that has not ended, the response is 202; with `Prefer: wait=10`, that takes up to 10
+    s, and is the run itself if it ends meanwhile.
     """
     found = await run_in_threadpool(service.look_up, run_id)
     if isinstance(found, PendingRun) and preference.applied:

@@ -1,4 +1,4 @@
-"""What can be simulated: presets, and the parameters of a scenario with their bounds."""
+"""Presets, and the parameters of a scenario with their bounds."""
 
 from __future__ import annotations
 
@@ -39,15 +39,19 @@ def read_preset(name: str) -> PresetPublic:
 @router.get("/parameters", responses=ProblemPublic.responses((422,)))
 def list_parameters(
     preset: Annotated[
-        str, Query(max_length=200, description="whose fingers, estimates and values to describe")
+        str,
+        Query(
+            max_length=200, description="preset whose fingers, estimates and values are described"
+        ),
     ] = preset_names()[0],
     law: Annotated[
         str | None,
         Query(
-            max_length=200, description="a control law instead of the preset's, even a custom one"
+            max_length=200,
+            description="control law to use instead of the preset's, including custom ones",
         ),
     ] = None,
 ) -> ParametersPublic:
-    """Every parameter: key, unit, bounds, choices, a sentence, and its value in a preset."""
+    """Every parameter: key, unit, bounds, choices, a description, and its value in a preset."""
     scenario = find_preset(preset)
     return ParametersPublic.from_scenario(scenario if law is None else with_law(scenario, law))

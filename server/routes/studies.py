@@ -25,7 +25,7 @@ from slipgrasp.server.studies.schemas import (
     read_study,
 )
 
-_LOCATION = {"Location": {"description": "Where it is found", "schema": {"type": "string"}}}
+_LOCATION = {"Location": {"description": "Path of the study", "schema": {"type": "string"}}}
 router = APIRouter(prefix="/studies", tags=["studies"])
 
 
@@ -33,7 +33,7 @@ router = APIRouter(prefix="/studies", tags=["studies"])
     "",
     status_code=202,
     responses={
-        202: {"description": "It is taken on, or was before", "headers": _LOCATION},
+        202: {"description": "It is accepted, or was accepted before", "headers": _LOCATION},
         **ProblemPublic.responses((400, 413, 415, 422, 503, 507)),
     },
     openapi_extra=json_body(StudyDocument),
@@ -88,7 +88,7 @@ def list_studies(
     "/{study_id}",
     response_model=StudyPublic,
     responses={
-        304: {"description": "The client has it, as `If-None-Match` says"},
+        304: {"description": "The client has it, according to `If-None-Match`"},
         **ProblemPublic.responses((404,)),
     },
 )
@@ -110,7 +110,7 @@ def read_study_status(
     responses=ProblemPublic.responses((404,)),
 )
 def cancel_study(study_id: str, service: StudyServiceDep) -> StudyPublic:
-    """Stop a study within a second; finished runs are kept. An ended study is not changed."""
+    """Stop a study within a second; finished runs are stored. An ended study is not changed."""
     return StudyPublic.from_status(service.cancel(study_id))
 
 
@@ -126,5 +126,5 @@ def resume_study(study_id: str, service: StudyServiceDep) -> StudyPublic:
 
 @router.delete("/{study_id}", status_code=204, responses=ProblemPublic.responses((404, 409)))
 def delete_study(study_id: str, service: StudyServiceDep) -> None:
-    """Delete an ended study permanently; recordings of its runs are kept."""
+    """Delete an ended study permanently; recordings of its runs are retained."""
     service.delete(study_id)

@@ -23,11 +23,11 @@ from slipgrasp.server.studies.schemas import StudyPublic
 
 _EVENTS: dict[int | str, dict[str, Any]] = {
     200: {
-        "description": "Events `progress` and `end`, whose data is the study as "
-        "`GET /studies/{study_id}` gives it, and `rows`, whose data has new `rows`",
+        "description": "Events `progress` and `end`, with the study as in "
+        "`GET /studies/{study_id}`, and `rows`, with new `rows`",
         "content": {"text/event-stream": {"schema": {"type": "string"}}},
     },
-    204: {"description": "`Last-Event-ID` is that of the end: there is nothing more to come"},
+    204: {"description": "`Last-Event-ID` is that of the end: there are no more events"},
 }
 
 router = APIRouter(prefix="/studies", tags=["studies"])
@@ -49,7 +49,7 @@ async def stream_study_events(
 ) -> Response:
     """Server-sent events: progress, new rows on request, and the end.
 
-    The id of an event is how many runs it knows of. A client that comes back with
+    The id of an event is the number of runs that it includes. A client that reconnects with
     `Last-Event-ID` receives the events since then.
     """
     live = await run_in_threadpool(service.find_live, study_id)

@@ -1,4 +1,4 @@
-"""What came out of a study: rows page by page, numbers, files, and any row as a recording."""
+"""Results of a study: rows in pages, statistics, files, and any row as a recording."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def read_study_results(
         raise _wrong_sort(query.sort, error) from error
     links = page_links(str(request.url), query.offset, query.limit, count)
     page = StudyResultsPublic.from_page(results, rows, count, links)
-    # Made text here, in a thread: a thousand rows would hold up the event loop.
+    # Encoded in a thread, because a thousand rows would block the event loop.
     return Response(page.model_dump_json(), media_type="application/json")
 
 
@@ -107,13 +107,13 @@ def read_study_comparison(results: StudyResultsDep, memory: MemoryDep) -> StudyC
     "/results/{index}/recording",
     status_code=201,
     responses={
-        200: {"description": "It is kept already", "model": RunPublic},
+        200: {"description": "It is already stored", "model": RunPublic},
         **ProblemPublic.responses((404, 409, 422, 503, 507)),
     },
 )
 def record_study_run(
     study_id: str,
-    index: Annotated[int, Path(ge=0, le=10**9, description="number of the run")],
+    index: Annotated[int, Path(ge=0, le=10**9, description="index of the run")],
     service: StudyServiceDep,
     response: Response,
 ) -> RunPublic:
@@ -138,7 +138,7 @@ def read_study_results_as_csv(
     cache: FileCacheDep,
     memory: MemoryDep,
 ) -> Response:
-    """Rows of finished runs; numbers have all their digits."""
+    """Rows of finished runs; numbers have full precision."""
     write = _utf8(results.write_csv)
     return _table(cache, memory, study_id, results, "csv", CSV, write).answer(asked)
 
@@ -218,7 +218,7 @@ def draw_study_map_as_png(
     responses=download_responses(BINARY, problems=(404, 409, 422)),
 )
 def read_study_file(study_id: str, service: StudyServiceDep, asked: DownloadRequestDep) -> Response:
-    """The MCAP file of a study that has ended: its base, its variation, and all rows."""
+    """The MCAP file of an ended study: its base, its variation, and all rows."""
     if finding := service.status(study_id).stored.finding:
         raise RecordingError(finding)
     path = service.store.path_of(study_id)
@@ -248,7 +248,7 @@ def _table(
     media_type: str,
     write: Callable[[BinaryIO, int], None],
 ) -> Download:
-    """A download of results; rows are only added, so their number determines the tag."""
+    """A download of results; rows are only appended, so that their number determines the tag."""
     count = results.num_rows
     tag = tag_of(study_id, count, ending)
 
@@ -277,7 +277,7 @@ def _map(
     tag = tag_of(study_id, shown.num_rows, x, y, ending)
 
     def draw(stream: BinaryIO) -> None:
-        # matplotlib takes a second to load.
+        # Deferred, because matplotlib takes a second to load.
         from slipgrasp.figures.drawing_thread import in_drawing_thread
         from slipgrasp.figures.files import save_figure
         from slipgrasp.figures.success_map import draw_success_map
@@ -294,26 +294,26 @@ def _map(
 
 
 def _axes_of_map(results: StudyResults, query: MapQuery) -> tuple[str, str]:
-    """The keys along both axes.
+    """The keys of both axes.
 
     Raises:
-        InvalidRequestError: If one does not vary in numbers, both are the same, or there are
-            no two.
+        InvalidRequestError: If one is not a varied numeric key, both are the same, or there are no
+            two.
     """
     known = numeric_keys(results.study)
     chosen = choose_axes(results.study) or (*known, *known)[:2]
     for field, key in (("x", query.x), ("y", query.y)):
         if key is not None and key not in known:
             shown = printable(key)
-            message = f"{field}: '{shown}' does not vary in numbers here{nearest(key, known)}"
+            message = f"{field}: '{shown}' is not a varied numeric key{nearest(key, known)}"
             raise _wrong_axis(field, shown, known, message)
     if len(known) < 2:
-        message = f"a map needs two keys that vary in numbers; this study has {len(known)}"
+        message = f"a map needs two varied numeric keys; this study has {len(known)}"
         raise _wrong_axis("x", None, known, message)
     x = query.x or next(key for key in (*chosen, *known) if key != query.y)
     y = query.y or next(key for key in (*reversed(chosen), *known) if key != x)
     if x == y:
-        raise _wrong_axis("y", y, known, f"y: it is '{y}' like x; choose two keys")
+        raise _wrong_axis("y", y, known, f"y is '{y}' like x; choose two different keys")
     return x, y
 
 

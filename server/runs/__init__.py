@@ -1,1 +1,1 @@
-"""Single runs on request: simulated, stored, found."""
+"""Single runs on request: simulation, storage, search."""

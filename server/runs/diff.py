@@ -1,4 +1,4 @@
-"""What a comparison of two runs looks like outside."""
+"""REST models of a comparison of two runs."""
 
 from __future__ import annotations
 
@@ -8,18 +8,18 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from slipgrasp.recordings.compare.comparison import Comparison
 
-RunId = Annotated[str, Field(max_length=100, description="id of a saved run")]
+RunId = Annotated[str, Field(max_length=100, description="id of a stored run")]
 Tolerance = Annotated[
     Annotated[float, Field(ge=0.0, allow_inf_nan=False)] | None,
     Field(
-        description="absolute difference that counts as none [SI]; what the integration may be "
-        "off, by the tolerances of the runs, if left out"
+        description="absolute tolerance [SI]; if omitted, the integration error that the "
+        "tolerances of the runs allow"
     ),
 ]
 
 
 class DiffQuery(BaseModel):
-    """Which runs are compared, and how strictly."""
+    """The compared runs, and the tolerance."""
 
     model_config = ConfigDict(extra="forbid")
 
@@ -29,9 +29,9 @@ class DiffQuery(BaseModel):
 
 
 class DiffFigureQuery(DiffQuery):
-    """Which runs are compared, how strictly, and how they are drawn."""
+    """The compared runs, the tolerance, and the format of the figure."""
 
-    format: Annotated[Literal["svg", "png"], Field(description="format of the picture")] = "svg"
+    format: Annotated[Literal["svg", "png"], Field(description="format of the image")] = "svg"
 
 
 ParameterValue = bool | int | float | str | list[float] | None
@@ -39,7 +39,7 @@ MetricValue = bool | int | float | str | list[float | None] | None
 
 
 class ParameterDifferencePublic(BaseModel):
-    """A parameter of the scenario that differs; null where a run has none."""
+    """A differing parameter of the scenario; null if a run does not have it."""
 
     key: str
     a: ParameterValue
@@ -47,7 +47,7 @@ class ParameterDifferencePublic(BaseModel):
 
 
 class PhaseDifferencePublic(BaseModel):
-    """A phase change that moved, or that only one run has; times in s."""
+    """A phase change that moved, or that is in one run only; times in s."""
 
     contact: int
     from_phase: Annotated[str, Field(alias="from")]
@@ -58,22 +58,22 @@ class PhaseDifferencePublic(BaseModel):
 
 
 class SignalDifferencePublic(BaseModel):
-    """How far a column differs, in its SI unit."""
+    """Difference of a column, in its SI unit."""
 
     max: float
     rms: float
-    tolerance: float = Field(description="difference that counts as none")
+    tolerance: float = Field(description="tolerance of the column")
 
 
 class MetricPairPublic(BaseModel):
-    """A metric of both runs, or how they ended where that differs."""
+    """A metric of both runs, or outcome or end time if they differ."""
 
     a: MetricValue
     b: MetricValue
 
 
 class IntegrationErrorPublic(BaseModel):
-    """How far the runs differ before anything that was set does, where they differ most."""
+    """Largest difference of the runs before the first effect of different parameters."""
 
     before: float
     column: str
@@ -82,7 +82,7 @@ class IntegrationErrorPublic(BaseModel):
 
 
 class ContradictionPublic(BaseModel):
-    """What a run states of itself, and what its samples give."""
+    """A statement of a run that contradicts its samples."""
 
     run: Literal["a", "b"]
     what: str
@@ -100,12 +100,12 @@ class DiffPublic(BaseModel):
     signals: dict[str, SignalDifferencePublic]
     metrics: dict[str, MetricPairPublic]
     cause: float | None = Field(
-        description="when what was set first differs [s]; null if it never does"
+        description="time of the first effect of different parameters [s]; null if there is none"
     )
     integration_error: IntegrationErrorPublic | None
     contradictions: list[ContradictionPublic]
 
     @classmethod
     def from_comparison(cls, comparison: Comparison) -> DiffPublic:
-        """The comparison as it is answered."""
+        """Converts the comparison to its response."""
         return cls.model_validate(comparison.to_mapping())

@@ -1,4 +1,4 @@
-"""A run that was asked for and has not ended: it waits for its turn, or is simulated."""
+"""A requested run that has not ended: queued or being simulated."""
 
 from __future__ import annotations
 
@@ -12,28 +12,28 @@ from slipgrasp.core.scenario import Scenario
 from slipgrasp.recordings.store.stored_run import StoredRun
 
 Ended = tuple[RunResult, StoredRun | None]
-"""A run that has ended, and how it is kept: None if it could not be written."""
+"""An ended run, and its stored form: None if it could not be written."""
 
 
 class RunState(StrEnum):
-    """What becomes of a run before it has ended."""
+    """State of a run before its end."""
 
     WAITING = "waiting"
     RUNNING = "running"
 
 
 class PendingRun:
-    """A run on its way; safe to use from several threads.
+    """A pending run; thread-safe.
 
     Args:
-        run_id: Its name in the store.
-        make_scenario: Gives what to simulate.
+        run_id: Its id.
+        make_scenario: Returns the scenario.
 
     Attributes:
-        id: Its name in the store.
-        make_scenario: Gives what to simulate.
-        future: The run once it has ended; it cannot be cancelled.
-        progress: Simulated share, 0 to 1.
+        id: Its id.
+        make_scenario: Returns the scenario.
+        future: The run after its end; it cannot be cancelled.
+        progress: Simulated fraction, 0 to 1.
     """
 
     def __init__(self, run_id: str, make_scenario: Callable[[], Scenario]) -> None:
@@ -47,24 +47,24 @@ class PendingRun:
 
     @property
     def state(self) -> RunState:
-        """What becomes of it now."""
+        """Its present state."""
         return RunState.RUNNING if self._begun.locked() else RunState.WAITING
 
     @property
     def is_to_stop(self) -> bool:
-        """Whether somebody wants it to end."""
+        """Whether its end was requested."""
         return self._stop.is_set()
 
     def begin(self) -> bool:
-        """Marks it as begun; False if somebody else has begun it."""
+        """Marks it as started; returns False if it was already."""
         return self._begun.acquire(blocking=False)
 
     def watch(self, progress: float) -> None:
-        """Takes down how far it is, 0 to 1."""
+        """Stores the progress, 0 to 1."""
         self.progress = progress
 
     def stop(self) -> None:
-        """Asks it to end as soon as possible."""
+        """Requests its end."""
         self._stop.set()
 
     def done(self) -> bool:
@@ -76,6 +76,6 @@ class PendingRun:
 
         Raises:
             ScenarioError: If it cannot be simulated.
-            SlipgraspError: If it was never begun, or could not be recorded.
+            SlipgraspError: If it was never started, or could not be recorded.
         """
         return self.future.result()

@@ -1,4 +1,4 @@
-"""How far the simulation is compiled for this machine, and about how long that still takes."""
+"""Progress and remaining time of compiling the simulation."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from collections.abc import Callable
 from slipgrasp.core.run.simulator import kernel_progress
 
 COMPILING_SECONDS = 45.0
-"""About how long one processor compiles it, with nothing else to do [s]."""
+"""Approximate compilation time on an idle processor [s]."""
 
 _LEAST_USED = 0.5
 _SECONDS_TOLD = 90.0
@@ -17,14 +17,14 @@ _SECONDS_TOLD = 90.0
 
 
 class Preparation:
-    """Reports the progress of the first start on a machine; safe to use from several threads.
+    """Reports the progress of compilation at the first start; thread-safe.
 
-    How long it takes depends on what else the machine does, so it is reckoned from how far it has
-    come since it was looked at first: by the units that are compiled, or before the first of them
-    by the share of a processor that this process gets.
+    The remaining time depends on other load, so it is estimated from the progress since the first
+    query: by the number of compiled units, or before the first unit by the processor time of this
+    process.
 
     Args:
-        share_ready: Returns the share of the simulation that is compiled, 0 to 1.
+        share_ready: Returns the compiled fraction of the simulation, 0 to 1.
         clock: Returns the time [s].
         processor_time: Returns the processor time of this process [s].
     """
@@ -42,7 +42,7 @@ class Preparation:
         self._first: tuple[float, float, float] | None = None
 
     def look(self) -> tuple[float, float | None]:
-        """How much is compiled, 0 to 1, and how long the rest takes [s], None while unknown."""
+        """The compiled fraction, 0 to 1, and the remaining time [s], None while unknown."""
         share, now, used = self._share_ready(), self._clock(), self._processor_time()
         with self._lock:
             if share >= 1.0:
@@ -59,7 +59,7 @@ class Preparation:
         return share, None
 
     def words(self) -> str:
-        """How far it is and about how long it still takes; empty once nothing is to be compiled."""
+        """The progress and remaining time as text; empty when everything is compiled."""
         share, seconds = self.look()
         if share >= 1.0:
             return ""

@@ -1,6 +1,6 @@
-"""Has recovered behind the answers what a killed service, or a full disk, has left of runs.
+"""Recovers runs of a killed service, or after a full disk, in the background.
 
-Another process does it: to take large files apart would hold up the interpreter of the service.
+A separate process is used, because reading large files would block the interpreter.
 """
 
 from __future__ import annotations
@@ -24,23 +24,23 @@ from slipgrasp.recordings.store.recovering import Recovery, recover_run
 from slipgrasp.recordings.store.store import RecordingStore
 
 PAUSE = 5.0
-"""Time between two checks of the space on the disk [s]."""
+"""Interval between checks of the free space on the disk [s]."""
 
 TASK_SECONDS = 3600.0
-"""How long one run may take: workers give way to all others [s]."""
+"""Time limit of one run [s]; the workers have a low priority."""
 
 _logger = logging.getLogger(__name__)
 
 
 class RunRecovery:
-    """Has runs recovered one after the other; safe to use from several threads.
+    """Recovers runs one after the other; thread-safe.
 
     Args:
-        store: Where the runs are kept.
-        folder: The folder of the store.
+        store: Store of the runs.
+        folder: Folder of the store.
 
     Attributes:
-        is_done: Set once nothing of a killed service is left to recover.
+        is_done: Set when all runs of a killed service are recovered.
     """
 
     def __init__(self, store: RecordingStore, folder: Path) -> None:
@@ -54,7 +54,7 @@ class RunRecovery:
         self.is_done = threading.Event()
 
     def start(self) -> None:
-        """Begins with what a killed service has left."""
+        """Starts with the runs of a killed service."""
         left = unfinished_files(self._folder)
         self._store.discard_unfinished(left)
         delete_orphaned_copies(left)
@@ -64,24 +64,24 @@ class RunRecovery:
         self._thread.start()
 
     def close(self) -> None:
-        """Leaves what is not begun to the next service."""
+        """Leaves waiting runs to the next service."""
         self._closing.set()
         if self._thread is not None:
             self._thread.join()
 
     @property
     def run_ids(self) -> list[str]:
-        """Runs that are still to be recovered."""
+        """Runs that are not recovered yet."""
         with self._lock:
             return sorted(self._orphans | set(self._cut_off))
 
     def is_orphan(self, run_id: str) -> bool:
-        """Whether a run was left by a killed service, and is still to be recovered."""
+        """Whether a run of a killed service is still to be recovered."""
         with self._lock:
             return run_id in self._orphans
 
     def note_cut_off(self, part: Path) -> None:
-        """Notes the part of a run that the disk has left; it is recovered once there is space."""
+        """Adds a run interrupted by a full disk; it is recovered when there is space."""
         with self._lock:
             self._cut_off[_run_of(part)] = part
 
@@ -110,7 +110,7 @@ class RunRecovery:
         return True
 
     def _recover(self, parts: Sequence[Path]) -> None:
-        """Has all recovered that can be, and says what was not."""
+        """Recovers all runs, and logs failures."""
         if not parts:
             return
         limits = replace(WorkerLimits.shared_by(1), task_seconds=TASK_SECONDS)
@@ -119,7 +119,7 @@ class RunRecovery:
                 for done in executor.map(recover_run, parts, should_stop=self._closing.is_set):
                     self._note(done)
             except ExecutorError as error:
-                _logger.error("what was left of runs is not recovered: %s", error)
+                _logger.error("interrupted runs are not recovered: %s", error)
         with self._lock:
             self._orphans.difference_update(map(_run_of, parts))
 
@@ -127,7 +127,7 @@ class RunRecovery:
         path, fault = done.result or Recovery(fault=done.failure or "")
         if path:
             self._store.note(_run_of(done.task))
-            _logger.warning("recovered '%s' of a run that was cut off", path)
+            _logger.warning("recovered the interrupted run '%s'", path)
         if fault:
             _logger.warning("'%s' could not be recovered: %s", done.task, fault)
         with self._lock:

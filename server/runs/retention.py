@@ -1,4 +1,4 @@
-"""Deletes now and then what goes by the server's rules; knows no HTTP."""
+"""Regularly deletes runs by the server's retention rules; independent of HTTP."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _logger = logging.getLogger(__name__)
 
 
 class RetentionService:
-    """Finds and deletes runs that may go.
+    """Finds and deletes runs by the retention rules.
 
     Args:
         runs: Where they are kept.
@@ -61,28 +61,28 @@ class RetentionService:
         self._thread: threading.Thread | None = None
 
     def start(self) -> None:
-        """Looks from now on, where there is a rule."""
+        """Starts regular checks, if there is a rule."""
         if not self.retention.keeps_all:
             self._thread = threading.Thread(target=self._work, name="retention")
             self._thread.start()
 
     def close(self) -> None:
-        """Ends what goes on."""
+        """Stops the checks."""
         self._closing.set()
         if self._thread is not None:
             self._thread.join()
 
     def expired(self, retention: Retention) -> list[Expired]:
-        """All runs that go by some rules, newest first.
+        """All runs that given rules delete, newest first.
 
         Args:
-            retention: What would stay.
+            retention: The rules.
         """
         used = self._find_used()
         return find_expired(self._runs, self._studies, retention, self._clock.now(), used)
 
     def next_to_go(self) -> list[Expired]:
-        """The runs that the next look deletes by the server's own rules, newest first."""
+        """The runs that the next check deletes by the server's rules, newest first."""
         return self._at_once(self.expired(self.retention))
 
     def _at_once(self, due: Sequence[Expired]) -> list[Expired]:
@@ -98,11 +98,11 @@ class RetentionService:
             pause = self._period
 
     def _tell_doubts(self) -> None:
-        """Logs that the wall clock is not trusted, before anything is deleted by it."""
+        """Logs that the wall clock is not trusted, before deletions that depend on it."""
         lag = self._clock.lag()
         if self.retention.max_age is not None and lag > timedelta():
             _logger.warning(
-                "the clock is %d days further past the newest run than it is trusted: ages of "
+                "the clock is %d days further ahead of the newest run than is trusted: ages of "
                 "runs are counted from %s; set the clock if it is wrong",
                 lag.days,
                 self._clock.now().isoformat(timespec="seconds"),
@@ -114,13 +114,13 @@ class RetentionService:
             at_once = self._at_once(due)
             gone = delete_expired(self._runs, at_once)
         except RecordingError as error:
-            _logger.error("runs that go by the retention rules are still there: %s", error)
+            _logger.error("runs could not be deleted by the retention rules: %s", error)
             return
         self._is_first_look = False
         if gone:
             size = sum(each.run.size for each in gone) / 1e6
             _logger.warning(
-                "deleted %d runs, %.2f MB, by the retention rules; %d more go later",
+                "deleted %d runs, %.2f MB, by the retention rules; %d more will be deleted later",
                 len(gone),
                 size,
                 len(due) - len(at_once),

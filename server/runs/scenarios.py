@@ -1,4 +1,4 @@
-"""What the REST interface gives of scenarios: presets, and parameters with their bounds."""
+"""REST models of presets, and of parameters with their bounds."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from slipgrasp.server.exceptions import printable
 
 
 class PresetSummary(BaseModel):
-    """A scenario that comes with the program."""
+    """A preset."""
 
     name: str
     title: str
@@ -28,7 +28,7 @@ class PresetSummary(BaseModel):
 
     @classmethod
     def from_name(cls, name: str) -> Self:
-        """The preset of that name."""
+        """Returns the preset of a name."""
         links = {"self": preset_path(name)}
         return cls(name=name, title=load_scenario(name).title, links=links)
 
@@ -41,13 +41,13 @@ class PresetsPublic(BaseModel):
 
 
 class PresetPublic(PresetSummary):
-    """A preset with its scenario, as ``POST /runs`` takes it."""
+    """A preset with its scenario, in the form of ``POST /runs``."""
 
     scenario: dict[str, Any]
 
 
 class ParameterPublic(BaseModel):
-    """One parameter of a scenario: what it means and what it may be."""
+    """A parameter of a scenario: meaning and allowed values."""
 
     key: str
     value: bool | float | int | str | list[float] | None
@@ -65,7 +65,7 @@ class ParameterPublic(BaseModel):
 
     @classmethod
     def from_parameter(cls, parameter: Parameter) -> Self:
-        """The parameter as clients receive it."""
+        """Converts a parameter to its response."""
         return cls.model_validate(parameter, from_attributes=True)
 
 
@@ -77,17 +77,17 @@ class ParametersPublic(BaseModel):
 
     @classmethod
     def from_scenario(cls, scenario: Scenario) -> Self:
-        """All parameters, and without value those of a first entry that a list lacks."""
+        """All parameters; for absent list items, those of a first item without value."""
         definitions = settable_parameters(scenario).values()
         data = [ParameterPublic.from_parameter(parameter) for parameter in definitions]
         return cls(data=data, count=len(data))
 
 
 def find_preset(name: str) -> Scenario:
-    """The scenario of a preset; a path is no name here, unlike on the command line.
+    """The scenario of a preset; paths are not allowed, unlike on the command line.
 
     Raises:
-        ScenarioError: If there is none of that name.
+        ScenarioError: If the preset does not exist.
     """
     known = all_preset_names()
     if name in known:

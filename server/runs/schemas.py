@@ -1,4 +1,4 @@
-"""What the REST interface takes and gives of runs; numbers are SI and finite."""
+"""REST models of runs; numbers are SI and finite."""
 
 from __future__ import annotations
 
@@ -30,11 +30,11 @@ def _finite_or_none(value: Any) -> Any:
 
 
 FiniteOrNone = Annotated[float | None, BeforeValidator(_finite_or_none)]
-"""A quantity that a run which went wrong may not have."""
+"""A quantity that may be missing in a failed run."""
 
 
 class RunCreate(BaseModel):
-    """What to simulate: a preset by name or a whole scenario, and what to change in it."""
+    """A request for a run: a preset by name or a complete scenario, and changed values."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -46,11 +46,13 @@ class RunCreate(BaseModel):
 
     scenario: Annotated[
         str | dict[str, Any],
-        Field(description="Name of a preset, or a scenario as GET /presets/NAME gives one."),
+        Field(description="Name of a preset, or a scenario as from GET /presets/NAME."),
     ]
     law: Annotated[
         str | None,
-        Field(description="Name of a control law, with the settings it is meant for; `set` wins."),
+        Field(
+            description="Name of a control law, with recommended settings; `set` takes precedence."
+        ),
     ] = None
     values: Annotated[
         dict[str, Any],
@@ -58,10 +60,10 @@ class RunCreate(BaseModel):
     ] = {}
 
     def to_scenario(self) -> Scenario:
-        """The scenario that is asked for.
+        """The requested scenario.
 
         Raises:
-            ScenarioError: With one entry per wrong field.
+            ScenarioError: With one item per wrong field.
         """
         if isinstance(self.scenario, dict):
             base = scenario_from_mapping(self.scenario)
@@ -73,7 +75,7 @@ class RunCreate(BaseModel):
 
 
 class RunUpdate(BaseModel):
-    """What is left out stays as it is."""
+    """Changed annotations; omitted fields are not changed."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -83,23 +85,25 @@ class RunUpdate(BaseModel):
     )
 
     name: Annotated[RunName, Field(description="at most 200 printable characters")] = ""
-    notes: Annotated[RunNotes, Field(description="at most 10 000 characters, in lines")] = ""
+    notes: Annotated[RunNotes, Field(description="at most 10 000 characters, in several lines")] = (
+        ""
+    )
     tags: Annotated[
         list[RunTag],
         Field(max_length=MAX_TAGS, description="at most 32 of at most 64 printable characters"),
     ] = []
 
     def changes(self) -> dict[str, Any]:
-        """What was given, by name."""
+        """The given values, by name."""
         return {name: getattr(self, name) for name in self.model_fields_set}
 
 
 class PhaseChangePublic(PhaseChangeDocument):
-    """A contact passing from one phase to another."""
+    """A transition of a contact from one phase to another."""
 
 
 class ReasonPublic(BaseModel):
-    """Why a run ended early."""
+    """Reason of an early end."""
 
     code: str
     message: str
@@ -111,7 +115,7 @@ class ReasonPublic(BaseModel):
 
 
 class WarningPublic(BaseModel):
-    """Something worth knowing that did not end the run."""
+    """A warning about a run."""
 
     code: str
     message: str
@@ -129,53 +133,53 @@ def _metric_type(metric: Metric) -> Any:
 
 
 def _metric_field(metric: Metric) -> Any:
-    """A field; those of soft fingertips are missing from summaries that are older."""
+    """A field that is missing in older summaries without soft fingertips."""
     return (_metric_type(metric), ()) if metric.per == "pad" else _metric_type(metric)
 
 
 class MetricsPublic(create_model("_Metrics", **{m.name: _metric_field(m) for m in METRICS})):
-    """Figures of merit; lists have one entry per contact, or x, y, theta.
+    """Metrics; lists have one item per contact, or x, y, theta.
 
-    Those of soft fingertips are empty where no fingertip is soft.
+    Those of soft fingertips are empty if there are none.
     """
 
 
 class RunPublic(BaseModel):
-    """A run without its signals: what ``slipgrasp run --json`` prints, its id and its links."""
+    """A run without its signals: the output of ``slipgrasp run --json``, with id and links."""
 
     id: str | None = Field(description="null only if writing the recording failed")
     title: str = Field(description="title of its scenario")
-    name: str = Field(description="what a user calls it; empty if nothing")
+    name: str = Field(description="name from a user; may be empty")
     display_name: str = Field(
-        description="what to call it: `name` if there is one, else its preset and what differs"
+        description="display name: `name` if given, else its preset and the differences from it"
     )
     notes: str
     tags: list[str]
-    preset: str = Field(description="preset whose title its scenario has; empty if none")
+    preset: str = Field(description="preset with the title of its scenario; empty if there is none")
     controller: str = Field(description="kind of its controller; empty if it cannot be read")
     law: LawIdentity | None = Field(
-        default=None, description="the custom law that commanded; null for a built-in one"
+        default=None, description="the custom law of the run; null for a built-in one"
     )
     created: str | None
-    size: int | None = Field(description="bytes of its recording")
+    size: int | None = Field(description="size of its recording, in bytes")
     kind: Literal["run", "measured"] = Field(
-        default="run", description="measured: imported data, of which nothing was simulated"
+        default="run", description="measured: imported data without simulation"
     )
-    outcome: Outcome | None = Field(description="null only of measured data")
+    outcome: Outcome | None = Field(description="null for measured data only")
     reason: ReasonPublic | None
     end_time: FiniteOrNone
     phase_changes: list[PhaseChangePublic]
     estimates: dict[str, FiniteOrNone]
     unknowns: list[str] = Field(
         description="keys of the parameters of hand and object that its controller did not know; "
-        "it was given the true value of each of the others at every instant"
+        "it knew the true value of each of the others at every instant"
     )
     told: bool | None = Field(
-        description="whether nothing was unknown to its controller; null if the recording is "
-        "damaged, or holds measured data"
+        description="whether all parameters were known to its controller; null if the recording is "
+        "damaged, or contains measured data"
     )
     metrics: MetricsPublic | None = Field(
-        description="null only if the recording is damaged, or holds measured data"
+        description="null only if the recording is damaged, or contains measured data"
     )
     warnings: list[WarningPublic]
     recording: str | None = Field(description="path of the file; null only if writing it failed")
@@ -183,7 +187,7 @@ class RunPublic(BaseModel):
 
     @classmethod
     def from_stored(cls, stored: StoredRun) -> Self:
-        """A run that was saved; one whose recording tells nothing any more is ``failed``."""
+        """A stored run; one whose recording cannot be read is ``failed``."""
         own = run_path(stored.id)
         kept = {
             "id": stored.id,
@@ -211,7 +215,7 @@ class RunPublic(BaseModel):
 
     @classmethod
     def from_description(cls, description: Description) -> Self:
-        """A run that could not be saved."""
+        """A run that could not be stored."""
         told = {
             "title": description.title,
             "display_name": description.display_name,
@@ -224,24 +228,24 @@ class RunPublic(BaseModel):
 
 
 class PendingRunPublic(BaseModel):
-    """A run that has not ended: it waits for its turn, or is simulated."""
+    """A run that has not ended: queued or being simulated."""
 
     id: str
     state: RunState
     progress: Annotated[float, Field(ge=0.0, le=1.0, description="simulated share")]
     links: dict[str, str]
     compiling: str = Field(
-        description="how far the simulation is compiled for this machine, and about how long that "
-        "still takes, where runs wait for it; empty otherwise"
+        description="progress and remaining time of compiling the simulation, if runs wait for it; "
+        "otherwise empty"
     )
 
     @classmethod
     def from_pending(cls, pending: PendingRun, compiling: str) -> Self:
-        """The run as it is now.
+        """The present state of the run.
 
         Args:
             pending: The run.
-            compiling: What it waits for, in words; empty if the simulation is compiled.
+            compiling: State of compilation as text; empty if the simulation is compiled.
         """
         own = run_path(pending.id)
         links = {"self": own, "stop": f"{own}/stop"}
@@ -283,18 +287,18 @@ def _damaged_summary(finding: str) -> dict[str, Any]:
 
 
 class RunsPublic(BaseModel):
-    """A page of the saved runs that were asked for, and how many there are on all pages."""
+    """A page of the matching stored runs, and their number on all pages."""
 
     data: list[RunPublic]
     count: int
     unread: int = Field(
-        description="recordings that were copied into the folder and are still being read; "
-        "a search may miss them until then"
+        description="recordings that were copied into the folder and have not been read yet; a "
+        "search may miss them"
     )
-    links: dict[str, str] = Field(description="next and prev, where there is such a page")
+    links: dict[str, str] = Field(description="next and prev, if there are such pages")
 
     @classmethod
     def from_found(cls, found: FoundRuns, links: dict[str, str]) -> Self:
-        """What a search found."""
+        """Converts the results of a search to the response."""
         data = [RunPublic.from_stored(run) for run in found.runs]
         return cls(data=data, count=found.count, unread=found.unread, links=links)

@@ -1,4 +1,4 @@
-"""What the REST interface takes to search the saved runs."""
+"""REST parameters for searching stored runs."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ Text = Annotated[str, Field(max_length=200)]
 
 
 class RunsQuery(BaseModel):
-    """Which saved runs are asked for; what is left out does not narrow the search."""
+    """A search of stored runs; omitted fields match all runs."""
 
-    # Names there are none of are refused by `to_query`, which knows the others.
+    # Unknown names are rejected by `to_query`, which suggests others.
     model_config = ConfigDict(extra="allow")
 
     limit: Limit = 100
@@ -42,12 +42,12 @@ class RunsQuery(BaseModel):
         Text,
         Field(
             description="created, title, name, preset, controller, outcome, size, end_time or a "
-            "metric as for `metric`; '-' before it for falling order; runs without it come last",
+            "metric as in `metric`; '-' before it for descending order; runs without it come last",
             examples=["-created", "slip_path_0"],
         ),
     ] = "-created"
     preset: Annotated[
-        Text | None, Field(description="made from this preset", examples=["paper-case-1"])
+        Text | None, Field(description="based on this preset", examples=["paper-case-1"])
     ] = None
     controller: Annotated[
         Text | None, Field(description="kind of the controller", examples=["theorem-4"])
@@ -55,18 +55,22 @@ class RunsQuery(BaseModel):
     outcome: Annotated[Text | None, Field(description="ended so", examples=["completed"])] = None
     tag: Annotated[
         list[RunTag],
-        Field(max_length=MAX_TAGS, description="has this tag; repeat it for several"),
+        Field(max_length=MAX_TAGS, description="with this tag; may be repeated"),
     ] = []
     created_from: Annotated[
         Text | None,
-        Field(description="saved then or later, ISO 8601, UTC by default", examples=["2026-01-31"]),
+        Field(
+            description="earliest time of storage, ISO 8601, UTC by default",
+            examples=["2026-01-31"],
+        ),
     ] = None
     created_to: Annotated[
         Text | None,
-        Field(description="saved then or before; a date alone includes the whole day"),
+        Field(description="latest time of storage; a date alone includes the whole day"),
     ] = None
     text: Annotated[
-        str, Field(max_length=200, description="part of title, display name or notes, in any case")
+        str,
+        Field(max_length=200, description="part of title, display name or notes, case-insensitive"),
     ] = ""
     metric: Annotated[
         list[Text],
@@ -74,16 +78,16 @@ class RunsQuery(BaseModel):
             max_length=MAX_CONDITIONS,
             description="a bound such as slip_path_0<0.01, held=true or end_time>=5 (<, <=, >, "
             ">=, =; SI units); metrics with one value per contact end in _0, _1, …, those with "
-            "one per coordinate in _x, _y, _theta; repeat it for several",
+            "one per coordinate in _x, _y, _theta; may be repeated",
             examples=["slip_path_0<0.01"],
         ),
     ] = []
 
     def to_query(self) -> RunQuery:
-        """The search that is asked for.
+        """The search query.
 
         Raises:
-            InvalidRequestError: With one entry per wrong field.
+            InvalidRequestError: With one item per wrong field.
         """
         findings = _Findings([_unknown_field(name) for name in self.model_extra or {}])
         conditions = [findings.parsed("metric", Condition.parse, text) for text in self.metric]
@@ -107,12 +111,12 @@ class RunsQuery(BaseModel):
 
 @dataclass(slots=True)
 class _Findings:
-    """Errors of the fields that were read so far."""
+    """Errors of the fields parsed so far."""
 
     errors: list[FieldError]
 
     def parsed(self, field: str, parse: Callable[[str], Value], text: str | None) -> Value | None:
-        """A value, None if it was not given or is wrong."""
+        """A value, None if it was not given or is invalid."""
         try:
             return None if text is None else parse(text)
         except QueryError as error:

@@ -268,7 +268,7 @@ class RunService:
         """A pending run, a stored run, or the failure of a run that was not stored.
 
         Raises:
-            RecordingNotFoundError: If there is none.
+            RecordingNotFoundError: If it does not exist.
             StorageFullError: If there was no space for it.
             RunUnrecordableError: If nothing could be written of it.
         """
@@ -295,7 +295,7 @@ class RunService:
 
         Raises:
             RunUnfinishedError: If it has not ended.
-            RecordingNotFoundError: If there is none.
+            RecordingNotFoundError: If it does not exist.
         """
         self.check_ended(run_id)
         return self.store.get(run_id)
@@ -304,7 +304,7 @@ class RunService:
         """Stops a run and stores its samples; an ended run is not changed.
 
         Raises:
-            RecordingNotFoundError: If there is none.
+            RecordingNotFoundError: If it does not exist.
         """
         found = self.look_up(run_id)
         if isinstance(found, PendingRun):
@@ -339,7 +339,7 @@ class RunService:
             self._forget(pending)
 
     def _run(self, pending: PendingRun) -> Ended | None:
-        """Simulates and records; None if it has started before, or the service is ending."""
+        """Simulates and records; None if it has already started, or the service is ending."""
         if self._must_stop():
             self._forget(pending)
             return None
@@ -354,7 +354,7 @@ class RunService:
                 self._running -= 1
 
     def _record(self, pending: PendingRun) -> Ended:
-        """Simulates and records at once; a run that cannot be recorded does not start."""
+        """Simulates and records; a run that cannot be recorded does not start."""
         scenario = pending.make_scenario()
         self.prepare()
 
@@ -385,7 +385,7 @@ class RunService:
         return lambda: pending.is_to_stop or self._must_stop()
 
     def _settle(self, pending: PendingRun, work: Future[Ended | None]) -> None:
-        """Moves a run that has ended to the finished ones, then notifies waiting requests."""
+        """Moves an ended run to the finished ones, then notifies waiting requests."""
         if work.cancelled():
             self._forget(pending)
         elif (error := work.exception()) is not None:

@@ -1,7 +1,7 @@
-"""The signals of a run by name, column by column, as JSON that is never whole in memory.
+"""Signals of a run by column, as streamed JSON.
 
-Columns are called as everywhere (`slipgrasp.core.trace.columns`); a signal's own name stands for
-all of its.
+Columns have their usual names (`slipgrasp.core.trace.columns`); the name of a signal stands for all
+of its columns.
 """
 
 from __future__ import annotations
@@ -30,23 +30,23 @@ class SignalsPublic(BaseModel):
     """Columns of a run, all of the same length."""
 
     id: str
-    count: int = Field(description="how many values each column has")
+    count: int = Field(description="number of values of each column")
     units: dict[str, str] = Field(description="SI unit of each column")
     signals: dict[str, list[float | str | None]] = Field(
-        description="numbers, null where there is none; phases as words",
+        description="numbers, null if missing; phases as words",
         examples=[{"t": [0.0, 0.005], "phase_0": ["slip_forward", "stick"]}],
     )
 
 
 class SignalsQuery(BaseModel):
-    """Which columns are asked for, and from when to when."""
+    """The requested columns and time range."""
 
     names: Annotated[
         str,
         Field(
             max_length=4000,
             description="columns as in the CSV file, or whole signals, separated by commas; "
-            "all if left out",
+            "all if omitted",
             examples=["t,slip,normal_force_0"],
         ),
     ] = ""
@@ -55,37 +55,37 @@ class SignalsQuery(BaseModel):
     ] = 0.0
     t_to: Annotated[
         Annotated[float, Field(ge=0.0, allow_inf_nan=False)] | None,
-        Field(description="time of the last values [s]; the end of the run if left out"),
+        Field(description="time of the last values [s]; the end of the run if omitted"),
     ] = None
 
     @property
     def wanted(self) -> list[str]:
-        """The names one by one."""
+        """The names as a list."""
         return [name.strip() for name in self.names.split(",")] if self.names else []
 
     def share_of(self, end_time: float) -> float:
-        """Which part of the time of a run they are, 0 to 1."""
+        """The requested fraction of the time of a run, 0 to 1."""
         if end_time <= 0.0:
             return 1.0
         end = end_time if self.t_to is None else min(self.t_to, end_time)
         return max(0.0, end - self.t_from) / end_time
 
     def segment_of(self, columns: Iterable[Column]) -> Segment:
-        """The signals and times of a recording that hold these columns."""
+        """The signals and times of a recording for these columns."""
         end = math.inf if self.t_to is None else self.t_to
         signals = frozenset(column.signal for column in columns)
         return Segment(signals=signals, start=self.t_from, end=end)
 
 
 def select_columns(trace: Trace, names: Iterable[str]) -> list[Column]:
-    """The columns that are asked for, in that order, each once; all if none is named.
+    """The requested columns in order, without repetition; all if none is named.
 
     Args:
         trace: The trace.
         names: Names of columns or of signals.
 
     Raises:
-        InvalidRequestError: For a name there is none of, with the nearest.
+        InvalidRequestError: For an unknown name, with the most similar one.
     """
     columns = columns_of(trace)
     wanted = list(names)
@@ -105,11 +105,11 @@ def _unknown_name(name: str, known: Iterable[str]) -> FieldError:
 
 
 def encode_columns(run_id: str, columns: Iterable[Column]) -> Iterator[str]:
-    """JSON text in small pieces: id, units and the values of each column.
+    """JSON text in pieces: id, units and the values of each column.
 
     Args:
         run_id: Id of the run.
-        columns: What to encode.
+        columns: Columns to encode.
     """
     listed = list(columns)
     units = {column.name: column.unit for column in listed}
@@ -126,7 +126,7 @@ def encode_columns(run_id: str, columns: Iterable[Column]) -> Iterator[str]:
 
 
 def _plain(column: Column) -> list[float | None] | list[str]:
-    """Phases as words, what is not finite as null."""
+    """Converts phases to words, and values that are not finite to null."""
     if column.holds_phases:
         return column.phase_labels()
     finite = np.isfinite(column.values)

@@ -1,1 +1,1 @@
-"""Studies on request: queued, run, followed while they run."""
+"""Studies on request: queue, execution, progress."""

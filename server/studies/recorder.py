@@ -1,4 +1,4 @@
-"""Makes a row of a study's results a recording, checked against what the study computed."""
+"""Creates recordings of study results, and verifies them."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ from slipgrasp.server.exceptions import ResultNotFoundError, ServiceBusyError, S
 
 MAX_AT_ONCE = 2
 WALL_LIMIT = 120.0
-"""Computing time of one of them [s]; in the study it took less, perhaps on a faster machine."""
+"""Limit of computing time of one run [s], longer than in a study, for slower machines."""
 
 
 class StudyRecorder:
-    """Simulates runs of studies again, a few at a time, and keeps their recordings.
+    """Simulates runs of studies again, a few at a time, and stores their recordings.
 
     Args:
-        store: Where they are kept.
-        retry_after: When to come back if it is busy [s].
+        store: Store of the recordings.
+        retry_after: Time after which to try again if it is busy [s].
         is_ending: Whether the service is about to end.
     """
 
@@ -41,20 +41,20 @@ class StudyRecorder:
     def record(
         self, stored: StoredStudy, results: StudyResults, index: int
     ) -> tuple[StoredRun, bool]:
-        """The recording of a run, made if it is not kept already.
+        """The recording of a run, created if it does not exist.
 
         Args:
             stored: The study.
             results: Its results.
-            index: The run.
+            index: Index of the run.
 
         Returns:
-            The run, and whether it was made now.
+            The run, and whether it was created now.
 
         Raises:
             ResultNotFoundError: If there is no result of it.
-            RebuildError: If it does not come out as its row says.
-            ServiceBusyError: If others are being made, or this one.
+            RebuildError: If it differs from its result.
+            ServiceBusyError: If others, or this one, are being created.
             ServiceEndingError: If the service ends before.
             RecordingWriteError: If it cannot be written.
         """
@@ -73,10 +73,10 @@ class StudyRecorder:
         one = (study_id, index)
         with self._lock:
             if one in self._making:
-                busy_with = "recording of this run is being made already"
+                busy_with = "recording of this run is already being created"
                 raise ServiceBusyError(1, self._retry_after, busy_with)
             if len(self._making) >= MAX_AT_ONCE:
-                busy_with = "runs are being recorded already"
+                busy_with = "runs are already being recorded"
                 raise ServiceBusyError(MAX_AT_ONCE, self._retry_after, busy_with)
             self._making.add(one)
         try:
@@ -94,7 +94,7 @@ class StudyRecorder:
 
 
 def _row(results: StudyResults, index: int) -> StudyRow:
-    """What a run is rebuilt from: its values, why it ended, and its hash."""
+    """Data for rebuilding a run: its values, its reason, and its hash."""
     told = results.row(index)
     return StudyRow(
         index=index,

@@ -1,4 +1,4 @@
-"""What the REST interface takes and gives of studies; numbers are SI and finite."""
+"""REST models of studies; numbers are SI and finite."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ Column = Annotated[str, Field(max_length=120)]
 
 
 class StudiesQuery(BaseModel):
-    """Which studies are asked for."""
+    """Pagination of studies."""
 
     model_config = ConfigDict(extra="forbid")
 
@@ -40,7 +40,7 @@ class StudiesQuery(BaseModel):
 
 
 class ResultsQuery(BaseModel):
-    """Which rows of a study's results are asked for."""
+    """Filter and pagination of results."""
 
     model_config = ConfigDict(extra="forbid")
 
@@ -49,73 +49,80 @@ class ResultsQuery(BaseModel):
     sort: Annotated[
         Column,
         Field(
-            description="any column; '-' before it for falling order; rows without it come last",
+            description="any column; '-' before it for descending order; rows without it come last",
             examples=["index", "-slip_path_0"],
         ),
     ] = "index"
     outcome: Annotated[
-        Outcome | None, Field(description="only runs that ended so", examples=["completed"])
+        Outcome | None, Field(description="only runs with this outcome", examples=["completed"])
     ] = None
     held: Annotated[
-        bool | None, Field(description="only runs that held the object, or only the others")
+        bool | None,
+        Field(description="only runs that held the object (true), or that did not (false)"),
     ] = None
 
 
 class MapQuery(BaseModel):
-    """Which success map is asked for."""
+    """Axes of a map."""
 
     model_config = ConfigDict(extra="forbid")
 
     x: Annotated[
         Column | None,
-        Field(description="varied key across; chosen if left out", examples=["object.mass"]),
+        Field(
+            description="varied key of the horizontal axis; automatic if omitted",
+            examples=["object.mass"],
+        ),
     ] = None
     y: Annotated[
         Column | None,
-        Field(description="varied key upwards; chosen if left out", examples=["object.mass"]),
+        Field(
+            description="varied key of the vertical axis; automatic if omitted",
+            examples=["object.mass"],
+        ),
     ] = None
 
 
 class StudyEstimatePublic(BaseModel):
-    """What a study is going to take, found out from some of its runs."""
+    """Estimated cost of a study, from some of its runs."""
 
     model_config = ConfigDict(from_attributes=True)
 
-    runs: int = Field(description="how many runs there are")
+    runs: int = Field(description="number of runs")
     seconds: float = Field(description="computing time with all workers [s]")
-    bytes: int = Field(description="what is kept of it on disk, at most")
-    warnings: list[str] = Field(default=[], description="what stands in the way of it")
+    bytes: int = Field(description="largest size on disk")
+    warnings: list[str] = Field(default=[], description="possible obstacles")
 
     @classmethod
     def from_cost(cls, cost: StudyCost, warnings: tuple[str, ...] = ()) -> Self:
-        """The estimate as it is answered."""
+        """Converts the estimate to the response."""
         public = cls.model_validate(cost)
         return public.model_copy(update={"warnings": list(warnings)})
 
 
 class StudyPublic(BaseModel):
-    """A study: what it is and how far; its results have their own addresses, see `links`."""
+    """A study and its progress; its results have separate addresses, see `links`."""
 
     id: str
     state: StudyState
     title: str
-    base: str = Field(description="preset that varies; empty if it is none")
-    keys: list[str] = Field(description="what varies, by dotted key")
-    num_runs: int = Field(description="how many runs it has")
-    recordings: KeptRecordings = Field(description="of which runs the recording is kept")
+    base: str = Field(description="preset of the base; empty if there is none")
+    keys: list[str] = Field(description="varied parameters by dotted key")
+    num_runs: int = Field(description="number of runs")
+    recordings: KeptRecordings = Field(description="runs whose recording is stored")
     created: str = Field(description="ISO 8601, UTC")
-    finished: int = Field(description="how many runs are done")
-    outcomes: dict[str, int] = Field(description="how many of them ended in which way")
-    rate: float | None = Field(description="runs done in a second, lately; null while it waits")
-    time_left: float | None = Field(description="until it is done, where that is known [s]")
+    finished: int = Field(description="number of finished runs")
+    outcomes: dict[str, int] = Field(description="number of finished runs by outcome")
+    rate: float | None = Field(description="recently finished runs per second; null while it waits")
+    time_left: float | None = Field(description="remaining time, if known [s]")
     estimate: StudyEstimatePublic | None = Field(description="null once it has ended")
-    message: str = Field(description="why it failed or was cancelled; else empty")
+    message: str = Field(description="reason of a failure or cancellation; otherwise empty")
     warnings: list[str]
     links: dict[str, str]
 
     @classmethod
     def from_status(cls, status: StudyStatus) -> Self:
-        """How far a study is."""
+        """Converts the progress of a study to the response."""
         stored = status.stored
         cost = status.estimate
         return cls(
@@ -157,11 +164,11 @@ def _links(study_id: str, state: StudyState) -> dict[str, str]:
 
 
 class StudiesPublic(BaseModel):
-    """A page of the studies, and how many there are on all pages."""
+    """A page of studies, and their number on all pages."""
 
     data: list[StudyPublic]
     count: int
-    links: dict[str, str] = Field(description="next and prev, where there is such a page")
+    links: dict[str, str] = Field(description="next and prev, if there are such pages")
 
 
 class ColumnPublic(BaseModel):
@@ -171,18 +178,18 @@ class ColumnPublic(BaseModel):
 
     name: str
     kind: Literal["number", "integer", "boolean", "word", "value", "hash"]
-    unit: str = Field(description="SI unit, 1 for pure numbers, empty for what has none")
+    unit: str = Field(description="SI unit, 1 for pure numbers, empty if there is none")
     role: Literal["run", "varied", "ending", "metric", "origin"]
 
 
 class StudyResultsPublic(BaseModel):
-    """A page of the results, and how many rows there are on all pages."""
+    """A page of results, and the number of rows on all pages."""
 
     data: list[dict[str, Any]] = Field(description="one object per run: column to value")
     columns: list[ColumnPublic]
-    count: int = Field(description="rows that are asked for, on all pages")
-    finished: int = Field(description="runs that are done, asked for or not")
-    links: dict[str, str] = Field(description="next and prev, where there is such a page")
+    count: int = Field(description="number of matching rows on all pages")
+    finished: int = Field(description="number of finished runs, matching or not")
+    links: dict[str, str] = Field(description="next and prev, if there are such pages")
 
     @classmethod
     def from_page(
@@ -194,11 +201,11 @@ class StudyResultsPublic(BaseModel):
 
 
 class SpreadPublic(BaseModel):
-    """How the values of a metric are spread, in its unit."""
+    """Statistics of a metric, in its unit."""
 
     model_config = ConfigDict(from_attributes=True)
 
-    runs: int = Field(description="how many runs have a value")
+    runs: int = Field(description="number of runs with a value")
     minimum: float
     percentile_5: float
     percentile_25: float
@@ -209,33 +216,33 @@ class SpreadPublic(BaseModel):
 
 
 class StudySummaryPublic(BaseModel):
-    """A study in numbers, over the runs that are done."""
+    """Summary of a study over its finished runs."""
 
     model_config = ConfigDict(from_attributes=True)
 
     runs: int
     finished: int
     outcomes: dict[str, int]
-    reasons: dict[str, int] = Field(description="why runs ended early, by code")
+    reasons: dict[str, int] = Field(description="number of early ends by code of the reason")
     held: int
     too_short: int = Field(description="completed, but too short to tell whether they held")
     share_held: float = Field(description="of the finished runs that are not too short")
     unknowns: list[str] = Field(
-        description="keys of the parameters of hand and object that were unknown to the "
-        "controller of some run"
+        description="keys of the parameters of hand and object that were unknown to the controller "
+        "of any run"
     )
-    told: bool = Field(description="whether nothing was unknown to the controller of any run")
+    told: bool = Field(description="whether all parameters were known in all runs")
     metrics: dict[str, SpreadPublic]
     metrics_by_outcome: dict[str, dict[str, SpreadPublic]]
 
     @classmethod
     def from_summary(cls, summary: StudySummary) -> Self:
-        """The summary as it is answered."""
+        """Converts the summary to the response."""
         return cls.model_validate(summary)
 
 
 class CombinationPublic(BaseModel):
-    """What one combination of the crossed values did."""
+    """Results of one combination of the crossed values."""
 
     model_config = ConfigDict(from_attributes=True)
 
@@ -245,20 +252,20 @@ class CombinationPublic(BaseModel):
     too_short: int = Field(description="completed, but too short to tell whether they held")
     share_held: float = Field(description="of the runs that are not too short")
     outcomes: dict[str, int]
-    medians: dict[str, float] = Field(description="of each metric")
+    medians: dict[str, float] = Field(description="median of each metric")
 
 
 class CombinationPairPublic(BaseModel):
-    """Two combinations on the samples that are done with both."""
+    """Two combinations on the samples that are finished with both."""
 
     model_config = ConfigDict(from_attributes=True)
 
-    first: int = Field(description="place of the one in the list of combinations")
-    second: int = Field(description="place of the other")
+    first: int = Field(description="index of the first combination")
+    second: int = Field(description="index of the second combination")
     samples: int
     held_by_both: int
-    held_by_first: int = Field(description="and not by the other")
-    held_by_second: int = Field(description="and not by the other")
+    held_by_first: int = Field(description="number held only by the first")
+    held_by_second: int = Field(description="number held only by the second")
     held_by_neither: int
 
 
@@ -267,31 +274,31 @@ class StudyComparisonPublic(BaseModel):
 
     model_config = ConfigDict(from_attributes=True)
 
-    keys: list[str] = Field(description="whose values are compared")
+    keys: list[str] = Field(description="compared keys")
     combinations: list[CombinationPublic]
     pairs: list[CombinationPairPublic]
 
     @classmethod
     def from_comparison(cls, comparison: CombinationComparison | None) -> Self:
-        """The comparison as it is answered; None where nothing is crossed."""
+        """Converts the comparison to the response; None if nothing is crossed."""
         if comparison is None:
             return cls(keys=[], combinations=[], pairs=[])
         return cls.model_validate(comparison)
 
 
 def read_study(body: Any, max_runs: int) -> Study:
-    """The study that a request asks for; its runs are counted, not made.
+    """The requested study; its runs are counted, but not created.
 
     Args:
         body: The request's body as plain values.
-        max_runs: How many runs it may have.
+        max_runs: Largest number of runs.
 
     Raises:
-        ScenarioError: With one entry per wrong field, or if there are too many runs.
+        ScenarioError: With one item per wrong field, or if there are too many runs.
     """
     kind = body.get("law") if isinstance(body, dict) else None
     if kind is not None:
-        # As in a study file, but for names only: never code, nor a path.
+        # As in a study file, but only with names: no code, and no paths.
         body = {key: value for key, value in body.items() if key != "law"}
     study = study_from_mapping(body, partial(_find_base, kind=kind))
     if study.num_runs > max_runs:
@@ -306,10 +313,10 @@ def read_study(body: Any, max_runs: int) -> Study:
 
 
 def check_some_runs(study: Study) -> None:
-    """Makes and validates the first runs of a study, and some of the others.
+    """Creates and validates the first runs of a study, and some of the others.
 
     Raises:
-        ScenarioError: Naming the first wrong one by its index.
+        ScenarioError: With the index of the first wrong run.
     """
     step = max(1, 2 * study.num_runs // CHECKED_RUNS)
     for index in (*range(min(CHECKED_RUNS // 2, study.num_runs)), *range(0, study.num_runs, step)):
@@ -325,7 +332,7 @@ def _of_run(index: int, finding: FieldError) -> FieldError:
 
 
 def _find_base(base: Any, kind: Any) -> Scenario:
-    """A preset by name or a whole scenario; a path is no name here, unlike on the command line."""
+    """A preset by name or a complete scenario; paths are not allowed here."""
     try:
         found = scenario_from_mapping(base) if isinstance(base, dict) else find_preset(base)
         return found if kind is None else with_law(found, str(kind))

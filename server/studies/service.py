@@ -127,7 +127,7 @@ class StudyService(JobService[StoredStudy, StudyStatus]):
         """The rows of a study, which grow as long as it runs.
 
         Raises:
-            StudyNotFoundError: If there is none.
+            StudyNotFoundError: If it does not exist.
             RecordingError: If its file is damaged.
         """
         live = self.find_live(study_id)

@@ -1,1 +1,1 @@
-"""The server of the 3D viewer, and the relay that lets its frames through the one port."""
+"""The server of the 3D viewer, and the relay to it on the common port."""

@@ -1,4 +1,4 @@
-"""What of a viewer's frames reaches viser, which trusts them: known messages, of a size."""
+"""Filter of the frames from viewers: only known messages of limited size reach viser."""
 
 from __future__ import annotations
 
@@ -26,20 +26,20 @@ _decoder = msgspec.msgpack.Decoder(Union[MESSAGES])  # noqa: UP007
 
 @dataclass(slots=True)
 class _Transfer:
-    """What is still to come of a file: bytes, and the numbers of its parts."""
+    """The missing part of a file: bytes, and numbers of its parts."""
 
     num_bytes: int
     parts: set[int] = field(default_factory=set)
 
 
 class FrameFilter:
-    """Looks at the frames of one viewer; one that sends anything else is turned away."""
+    """Checks the frames of one viewer, which is disconnected after an invalid one."""
 
     def __init__(self) -> None:
         self._transfers: dict[str, _Transfer] = {}
 
     def find_fault(self, frame: bytes) -> str:
-        """What is wrong with a frame; empty if it may pass."""
+        """Describes the defect of a frame; empty if it is valid."""
         if len(frame) > PART_BYTES:
             return "a message is too long"
         try:
@@ -55,7 +55,7 @@ class FrameFilter:
         return ""
 
     def _find_fault_of_start(self, start: FileTransferStartUpload) -> str:
-        """Keeps count of the files on their way, which viser holds until they are complete."""
+        """Tracks unfinished files, which viser keeps in memory until they are complete."""
         if start.transfer_uuid in self._transfers or (start.size_bytes > 0) != (
             start.part_count > 0
         ):
@@ -82,6 +82,6 @@ class FrameFilter:
             return _TOO_LARGE
         if not transfer.parts:
             del self._transfers[part.transfer_uuid]
-            # viser would warn of each such file, by its name.
+            # viser would log a warning with the name of each such file.
             return _UNREADABLE if transfer.num_bytes else ""
         return ""

@@ -1,7 +1,7 @@
-"""The messages of a viewer that viser listens to, with the types of all that they carry.
+"""Messages from viewers that viser handles, with the types of all fields.
 
-viser trusts what it receives: it sets any attribute of a widget that an update names, and keeps
-what it is sent of files until they are complete.
+viser trusts its input: it sets any attribute of a widget that an update names, and keeps parts of
+files until they are complete.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import msgspec
 from msgspec import Meta
 
 MAX_VALUES = 16
-"""The most numbers that one control has: a vector, a colour, a slider with several handles."""
+"""Largest number of values of one control: a vector, a colour, a slider with several handles."""
 
 Vector = tuple[float, float, float]
 Rotation = tuple[float, float, float, float]
@@ -24,11 +24,11 @@ Value = Plain | Annotated[list[Plain], Meta(max_length=MAX_VALUES)]
 
 
 class Message(msgspec.Struct, tag_field="type", tag=True, forbid_unknown_fields=True):
-    """A message of a viewer; its type is the name of the class."""
+    """A message from a viewer; its type is the name of the class."""
 
 
 class Updates(msgspec.Struct, forbid_unknown_fields=True):
-    """What a viewer may change of a control: its value, and nothing else that viser keeps of it."""
+    """Changes of a control that a viewer may send: its value only."""
 
     value: Value
 
@@ -54,7 +54,7 @@ class GuiFormDirtyMessage(Message):
 
 
 class GuiFormSubmitMessage(Message):
-    """A form is sent."""
+    """A form is submitted."""
 
     uuid: str
 
@@ -77,7 +77,7 @@ class FileTransferStartUpload(Message):
 
 
 class FileTransferPart(Message):
-    """A part of a file."""
+    """Part of a file."""
 
     source_component_uuid: str | None
     transfer_uuid: str
@@ -86,7 +86,7 @@ class FileTransferPart(Message):
 
 
 class LocalStorageGetItemResponseMessage(Message):
-    """A value that the browser keeps."""
+    """A value that the browser stores."""
 
     value: str | None
     error: str | None
@@ -131,22 +131,22 @@ class ScenePointerMessage(Message):
 
 
 class ShareUrlDisconnect(Message):
-    """The public tunnel is to be closed."""
+    """The public tunnel should be closed."""
 
 
 class ShareUrlRequest(Message):
-    """A public tunnel is asked for."""
+    """A public tunnel is requested."""
 
 
 class TransformControlsDragEndMessage(Message):
-    """A frame of the scene was let go."""
+    """A frame of the scene was released."""
 
     name: str
     owner: str = ""
 
 
 class TransformControlsDragStartMessage(Message):
-    """A frame of the scene was seized."""
+    """A frame of the scene was grabbed."""
 
     name: str
     owner: str = ""
@@ -162,7 +162,7 @@ class TransformControlsUpdateMessage(Message):
 
 
 class ViewerCameraMessage(Message):
-    """The viewer looks from another place."""
+    """The camera of the viewer has moved."""
 
     wxyz: Rotation
     position: Vector
@@ -176,4 +176,4 @@ class ViewerCameraMessage(Message):
 
 
 MESSAGES = tuple(Message.__subclasses__())
-"""All of them."""
+"""All of these."""

@@ -1,4 +1,4 @@
-"""How fast the frames of one viewer are read; what comes faster waits at its sender."""
+"""Rate limit of the frames from one viewer; faster frames wait at the sender."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ BURST_SECONDS = 2.0
 
 
 class Pace:
-    """Counts the frames of one viewer against what may be read in the time.
+    """Compares the frames of one viewer with the allowed rate.
 
-    A page sends at most some fifty frames a second, but all at once what the line held back. To
-    close a viewer that floods costs more than to read it slowly: all that it has sent by then
-    would still have to be taken in.
+    A page sends at most about fifty frames a second, but delayed frames arrive together. Closing a
+    flooding viewer costs more than reading it slowly, because everything that it has sent by then
+    would still have to be received.
 
     Args:
         clock: Returns the time [s].
@@ -31,10 +31,10 @@ class Pace:
         """Counts a frame.
 
         Args:
-            num_bytes: Its length.
+            num_bytes: Size of the frame.
 
         Returns:
-            How long to wait before the next is read [s].
+            Delay before the next frame is read [s].
         """
         now = self._clock()
         passed, self._counted_at = now - self._counted_at, now

@@ -7,16 +7,16 @@ import time
 from collections.abc import Callable
 
 FAULT_SECONDS = 2.0
-"""How much longer a peer waits for each viewer that was sent away."""
+"""Additional waiting time of a peer for each disconnected viewer."""
 
 LONGEST_SECONDS = 10.0
 
 
 class Probation:
-    """Makes viewers wait that come from where others had to be sent away.
+    """Delays viewers from peers whose viewers had to be disconnected.
 
-    To begin a session takes a quarter of a second of the processor that all share. Who is sent
-    away and comes again at once, again and again, would have all of it.
+    Starting a session takes a quarter of a second of shared processor time, which a viewer that
+    reconnects immediately could use up.
 
     Args:
         clock: Returns the time [s].
@@ -27,10 +27,10 @@ class Probation:
         self._until: dict[str, float] = {}
 
     def note_fault(self, peer: str) -> None:
-        """Notes that a viewer was sent away.
+        """Records that a viewer was disconnected.
 
         Args:
-            peer: The address from which it came.
+            peer: Its address.
         """
         now = self._clock()
         self._until = {one: until for one, until in self._until.items() if until > now}
@@ -38,7 +38,7 @@ class Probation:
         self._until[peer] = min(longer, now + LONGEST_SECONDS)
 
     def time_left(self, peer: str) -> float:
-        """How long the next viewer of a peer has to wait [s]."""
+        """Waiting time of the next viewer of a peer [s]."""
         return max(self._until.get(peer, 0.0) - self._clock(), 0.0)
 
     async def wait(self, peer: str) -> None:

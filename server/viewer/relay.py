@@ -1,7 +1,7 @@
-"""viser's page and its websocket on the port of the application.
+"""The page and websocket of viser on the port of the application.
 
-The page is one self-contained file that opens its websocket at its own address, so the
-same path serves both. What a viewer sends goes to viser's internal port and back.
+The page is one self-contained file that opens its websocket at its own address, so that one path
+serves both. Messages from viewers are forwarded to viser's internal port, and back.
 """
 
 from __future__ import annotations
@@ -35,14 +35,14 @@ MAX_VIEWERS = 64
 CLOSE_SECONDS = 1
 FULL_SECONDS = 3.0
 LOOK_SECONDS = 0.05
-"""Least time from one message of where a viewer looks from to the next that is passed on."""
+"""Smallest interval between forwarded camera positions of a viewer."""
 
 CONTENT_POLICY = "; ".join(
     (
         "default-src 'none'",
-        # The page is one file: a script that unpacks and inserts the rest, of which a
-        # WebAssembly module builds its bindings from strings.
-        # What is put into its head comes from here, too.
+        # The page is one file: a script that unpacks and inserts the rest, of which a WebAssembly
+        # module generates its bindings from strings. Content inserted into its head comes from here
+        # too.
         "script-src 'self' 'unsafe-inline' 'unsafe-eval' blob:",
         "worker-src blob: data:",
         "style-src 'self' 'unsafe-inline'",
@@ -55,7 +55,7 @@ CONTENT_POLICY = "; ".join(
         "frame-ancestors 'self'",
     )
 )
-"""What viser's page may do: run what it carries itself, and talk to where it came from."""
+"""Content policy of viser's page: it may execute its own content, and connect to its origin."""
 
 _HEAD = b"<head>"
 _NAME_AND_ICON = re.compile(rb"<title>.*?</title>|<link\s[^>]*rel=\"icon\"[^>]*>", re.DOTALL)
@@ -63,7 +63,7 @@ _LOOKING = ("ViewerCameraMessage",)
 _PROTOCOL_PREFIX = "viser-v"
 _GOING_AWAY, _UNSUPPORTED_DATA, _POLICY_VIOLATION, _TRY_AGAIN_LATER = 1001, 1003, 1008, 1013
 _FAULTY_CODES = (1002, 1007, 1009)
-"""Closings of our own: of a viewer that breaks the protocol, or sends too long a message."""
+"""Close codes of our own, for protocol violations and too long messages."""
 _UNSENDABLE_CODES = (1004, 1005, 1006, 1015)
 
 _logger = logging.getLogger(__name__)
@@ -86,17 +86,17 @@ def add_viewer_routes(
 
     Args:
         app: The application.
-        upstream_port: Gives viser's internal port, asked once per viewer.
-        path: Where, ``/`` or such as ``/viewer/``.
-        head: HTML to begin the head of the page with.
-        find_faults: Gives, for each viewer, what says why one of its messages may not pass;
-            all pass if left out.
+        upstream_port: Returns viser's internal port, called once per viewer.
+        path: Path, ``/`` or such as ``/viewer/``.
+        head: HTML inserted at the start of the head of the page.
+        find_faults: Returns, for each viewer, a function that describes why a message is invalid;
+            by default all are valid.
 
     Returns:
-        The relay, which knows whether it can serve another viewer.
+        The relay, which reports whether it can serve another viewer.
 
     Raises:
-        RuntimeError: If viser's page has no head that something can be put into.
+        RuntimeError: If viser's page has no suitable head.
     """
     relay = ViewerRelay(upstream_port, head, find_faults)
     bare = path.rstrip("/")
@@ -116,15 +116,15 @@ def _redirect_to(path: str) -> Callable[[], Response]:
 
 
 class ViewerRelay:
-    """Serves the page, and passes messages between viewers and viser.
+    """Serves the page, and relays messages between viewers and viser.
 
     Args:
-        upstream_port: Gives viser's internal port.
-        head: HTML to begin the head of the page with.
-        find_faults: Gives, for each viewer, what says why one of its messages may not pass.
+        upstream_port: Returns viser's internal port.
+        head: HTML inserted at the start of the head of the page.
+        find_faults: Returns, for each viewer, a function that describes why a message is invalid.
 
     Raises:
-        RuntimeError: If viser's page has no head that something can be put into.
+        RuntimeError: If viser's page has no suitable head.
     """
 
     def __init__(
@@ -146,15 +146,15 @@ class ViewerRelay:
 
     @property
     def is_full(self) -> bool:
-        """Whether a viewer has just been turned away, as there are too many."""
+        """Whether a viewer has just been rejected because there are too many."""
         return time.monotonic() - self._turned_away_at < FULL_SECONDS
 
     async def show_page(self, request: Request) -> Response:
-        """The page."""
+        """Returns the page."""
         return self._page.answer(request)
 
     async def connect(self, viewer: WebSocket) -> None:
-        """Relays one viewer until either side is gone."""
+        """Relays one viewer until either side disconnects."""
         if self._num_viewers >= MAX_VIEWERS:
             self._turned_away_at = time.monotonic()
             await _turn_away(viewer, f"{MAX_VIEWERS} viewers are connected already")
@@ -192,7 +192,7 @@ class ViewerRelay:
 
 
 async def _exchange(viewer: WebSocket, upstream: ClientConnection, find_fault: FindFault) -> bool:
-    """Passes messages both ways until either side is gone; whether the viewer was at fault."""
+    """Relays messages until either side disconnects; returns whether the viewer misbehaved."""
     looks = _Looks(upstream)
     tasks = [
         asyncio.create_task(_pass_up(viewer, upstream, find_fault, looks)),
@@ -209,7 +209,7 @@ async def _exchange(viewer: WebSocket, upstream: ClientConnection, find_fault: F
 
 
 async def _hang_up(upstream: ClientConnection) -> None:
-    """Closes without waiting for what can no longer be delivered."""
+    """Closes without waiting for undelivered messages."""
     try:
         async with asyncio.timeout(CLOSE_SECONDS):
             await upstream.close()
@@ -218,7 +218,7 @@ async def _hang_up(upstream: ClientConnection) -> None:
 
 
 class _Looks:
-    """Sends the latest camera of a viewer to viser, not each of a hundred per second."""
+    """Sends the latest camera of a viewer to viser, at a limited rate."""
 
     def __init__(self, upstream: ClientConnection) -> None:
         self._upstream = upstream
@@ -226,12 +226,12 @@ class _Looks:
         self._has_moved = asyncio.Event()
 
     def take(self, content: bytes) -> None:
-        """Takes a message, in place of one that is not passed yet."""
+        """Accepts a message, which replaces an unsent one."""
         self._latest = content
         self._has_moved.set()
 
     async def pass_up(self) -> None:
-        """Passes messages until the connection is closed."""
+        """Sends messages until the connection is closed."""
         with suppress(ConnectionClosed):
             while await self._has_moved.wait():
                 self._has_moved.clear()
@@ -242,10 +242,10 @@ class _Looks:
 async def _pass_up(
     viewer: WebSocket, upstream: ClientConnection, find_fault: FindFault, looks: _Looks
 ) -> bool:
-    """Passes what a viewer may send, no faster than it may; viser takes bytes only.
+    """Relays valid messages of a viewer at a limited rate; viser accepts bytes only.
 
     Returns:
-        Whether the viewer has sent what it may not.
+        Whether the viewer has sent an invalid message.
     """
     pace = Pace()
     while True:
@@ -271,7 +271,7 @@ async def _pass_up(
 
 
 class _Kind(msgspec.Struct):
-    """Of a message of viser's, what kind it is."""
+    """The type of a message of viser."""
 
     type: str
 
@@ -288,7 +288,7 @@ def _only_looks(content: bytes) -> bool:
 
 
 async def _pass_down(viewer: WebSocket, upstream: ClientConnection) -> None:
-    """Passes what viser sends, waiting for a slow viewer, and at last why viser closed."""
+    """Relays viser's messages, waiting for slow viewers, and finally its close reason."""
     try:
         async for message in upstream:
             await viewer.send_bytes(message if isinstance(message, bytes) else message.encode())
@@ -317,14 +317,14 @@ def _viser_protocols(viewer: WebSocket) -> list[Subprotocol]:
 
 
 def viewer_page() -> bytes:
-    """The page as viser ships it; found without importing viser, which takes seconds."""
+    """The page of viser, found without importing viser, which takes seconds."""
     spec = find_spec("viser")
     assert spec is not None and spec.origin is not None
     return (Path(spec.origin).parent / "client" / "build" / "index.html").read_bytes()
 
 
 def with_head(page: bytes, head: str) -> bytes:
-    """The page with something put before everything else in its head, in place of viser's name."""
+    """Inserts HTML at the start of the head of the page, in place of viser's title."""
     if page.count(_HEAD) != 1:
         raise RuntimeError("viser's page has no head that something can be put into")
     if not head:

@@ -1,4 +1,4 @@
-"""A viser server that only this machine's own pages can use."""
+"""A viser server that only pages of this machine can use."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ class ViewerServer(viser.ViserServer):
     """viser on a free loopback port: guarded, silent, and without its public share tunnel."""
 
     def __init__(self, label: str | None = None) -> None:
-        # Its banner names the internal port, on the standard output that belongs to our URL.
+        # Its banner shows the internal port on the standard output, which is reserved for our URL.
         rich.get_console().quiet = True
-        # viser would take its port from there and ignore its argument.
+        # viser would prefer the port in this variable to its argument.
         os.environ.pop("_VISER_PORT_OVERRIDE", None)
         _keep_every_icon()
         _log_errors_of_callbacks()
@@ -36,23 +36,23 @@ class ViewerServer(viser.ViserServer):
         self.get_event_loop().set_exception_handler(_log_in_one_line)
 
     def request_share_url(self, verbose: bool = True) -> str | None:
-        """Refuses what any viewer may ask for: a tunnel from the internet to this machine."""
+        """Rejects requests of viewers for a tunnel from the internet to this machine."""
         _logger.warning("refused a viewer's request for a public share tunnel")
         return None
 
 
 def _keep_every_icon() -> None:
-    """Lets viser read each icon once.
+    """Makes viser read each icon once.
 
-    It keeps 32. A page has more, so each of them would be looked up in its archive of thousands
-    whenever a page is opened, which took three quarters of what a page costs the processor.
+    It caches 32. A page has more, so that each would be looked up in an archive of thousands
+    whenever a page is opened, which took three quarters of its processor time.
     """
     for module in (_gui_api, _gui_handles):
         vars(module)["svg_from_icon"] = _svg_of
 
 
 def _log_errors_of_callbacks() -> None:
-    """Lets viser log the errors of callbacks, which it prints."""
+    """Makes viser log the errors of callbacks, which it prints."""
     ways = {
         "print_threadpool_errors": _log_error_of_task,
         "print_task_error": _log_error_of_task,
@@ -77,12 +77,14 @@ def _svg_of(icon: viser.IconName) -> str:
 
 
 def has_unsent(client: viser.ClientHandle) -> bool:
-    """Whether something that a viewer is to be sent still waits for its line, or for its turn."""
+    """Whether data for a viewer is still waiting to be sent."""
     return bool(client._websock_connection.get_message_buffer().message_from_id)
 
 
 def _log_in_one_line(loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
-    """Viser takes what a viewer sends apart in tasks of its own; much of it may be malformed."""
+    """Logs errors of viser's tasks for messages, many of which may be malformed."""
     error = context.get("exception")
     found = context["message"] if error is None else f"{type(error).__name__}: {error}"
-    _logger.error("the viewer server failed at a message: %s", printable(found, _MAX_LOGGED))
+    _logger.error(
+        "the viewer server failed to process a message: %s", printable(found, _MAX_LOGGED)
+    )

@@ -1,1 +1,1 @@
-"""The command line: one module per command; heavy imports wait until a command runs."""
+"""The command line: one module per command; heavy imports are deferred until a command runs."""

@@ -1,4 +1,4 @@
-"""A server that says where it is once it answers."""
+"""A server that prints its URL once it accepts requests."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from slipgrasp.server.http.log_limit import log_prints
 
 
 class AnnouncingServer(StoppableServer):
-    """Prints its URL alone on a line of standard output as soon as it serves.
+    """Prints its URL on a line of standard output once it accepts requests.
 
     Args:
-        config: What to serve, and how.
-        url: Where it is.
-        remark: What else its user wants to know, for standard error; may be empty.
+        config: Configuration of uvicorn.
+        url: Its URL.
+        remark: A remark for the user on standard error; may be empty.
     """
 
     def __init__(self, config: uvicorn.Config, url: str, remark: str = "") -> None:
@@ -29,7 +29,7 @@ class AnnouncingServer(StoppableServer):
         self._streams = (sys.stdout, sys.stderr)
 
     def run(self, sockets: list[socket.socket] | None = None) -> None:
-        """Serves until it is stopped; meanwhile its log alone writes."""
+        """Serves until it is stopped; only its log writes meanwhile."""
         with log_prints():
             super().run(sockets)
 

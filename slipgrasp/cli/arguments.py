@@ -1,4 +1,4 @@
-"""Arguments that several commands share, and how the values in them are read."""
+"""Arguments that several commands share, and parsers of their values."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Read = TypeVar("Read")
 
 
 def add_scenario(parser: argparse.ArgumentParser) -> None:
-    """Adds ``SCENARIO``, ``--law`` and ``--set`` to a parser without help, and help with keys."""
+    """Adds ``SCENARIO``, ``--law``, ``--set`` and help with parameters to a parser without help."""
     parser.add_argument("-h", "--help", action=HelpWithParameters)
     parser.add_argument("scenario", metavar="SCENARIO", help="name of a preset, or a TOML file")
     parser.add_argument(
@@ -45,19 +45,19 @@ def add_scenario(parser: argparse.ArgumentParser) -> None:
 
 
 def read_scenario(arguments: argparse.Namespace) -> Scenario:
-    """The scenario that the arguments of `add_scenario` name, with what they set.
+    """Reads the scenario from the arguments of `add_scenario`, with its assignments.
 
-    One line on standard error lists the settings of the law, and what it knows.
+    Prints the settings of the law, and what it knows, on one line of standard error.
 
     Raises:
-        CommandError: If an assignment is none.
-        ScenarioError: If there is no such scenario, or it is not valid.
+        CommandError: If an assignment is malformed.
+        ScenarioError: If the scenario does not exist or is not valid.
     """
     from slipgrasp.core.scenario.law_choice import choose_law
     from slipgrasp.core.scenario.loading import load_scenario, settable_parameters, with_values
 
     assignments = arguments.assignments
-    # Before the file is read: it may name that law.
+    # The law is loaded before the file, which may name it.
     law = None if arguments.law is None else know_law(arguments.law)
     scenario = with_installed_laws(lambda: load_scenario(arguments.scenario))
     choice = None if law is None else choose_law(scenario, law)
@@ -71,10 +71,10 @@ def read_scenario(arguments: argparse.Namespace) -> Scenario:
 
 
 def know_law(specification: str) -> str:
-    """The name of a law that is built in, installed, or in a file; known to this process then.
+    """Loads a built-in law, an installed one, or one in a file, and returns its name.
 
     Raises:
-        LawError: If there is none.
+        LawError: If there is no such law.
     """
     from slipgrasp.core.scenario.custom_laws import law_names
     from slipgrasp.core.scenario.law_loading import installed_law_names, load_law
@@ -82,7 +82,7 @@ def know_law(specification: str) -> str:
 
     specification = law_kind(specification)
     if specification.endswith(".py"):
-        raise CommandError(f"--law {specification}: which class? Give it as {specification}:Name")
+        raise CommandError(f"--law {specification}: add the class: {specification}:Name")
     is_elsewhere = ".py:" in specification or specification in installed_law_names()
     if specification in law_names() or not is_elsewhere:
         return specification
@@ -90,7 +90,7 @@ def know_law(specification: str) -> str:
 
 
 def with_installed_laws(read: Callable[[], Read]) -> Read:
-    """What is read; a law that it names is looked for among the installed packages."""
+    """Calls ``read``; if it names an unknown law, loads that from the installed packages."""
     from slipgrasp.core.exceptions import ScenarioError
 
     try:
@@ -109,7 +109,7 @@ def _known_laws() -> tuple[str, ...]:
 
 
 def _law_words(scenario: Scenario, choice: LawChoice) -> str:
-    """What was set with a law, and what is unknown to it in the scenario that came of it."""
+    """The settings that come with a law, and the unknowns of the resulting scenario."""
     from slipgrasp.core.scenario.knowledge import knowledge_of
     from slipgrasp.core.scenario.law_choice import describe_settings
     from slipgrasp.core.words.knowledge_words import given_words, list_unknowns
@@ -132,7 +132,7 @@ def add_data_directory(parser: argparse.ArgumentParser) -> None:
 
 
 def data_directory(chosen: Path | None) -> Path:
-    """The folder of the recordings: as chosen, else as the environment says."""
+    """The folder of the recordings: the chosen one, else that of the environment."""
     from slipgrasp.recordings.store.store import default_data_directory
 
     return default_data_directory() if chosen is None else chosen
@@ -146,20 +146,20 @@ def store_in(chosen: Path | None) -> RecordingStore:
 
 
 def recording_path(source: str, chosen: Path | None) -> Path:
-    """The file of a recording that is named by its path, or by its id in the data folder.
+    """The file of a recording given by its path, or by its id in the data folder.
 
     Args:
         source: The path or the id.
         chosen: The folder of the recordings, if one was chosen.
 
     Raises:
-        RecordingNotFoundError: If there is no run of that id.
+        RecordingNotFoundError: If there is no run with this id.
     """
     return Path(source) if names_a_file(source) else store_in(chosen).get(source).path
 
 
 def names_a_file(source: str) -> bool:
-    """Whether a recording is named by its path; anything that does not look so is an id."""
+    """Whether a recording is given by its path; anything else is an id."""
     path = Path(source)
     return bool(path.suffix) or path.parent != Path() or path.exists()
 
@@ -184,15 +184,15 @@ def check_output(output: Path, force: bool, option: str = "--output") -> None:
 
 
 def parse_assignments(texts: Iterable[str], definitions: Mapping[str, Parameter]) -> dict[str, Any]:
-    """Reads assignments; of several to one key the last holds.
+    """Reads assignments; the last one of each key counts.
 
     Args:
-        texts: Such as ``object.mass=1.4``.
-        definitions: The parameters by dotted key; what they cannot say is left to
-            the validation of the scenario.
+        texts: Assignments such as ``object.mass=1.4``.
+        definitions: The parameters by dotted key; the validation of the scenario does the remaining
+            checks.
 
     Raises:
-        CommandError: If one is not of the form KEY=VALUE.
+        CommandError: If an assignment is not of the form KEY=VALUE.
     """
     values = {}
     for text in texts:
@@ -205,11 +205,11 @@ def parse_assignments(texts: Iterable[str], definitions: Mapping[str, Parameter]
 
 
 def parse_value(text: str, parameter: Parameter | None) -> Any:
-    """Reads one value: TOML where it is TOML, else a number, else the text as it stands.
+    """Reads a value as TOML if possible, else as a number, else as text.
 
     Args:
-        text: What stands behind the equals sign.
-        parameter: What is assigned to, if known: ``none`` removes an optional one.
+        text: Text after the equals sign.
+        parameter: The assigned parameter, if known; ``none`` removes an optional one.
     """
     if text == NONE and parameter is not None and parameter.optional:
         return None
@@ -232,7 +232,7 @@ def _parse_toml(text: str) -> bool | int | float | str | list[Any]:
 
 
 def _parse_number(text: str) -> float | str:
-    """Numbers as people and other programs write them, such as ``.5``."""
+    """Reads numbers in the notation of other programs, such as ``.5``."""
     try:
         return float(text)
     except ValueError:

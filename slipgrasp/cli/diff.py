@@ -17,11 +17,11 @@ if TYPE_CHECKING:
     from slipgrasp.recordings.compare.comparison import Comparison
 
 DESCRIPTION = (
-    "Compare two recordings at the instants that both contain: parameters, phase changes, columns "
-    "(the first and the largest deviation) and metrics. Two runs are equal if outcome, end time, "
-    "phase changes and all columns agree within the tolerance, and if the metrics of each follow "
-    "from its samples. Parameters may differ. Of measured data ('slipgrasp import') the command "
-    "gives the distance of every measured signal, at the measured times."
+    "Compare two recordings at the sampling times that they share: parameters, phase changes, "
+    "columns (the first and the largest deviation) and metrics. Two runs are equal if outcome, end "
+    "time, phase changes and all columns agree within the tolerance, and if the metrics of each "
+    "agree with its samples. Parameters may differ. For measured data ('slipgrasp import') the "
+    "command prints the deviation of every measured signal at the measured times."
 )
 EPILOG = "exit status: 0 equal within the tolerance, 1 different, 2 cannot be compared"
 
@@ -87,7 +87,7 @@ def _check_figure(path: Path | None, force: bool) -> None:
     if path is None:
         return
     if path.suffix.lower().removeprefix(".") not in FORMATS:
-        raise CommandError(f"--figure '{path}' ends with none of .svg, .pdf and .png")
+        raise CommandError(f"--figure '{path}' does not end in .svg, .pdf or .png")
     if path.exists() and not force:
         from slipgrasp.recordings.exceptions import RecordingExistsError
 
@@ -102,7 +102,7 @@ def _read(path: Path) -> RunResult:
 
 
 def _measure(paths: list[Path], arguments: argparse.Namespace) -> ExitStatus:
-    """Prints the distances of measured data from a run, or from other measured data."""
+    """Prints the deviations of measured data from a run, or from other measured data."""
     from slipgrasp.cli.differences import describe_distances
     from slipgrasp.recordings.compare.measured import measure_distances
     from slipgrasp.recordings.measured.recording import is_measured, read_measured

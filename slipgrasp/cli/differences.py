@@ -1,4 +1,4 @@
-"""A comparison in words and short tables, for a person at a terminal."""
+"""A comparison as text for the terminal."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ LONGEST_TEXT = 32
 
 
 def describe_distances(found: Distances) -> str:
-    """The distances of measured signals: rms, mean, and the largest with its time."""
+    """The deviations of measured signals: rms, mean, and the largest with its time."""
     first, last = found.span
     lines = [
-        f"Distance from the measured data, {first:.6g} … {last:.6g} s:",
+        f"Deviation from the measured data, {first:.6g} … {last:.6g} s:",
         f"{'signal':<24} {'rms':>12} {'mean':>12} {'largest':>12}  at [s]",
     ]
     for each in found.signals.values():
@@ -64,7 +64,7 @@ def _outcome(comparison: Comparison) -> str:
     if comparison.equal:
         return f"Equal within {tolerance}."
     if comparison.identical:
-        return "Identical samples, but metrics that do not follow from them."
+        return "Identical samples, but the metrics do not agree with them."
     diverging = comparison.first_divergence
     if diverging:
         name, time = next(iter(diverging.items()))
@@ -74,7 +74,7 @@ def _outcome(comparison: Comparison) -> str:
 
 
 def _integration_error(comparison: Comparison) -> list[str]:
-    """Differences before the first parameter that differs takes effect."""
+    """Differences before the first differing parameter takes effect."""
     error = comparison.integration_error
     if error is None:
         return []
@@ -115,7 +115,7 @@ def _phase_change(change: PhaseDifference, finger: str) -> list[str]:
 
 
 def _divergences(comparison: Comparison) -> list[str]:
-    """Which columns differ first, in time order."""
+    """The columns that differ first, in time order."""
     groups = groupby(comparison.first_divergence.items(), key=lambda entry: entry[1])
     found = [(time, [name for name, _ in entries]) for time, entries in groups]
     rows = [[_time(time), _some(names)] for time, names in found[:MOST_DIVERGENCES]]
@@ -163,7 +163,7 @@ def _table(
     *,
     align_left: bool = False,
 ) -> list[str]:
-    """Lines of a table, numbers to the right; none if it has no rows."""
+    """Lines of a table with numbers right-aligned; none if it is empty."""
     cells = [[title, *heads], *rows]
     if len(cells) == 1:
         return []

@@ -1,4 +1,4 @@
-"""``slipgrasp export``: a recording in formats of other programs."""
+"""``slipgrasp export``: export a recording to other formats."""
 
 from __future__ import annotations
 
@@ -35,12 +35,12 @@ EPILOG = "exit status: 0 written, 2 bad input. For the paper's figures see 'slip
 
 
 def _listed(words: list[str], conjunction: str) -> str:
-    """Words as a list in a sentence."""
+    """Joins words to a list in a sentence."""
     return f"{', '.join(words[:-1])}{conjunction} {words[-1]}"
 
 
 def _described() -> Iterator[str]:
-    """The content of each format; formats with the same content together."""
+    """The content of each format, grouped by equal content."""
     for contents, formats in groupby(EXPORT_FORMATS, lambda each: each.contents):
         titles = " or ".join(each.title for each in formats if each in DATA_FORMATS)
         yield f"as {titles} ({contents})" if titles else f"as {contents}"
@@ -189,14 +189,14 @@ def _export_measured(path: Path, chosen: ExportFormat, arguments: argparse.Names
         names = _listed([*MEASURED_TABLES], " or")
         raise CommandError(f"measured data cannot be written as {chosen.name}; choose {names}")
     if arguments.premises:
-        raise CommandError("--assumptions are those of a run; this recording is measured data")
+        raise CommandError("--assumptions needs a run; this recording is measured data")
     measured, write = read_measured(path), MEASURED_TABLES[chosen.name]
     _to_output(lambda stream: write(measured, stream), arguments)
     return ExitStatus.COMPLETED
 
 
 def _format_of(output: Path | None) -> str:
-    """What the name of a file asks for."""
+    """The format that the name of a file implies."""
     if output is None:
         return EXPORT_FORMATS[0].name
     ending = output.suffix.lower().removeprefix(".")
@@ -225,7 +225,7 @@ def _write(
 
 def _to_output(write: Callable[[BinaryIO], None], arguments: argparse.Namespace) -> None:
     if arguments.output is None:
-        # Not every format can be written to a pipe as it grows.
+        # Some formats need a seekable file.
         with tempfile.TemporaryFile() as stream:
             write(stream)
             stream.seek(0)

@@ -20,13 +20,12 @@ _SIGNALS = "signals"
 DESCRIPTION = (
     "Draw the schematic of a scenario (the paper's Fig. 4), and the tracking errors and slips, the "
     "estimates, and the joint torques and contact forces of its run (Fig. 5-7 for case I, 8-10 for "
-    "case II). Shading shows the phases of the contacts. For a spatial hand the slips in the "
+    "case II). Shading shows the phases of the contacts. For a spatial hand, the slips in the "
     "planes of the faces replace the schematic."
 )
 EPILOG = (
-    "The command replaces its earlier figures, and other files only with --force. A run that ended "
-    "early is drawn up to its end, with its outcome. "
-    "exit status: 0 drawn, 2 bad input"
+    "The command replaces its earlier figures; it replaces other files only with --force. A run "
+    "that ended early is drawn up to its end, with its outcome. Exit status: 0 drawn, 2 bad input."
 )
 
 
@@ -118,21 +117,21 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
 
 
 def _names(arguments: argparse.Namespace, scenario: Scenario) -> Collection[str]:
-    """What the figures will be called."""
+    """Names of the figures."""
     from slipgrasp.figures.drawings import figure_names
 
     return (_SIGNALS,) if arguments.signals else figure_names(scenario).values()
 
 
 class _Run(NamedTuple):
-    """A scenario, and its run, which is simulated only when it is needed."""
+    """A scenario and its run, which is simulated only if needed."""
 
     scenario: Scenario
     result: Callable[[], RunResult]
 
 
 def _run_of(source: str) -> _Run:
-    """The run of a recording, a preset or a scenario file."""
+    """The run of a recording, or of a preset or scenario file."""
     path = Path(source)
     if path.suffix.lower() == RECORDING_SUFFIX:
         recorded = _read(path)

@@ -29,12 +29,12 @@ if TYPE_CHECKING:
 DESCRIPTION = (
     "Find parameters of a scenario from a recording or a table of measured data (docs/fit.md). "
     "Searches start from many points; a profile of each parameter gives its 95 % interval, or "
-    "shows that the data do not bound it. Every run is stored as a row of a study, and a report is "
-    "written beside it as JSON and HTML. The same command continues a fit that was interrupted."
+    "shows that the data do not bound it. Every run is stored as a run of a study, and a report is "
+    "written to the same folder as JSON and HTML. The same command continues an interrupted fit."
 )
 EPILOG = (
     "exit status: 0 fitted, 1 fitted, but the residuals are larger than the noise, 2 bad input, "
-    "4 interrupted or the disk failed (the same command continues)"
+    "4 interrupted or the disk failed (repeat the command to continue)"
 )
 
 
@@ -47,7 +47,9 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         epilog=EPILOG,
     )
     parser.add_argument(
-        "data", metavar="DATA.csv|FILE.mcap|ID", help="a table, measured data, or a run"
+        "data",
+        metavar="DATA.csv|FILE.mcap|ID",
+        help="a table, a recording of measured data, or a run",
     )
     parser.add_argument(
         "--scenario", metavar="SCENARIO", required=True, help="name of a preset, or a TOML file"
@@ -65,13 +67,13 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         metavar="KEY[=LOW..HIGH],…",
         required=True,
         help="parameters to find, such as object.mass or object.mass=0.5..2; fingers.*.friction "
-        "are those of all fingers, each on its own",
+        "stands for one parameter per finger",
     )
     parser.add_argument(
         "--signals",
         metavar="SIGNAL:NOISE,…",
         required=True,
-        help="signals to explain, each with the standard deviation of its noise in its SI unit, "
+        help="signals to fit, each with the standard deviation of its noise in SI units, "
         "such as object_pose:3e-4,slip:2e-4",
     )
     _add_search(parser)
@@ -90,36 +92,39 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
 
 
 def _add_search(parser: argparse.ArgumentParser) -> None:
-    """Adds what else is found, predicted and compared, and how the search starts."""
+    """Adds the options of nuisance parameters, predictions, comparisons and the search."""
     parser.add_argument(
         "--nuisance",
         metavar="delay,force_bias",
         default="",
-        help="errors of the measurement to find with the parameters",
+        help="errors of the measurement to estimate with the parameters",
     )
     parser.add_argument(
         "--held-out",
         metavar="FILE",
         action="append",
         default=[],
-        help="other data to predict with what was found; may be repeated",
+        help="other data to predict with the fitted parameters; may be repeated",
     )
     parser.add_argument(
         "--compare",
         metavar="KEY[=LOW..HIGH],…",
         action="append",
         default=[],
-        help="another model to compare, with these parameters free besides; may be repeated",
+        help="compare a model in which these parameters are free too; may be repeated",
     )
-    parser.add_argument("--starts", metavar="N", type=int, default=20, help="starts (default: 20)")
+    parser.add_argument(
+        "--starts", metavar="N", type=int, default=20, help="number of starts (default: 20)"
+    )
     parser.add_argument(
         "--twins",
         metavar="N",
         type=int,
         default=0,
-        help="fit as many synthetic twins of the data, and count the intervals that hold the truth",
+        help="fit N synthetic twins of the data, and count the intervals that contain the true "
+        "value",
     )
-    parser.add_argument("--seed", metavar="N", type=int, default=0, help="of starts and twins")
+    parser.add_argument("--seed", metavar="N", type=int, default=0, help="seed of starts and twins")
 
 
 def _execute(arguments: argparse.Namespace) -> ExitStatus:
@@ -135,7 +140,7 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
             page = arguments.output.with_suffix(".html")
             report = _fit(arguments, problem, options, page, progress, interrupt)
     except FitStoppedError as stopped:
-        complain(f"stopped after {stopped.runs} runs; the same command continues")
+        complain(f"stopped after {stopped.runs} runs; repeat the command to continue")
         return ExitStatus.ENDED_EARLY
     if arguments.json:
         files = {"study": str(arguments.output), "report": str(page)}
@@ -189,7 +194,7 @@ def _observations(
 
 @contextmanager
 def _recording(source: str, arguments: argparse.Namespace) -> Iterator[Path]:
-    """The recording of the data; a table is imported into one that is deleted afterwards."""
+    """The recording of the data; a table is imported into a temporary one."""
     if not source.lower().endswith((".csv", ".tsv", ".txt")):
         yield recording_path(source, arguments.data_directory)
         return
@@ -242,7 +247,7 @@ def _lines(report: FitReport) -> Iterator[str]:
     for parameter in report.parameters.values():
         yield _line(parameter)
     if report.on_limit:
-        yield f"at the end of its range: {', '.join(report.on_limit)}"
+        yield f"at a limit of its range: {', '.join(report.on_limit)}"
     for contact in report.contacts:
         yield f"contact {contact.contact} slipped for {contact.slip_time:.4g} s"
     for held_out in report.held_out:
@@ -251,7 +256,7 @@ def _lines(report: FitReport) -> Iterator[str]:
         yield f"model {_model_name(model.added)}: chi-squared {model.chi_squared:.6g}"
     if report.coverage is not None:
         counts = ", ".join(f"{key} {count}" for key, count in report.coverage.covered.items())
-        yield f"of {report.coverage.twins} twins the interval held the truth: {counts}"
+        yield f"intervals of {report.coverage.twins} twins that contain the true value: {counts}"
 
 
 def _model_name(added: Sequence[str]) -> str:

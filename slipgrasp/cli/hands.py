@@ -22,10 +22,10 @@ if TYPE_CHECKING:
 _MOST_BYTES = 10_000_000
 _COUPLING = "JOINT=LEADER,RATIO[,OFFSET]"
 _USE = """\
-The fingers of {file}, as `slipgrasp hands import` read them. A scenario file of a spatial hand in
-this folder has them with the line
+The fingers of {file}, written by `slipgrasp hands import`. To use them, add the line
     hand = "{name}"
-above its tables, and with as many [[fingers]], each with its face and friction.
+above the tables of a scenario file of a spatial hand in this folder, and as many [[fingers]], each
+with its face and friction.
 """
 
 
@@ -55,11 +55,11 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     command.add_argument(
         "--scenario",
         metavar="NAME",
-        help="preset or TOML file of a spatial hand, whose object, faces, friction, motion and law "
-        "are taken",
+        help="preset or TOML file of a spatial hand, which provides object, faces, friction, "
+        "motion and law",
     )
     command.add_argument(
-        "--output", metavar="FILE.toml", type=Path, required=True, help="where it is written"
+        "--output", metavar="FILE.toml", type=Path, required=True, help="file to write"
     )
     command.add_argument(
         "--base-pose",
@@ -75,7 +75,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         metavar="JOINT=POSITION",
         action="append",
         default=[],
-        help="a joint that does not move, and where it stands [rad, m]",
+        help="lock a joint at a position [rad, m]; may be repeated",
     )
     command.add_argument(
         "--couple",
@@ -132,7 +132,7 @@ def _hand_toml(arguments: argparse.Namespace, fingers: Sequence[ImportedFinger],
 
 
 def _scenario_toml(name: str, fingers: Sequence[ImportedFinger], base: Pose) -> str:
-    """A scenario with these fingers."""
+    """The TOML text of a scenario with these fingers."""
     from slipgrasp.core.scenario import SpatialScenario
     from slipgrasp.core.scenario.hand_files.description import with_fingers
     from slipgrasp.core.scenario.loading import (
@@ -143,24 +143,24 @@ def _scenario_toml(name: str, fingers: Sequence[ImportedFinger], base: Pose) -> 
 
     scenario = load_scenario(name)
     if not isinstance(scenario, SpatialScenario):
-        raise CommandError(f"'{name}' is of a planar hand; give a spatial one")
+        raise CommandError(f"'{name}' has a planar hand; choose one with a spatial hand")
     return scenario_to_toml(scenario_from_mapping(with_fingers(scenario, fingers, base)))
 
 
 def _report(
     arguments: argparse.Namespace, hand: Description, fingers: Sequence[ImportedFinger]
 ) -> None:
-    """Says what was joined and what was left out."""
+    """Prints the merged links and the omitted ones."""
     parts = [names for finger in fingers for names in finger.parts]
     joined = "; ".join(f"{first} with {', '.join(rest)}" for first, *rest in parts if rest)
     left = ", ".join(sorted(hand.links.difference(*parts)))
     print(f"{arguments.output}: {len(fingers)} fingers")
-    print(f"joined, since they move together: {joined or 'none'}")
-    print(f"left out, links that move with none of them: {left or 'none'}")
+    print(f"merged, since they move together: {joined or 'none'}")
+    print(f"omitted, since they belong to no finger: {left or 'none'}")
     if arguments.scenario is None:
         name = arguments.output.name
         print(
-            f"to use it: the line 'hand = \"{name}\"' above the tables of a scenario file beside it"
+            f"to use it: add 'hand = \"{name}\"' above the tables of a scenario file in its folder"
         )
 
 

@@ -17,10 +17,10 @@ if TYPE_CHECKING:
 
 DESCRIPTION = (
     "Make a recording of measured data in a CSV file (docs/fit.md). Nothing is simulated. Signals "
-    "have the names of the columns of runs, such as x, theta, slip_0 or normal_force_1, and are "
-    "converted to SI units: by the unit after the colon in --map, or by the end of the name of the "
-    "column (x_mm, yaw_deg, vx_m_s, 'F [N]'). Such recordings are compared with runs by 'slipgrasp "
-    "diff', and written as tables by 'slipgrasp export'."
+    "are named like the columns of runs, such as x, theta, slip_0 or normal_force_1, and are "
+    "converted to SI units according to the unit after the colon in --map, or the end of the "
+    "column name (x_mm, yaw_deg, vx_m_s, 'F [N]'). 'slipgrasp diff' compares such recordings with "
+    "runs, and 'slipgrasp export' writes them as tables."
 )
 EPILOG = "exit status: 0 imported, 2 bad input, 4 the disk failed"
 
@@ -48,7 +48,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
 
 
 def add_map(parser: argparse.ArgumentParser, *, required: bool = False) -> None:
-    """Adds the options that say how a table is read."""
+    """Adds the options for reading a table."""
     group = parser.add_argument_group("tables (CSV)")
     group.add_argument(
         "--map",
@@ -58,32 +58,39 @@ def add_map(parser: argparse.ArgumentParser, *, required: bool = False) -> None:
         default=[],
         required=required,
         help="a signal, or t for the time, and its column, such as slip_0=s0:mm; may be repeated, "
-        "or several with commas",
+        "or list several separated by commas",
     )
-    group.add_argument("--rate", metavar="HZ", type=float, help="sampling rate, without times")
     group.add_argument(
-        "--start", metavar="T", type=float, help="time of the first sample [s] (default: as it is)"
+        "--rate", metavar="HZ", type=float, help="sampling rate if there is no time column"
     )
-    group.add_argument("--every", metavar="N", type=int, default=1, help="keep every Nth sample")
+    group.add_argument(
+        "--start",
+        metavar="T",
+        type=float,
+        help="time of the first sample [s] (default: as in the table)",
+    )
+    group.add_argument(
+        "--every", metavar="N", type=int, default=1, help="use every Nth sample only"
+    )
     group.add_argument(
         "--gap",
         metavar="T",
         type=float,
-        help="mark longer intervals as gaps [s] (default: 2.5 times the usual interval)",
+        help="mark longer intervals as gaps [s] (default: 2.5 times the median interval)",
     )
     group.add_argument(
         "--skip-missing",
         action="store_true",
-        help="leave out rows with missing values instead of refusing them",
+        help="skip rows with missing values instead of rejecting the table",
     )
-    group.add_argument("--title", metavar="TEXT", default="", help="what was measured")
+    group.add_argument("--title", metavar="TEXT", default="", help="title of the recording")
 
 
 def read_options(arguments: argparse.Namespace) -> ImportOptions:
-    """How the table is to be read, from the arguments of `add_map`.
+    """The options for reading a table, from the arguments of `add_map`.
 
     Raises:
-        CommandError: If a mapping is none.
+        CommandError: If a mapping is malformed.
     """
     from slipgrasp.recordings.measured.csv_import import ImportOptions
 
@@ -94,7 +101,7 @@ def read_options(arguments: argparse.Namespace) -> ImportOptions:
             message = f"--map needs SIGNAL=COLUMN, such as slip_0=s0:mm, not '{text[:80]}'"
             raise CommandError(message)
         if name in mapping:
-            raise CommandError(f"--map gives {name[:60]} twice; leave one out")
+            raise CommandError(f"--map gives {name[:60]} twice; remove one")
         mapping[name] = column
     return ImportOptions(
         mapping=mapping,

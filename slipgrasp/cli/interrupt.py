@@ -1,4 +1,4 @@
-"""Ctrl-C as a wish to stop: what has been simulated is kept."""
+"""Ctrl-C as a stop request: the part that has been simulated is stored."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
 class Interrupt:
-    """Inside its ``with`` block the first SIGINT or SIGTERM is noted, a second one acts."""
+    """A context that records the first SIGINT or SIGTERM; a second one takes effect."""
 
     def __init__(self) -> None:
         self.requested = False

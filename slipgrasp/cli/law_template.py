@@ -1,10 +1,10 @@
-"""What ``slipgrasp laws new`` writes: a law that works, and its test."""
+"""Template of ``slipgrasp laws new``: a working law and its test."""
 
 from __future__ import annotations
 
 from string import Template
 
-LAW = Template('''"""A control law of my own; docs/laws.md says what it sees and answers.
+LAW = Template('''"""A custom control law; docs/laws.md describes its inputs and outputs.
 
     slipgrasp run composite-case-2 --law $file:$name
 """
@@ -15,23 +15,23 @@ from slipgrasp import LawParameter
 
 
 class $name:
-    """Tracks the motion, carries the weight, and grips harder the longer a contact slips."""
+    """Tracks the motion, compensates the weight, and grips harder while a contact slips."""
 
     name = "$kind"
     version = "1"
     parameters = {
         "grip": LawParameter(
-            value=30.0, unit="N", minimum=0.0, maximum=500.0, text="Normal force at the start."
+            value=30.0, unit="N", minimum=0.0, maximum=500.0, text="Initial normal force."
         ),
         "growth": LawParameter(
-            value=400.0, unit="N/s", minimum=0.0, maximum=1e4, text="Of the grip in slip."
+            value=400.0, unit="N/s", minimum=0.0, maximum=1e4, text="Growth of the grip in slip."
         ),
     }
-    diagnostics = {"grip": ("N", "Normal force that is asked for.")}
+    diagnostics = {"grip": ("N", "Commanded normal force.")}
     memory = {"added": 1}
 
     def command(self, seen, memory, out):
-        """Torque of every joint, at every control tick."""
+        """Computes the torque of every joint at every control tick."""
         n, model = len(seen.slip), seen.model
         if seen.believed_phase.any():
             memory.added[0] += seen.parameters.growth * seen.period
@@ -40,7 +40,7 @@ class $name:
         inertia = np.array([model.object_mass, model.object_mass, model.object_inertia])
         wrench = inertia * (seen.position_gain * error + seen.velocity_gain * rate)
         wrench[1] += model.object_mass * model.gravity
-        # The fingertips grip, and share what is left of the wrench with the least forces.
+        # The fingertips grip; the smallest additional forces produce the rest of the wrench.
         force = grip * seen.contact_normal
         x, y = seen.contact_arm.T
         grasp = np.zeros((3, 2 * n))
@@ -53,7 +53,7 @@ class $name:
 
 
 def link_weight(seen):
-    """Torque of every joint that carries the links, (n, 2)."""
+    """Torque of every joint that balances the weight of the links, (n, 2)."""
     model, across = seen.model, seen.link_direction[:, :, 0]
     outer = model.link_masses[:, 1] * model.link_centres[:, 1] * across[:, 1]
     lever = model.link_masses[:, 0] * model.link_centres[:, 0]
@@ -77,11 +77,11 @@ def test_the_object_is_held():
     assert result.metrics.held
 
 
-def test_the_grip_starts_as_asked():
+def test_the_grip_starts_at_its_parameter():
     result = simulate(with_values(SCENARIO, {"controller.parameters.grip": 40.0}))
     assert result.ticks.diagnostics[0, 0] >= 40.0
 
 
-def test_the_same_run_comes_out_again_from_its_commands():
+def test_the_run_is_reproduced_from_its_commands():
     assert verify(simulate(SCENARIO)).same
 ''')

@@ -1,4 +1,4 @@
-"""``slipgrasp laws``: the control laws there are, and a new one to start from."""
+"""``slipgrasp laws``: list the control laws, or write a new one."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     new = parts.add_parser(
         "new",
         help="write an example law and its test",
-        description="Write a working example of a custom law, and its test beside it.",
+        description="Write a working example of a custom law, and its test in the same folder.",
     )
     new.add_argument("file", metavar="FILE.py", type=Path, help="file to write")
     new.set_defaults(execute=_write)
@@ -96,7 +96,7 @@ def _write(arguments: argparse.Namespace) -> ExitStatus:
 
     law: Path = arguments.file
     if not _FILE.fullmatch(law.name):
-        raise CommandError(f"'{law.name}' is no name of a Python file, such as my_law.py")
+        raise CommandError(f"'{law.name}' is not the name of a Python module, such as my_law.py")
     words = [word for word in law.stem.lower().split("_") if word] or ["law"]
     test = law.with_name(f"test_{law.name}")
     names = {

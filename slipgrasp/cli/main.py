@@ -38,7 +38,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Runs the command line.
 
     Args:
-        arguments: What stands behind the program's name; that of this process if None.
+        arguments: Arguments after the program's name; those of this process if None.
 
     Returns:
         The exit status: 0 completed, 1 two runs differ or there is no
@@ -57,7 +57,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         complain("interrupted; nothing is saved")
         status = ExitStatus.ENDED_EARLY
     except BrokenPipeError:
-        # The reader of our output has closed it.
+        # The reader of the output has closed it.
         _drop_output()
         status = ExitStatus.COMPLETED
     except OSError as error:
@@ -68,12 +68,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _drop_output() -> None:
-    """Sends what is still buffered nowhere, or the interpreter would fail at its very end."""
+    """Discards buffered output, which would make the interpreter fail at its end."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 class _Parser(argparse.ArgumentParser):
-    """Says in one line what is wrong with the arguments."""
+    """An argument parser that reports errors on one line."""
 
     def error(self, message: str) -> NoReturn:
         complain(f"{message} (see '{self.prog} --help')")
@@ -81,7 +81,7 @@ class _Parser(argparse.ArgumentParser):
 
 
 class _Version(argparse.Action):
-    """``--version``, looked up only when it is asked for."""
+    """``--version``, which imports the version only when used."""
 
     def __init__(self, option_strings: Sequence[str], dest: str) -> None:
         super().__init__(option_strings, argparse.SUPPRESS, nargs=0, help="show the version")

@@ -1,4 +1,4 @@
-"""``slipgrasp margin``: how far a parameter can go before the object is not held any more."""
+"""``slipgrasp margin``: find the range of a parameter over which the grasp holds."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ if TYPE_CHECKING:
     from slipgrasp.core.study.margin import Margin, MarginError
 
 DESCRIPTION = (
-    "Find the border of the range of a parameter in which the object is held. The command "
-    "simulates both ends of the range and values between them, then bisects, and stores the "
-    "recordings of the runs on both sides of the border."
+    "Find the boundary of the range of a parameter over which the grasp holds the object. The "
+    "command simulates both ends of the range and values between them, then bisects, and stores "
+    "the recordings of the runs on both sides of the boundary."
 )
 EPILOG = (
     "exit status: 0 found, 1 held at both ends or at neither (nothing saved), 2 bad input, "
@@ -36,7 +36,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     """Adds the command to the parser."""
     parser = commands.add_parser(
         "margin",
-        help="find the range of a parameter in which the object is held",
+        help="find the range of a parameter over which the grasp holds",
         description=DESCRIPTION,
         epilog=EPILOG,
         add_help=False,
@@ -62,7 +62,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         "--tolerance",
         metavar="SHARE",
         type=_number,
-        help="largest distance between both sides of the border, as a share of the range "
+        help="largest distance between the two sides of the boundary, as a fraction of the range "
         "(default: 0.001)",
     )
     parser.add_argument(
@@ -82,7 +82,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         "(default: new runs in the data folder)",
     )
     parser.add_argument("--force", action="store_true", help="replace these files in --output")
-    parser.add_argument("--json", action="store_true", help="print the answer as one JSON object")
+    parser.add_argument("--json", action="store_true", help="print the result as one JSON object")
     add_data_directory(parser)
     parser.set_defaults(execute=_execute)
 
@@ -98,7 +98,7 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
     from slipgrasp.core.study.parameter_range import ParameterRange
 
     scenario = read_scenario(arguments)
-    # Found out before the simulation is loaded, which takes a second.
+    # This fails before the simulation is loaded, which takes a second.
     ParameterRange.of(scenario, arguments.key, arguments.start, arguments.stop)
     place = _find_place(arguments)
     load_simulation(scenario.space)
@@ -135,7 +135,7 @@ class _Place:
 
 
 def _find_place(arguments: argparse.Namespace) -> _Place:
-    """Finds out before the simulation whether the runs can be saved at all."""
+    """Checks before the simulation whether the runs can be saved."""
     output: Path | None = arguments.output
     if output is None:
         store = store_in(arguments.data_directory)
@@ -174,7 +174,7 @@ def _write(result: RunResult, *, path: Path, overwrite: bool) -> Path:
 
 
 def _keep(save: Callable[[RunResult], Path], result: RunResult) -> str | None:
-    """The path of the recording; if the disk fails the answer is still printed."""
+    """The path of the recording; if the disk fails, the result is still printed."""
     from slipgrasp.recordings.exceptions import RecordingError
 
     try:
@@ -209,7 +209,7 @@ def _lines(margin: Margin, recordings: list[str | None]) -> list[str]:
     ]
     if margin.others:
         places = ", ".join(f"{a:.6g} … {b:.6g}{unit}" for a, b in margin.others)
-        rows.append(("warning", f"not the only border; beyond it others lie at {places}"))
+        rows.append(("warning", f"there are more boundaries, at {places}"))
     rows.append(("knowledge", describe_knowledge(margin.held.scenario)))
     width = max(len(label) for label, _ in rows)
     return [f"{label:<{width}}  {text}" for label, text in rows]

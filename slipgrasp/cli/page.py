@@ -1,4 +1,4 @@
-"""``slipgrasp page``: one HTML file that simulates a scenario in any browser, without a network."""
+"""``slipgrasp page``: one HTML file that simulates a scenario in a browser, without a network."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ DESCRIPTION = (
     "or 'why': the page 'Why does my object slip?', which asks for five numbers of a gripper."
 )
 EPILOG = (
-    "The kernel is compiled to WebAssembly the first time, which takes a minute and needs "
-    "'pip install slipgrasp[wasm]'. exit status: 0 written, 2 bad input"
+    "The first use compiles the kernel to WebAssembly, which takes a minute and needs "
+    "'pip install slipgrasp[wasm]'. Exit status: 0 written, 2 bad input."
 )
 
 
@@ -120,7 +120,7 @@ def _write_questions(output: Path) -> ExitStatus:
 
 
 def _scenario_of(arguments: argparse.Namespace) -> tuple[Scenario, str]:
-    """The scenario, and the command that runs it; no command for that of a recording."""
+    """The scenario, and the command that runs it; no command for a recording."""
     path = Path(arguments.scenario)
     if path.suffix.lower() != RECORDING_SUFFIX:
         return read_scenario(arguments), command_of(arguments)

@@ -22,12 +22,12 @@ BAR_WIDTH = 24
 
 
 class Progress:
-    """Shows progress: a line that moves in a terminal, one plain line elsewhere.
+    """Shows progress: an updated line in a terminal, single lines elsewhere.
 
-    Nothing is printed if it is over within a second.
+    Nothing is printed for operations shorter than a second.
 
     Args:
-        text: What goes on.
+        text: Name of the operation.
     """
 
     def __init__(self, text: str) -> None:
@@ -60,7 +60,7 @@ class Progress:
         """Prints the line now.
 
         Args:
-            text: What goes on, if it is something else than at the start.
+            text: Name of the operation, if it has changed.
         """
         with self._lock:
             if text is not None:
@@ -71,12 +71,12 @@ class Progress:
             self._print()
 
     def update(self, fraction: float, details: str = "") -> None:
-        """Notes how much is done.
+        """Sets the progress.
 
         Args:
-            fraction: The share, 0 … 1.
-            details: How fast it goes and how long it will take, for what takes minutes:
-                shown with a bar, and where there is no terminal as a line now and then.
+            fraction: Completed fraction, 0 … 1.
+            details: Rate and remaining time of operations that take minutes: shown with a bar, and
+                without a terminal as occasional lines.
         """
         with self._lock:
             self._fraction = fraction
@@ -102,10 +102,10 @@ def _bar(fraction: float) -> str:
 
 
 def load_simulation(space: Space) -> None:
-    """Returns when runs can start; shows progress while the simulation is compiled.
+    """Waits until runs can start; shows progress while the simulation is compiled.
 
     Args:
-        space: The kind of hand of the runs; each is compiled apart.
+        space: Kind of hand of the runs; each kind is compiled separately.
     """
     with Progress("loading the simulation") as progress:
         from slipgrasp.core.run.simulator import kernel_is_cached, prepare_kernel

@@ -1,4 +1,4 @@
-"""``slipgrasp prune``: the stored runs that may go by age, number or size, listed or deleted."""
+"""``slipgrasp prune``: list or delete stored runs by age, number or size."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def add_retention(parser: argparse.ArgumentParser) -> None:
         help="retain runs without a name, a tag or notes for this many days",
     )
     parser.add_argument(
-        "--keep-runs", metavar="N", type=_count, help="retain this many of them, the newest"
+        "--keep-runs", metavar="N", type=_count, help="retain only this many of them, the newest"
     )
     parser.add_argument(
         "--keep-size",
@@ -56,7 +56,7 @@ def add_retention(parser: argparse.ArgumentParser) -> None:
 
 
 def read_retention(arguments: argparse.Namespace) -> Retention:
-    """What is to stay, as the arguments of `add_retention` say."""
+    """The retention rules from the arguments of `add_retention`."""
     from slipgrasp.recordings.study.retention import Retention
 
     days = arguments.keep_days
@@ -82,7 +82,7 @@ def _days(text: str) -> float:
 def _count(text: str) -> int:
     if not (text.isascii() and text.isdecimal() and len(text) <= 9):
         raise argparse.ArgumentTypeError(
-            f"'{text[:20]}' is not a number of runs; allowed: 0 and more"
+            f"'{text[:20]}' is not a number of runs; allowed: 0 or more"
         )
     return int(text)
 
@@ -118,7 +118,7 @@ def _words(expired: list[Expired], deleted: bool) -> str:
 
 
 def _unknowns(run: StoredRun) -> str:
-    """Parameters unknown to its controller; empty if the run cannot be read."""
+    """Names of the unknown parameters; empty if the run cannot be read."""
     from slipgrasp.core.words.knowledge_words import list_unknowns
 
     return f"  ({list_unknowns(run.summary['unknowns'])})" if run.summary else ""

@@ -1,4 +1,4 @@
-"""``slipgrasp rebuild``: a row of a study becomes a recording."""
+"""``slipgrasp rebuild``: make a recording of one run of a study."""
 
 from __future__ import annotations
 
@@ -54,7 +54,9 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
 
 def _index(text: str) -> int:
     if not (text.isascii() and text.isdigit() and len(text) < 10):
-        raise argparse.ArgumentTypeError(f"'{text[:20]}' is no index of a run; they begin with 0")
+        raise argparse.ArgumentTypeError(
+            f"'{text[:20]}' is not the index of a run; indices start at 0"
+        )
     return int(text)
 
 
@@ -83,7 +85,7 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
 
 
 def _study_path(source: str, chosen: Path | None) -> Path:
-    """The file of a study that is named by its path, or by its id in the data folder."""
+    """The file of a study given by its path, or by its id in the data folder."""
     if names_a_file(source):
         return Path(source)
     from slipgrasp.cli.arguments import data_directory

@@ -1,4 +1,4 @@
-"""``slipgrasp recover``: what is left of a recording that was cut off or damaged."""
+"""``slipgrasp recover``: recover the content of a damaged or unfinished recording."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
 
     source: Path = arguments.recording
     output: Path = arguments.output or recovered_name(source)
-    with Progress("reading what is left"):
+    with Progress("reading the recording"):
         recovered = recover(source, output, overwrite=arguments.force)
     result = recovered.result
     print(f"{len(result.trace)} samples up to {result.end_time:.6g} s recovered: {recovered.path}")

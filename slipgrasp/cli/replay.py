@@ -1,4 +1,4 @@
-"""``slipgrasp replay``: the dashboard, opened on a recording."""
+"""``slipgrasp replay``: open a recording in the dashboard."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def _source(text: str) -> Source:
 
 
 def _check(source: Source, folder: Path) -> None:
-    """Reads the recording once, so that what is wrong with it is said before anything starts."""
+    """Reads the recording once, so that its errors are reported before the server starts."""
     from slipgrasp.web.model.replay import open_replay
 
     with Progress("reading the recording"):

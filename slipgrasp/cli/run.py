@@ -1,4 +1,4 @@
-"""``slipgrasp run``: simulate a scenario and keep the recording."""
+"""``slipgrasp run``: simulate a scenario and store the recording."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 DESCRIPTION = "Simulate a scenario, store the recording, and print the outcome."
 MAX_DISPLAY_RATE = 1000.0
-TRYING_LIMIT = 5.0  # [s]; what may help is tried within a second on most machines
+TRYING_LIMIT = 5.0  # [s]; the suggestions are tried within a second on most machines
 STATUSES = (
     "exit status: 0 completed, 3 ended early by physics, 2 bad input (nothing saved), "
     "4 any other early end (limit, interrupt, disk)"
@@ -106,7 +106,7 @@ def _try_hint(result: RunResult) -> TriedHint:
     from slipgrasp.core.run.verdict import describe_run
 
     clock = AwakeClock()
-    with Interrupt() as interrupt, Progress("trying what may help"):
+    with Interrupt() as interrupt, Progress("trying suggestions"):
         return try_hint(
             result,
             describe_run(result).hint,
@@ -116,7 +116,7 @@ def _try_hint(result: RunResult) -> TriedHint:
 
 @dataclass(frozen=True, slots=True)
 class _Place:
-    """Where a recording goes, and what is to be done once it is there."""
+    """The destination of a recording, and the action after it is written."""
 
     path: Path
     overwrite: bool
@@ -124,7 +124,7 @@ class _Place:
 
 
 def _find_place(arguments: argparse.Namespace) -> _Place:
-    """Finds out before the simulation whether the result can be saved at all."""
+    """Checks before the simulation whether the result can be saved."""
     if arguments.output is None:
         store = store_in(arguments.data_directory)
         store.prepare()
@@ -151,7 +151,7 @@ def _check_output(output: Path, force: bool) -> None:
 def _simulate(
     scenario: Scenario, place: _Place, display_rate: float | None
 ) -> tuple[RunResult, Path | None]:
-    """Simulates and records; if the disk fails the result is still printed, with a warning."""
+    """Simulates and records; if the disk fails, the result is still printed, with a warning."""
     from slipgrasp.recordings.file.foxglove import DISPLAY_RATE
     from slipgrasp.recordings.file.recorder import record
 

@@ -1,4 +1,4 @@
-"""A preset as the start of a new scenario file, with a comment for each parameter."""
+"""A preset as a new scenario file with a comment for each parameter."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ _WIDTH = 98
 
 
 def commented(text: str, parameters: Mapping[str, Parameter], file: str) -> str:
-    """The text of a scenario with a comment above each key, where it first appears.
+    """Returns the text of a scenario with a comment above the first use of each key.
 
     Args:
         text: TOML, one key per line.
         parameters: Definition of each parameter of the scenario by dotted key.
-        file: What the new file is called.
+        file: Name of the new file.
     """
     return _HEAD.format(file=file) + "\n".join(_lines(text, parameters)) + "\n"
 
@@ -40,7 +40,7 @@ def _lines(text: str, parameters: Mapping[str, Parameter]) -> Iterator[str]:
     for line in text.splitlines():
         if head := _TABLE.match(line):
             outer, _, name = head["name"].rpartition(".")
-            # Of a list inside an item of a list, such as the joints of the last finger.
+            # A list inside an item of a list, such as the joints of the last finger.
             table = f"{outer}.{counts[outer]}.{name}" if outer in counts else head["name"]
             if head["list"]:
                 counts[table] = counts.get(table, -1) + 1

@@ -1,4 +1,4 @@
-"""``slipgrasp scenarios``: lists and shows presets and parameters, and starts a new scenario."""
+"""``slipgrasp scenarios``: list presets and parameters, or write a new scenario."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _FIRST_PRESET = "composite-case-2"
 
 
 class HelpWithParameters(argparse.Action):
-    """``--help`` that also lists the parameters, and imports their definition only then."""
+    """``--help`` that also lists the parameters, whose definitions it imports only when used."""
 
     def __init__(self, option_strings: Sequence[str], dest: str) -> None:
         super().__init__(option_strings, argparse.SUPPRESS, nargs=0, help="show this help and exit")

@@ -40,7 +40,8 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         metavar="NAME|FILE.py:Name",
         action="append",
         default=[],
-        help="offer this custom law; may be repeated. Clients can choose only offered laws",
+        help="offer this custom law to clients, which can choose no other custom laws; may be "
+        "repeated",
     )
     parser.set_defaults(execute=_execute)
 

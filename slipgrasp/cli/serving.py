@@ -1,4 +1,4 @@
-"""Serving the dashboard until interrupted, for the commands that do."""
+"""Serves the dashboard until interrupted."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ DEFAULT_PORT = 8020
 DEFAULT_EXECUTOR = "processes"
 
 SWITCH_SECONDS = 1e-3
-"""How long a thread that computes keeps the interpreter from one that answers; 5 ms by itself."""
+"""Switch interval of the interpreter [s]; requests would wait longer with its default of 5 ms."""
 
 _SIZE = re.compile(r"([0-9]{1,15}(?:\.[0-9]{1,6})?) ?([kmgt]?b)?")
 _UNITS = {"": 1, "b": 1, "kb": 10**3, "mb": 10**6, "gb": 10**9, "tb": 10**12}
@@ -50,8 +50,8 @@ def add_network(parser: argparse.ArgumentParser) -> None:
         "--host",
         metavar="ADDRESS",
         default=HOST,
-        help="address to listen on; beyond this machine everybody needs the token in the printed "
-        f"link, or in SLIPGRASP_TOKEN (default: {HOST})",
+        help="address to listen on; for any other than this machine, all users need the token in "
+        f"the printed link, or in SLIPGRASP_TOKEN (default: {HOST})",
     )
     parser.add_argument(
         "--public-url",
@@ -60,8 +60,8 @@ def add_network(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         type=lambda text: text.rstrip("/"),
-        help="another URL of the dashboard, such as https://grasp.example behind a proxy; may be "
-        "repeated; everybody then needs the token",
+        help="another URL of the dashboard, such as https://grasp.example behind a proxy; requires "
+        "the token from all users; may be repeated",
     )
     parser.add_argument(
         "--root-path",
@@ -69,13 +69,13 @@ def add_network(parser: argparse.ArgumentParser) -> None:
         default="",
         type=lambda text: text.rstrip("/"),
         help="path of the server behind a proxy, such as /slipgrasp; the proxy may remove it from "
-        "requests; everybody then needs the token",
+        "requests; requires the token from all users",
     )
     parser.add_argument(
         "--require-token",
         action="store_true",
-        help="require the token from everybody, also from you on this machine; use it where the "
-        "port is forwarded: everybody who reaches the other end would have your rights",
+        help="require the token from all users, including those on this machine; needed if the "
+        "port is forwarded, because forwarded requests seem to come from this machine",
     )
 
 
@@ -132,7 +132,7 @@ def add_executor(parser: argparse.ArgumentParser) -> None:
 
 
 def parse_size(text: str) -> int:
-    """A number of bytes, with or without one of the usual units, as a type of arguments."""
+    """Parses a number of bytes, with or without a common unit."""
     found = _SIZE.fullmatch(text.strip().lower())
     if found is None:
         raise argparse.ArgumentTypeError(f"'{text[:20]}' is not a size; write it as 500MB or 5GB")
@@ -148,17 +148,17 @@ def serve_dashboard(
     """Serves until interrupted; the first line of standard output is the URL.
 
     Args:
-        arguments: What `add_port`, `add_network`, `add_limits` and `add_log_format` have added.
+        arguments: Arguments of `add_port`, `add_network`, `add_limits` and `add_log_format`.
         folder: Folder of the recordings.
-        first: The recording that the dashboard opens on; a run of its own if None.
-        others: Further settings, as `slipgrasp.server.settings.Settings` takes them.
+        first: Recording that the dashboard opens; its own run if None.
+        others: Further settings of `slipgrasp.server.settings.Settings`.
 
     Raises:
-        CommandError: If the port cannot be had.
+        CommandError: If the port is not available.
         ExecutorError: If there is no such executor.
-        FolderInUseError: If another service uses the folder, unless only to replay.
+        FolderInUseError: If another service uses the folder, except for a replay.
         RecordingWriteError: If nothing can be saved in the folder.
-        SettingsError: If nothing would protect the server, or nobody could address it.
+        SettingsError: If the server would be unprotected or unreachable.
     """
     from slipgrasp.core.executors import make_executor
     from slipgrasp.server.log_format import LogFormat
@@ -167,7 +167,7 @@ def serve_dashboard(
 
     give_back_freed_memory()
     sys.setswitchinterval(SWITCH_SECONDS)
-    # A wrong executor is reported before anything has started.
+    # A wrong executor is reported before anything starts.
     make_executor(others.get("study_executor", DEFAULT_EXECUTOR)).close()
     store_in(folder).prepare()
     if first is None:
@@ -179,19 +179,19 @@ def serve_dashboard(
         with nullcontext() if is_silent else Progress("starting the dashboard"):
             server = _make_server(settings, first)
         for number in (signal.SIGINT, signal.SIGTERM):
-            # uvicorn raises the signal again once it has ended; then it is to do nothing more.
+            # uvicorn raises the signal again at its end, when nothing is left to do.
             signal.signal(number, server.handle_exit)
         try:
             server.run(sockets=[listener])
         except SystemExit:
-            complain("the server could not start; what went wrong stands above")
+            complain("the server could not start; see the messages above")
             return ExitStatus.ENDED_EARLY
     return ExitStatus.COMPLETED
 
 
 def _listen(host: str, port: int) -> socket.socket:
-    """Takes the port at once, so that nobody else can while the dashboard is loaded."""
-    # Named, because asyncio sends small answers at once only on sockets known to be TCP.
+    """Binds the port at once, so that no other process takes it while the dashboard loads."""
+    # Named, because asyncio sends short responses immediately only on sockets known to be TCP.
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     listener = socket.socket(family, socket.SOCK_STREAM, socket.IPPROTO_TCP)
     if os.name == "posix":
@@ -206,7 +206,7 @@ def _listen(host: str, port: int) -> socket.socket:
             raise CommandError(f"host {host} cannot be used: {error.strerror}") from error
         cause = "is in use" if is_in_use else f"cannot be used: {error.strerror}"
         raise CommandError(
-            f"port {port} {cause}; choose another with --port, --port 0 takes any free one"
+            f"port {port} {cause}; choose another with --port; --port 0 chooses a free one"
         ) from error
     return listener
 

@@ -1,4 +1,4 @@
-"""How a command ends: its exit status, and one line on standard error if it is wrong."""
+"""Exit statuses and error messages of commands."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ class ExitStatus(IntEnum):
 
     @classmethod
     def of(cls, outcome: Outcome) -> ExitStatus:
-        """The status of a run that could be saved."""
+        """The exit status of a run that could be saved."""
         if outcome.ended_by_physics:
             return cls.ENDED_BY_PHYSICS
         return cls.COMPLETED if outcome.value == "completed" else cls.ENDED_EARLY
 
 
 class CommandError(SlipgraspError):
-    """A command that cannot do what it was asked."""
+    """A command that cannot be executed."""
 
 
 def complain(message: str) -> None:
-    """Says in one line on standard error what is wrong."""
+    """Prints an error message on one line of standard error."""
     print("slipgrasp:", " ".join(message.split()), file=sys.stderr)

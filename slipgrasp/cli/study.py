@@ -1,4 +1,4 @@
-"""``slipgrasp study``: thousands of runs from one file, and a map of where they hold."""
+"""``slipgrasp study``: simulate many runs, and map where the object is held."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ CHECKED_BY_ESTIMATE = 10_000
 DESCRIPTION = (
     "Simulate the runs of a study (docs/studies.md), and store them in one file, study.mcap, with "
     "a table of the results, results.csv. If two numeric parameters vary, map.svg and map.png show "
-    "where the object is held. The same command continues a study that was interrupted."
+    "where the object is held. The same command continues an interrupted study."
 )
 EPILOG = (
     "exit status: 0 every run has an outcome, 2 bad input, 4 cancelled or the disk failed "
@@ -127,7 +127,7 @@ def _estimate(study: Study, executor: Executor, *, is_remote: bool) -> StudyCost
     from slipgrasp.core.study.cost import estimate_cost
 
     if is_remote:
-        # Only its scheduler knows how many workers there are.
+        # Only the scheduler knows the number of workers.
         with Progress(f"connecting to {executor.name}"):
             executor.prepare()
     with Progress("timing some of its runs"):
@@ -181,12 +181,14 @@ def _run(study: Study, executor: Executor, folder: StudyFolder, *, as_json: bool
     seconds = time.monotonic() - started
     completed = end is not None and end.state == "completed"
     with Progress("writing the table and the map"):
-        # The map of a study that continues later can wait; the user who stopped it should not.
+        # The map of an interrupted study is drawn when it is continued, not while the user waits.
         saved = folder.save_results(results, with_maps=completed)
     if failure is not None:
         complain(f"the study stopped: {failure}")
     if not completed:
-        complain(f"{results.num_rows} of {study.num_runs} runs are done; the same command goes on")
+        complain(
+            f"{results.num_rows} of {study.num_runs} runs are done; repeat the command to continue"
+        )
     if as_json:
         print(json.dumps(_document(results, saved, seconds, executor, end), allow_nan=False))
     else:

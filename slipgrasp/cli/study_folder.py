@@ -1,4 +1,4 @@
-"""Where a study of the command line lies: one folder for its file, table, map and recordings."""
+"""Folder of a study of the command line: its file, table, map and recordings."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ TABLE = "results.csv"
 MAPS = ("map.svg", "map.png")
 RECORDINGS = "recordings"
 
-# Not the ending that a run has while it is recorded: what a killed process left is replaced.
+# Unlike the suffix of unfinished runs, so that files of a killed process are replaced.
 COPY_SUFFIX = ".copy.part"
 
 
@@ -36,7 +36,7 @@ class StudyFolder:
 
     Attributes:
         path: The folder.
-        overwrite: Whether the study in it is replaced.
+        overwrite: Whether an existing study is replaced.
     """
 
     path: Path
@@ -48,18 +48,18 @@ class StudyFolder:
         return self.path / STUDY
 
     def writer(self, study: Study) -> StudyWriter:
-        """What writes the file of the study, behind what is there of it already."""
+        """A writer that continues the file of the study."""
         return StudyWriter(self.study, study, overwrite=self.overwrite)
 
     def read_rows(self, results: StudyResults, num_rows: int) -> None:
-        """Reads the rows that were there already into the results."""
+        """Reads the stored runs into the results."""
         if num_rows:
             with open_study(part_of(self.study)) as reader:
                 for row in islice(reader.rows(), num_rows):
                     results.append(row)
 
     def keep(self, run: StudyRun) -> str | None:
-        """Writes the recording of a run; its id, or None if it cannot be written."""
+        """Writes the recording of a run; returns its id, or None if that fails."""
         assert run.recording is not None
         run_id = f"run-{run.row.index}"
         try:
@@ -72,17 +72,17 @@ class StudyFolder:
         return run_id
 
     def save_results(self, results: StudyResults, *, with_maps: bool) -> dict[str, Any]:
-        """Writes the table, and the map where there is one.
+        """Writes the table, and the map if there is one.
 
         Args:
-            results: The rows.
-            with_maps: Whether maps are drawn; they take longest.
+            results: The results.
+            with_maps: Whether maps are drawn, which takes longest.
 
         Returns:
-            What there is now: name to path, ``maps`` to several.
+            Files: name to path, ``maps`` to several paths.
 
         Raises:
-            RecordingWriteError: If it cannot be written.
+            RecordingWriteError: If a file cannot be written.
         """
         table = self.path / TABLE
         with atomic_file(table, overwrite=True) as stream:
@@ -117,17 +117,17 @@ class StudyFolder:
 def find_folder(
     chosen: Path | None, data_directory: Path, study: Study, *, name: str, force: bool
 ) -> StudyFolder:
-    """Finds and makes the folder of a study, or refuses, before anything is simulated.
+    """Finds or creates the folder of a study before anything is simulated.
 
     Args:
         chosen: The folder, if one was chosen.
         data_directory: The data folder, for a new folder if none was chosen.
-        study: The study; one that is there of it, not finished, is gone on with.
-        name: What to call a new folder.
-        force: Whether another study, and other files, are replaced.
+        study: The study; an unfinished file of the same study is continued.
+        name: Name of a new folder.
+        force: Whether another study and other files are replaced.
 
     Raises:
-        CommandError: If something else is in the way.
+        CommandError: If another file is in the way.
         RecordingError: If a study is in the way.
     """
     path = (chosen or _new_folder(data_directory / RESULTS_FOLDER, study, name)).absolute()
@@ -145,17 +145,17 @@ def find_folder(
 
 
 def _new_folder(parent: Path, study: Study, name: str) -> Path:
-    """The first folder of the name, numbered, that is not used or where the study was begun."""
+    """The first numbered folder that is unused or contains an unfinished file of the study."""
     for number in count(1):
         folder = parent / (name if number == 1 else f"{name}-{number}")
         is_new = not folder.exists() or not any(folder.iterdir())
         if is_new or _is_begun(folder / STUDY, study):
             return folder
-    raise AssertionError  # numbers do not end
+    raise AssertionError  # the numbers do not end
 
 
 def _is_begun(path: Path, study: Study) -> bool:
-    """Whether a part is left of this very study."""
+    """Whether the folder contains an unfinished file of this study."""
     part = part_of(path)
     if path.exists() or not part.exists():
         return False
@@ -164,17 +164,17 @@ def _is_begun(path: Path, study: Study) -> bool:
 
 
 def _discard(path: Path, force: bool) -> None:
-    """Removes what is left of another study, if that is wanted and nobody writes it."""
+    """Removes an unfinished file of another study if allowed and not being written."""
     part = part_of(path)
     if not force:
         cause = (
-            f"'{part.name}' is left of another study; choose another folder, or replace it with "
+            f"'{part.name}' belongs to another study; choose another folder, or replace it with "
             "--force"
         )
         raise RecordingBusyError(path, cause)
     with part.open("rb") as stream:
         if not try_lock(stream):
-            raise RecordingBusyError(path, "another study is being written there right now")
+            raise RecordingBusyError(path, "another study is being written there")
         part.unlink()
 
 

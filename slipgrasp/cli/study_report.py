@@ -1,4 +1,4 @@
-"""A study in words and tables, for a person at a terminal: how far it is, and its results."""
+"""Progress and results of a study as text for the terminal."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ LONGEST_VALUE = 48
 
 
 def report(results: StudyResults, seconds: float, saved: dict[str, Any], message: str) -> str:
-    """How the runs ended, what the crossed values did, and where it all is.
+    """Outcomes of the runs, effect of the crossed values, and saved files.
 
     Args:
         results: The results.
@@ -53,8 +53,9 @@ def _outcome(results: StudyResults, seconds: float) -> list[str]:
     ]
     if summary.too_short:
         lines.append(
-            f"{summary.too_short} of them are completed, but too short to tell whether the object "
-            "is held; the share leaves them out."
+            f"{summary.too_short} of them are completed, but too short to tell whether the "
+            f"object "
+            "is held; the share excludes them."
         )
     return lines
 
@@ -107,7 +108,7 @@ def _value(value: Any) -> str:
 
 
 def _table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
-    """A table with aligned columns, numbers to the right."""
+    """A table with aligned columns, numbers right-aligned."""
     if not rows:
         return []
     widths = [max(map(len, column)) for column in zip(heads, *rows, strict=True)]
@@ -174,7 +175,7 @@ class StudyProgress:
         self._news: deque[tuple[float, int]] = deque(maxlen=WINDOW)
 
     def note(self, results: StudyResults, row: StudyRow) -> None:
-        """Appends a row to the results, and shows the progress."""
+        """Appends a run to the results, and shows the progress."""
         results.append(row)
         now = time.monotonic()
         if not self._news:

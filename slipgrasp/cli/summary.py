@@ -1,4 +1,4 @@
-"""A run in words, for a person at a terminal."""
+"""A run as text for the terminal."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ LABEL_WIDTH = 16
 
 
 def summarize(result: RunResult, recording: Path | None, tried: TriedHint | None = None) -> str:
-    """Name, how it went, slip, errors, estimates against the truth, and where the recording is.
+    """Name, outcome, slip, errors, estimates and true values, and the file of the recording.
 
     Args:
         result: The run.
         recording: Its file; None if it could not be written.
-        tried: The hint after trying it; None if it was not tried.
+        tried: The hint after its suggestions were tried; None if they were not.
     """
     lines = [
         result.name,
@@ -39,7 +39,7 @@ def summarize(result: RunResult, recording: Path | None, tried: TriedHint | None
 
 
 def _title(result: RunResult) -> list[str]:
-    """The title, unless the name begins with it, as for a scenario that is no preset."""
+    """The title, unless the name begins with it, as for a scenario that is not a preset."""
     title = title_of(result)
     return [title] if title and not result.name.startswith(title) else []
 
@@ -64,7 +64,7 @@ def _contacts(result: RunResult) -> Iterator[str]:
     for i, finger in enumerate(result.scenario.fingers):
         changes = sum(change.contact == i for change in result.phase_changes)
         margin = metrics.minimum_friction_margin[i]
-        # A contact that begins to slip is at the edge but for the rounding.
+        # A contact that begins to slip has no margin, except for rounding.
         least = None if margin is None else round(margin, 6) + 0.0
         reserve = (
             "never in stick"
@@ -119,5 +119,5 @@ def _millimetres(length: float) -> str:
 
 
 def _thousandths(value: float) -> str:
-    """To four digits, and not below a millionth of them, which is rounding."""
+    """Formats with four digits; values below a millionth of a digit are rounding errors."""
     return f"{round(1e3 * value, 6) + 0.0:.4g}"

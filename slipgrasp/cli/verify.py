@@ -1,4 +1,4 @@
-"""``slipgrasp verify``: whether a recording can be computed again."""
+"""``slipgrasp verify``: simulate a recording again and compare."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ DESCRIPTION = (
     "numerics every bit must agree, on any machine. With another version the columns must agree "
     "within 1e-8 until the first phase change after the start, the order of the phase changes must "
     "be the same, and their times must agree within 1e-6 s. For custom laws the recorded commands "
-    "are used, so that the law is not needed. A run that was cut short is compared up to its last "
-    "sample."
+    "are used, so that the law is not needed. A run that was stopped early is compared up to its "
+    "last sample."
 )
 EPILOG = "exit status: 0 equal, or nothing to verify, 1 different, 2 cannot be read or simulated"
 
@@ -43,8 +43,8 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         metavar="FILE.py:Name",
         nargs="?",
         const="",
-        help="also run the code of the custom law, from this file or, without a value, as "
-        "installed (default: use its recorded commands)",
+        help="also run the code of the custom law, from this file or, without a value, the "
+        "installed one (default: use its recorded commands)",
     )
     parser.add_argument(
         "--hash",
@@ -90,8 +90,8 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
 
 
 def _say_nothing_to_verify(outline: MeasuredOutline, *, as_json: bool) -> ExitStatus:
-    """Reports that measured data follow from no simulation; their checksums were compared."""
-    message = "nothing to verify: measured data follow from no simulation; the file is whole"
+    """Reports that measured data cannot be verified; their checksums were compared."""
+    message = "nothing to verify: measured data are not simulated; the file is complete"
     if as_json:
         document = {"name": outline.title, "kind": "measured", "same": None, "message": message}
         print(json.dumps(document, allow_nan=False))
@@ -150,11 +150,11 @@ def _law(found: Verification) -> list[str]:
     if law is None:
         return []
     if found.replayed:
-        did = "its recorded commands were taken"
+        did = "its recorded commands were used"
     elif law == ran or ran is None:
         did = "its code was run as well"
     else:
-        did = f"what ran is {_identity(ran)}"
+        did = f"the law that ran is {_identity(ran)}"
     return [f"The law is {_identity(law)}; {did}."]
 
 
@@ -167,7 +167,7 @@ def _extent(found: Verification) -> str:
     samples = f"{found.num_samples} samples up to {found.end_time:.6g} s"
     if found.whole:
         return f"Compared the whole run, {samples}."
-    return f"Compared the recorded part of a run that was cut short, {samples}."
+    return f"Compared the recorded part of a run that was stopped early, {samples}."
 
 
 def _value(value: Any) -> str:

@@ -99,7 +99,7 @@ def check_trials(result: RunResult, verdict: Verdict) -> None:
 
 def check_headline(result: RunResult, headline: str) -> None:
     if result.outcome is not Outcome.COMPLETED:
-        by_reason = {"joint_limit": "Ended: a joint came to its limit"}
+        by_reason = {"joint_limit": "Ended: a joint reached its limit"}
         assert headline == by_reason.get(result.reason.code, HEADLINES[result.outcome])
         return
     assert result.end_time == result.scenario.simulation.duration
@@ -182,7 +182,7 @@ def check_cause(result: RunResult, text: str) -> None:
     check(result, found)
     law = law_of(result, reason.time)
     for cause in causes:
-        if found := re.fullmatch(rf"a joint gave all that {KEY} allows, {NUMBER} N m", cause):
+        if found := re.fullmatch(rf"a joint reached its limit {KEY}, {NUMBER} N m", cause):
             limit = at(result, reason.time).actuation.torque_limit
             assert limit is not None and near(found[2], limit)
             assert np.abs(last.joint_torque[0]).max() >= limit
@@ -194,9 +194,7 @@ def check_cause(result: RunResult, text: str) -> None:
             assert at(result, reason.time).controller.distribution == "exact"
             assert near(found[1], float(last.normal_force[0].max())) and last.phase[0].any()
             continue
-        pattern = (
-            rf"the controller believed the (.+) to be {NUMBER}{UNIT} where it is {NUMBER}{UNIT}"
-        )
+        pattern = rf"the controller estimated the (.+) as {NUMBER}{UNIT} instead of {NUMBER}{UNIT}"
         found = re.fullmatch(pattern, cause)
         assert found, cause
         k = unknown_called(result.scenario, found[1])
@@ -340,8 +338,8 @@ def was_stopped(result: RunResult, found: re.Match[str]) -> None:
 TIME = r"at (?P<time>[\d.e-]+) s"
 CAUSES: dict[str, tuple[str, Callable[[RunResult, re.Match[str]], None]]] = {
     "contact_separation": (
-        rf"(?:under the torque|the normal force of) the (?P<finger>.+) fingertip "
-        rf"(?:can only leave|fell to zero): it separated from the object {TIME}",
+        rf"the (?:torque separated|normal force of) the (?P<finger>.+) fingertip "
+        rf"(?:fell to zero: it separated )?from the object {TIME}",
         is_separated,
     ),
     "contact_left_face": (
@@ -353,7 +351,7 @@ CAUSES: dict[str, tuple[str, Callable[[RunResult, re.Match[str]], None]]] = {
         is_singular,
     ),
     "joint_limit": (
-        rf"joint (?P<joint>\d) of the (?P<finger>.+) finger came to its (?P<end>minimum|maximum), "
+        rf"joint (?P<joint>\d) of the (?P<finger>.+) finger reached its (?P<end>minimum|maximum), "
         rf"{NUMBER} (?:rad|m) \({KEY}\), {TIME}",
         has_a_joint_at_its_limit,
     ),
@@ -380,7 +378,7 @@ CAUSES: dict[str, tuple[str, Callable[[RunResult, re.Match[str]], None]]] = {
     ),
     "turned_too_far": (
         r"the object turned away from its desired attitude by 3.1 rad, where the coordinates of "
-        rf"the control law end, {TIME}",
+        rf"the control law are singular, {TIME}",
         has_turned_too_far,
     ),
     "step_underflow": (
@@ -388,20 +386,21 @@ CAUSES: dict[str, tuple[str, Callable[[RunResult, re.Match[str]], None]]] = {
         outcome_is(Outcome.DIVERGED),
     ),
     "unbounded_grasp_force": (
-        rf"the control law asks for grasp forces that grow without bound, where .+, {TIME}",
+        r"the control law commands grasp forces that grow without bound, at the limit where .+, "
+        rf"{TIME}",
         outcome_is(Outcome.DIVERGED),
     ),
     "stiff_loop": (
-        r"the closed loop is too stiff to follow: .+ condition number (?P<condition>[\d.e+-]+), "
+        r"the closed loop is too stiff: .+ condition number (?P<condition>[\d.e+-]+), "
         rf"{TIME}",
         is_too_stiff,
     ),
     "nonfinite_state": (
-        rf"the closed loop diverges: a quantity is not finite any more {TIME}",
+        rf"the closed loop diverges: a quantity is no longer finite {TIME}",
         outcome_is(Outcome.DIVERGED),
     ),
     "event_stall": (
-        rf"one instant repeats its events without progress in time {TIME}",
+        rf"events repeat at one instant without progress in time {TIME}",
         outcome_is(Outcome.LIMIT),
     ),
     "max_steps": (rf"the limit of (?P<count>\d+) steps was reached {TIME}", has_spent_its_steps),
@@ -540,12 +539,12 @@ SENTENCES: tuple[tuple[str, Callable[[RunResult, re.Match[str]], None]], ...] = 
         check_later_belief,
     ),
     (
-        rf"At the start the controller believed the (?P<what>.+) to be "
-        rf"(?P<believed>{NUMBER}){UNIT} where it is (?P<true>{NUMBER}){UNIT}\.",
+        rf"At the start the controller estimated the (?P<what>.+) as "
+        rf"(?P<believed>{NUMBER}){UNIT} instead of (?P<true>{NUMBER}){UNIT}\.",
         check_other_belief,
     ),
     (
-        rf"At the end the object is {NUMBER} mm from its target, and does not come nearer\.",
+        rf"At the end the object is {NUMBER} mm from its target, and no longer approaches it\.",
         check_lasting_error,
     ),
     (
@@ -705,7 +704,7 @@ OPTIONS: tuple[tuple[str, Callable[[RunResult, re.Match[str]], None]], ...] = (
     (r"set controller\.grip_safety to 1\.05", commands_the_edge),
     (rf"set controller\.(position_gain|velocity_gain) to {NUMBER}{UNIT}", is_set_otherwise),
     (
-        r"ask how (?:little friction is enough|heavy it may be): slipgrasp margin SCENARIO "
+        r"find out how (?:little friction is enough|heavy it may be): slipgrasp margin SCENARIO "
         rf"--over '{KEY}' --from {NUMBER} --to {NUMBER}",
         is_held_well,
     ),
@@ -727,7 +726,7 @@ PHRASES = (
     "to stop the slip earlier",
     "choose a motion within its reach (trajectory)",
     "change the pose",
-    "no setting of this law is left to try: make the object lighter or its faces rougher",
+    "no other setting of this law can help: make the object lighter or its faces rougher",
     "to see whether it stays at rest",
     "to bring it nearer to its target",
     "which lost some held objects",

@@ -236,7 +236,7 @@ def test_parameters_are_keys_with_bounds_and_change_in_mid_run():
 
 def test_what_is_no_class_cannot_be_registered():
     law = register_law(Counting)
-    with pytest.raises(LawError, match="no CustomLaw; what load_law gives is registered already"):
+    with pytest.raises(LawError, match="not a CustomLaw; laws from load_law are registered"):
         register_law(law)
 
 
@@ -245,7 +245,7 @@ def test_what_to_try_names_the_parameters_that_the_law_declares():
     lost = simulate(of_law("counting", SHORT, **{"object.mass": 8.0, "simulation.duration": 2.0}))
     assert lost.outcome != "completed"
     suggestion = str(describe_run(lost).suggestion)
-    assert "hange what the law itself declares (controller.parameters.damping)" in suggestion
+    assert "hange a parameter that the law declares (controller.parameters.damping)" in suggestion
 
 
 def test_a_law_that_comes_in_mid_run_finds_its_memory_empty_and_the_run_as_it_was():
@@ -354,12 +354,12 @@ def test_the_recorded_commands_alone_give_the_plant_of_any_law_bit_for_bit(kind)
 @pytest.mark.parametrize(
     ("attributes", "told"),
     [
-        ({"name": "composite"}, "a law cannot be called 'composite'"),
+        ({"name": "composite"}, "a law cannot have the name 'composite'"),
         ({"command": None}, "has no method command"),
-        ({"diagnostics": {"torque": ("N", "x")}}, "no diagnostic can be called 'torque'"),
+        ({"diagnostics": {"torque": ("N", "x")}}, "no diagnostic can have the name 'torque'"),
         ({"diagnostics": {f"d{k}": ("1", "x") for k in range(9)}}, "at most 8"),
-        ({"memory": {"x": 0}}, "a shape that is none"),
-        ({"parameters": {"x": 1.0}}, "is no LawParameter"),
+        ({"memory": {"x": 0}}, "an invalid shape"),
+        ({"parameters": {"x": 1.0}}, "is not a LawParameter"),
     ],
 )
 def test_a_class_that_declares_itself_wrongly_is_refused(attributes, told):
@@ -369,9 +369,9 @@ def test_a_class_that_declares_itself_wrongly_is_refused(attributes, told):
 
 
 def test_a_law_that_is_not_known_is_refused_with_those_that_are():
-    with pytest.raises(ScenarioError, match=r"'no-such-law' is no control law here.*composite"):
+    with pytest.raises(ScenarioError, match=r"'no-such-law' is not a known control law.*composite"):
         of_law("no-such-law")
-    with pytest.raises(ScenarioError, match="'outside' is no control law here"):
+    with pytest.raises(ScenarioError, match="'outside' is not a known control law"):
         of_law("outside")
 
 
@@ -387,5 +387,5 @@ def test_a_run_has_one_law_of_ones_own_at_most():
     register_law(Counting)
     register_law(Late)
     change = Change(time=0.1, parameter="controller.kind", value="late")
-    with pytest.raises(ScenarioError, match="memory for one custom law"):
+    with pytest.raises(ScenarioError, match="only one custom law"):
         simulate(replace(of_law("counting", SHORT), changes=(change,)))

@@ -207,7 +207,7 @@ def test_a_scheduler_that_is_missing_idle_or_lost_is_said_so(tmp_path, monkeypat
         make_executor(f"dask://127.0.0.1:{free_port()}") as executor,
     ):
         hasty.setattr("slipgrasp.core.executors.dask_connection._PATIENCE", 0.3)
-        with pytest.raises(ExecutorError, match="no Dask scheduler answers at tcp://127"):
+        with pytest.raises(ExecutorError, match="no Dask scheduler responds at tcp://127"):
             list(executor.map(work.square, [1], should_stop=go_on))
     with ExitStack() as stack:
         scheduler, port = start_scheduler(stack, tmp_path)

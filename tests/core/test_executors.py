@@ -167,8 +167,8 @@ def test_a_task_that_always_kills_its_worker_fails_and_the_others_finish(pool, t
     ("kind", "told"),
     [
         ("segmentation fault", "its worker died 3 times, the last one was killed by SIGSEGV"),
-        ("memory", "its worker used up the 0.4 GB of memory that it may have"),
-        ("time", "its worker was at it for more than 2 s"),
+        ("memory", "its worker exceeded its memory limit of 0.4 GB"),
+        ("time", "its worker exceeded the time limit of 2 s"),
     ],
 )
 def test_a_task_that_goes_too_far_costs_itself_alone(kind, told):
@@ -372,14 +372,14 @@ def is_alive(process):
 @pytest.mark.parametrize(
     ("specification", "workers", "words"),
     [
-        ("threads", None, "'threads' is no executor; choose one of processes, inline, dask"),
-        ("dask://", None, "is no executor"),
-        ("dask://host:port", None, "is no executor"),
-        ("", None, "'' is no executor"),
-        ("x" * 1000, None, "x' is no executor"),
-        ("processes", 0, "0 workers cannot be had; allowed: 1 … 1024"),
-        ("processes", 2000, "2000 workers cannot be had"),
-        ("dask", 0, "0 workers cannot be had"),
+        ("threads", None, "'threads' is not an executor; choose one of processes, inline, dask"),
+        ("dask://", None, "is not an executor"),
+        ("dask://host:port", None, "is not an executor"),
+        ("", None, "'' is not an executor"),
+        ("x" * 1000, None, "x' is not an executor"),
+        ("processes", 0, "0 workers are not possible; allowed: 1 … 1024"),
+        ("processes", 2000, "2000 workers are not possible"),
+        ("dask", 0, "0 workers are not possible"),
         ("inline", 2, "'inline' has a fixed number of workers"),
         ("dask://localhost:8786", 2, "has a fixed number of workers"),
     ],

@@ -131,7 +131,7 @@ def test_a_hint_joins_its_options_its_purpose_and_what_is_left_instead() -> None
     assert str(any_of(law, purpose="for less slip").rest) == ""
     open_ = any_of(lower_all_friction(SCENARIO), only_words("change the pose"))
     assert len(open_.trials) == 1 and str(open_.rest) == "change the pose"
-    assert "no setting of this law is left" in str(any_of([]))
+    assert "no other setting of this law can help" in str(any_of([]))
 
 
 def test_what_lost_held_objects_is_named_with_that_warning_and_only_where_nothing_else_is() -> None:

@@ -229,7 +229,7 @@ def test_a_study_without_estimates_says_that_it_compares_nothing_of_adaptation()
     assert "given the true friction and mass at every instant" in warning
     said = describe_knowledge_in(blind)
     assert said.startswith(EVERYTHING)
-    assert said.endswith("This study compares nothing of adaptation.")
+    assert said.endswith("This study compares no adaptation.")
 
 
 def test_a_study_with_estimates_says_what_is_unknown() -> None:

@@ -41,8 +41,8 @@ def test_the_run_ends_where_the_law_asks_for_forces_without_bound(run):
     assert run.outcome is Outcome.DIVERGED
     assert run.reason.code == "unbounded_grasp_force"
     assert run.reason.message.startswith(
-        "the control law asks for grasp forces that grow without bound, where its friction cones "
-        "begin or cease to be satisfiable, at "
+        "the control law commands grasp forces that grow without bound, at the limit where its "
+        "friction cones become or cease to be satisfiable, at "
     )
     assert run.reason.time == run.end_time
 

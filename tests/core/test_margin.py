@@ -158,7 +158,7 @@ def test_ends_that_agree_while_a_value_between_does_not_lead_there():
         find_margin(case(2, {}), "fingers.1.friction", 0.05, 0.45)
 
     assert str(found.value) == (
-        "held at neither end, 0.05 and 0.45, but held at 0.25: begin or end the range there"
+        "held at neither end, 0.05 and 0.45, but held at 0.25: use it as one end of the range"
     )
 
 
@@ -179,9 +179,9 @@ BAD = {
     ("title", 1.0, 2.0): "title is a text",
     ("object.mass", 0.0, 2.0): r"object.mass is 0.0: .*allowed: 0.001 … 1000 kg",
     ("object.mass", 1.0, 2000.0): r"object.mass is 2000.0: .*allowed: 0.001 … 1000 kg",
-    ("object.mass", float("nan"), 2.0): "from nan to 2 is no range; give two finite numbers",
-    ("object.mass", 2.0, 2.0): "from 2 to 2 is no range; give two different values",
-    ("simulation.max_steps", 100.2, 99.9): "from 100 to 100 is no range",
+    ("object.mass", float("nan"), 2.0): "from nan to 2 is not a range; give two finite numbers",
+    ("object.mass", 2.0, 2.0): "from 2 to 2 is not a range; give two different values",
+    ("simulation.max_steps", 100.2, 99.9): "from 100 to 100 is not a range",
 }
 
 
@@ -229,5 +229,5 @@ def test_a_gripper_must_squeeze_harder_the_less_it_may_slip():
         slips = [max(run.metrics.slip_path) for run in (margin.held, margin.lost)]
         assert slips[0] <= most < slips[1]
         assert margin.beyond == "slips too far" and margin.reason.startswith("a fingertip slipped ")
-    with pytest.raises(ScenarioError, match="the most slip is -1 m"):
+    with pytest.raises(ScenarioError, match="the slip limit is -1 m"):
         find_margin(scenario, "controller.grip_force", 25.0, 5.0, most_slip=-1.0)

@@ -1,4 +1,4 @@
-"""The table of a motion in a CSV file beside the scenario, and every way it can be wrong."""
+"""The table of a motion in a CSV file next to the scenario, and every way it can be wrong."""
 
 import json
 

@@ -298,7 +298,7 @@ def test_a_recording_verifies_bit_for_bit_after_words_are_edited_and_code_is_mov
     write_recording(simulate(scenario), recording)
     tree("core/kernel/planar/steps.py", "from __future__", "# Every step.\nfrom __future__")
     tree("core/kernel/spatial/steps.py", "from __future__", "# Every step.\nfrom __future__")
-    tree("core/scenario/laws.py", "Learning by least squares", "It learns by least squares")
+    tree("core/scenario/laws.py", "Adaptation by least squares", "It adapts by least squares")
     noise = tree.folder / "slipgrasp" / "core" / "kernel" / "numerics" / "noise.py"
     text = noise.read_text(encoding="utf-8")
     (product,) = PRODUCT.findall(text)

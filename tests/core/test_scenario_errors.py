@@ -239,8 +239,8 @@ def weights(**entries):
         ),
         (
             weights(at_0_3=2.0, at_3_0=2.0),
-            "controller.lyapunov_matrix has the eigenvalue -1 beside 3; Q is positive definite, "
-            "raise its diagonal or lower what stands beside it",
+            "controller.lyapunov_matrix has the eigenvalue -1 next to 3; Q must be positive "
+            "definite: raise its diagonal or lower the elements next to it",
         ),
         (
             {"controller.lyapunov_matrix": [[1.0]]},
@@ -302,7 +302,7 @@ def test_what_is_not_a_scenario_at_all_is_refused(wrong):
 def test_what_belongs_where_a_scenario_does_is_told_by_who_takes_it(take, given, way):
     with pytest.raises(ScenarioError, match=re.escape(way)) as caught:
         take(given)
-    assert "a Scenario belongs here" in str(caught.value)
+    assert "a Scenario is needed" in str(caught.value)
 
 
 def test_nesting_without_end_is_refused():

@@ -669,7 +669,7 @@ def test_a_table_of_poses_is_followed_along_scipys_spline():
 def test_a_table_that_does_not_begin_at_the_start_pose_is_refused():
     row = (0.0, 0.0, 0.0, 0.366, 0.0, 0.1, 0.0)
     values = {"trajectory.kind": "table", "trajectory.table": [row]}
-    with pytest.raises(ScenarioError, match=r"table\.0\.5 is 0\.1, but .* be the start pose$"):
+    with pytest.raises(ScenarioError, match=r"table\.0\.5 is 0\.1, but .* the start pose$"):
         with_values(KNOWING, values)
 
 

@@ -307,7 +307,7 @@ def test_runs_that_do_not_fit_together_are_named_by_index() -> None:
                 ],
             },
             "runs.0.controller.velocity_gain.0",
-            "leave one of them out",
+            "remove one of them",
         ),
         (
             {"vary": {"object.mass": {"values": [1]}, "object": {"mass": {"values": [2]}}}},

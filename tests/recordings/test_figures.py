@@ -30,9 +30,9 @@ FORCES = (
 )
 PREMISES = (
     "(a) eigenvalues of the integral of Eq. 20",
-    "(b) error, and the radius it is to be confined to",
-    "(c) what friction unknown disturbs",
-    "(d) how far estimates are pulled back",
+    "(b) error, and the radius that should bound it",
+    "(c) disturbance by unknown friction",
+    "(d) correction of the estimates",
 )
 CAPTIONS = {
     "paper-case-1": {

@@ -117,7 +117,7 @@ def test_files_in_the_way_and_journals_of_other_fits_are_replaced_only_on_reques
     count = iter(range(100))
     with pytest.raises(FitStoppedError):
         run_fit(problem, path, FitOptions(starts=3), should_stop=lambda: next(count) > 3)
-    with pytest.raises(RecordingBusyError, match="left of another fit"):
+    with pytest.raises(RecordingBusyError, match="belongs to another fit"):
         run_fit(problem, path, OPTIONS)
     report = run_fit(problem, path, OPTIONS, overwrite=True)
 

@@ -136,7 +136,7 @@ def test_a_changed_byte_of_a_measured_recording_is_noticed(tmp_path):
     [
         ("t_s,x_m\n0,1\n", MAPPING | {"y": "y_m"}, {}, ["y=y_m", "not in the table", "t_s, x_m"]),
         ("t_s,x_m,x_m\n0,1,1\n", MAPPING, {}, ["x_m", "twice"]),
-        ("t_s,x_m\n0,1\n", {"t": "t_s", "slip": "x_m"}, {}, ["'slip'", "no signal"]),
+        ("t_s,x_m\n0,1\n", {"t": "t_s", "slip": "x_m"}, {}, ["'slip'", "not a signal"]),
         ("t_s,x_m\n0,1\n", {"t": "t_s", "x": "x_m:deg"}, {}, ["'deg'", "mm"]),
         ("t_s,x_m\n0,1\n1,nan\n", MAPPING, {}, ["row 3", "x_m", "no value", "--skip-missing"]),
         ("t_s,x_m\n0,1\n1,\n", MAPPING, {}, ["row 3", "no value", "--skip-missing"]),
@@ -253,7 +253,7 @@ def test_measured_data_are_listed_as_such_and_opened_as_no_run(tmp_path, run):
     assert "measured x; 2 samples" in listed.title
     assert [each.is_measured for each in again.list()] == [False, True]
     assert again.find(RunQuery(limit=5)).count == 2
-    with pytest.raises(NoRunError, match="holds measured data, and no run"):
+    with pytest.raises(NoRunError, match="contains measured data, not a run"):
         again.open(place.id)
 
 

@@ -327,7 +327,7 @@ def test_no_run_is_begun_beyond_the_quota_until_others_are_deleted(short_run, tm
     store = RecordingStore(tmp_path / "runs", StorageLimits(quota=2 * size))
     kept = [store.save(short_run), store.save(short_run)]
 
-    with pytest.raises(StorageFullError, match=r"take .* of the .* kB .* delete some, or raise"):
+    with pytest.raises(StorageFullError, match=r"use .* of their quota of .* kB.* delete some"):
         store.save(short_run)
     assert store.count() == 2
 
@@ -463,7 +463,7 @@ def test_an_annotation_that_is_not_valid_is_left_out_and_logged(store, short_run
     found = store.get(stored.id)
 
     assert (found.tags, found.notes) == ((), "kept")
-    assert "the tags beside a recording are left out" in caplog.text
+    assert "invalid tags of a recording are omitted" in caplog.text
 
 
 def test_a_recording_that_was_replaced_is_told_of_by_what_it_holds(store, short_run, lost_run):

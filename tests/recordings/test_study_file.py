@@ -125,7 +125,7 @@ def test_every_row_is_that_of_its_scenario_simulated_alone(finished: Path) -> No
 def test_a_row_that_was_altered_is_not_rebuilt(finished: Path) -> None:
     row = read_rows(finished)[3]
     altered = replace(row, values={**row.values, "fingers.0.friction": 0.3})
-    with pytest.raises(RebuildError, match="run 3 does not come out"):
+    with pytest.raises(RebuildError, match="run 3 differs from its result"):
         rebuild(make_study(), altered)
 
 
@@ -133,7 +133,7 @@ def test_a_run_that_its_computing_time_ended_is_not_rebuilt(finished: Path) -> N
     row = replace(
         read_rows(finished)[3], outcome=Outcome.LIMIT, reason=describe_wall_limit(0.02, 60.0)
     )
-    with pytest.raises(RebuildError, match="run 3 was ended by its computing time"):
+    with pytest.raises(RebuildError, match="run 3 reached its limit of computing time"):
         rebuild(make_study(), row)
 
 

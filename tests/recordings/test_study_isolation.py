@@ -65,7 +65,7 @@ def undisturbed(tmp_path_factory) -> tuple[Study, list[StudyRow]]:
     ("fault", "told"),
     [
         ("segmentation_fault", "killed by SIGSEGV"),
-        ("runaway", "at it for more than 2 s"),
+        ("runaway", "exceeded the time limit of 2 s"),
         ("too_much_memory", "used up the 0.6 GB of memory"),
         ("out_of_memory_kill", "killed by SIGKILL"),
     ],

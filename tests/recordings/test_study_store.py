@@ -274,7 +274,7 @@ def test_that_recordings_find_no_room_is_logged_once_and_counted_in_the_end(
     stored = store.create(study)
     (tmp_path / "filler").write_bytes(bytes(100_000))
     ended = finish(store, stored, study)
-    assert ended.end is not None and ended.end.message == "2 recordings could not be kept"
+    assert ended.end is not None and ended.end.message == "2 recordings could not be stored"
     (record,) = caplog.records
     assert f"run 0 of study {stored.id}" in record.message and "quota" in record.message
 

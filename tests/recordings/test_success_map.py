@@ -214,8 +214,8 @@ def test_a_map_is_drawn_over_ranges_rather_than_over_a_choice(vary, axes):
 @pytest.mark.parametrize(
     ("x", "y", "finding"),
     [
-        ("object.mass", "controller.kind", "'controller.kind' is no parameter that varies in num"),
-        ("object.inertia", "object.mass", "'object.inertia' is no parameter that varies"),
+        ("object.mass", "controller.kind", "'controller.kind' is not a varied numeric parameter"),
+        ("object.inertia", "object.mass", "'object.inertia' is not a varied numeric"),
         ("object.mass", "object.mass", "two parameters, not 'object.mass' twice"),
     ],
 )

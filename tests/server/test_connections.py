@@ -110,4 +110,4 @@ def test_a_bounded_log_tells_how_much_it_left_out(capsys) -> None:
         time.sleep(wait)
         logger.warning("again")
     lines = capsys.readouterr().err.splitlines()
-    assert lines == ["again", "again", "again (and 3 more such before)"]
+    assert lines == ["again", "again", "again (and 3 more before)"]

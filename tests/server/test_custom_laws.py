@@ -118,4 +118,4 @@ def test_a_law_that_never_answers_can_be_stopped(client, _rough):
     run_id = client.post("/runs", json=_asking(NO_ANSWER), headers=AT_ONCE).json()["id"]
     stopped = stop_to_end(client, run_id)
     assert stopped["outcome"] == "failed" and stopped["reason"]["code"] == "worker_died"
-    assert "did not come to an end within 1 s" in stopped["reason"]["message"]
+    assert "did not finish within 1 s" in stopped["reason"]["message"]

@@ -32,7 +32,7 @@ def test_measured_data_are_listed_with_their_kind_and_have_no_signals_of_a_run(s
         assert client.get(f"/runs/{stored.id}/recording").content == stored.path.read_bytes()
         refused = client.get(f"/runs/{stored.id}/signals")
     assert refused.status_code == 422
-    assert "holds measured data" in refused.json()["detail"]
+    assert "contains measured data" in refused.json()["detail"]
 
 
 def test_a_row_of_the_dashboard_calls_measured_data_measured(stored) -> None:

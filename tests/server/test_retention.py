@@ -63,7 +63,7 @@ def test_a_clock_far_ahead_deletes_nothing_at_the_start_and_is_told_of(
     service.start()
     service.close()
     assert store.count() == 3
-    assert "397 days further past the newest run than it is trusted" in caplog.text
+    assert "397 days further ahead of the newest run than is trusted" in caplog.text
 
 
 def test_an_age_is_told_in_days(tmp_path) -> None:

@@ -26,7 +26,7 @@ def test_beyond_the_quota_no_run_is_begun_until_another_is_deleted(tmp_path) -> 
         answer = client.post("/runs", json=SHORT)
         assert answer.status_code == answer.json()["status"] == 507
         assert answer.json()["title"] == "Insufficient Storage"
-        assert "the recordings in the data folder take" in answer.json()["detail"]
+        assert "the recordings in the data folder use" in answer.json()["detail"]
         assert str(tmp_path) not in answer.text
         assert "delete some, or raise the quota" in answer.json()["detail"]
         assert client.get("/health").json()["running"] == 0

@@ -91,7 +91,7 @@ def test_a_study_without_estimates_is_said_to_compare_nothing_of_adaptation(stud
     (warning,) = studies.post("/studies/estimate", json=body).json()["warnings"]
     study = create(studies, body)
 
-    assert "compares nothing of adaptation" in warning and study["warnings"] == [warning]
+    assert "compares no adaptation" in warning and study["warnings"] == [warning]
     finished(studies, study)
     summary = studies.get(f"/studies/{study['id']}/summary").json()
     assert (summary["unknowns"], summary["told"]) == ([], True)
@@ -316,7 +316,7 @@ def test_a_study_that_may_not_find_room_is_told_how_much_it_may_take(tmp_path):
     with serve(settings) as running, running.client() as client:
         (warning,) = client.post("/studies/estimate", json=body).json()["warnings"]
 
-    assert re.search(r"of the 3 MB they may take and there is no space for \S+ [MG]B more", warning)
+    assert re.search(r"of their quota of 3 MB, and there is no space for \S+ [MG]B more", warning)
 
 
 def test_an_unfinished_study_is_neither_deleted_nor_downloaded(occupied):

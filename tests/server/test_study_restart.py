@@ -131,7 +131,7 @@ def test_a_study_that_has_failed_goes_on_when_it_is_resumed(tmp_path, undisturbe
             disk.setattr(StudyWriter, "add", fail)
             failed = until(client, study, lambda now: now["state"] == "failed")
         assert 0 < failed["finished"] < failed["num_runs"]
-        assert "goes on where it is when it is resumed" in failed["message"]
+        assert "continues from here when it is resumed" in failed["message"]
 
         answer = client.post(f"{path}/resume")
         assert answer.status_code == 202 and answer.json()["state"] in ("queued", "running")

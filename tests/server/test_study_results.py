@@ -221,7 +221,7 @@ def test_of_requests_for_one_recording_at_once_one_makes_it(studying, finished_s
     codes = [answer.status_code for answer in answers]
     assert codes.count(201) == 1 and set(codes) <= {200, 201, 503}
     refused = [answer.json()["detail"] for answer in answers if answer.status_code == 503]
-    assert all("recording of this run is being made already" in detail for detail in refused)
+    assert all("recording of this run is already being created" in detail for detail in refused)
 
 
 def test_a_recording_in_the_making_is_given_up_when_the_server_is_to_stop(tmp_path, caplog):

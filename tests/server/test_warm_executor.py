@@ -90,6 +90,6 @@ def test_after_an_error_the_next_study_has_other_workers():
 def test_an_executor_that_there_is_not_is_told_when_it_is_needed():
     warm = WarmExecutor(partial(make_executor, "abacus"))
 
-    with pytest.raises(ExecutorError, match="'abacus' is no executor"):
+    with pytest.raises(ExecutorError, match="'abacus' is not an executor"):
         used(warm)
     warm.close()

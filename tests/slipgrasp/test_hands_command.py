@@ -93,8 +93,8 @@ def written(folder, *more, tips=TIPS, name="out.toml"):
 def test_a_hand_from_a_file_is_the_one_written_by_hand(folder, capsys):
     assert imported(folder) == 0
     said = capsys.readouterr().out
-    assert "links that move with none of them: camera, holder, mount_0" in said
-    assert "joined, since they move together: link_0_2 with tip_0; link_1_2 with tip_1" in said
+    assert "they belong to no finger: camera, holder, mount_0" in said
+    assert "merged, since they move together: link_0_2 with tip_0; link_1_2 with tip_1" in said
     made, wanted = load_scenario(folder / "out.toml"), trifinger()
     for ours, theirs in zip(made.fingers, wanted.fingers, strict=True):
         assert (ours.face, ours.friction, ours.kind) == (theirs.face, theirs.friction, "chain")
@@ -114,8 +114,8 @@ def test_what_cannot_be_imported_is_refused_in_one_sentence(folder, capsys):
     for more, tips, words in (
         ((), ("tip_0",), "1 fingertips for a scenario of 3 fingers"),
         ((), ("tip_9", "tip_1", "tip_2"), "there is no link 'tip_9'; did you mean"),
-        (("--lock", "q_0_0=0.1"), ("tip_0", "tip_1", "tip_2"), "2 of the 2 joints of 'tip_0' move"),
-        (("--couple", "q_0_0=q_1_0,1"), TIPS, "2 of the 3 joints of 'tip_0' move by themselves"),
+        (("--lock", "q_0_0=0.1"), ("tip_0", "tip_1", "tip_2"), "2 of the 2 joints of 'tip_0' are"),
+        (("--couple", "q_0_0=q_1_0,1"), TIPS, "2 of the 3 joints of 'tip_0' are independent"),
         (("--couple", "q_0_0=q_0_0,1"), TIPS, "joint 'q_0_0' follows itself"),
         (("--couple", "q_0_0=elbow,1"), TIPS, "there is no joint 'elbow'"),
         (("--couple", "q_0_0=q_0_1"), TIPS, "give JOINT=LEADER,RATIO"),
@@ -182,7 +182,7 @@ def test_a_hand_file_that_does_not_fit_is_refused(folder):
     assert written(folder, name="hand.toml", tips=TIPS[:2]) == 0
     text = scenario_to_toml(trifinger())
     for name, words in (
-        ("hand.toml", "it has 2 fingers, the scenario 3"),
+        ("hand.toml", "it has 2 fingers, but the scenario has 3"),
         ("none.toml", "there is no such file"),
         ("../hand.toml", "outside the scenario's folder"),
         ("hand.urdf", "not valid TOML"),
@@ -190,7 +190,7 @@ def test_a_hand_file_that_does_not_fit_is_refused(folder):
         (folder / "grasp.toml").write_text(f'hand = "{name}"\n{text}')
         with pytest.raises(ScenarioError, match=words):
             load_scenario(folder / "grasp.toml")
-    with pytest.raises(ScenarioError, match="looked up only for a scenario file on the disk"):
+    with pytest.raises(ScenarioError, match="allowed only in a scenario file on the disk"):
         scenario_from_mapping({"hand": "hand.toml"} | trifinger().to_mapping())
 
 
@@ -211,7 +211,7 @@ def test_a_fourth_joint_is_locked_or_follows_another_one(folder, capsys):
     (folder / "hand.urdf").write_text(urdf(more + knuckle))
     assert imported(folder, tips=tips) == 2
     said = capsys.readouterr().err
-    assert "4 of the 4 joints of 'end' move by themselves" in said
+    assert "4 of the 4 joints of 'end' are independent" in said
     assert "--lock JOINT=POSITION" in said and "--couple JOINT=LEADER,RATIO" in said
     assert imported(folder, "--lock", "k=0.3", tips=tips) == 0
     locked = load_scenario(folder / "out.toml").fingers[0]

@@ -44,7 +44,7 @@ def test_diff_gives_the_distance_of_each_signal_from_a_run(measured, in_process)
     assert (done.returncode, found["kind"]) == (1, "measured")
     assert found["signals"]["x"]["samples"] == 41
     assert found["signals"]["x"]["rms"] < 1e-6
-    assert "Distance from the measured data" in in_process("diff", "run.mcap", "data.mcap").stdout
+    assert "Deviation from the measured data" in in_process("diff", "run.mcap", "data.mcap").stdout
     assert in_process("diff", "data.mcap", "run.mcap", "--tolerance", "0.1").returncode == 0
     refused = in_process("diff", "run.mcap", "data.mcap", "--figure", "x.svg")
     assert (refused.returncode, "measured data" in refused.stderr) == (2, True)

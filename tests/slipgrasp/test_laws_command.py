@@ -167,7 +167,7 @@ def test_a_study_over_a_law_is_read_and_rebuilt_where_the_law_comes_from_a_file(
     assert open_study("out/study.mcap").study.keys == ("controller.parameters.grip",)
     rebuild = ["rebuild", "out/study.mcap", "1", "--output", "run.mcap"]
     assert main(rebuild) == 2
-    assert "is no control law here" in capsys.readouterr().err
+    assert "is not a known control law" in capsys.readouterr().err
     assert main([*rebuild, "--law", "law.py:Carry"]) == 0
 
 
@@ -176,7 +176,7 @@ def test_a_study_over_a_law_is_read_and_rebuilt_where_the_law_comes_from_a_file(
     [
         ("nowhere.py:Carry", "cannot be read"),
         ("law.py:Nothing", "has no class 'Nothing'; laws in it: Carry, Broken"),
-        ("law.py", "which class? Give it as law.py:Name"),
+        ("law.py", "add the class: law.py:Name"),
         ("no-such-law", "laws: adaptive-mass, adaptive-friction, theorem-3"),
     ],
 )

@@ -133,7 +133,7 @@ BAD_INPUT = {
     "object.mass=heavy": "object.mass is 'heavy'",
     "object.mas=1": "did you mean 'object.mass'?",
     "controller.kind=theorem-5": "theorem-3, theorem-4",
-    "estimates.0.parameter=fingers.0.link_masses.0": "cannot be unknown at once",
+    "estimates.0.parameter=fingers.0.link_masses.0": "cannot be estimated together",
     "fingers.0.friction=none": "fingers.0.friction",
     "simulation.duration": "--set needs KEY=VALUE",
 }
@@ -325,5 +325,5 @@ def test_a_law_that_does_not_exist_exits_with_2_and_lists_those_that_do(in_proce
 
     assert done.returncode == 2
     assert done.stderr.count("\n") == 1
-    assert "'nonsense' is no control law" in done.stderr
+    assert "'nonsense' is not a control law" in done.stderr
     assert all(kind in done.stderr for kind in CONTROL_LAWS)

@@ -144,5 +144,5 @@ def test_an_executor_that_there_is_not_is_refused(slipgrasp):
 
     assert done.returncode == 2
     assert done.stdout == ""
-    assert "'abacus' is no executor" in done.stderr
+    assert "'abacus' is not an executor" in done.stderr
     assert done.stderr.count("\n") == 1

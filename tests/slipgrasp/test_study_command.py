@@ -145,7 +145,10 @@ def test_a_bad_study_is_refused_in_one_line_before_anything_is_simulated(study, 
 @pytest.mark.parametrize(
     ("arguments", "finding"),
     [
-        (["--executor", "threads"], "'threads' is no executor; choose one of processes, inline"),
+        (
+            ["--executor", "threads"],
+            "'threads' is not an executor; choose one of processes, inline",
+        ),
         (["--output", "grid.toml"], "is a file; give a folder"),
     ],
 )
@@ -163,7 +166,7 @@ def test_a_wrong_number_of_workers_is_refused(study, command, workers):
 def test_what_is_in_the_folder_is_replaced_only_on_request(study, command):
     command(*inline(study, "--output", "done"))
     refused = command(*inline(study, "--output", "done"), status=2)
-    assert "study.mcap' already exists; it is replaced only on request (--force)" in refused.err
+    assert "study.mcap' already exists; --force replaces it" in refused.err
 
     study.write_text(study.read_text().replace("max = 0.4", "max = 0.5"))
     assert "(--force)" in command(*inline(study, "--output", "done"), status=2).err

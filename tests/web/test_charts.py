@@ -57,9 +57,9 @@ def test_the_band_of_a_finger_is_its_friction_margin(case_2: RunResult) -> None:
 def test_estimates_are_charted_by_unit_beside_the_truth(case_2: RunResult) -> None:
     charts = charts_of(case_2)["Estimates"]
     assert [chart.title for chart in charts] == [
-        "Friction estimates against the truth",
-        "Mass estimates against the truth",
-        "Inertia estimates against the truth",
+        "Friction estimates and true values",
+        "Mass estimates and true values",
+        "Inertia estimates and true values",
     ]
     mass = charts[1]
     assert [line.label for line in mass.lines] == ["object mass", "true"]

@@ -127,7 +127,7 @@ def test_identical_runs_and_those_in_which_the_same_happened_are_told_apart(
     assert "Identical" in findings_html(compare(case_1, case_1), FINGERS)
     renamed = replace(case_1, scenario=replace(case_1.scenario, title="other"))
     html = findings_html(compare(case_1, renamed), FINGERS)
-    assert "The same happened" in html
+    assert "Equal" in html
     assert rows_of(html)["title"] == ["The paper's case I: masses unknown, the…", "other"]
 
 
@@ -176,7 +176,7 @@ def test_the_panel_offers_the_newest_runs_and_shows_which_are_compared(
     panel.update(view)
     assert (panel.a.value, panel.b.value) == (ON_SCREEN, NONE)
     assert len(panel.b.options) == 1 + len(stored)
-    assert "See two runs over each other" in panel.findings.content
+    assert "Compare two runs" in panel.findings.content
     view = show_replay(view, open_replay(store, stored[0].id))
     view = with_ghost(view, open_replay(store, stored[1].id), -1)
     panel.update(view)
@@ -220,5 +220,5 @@ def test_what_differs_before_the_cause_is_called_integration_error() -> None:
 
     html = findings_html(compare(simulate(calm), simulate(pushed)), FINGERS)
 
-    assert "are integration error." in html and "They part at" in html
+    assert "are integration error." in html and "They first differ at" in html
     assert "Put the play head at 500 ms" in html

@@ -58,7 +58,7 @@ def test_what_is_done_before_the_session_is_known_is_not_lost(page: Page) -> Non
 def test_space_plays_after_a_click_and_presses_the_button_that_the_keyboard_has_reached(
     page: Page,
 ) -> None:
-    pushes = page.get_by_role("button", name="Take this back", exact=True)
+    pushes = page.get_by_role("button", name="Remove this", exact=True)
     push = page.get_by_role("button", name="push", exact=True)
     pause_at(page, 0.08)
     unfold_changes(page)

@@ -164,7 +164,7 @@ def test_a_recording_of_a_law_that_is_not_here_is_shown(
 def test_what_a_law_tells_has_a_chart_with_its_unit_and_sentence(first: Draft) -> None:
     result = simulate(with_law(first, "squeeze", None).scenario())
     (chart,) = diagnostic_charts(result)
-    assert (chart.unit, chart.about) == ("N", "Normal force that is asked for.")
+    assert (chart.unit, chart.about) == ("N", "Commanded normal force.")
     np.testing.assert_array_equal(chart.lines[0].values, result.trace.diagnostics[:, 0])
 
 
@@ -197,7 +197,7 @@ def test_a_law_that_the_server_was_started_with_has_controls_signals_and_branche
     page.get_by_role("tab", name="Estimates", exact=True).click()
     head = page.locator("[data-sg-chart=law-grip]")
     value = head.locator("[data-sg-value]")
-    expect(head).to_contain_text("Grip, as the law reports it [N]")
+    expect(head).to_contain_text("Grip, as reported by the law [N]")
     expect(value).to_have_text("30.00")
     pause_at(page, 0.2)
     overwrite(number_field(page, "grip [N]"), "75")

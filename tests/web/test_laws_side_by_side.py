@@ -197,7 +197,7 @@ def test_laws_on_a_scenario_without_unknowns_are_said_to_compare_nothing_of_adap
     scenario = replace(load_scenario("paper-case-2"), estimates=())
     told = known_words(choose_law(scenario, "pd-gravity").scenario)
     assert told.startswith("The controller was given the true friction and mass")
-    assert told.endswith("This comparison compares nothing of adaptation.")
+    assert told.endswith("This comparison compares no adaptation.")
     assert "nothing of adaptation" not in known_words(load_scenario("paper-case-2"))
 
 

@@ -97,7 +97,7 @@ def test_beyond_the_bound_the_sentence_says_how_much_is_taken_and_what_helps(sto
     with pytest.raises(MemoryHeldError) as refused:
         recordings.open(ids[1])
     assert re.fullmatch(
-        r"no memory for it now: it takes \d+ MB, and what pages show takes \d+ of \d+ MB; close "
+        r"no memory available: it needs \d+ MB, and open pages use \d+ of \d+ MB; close "
         r"another page, end a comparison or choose a short run, and open it again",
         str(refused.value),
     )
@@ -154,7 +154,7 @@ def test_a_worker_tells_its_page_and_keeps_no_run_itself(store, ids) -> None:
     worker.open(2, ids[1])
     refused = answers.get(timeout=PATIENCE)
     assert isinstance(refused, RecordingUnreadable)
-    assert "no memory for it now" in refused.message
+    assert "no memory available" in refused.message
     worker.open(3, ids[1], (first.replay,))
     second = answers.get(timeout=PATIENCE)
     assert isinstance(second, RecordingOpened)

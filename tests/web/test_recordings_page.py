@@ -91,14 +91,14 @@ def test_a_run_is_found_opened_renamed_and_deleted_and_others_deletions_are_told
     expect(question).to_have_count(0)
     page.get_by_role("button", name="Delete …").click()
     question.get_by_role("button", name="Delete", exact=True).click()
-    page.get_by_text("No stored run is like this.").wait_for()
+    page.get_by_text("No stored run matches.").wait_for()
     assert kept.id not in {run.id for run in store.list()}
     number_field(page, "find").fill("")
     row(page, "Q = 1").get_by_role("button").first.click()
     page.get_by_text("Chosen run").wait_for()
     other = next(run for run in store.list() if run.name == "Q = 1")
     store.delete(other.id)
-    page.get_by_text(f"Run {other.id} is not stored any more.").wait_for()
+    page.get_by_text(f"Run {other.id} is no longer stored.").wait_for()
     expect(page.locator(".sg-row")).to_have_count(0)
 
 
@@ -146,5 +146,5 @@ def test_two_runs_are_compared_over_each_other_and_swapped(page: Page) -> None:
     assert compared.locator(".sg-run b").all_inner_texts() == ["Q = 1", "Q = 20"]
     wait_until(lambda: page.locator(".sg-outdated").count() == 0, "the comparison is not made")
     compared.get_by_role("button", name="End").click()
-    compared.get_by_text("See two runs over each other").wait_for()
+    compared.get_by_text("Compare two runs").wait_for()
     expect(page.locator(".sg-ghost-lane")).to_have_count(0)

@@ -56,7 +56,7 @@ def test_the_list_marks_what_is_chosen_and_what_is_on_the_screen(
     assert "1 to 2 of 2 stored runs" in html
     assert "list-recordings" not in html
     middle = rows_html(RunList(1, 25, runs, RunFilter("q")), "")
-    assert "13 to 14 of 25 runs like this" in middle
+    assert "13 to 14 of 25 matching runs" in middle
     assert middle.count("list-recordings") == 2
 
 

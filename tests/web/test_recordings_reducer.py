@@ -113,7 +113,7 @@ def test_a_run_that_someone_else_deletes_is_told_of_and_no_longer_chosen(
     sitting.hear(RecordingsListed)
     assert (sitting.run_list.chosen, sitting.run_list.count) == (None, ROWS_PER_PAGE + 1)
     notice = sitting.run_list.notice
-    assert notice == Notice("Gone", f"run {newest.id} is not stored any more")
+    assert notice == Notice("Gone", f"run {newest.id} is no longer stored")
 
 
 def test_the_reducer_renames_and_deletes_and_says_why_it_did_not(

@@ -108,7 +108,7 @@ def test_a_control_acts_from_the_play_head_on_leaves_a_ghost_and_is_undone(
     expect(page.locator(".sg-listed > summary")).to_contain_text("No changes during the run")
     page.keyboard.press("Control+Shift+z")
     shows(page, MASS, "1.2345")
-    page.get_by_role("button", name="Take this change back").click()
+    page.get_by_role("button", name="Remove this change").click()
     shows(page, MASS, "1")
     wait_until(lambda: abs(slip_at_end(page) - slip_before) < 1e-9, "the first run is not back")
 

@@ -167,7 +167,7 @@ def test_a_slider_of_all_fingers_sets_every_one():
     ("key", "words"),
     [
         ("fingers.0.link_lengths.0", "changes the shape"),
-        ("fingers.0.contact_offset", "cannot be a slider here"),
+        ("fingers.0.contact_offset", "cannot have a slider"),
         ("object.shape", "no parameter with one number"),
         ("object.colour", "no parameter with one number"),
         ("object.mass=3:1", "KEY=LOW:HIGH"),

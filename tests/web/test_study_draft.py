@@ -104,7 +104,7 @@ def test_numbers_of_values_stay_within_bounds_whatever_a_browser_sends() -> None
         (AxisDraft("object.mass", 2.0, 1.0), "object mass has min 2 above max 1"),
         (AxisDraft("object.mass", float("nan"), 1.0), "object mass"),
         (AxisDraft("fingers.*.friction", 0.1, 1.0), "friction of all fingers is chosen twice"),
-        (AxisDraft("fingers.0.friction", 0.1, 1.0), "leave one of them out"),
+        (AxisDraft("fingers.0.friction", 0.1, 1.0), "remove one of them"),
         (AxisDraft("no.such", 0.1, 1.0), "no.such"),
     ],
 )

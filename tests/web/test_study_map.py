@@ -140,7 +140,7 @@ def test_a_large_grid_is_lumped_and_says_so(tmp_path: Path) -> None:
     assert picture.lumped == 3
     assert 0 < len(marks) <= MOST_CELLS
     assert (len(picture.across.borders) - 1) * (len(picture.up.borders) - 1) <= MOST_CELLS
-    assert "A cell stands for 3 × 3 runs" in map_html(picture, None)
+    assert "A cell represents 3 × 3 runs" in map_html(picture, None)
 
 
 def test_a_study_over_one_parameter_has_no_map() -> None:

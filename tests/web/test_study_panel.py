@@ -101,7 +101,7 @@ def test_what_was_unknown_stands_above_the_map(picture: MapPicture) -> None:
     blind = replace(picture.study, base=replace(picture.study.base, estimates=()))
     html = summary_html(Followed(status, 0, replace(picture, study=blind)))
     assert "given the true friction and mass at every instant" in html
-    assert "This study compares nothing of adaptation." in html
+    assert "This study compares no adaptation." in html
 
 
 def test_a_plan_stands_in_its_inputs_with_units_and_bounds(bench: Bench) -> None:
@@ -219,7 +219,7 @@ def test_studies_are_listed_by_what_they_are_about(bench: Bench) -> None:
 @pytest.mark.parametrize(
     ("state", "behind", "words"),
     [
-        (StudyState.QUEUED, 0, "About to begin."),
+        (StudyState.QUEUED, 0, "About to start."),
         (StudyState.QUEUED, 1, "Waiting behind 1 study."),
         (StudyState.QUEUED, 3, "Waiting behind 3 studies."),
         (StudyState.CANCELLED, 0, "Cancelled after 4 of 9 runs."),

@@ -244,7 +244,7 @@ def test_a_run_that_does_not_come_out_again_is_told_so(
     bench.do(OpenStudyRun(2))
     study = bench.until(lambda study: study.study_run and study.study_run.message)
     assert study.study_run is not None
-    assert "does not come out" in study.study_run.message
+    assert "differs from its result" in study.study_run.message
     assert not study.study_run.run_id
 
 

@@ -1,1 +1,1 @@
-"""What the charts show, and how they are drawn."""
+"""Content and drawing of the charts."""

@@ -1,7 +1,7 @@
-"""What the charts of a run show: lines over time, in the units of their titles.
+"""Content of the charts of a run: lines over time, in the units of their titles.
 
-A colour stands for a finger, and a dashed line for what its solid twin is held against: the
-cone, the truth, or the second joint.
+Colours distinguish fingers, and a dashed line is the reference of its solid counterpart: the cone,
+the true value, or the second joint.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ from slipgrasp.web.model.sampling import Spot
 Values = NDArray[np.float64]
 
 LEAST_LENGTH = 0.01
-"""Smaller slips, speeds and errors look like nothing [mm], [mm/s], [mrad]."""
+"""Smaller slips, speeds and errors look like zero [mm], [mm/s], [mrad]."""
 _SMALL = 0.1
 """Smaller estimates are shown in thousandths of their unit."""
-# Of errors of the attitude: what the sentence says of them; key, label and colour of each.
+# For errors of the attitude: text of the description; key, label and colour of each.
 _TURNS = {
     PLANAR: ("", (("theta", "θ", 2),)),
     SPATIAL: (
-        ": a rotation vector in the axes of the world",
+        ": a rotation vector in world axes",
         (("x", "x", 0), ("y", "y", 1), ("z", "z", 2)),
     ),
 }
@@ -39,14 +39,14 @@ _QUANTITIES = {"1": "Friction", "kg": "Mass", "kg m²": "Inertia"}
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Line:
-    """One line of a chart: its values, one per row of the trace.
+    """A line of a chart, with one value per row of the trace.
 
     Attributes:
         key: Its name within its chart.
-        label: What the legend calls it.
+        label: Label in the legend.
         colour: Its colour.
         values: One per row of the trace, in the unit of the chart.
-        dashed: Whether it is what another line is held against.
+        dashed: Whether it is a reference for another line.
     """
 
     key: str
@@ -62,13 +62,13 @@ class Chart:
 
     Attributes:
         key: Its name among the charts of a run.
-        title: What it shows.
+        title: Title.
         unit: Unit of its values; "1" for pure numbers.
-        about: A sentence that explains it.
+        about: Description in a sentence.
         lines: Its lines.
-        bands: Pairs of lines with a band between them: keys of the upper and the lower one.
-        least: Values from -least to +least are shown at least, so that rounding looks like
-            nothing; 0 if any values will do.
+        bands: Pairs of lines with a band between them: keys of the upper and the lower line.
+        least: The vertical range includes at least -least to +least, so that rounding errors look
+            like zero; 0 for no minimum.
     """
 
     key: str
@@ -80,7 +80,7 @@ class Chart:
     least: float = 0.0
 
     def values_at(self, spot: Spot) -> list[float]:
-        """What each line shows at a place between two rows of the trace."""
+        """Value of each line at a position between two rows of the trace."""
         return [float(spot.read(line.values)) for line in self.lines]
 
 
@@ -96,7 +96,7 @@ def contact_charts(result: RunResult) -> tuple[Chart, ...]:
         *slips(trace, names),
         Chart(
             "forces",
-            f"Tangential force |{symbol}| against its limit μFₙ",
+            f"Tangential force |{symbol}| and its limit μFₙ",
             "N",
             "The band between a force and its limit is the margin; where it closes, the tip slips.",
             (*forces, *cones),
@@ -107,7 +107,7 @@ def contact_charts(result: RunResult) -> tuple[Chart, ...]:
 
 
 def _spin_charts(result: RunResult) -> tuple[Chart, ...]:
-    """How far soft fingertips have turned, and their moments against what is left for them."""
+    """Rotation of soft fingertips, and their moments with their limits."""
     trace, names = result.trace, result.scenario.finger_names
     limits = 1e3 * moment_limits(result)
     moments = 1e3 * np.abs(trace.torsional_moment)
@@ -116,13 +116,13 @@ def _spin_charts(result: RunResult) -> tuple[Chart, ...]:
             "spin",
             "Spin",
             "mrad",
-            "How far each soft fingertip has turned on its face, about the normal into the object.",
+            "Rotation of each soft fingertip on its face, about the inward normal.",
             tuple(_per_finger("spin", names, 1e3 * trace.spin)),
             least=LEAST_LENGTH,
         ),
         Chart(
             "moments",
-            "Torsional moment |F_τ| against what its tangential force leaves for it",
+            "Torsional moment |F_τ| and its limit at the present tangential force",
             "mN m",
             "The band between a moment and its limit is the margin; where it closes, the fingertip "
             "turns and slides at once.",
@@ -136,7 +136,7 @@ def _spin_charts(result: RunResult) -> tuple[Chart, ...]:
 
 
 def moment_limits(result: RunResult) -> Values:
-    """Largest moment of every contact beside its tangential force, ``(rows, contacts)`` [N m]."""
+    """Largest moment of every contact at its tangential force, ``(rows, contacts)`` [N m]."""
     trace = result.trace
     limit = trace.friction_coefficient * trace.normal_force
     rest = np.maximum(limit**2 - trace.tangential_size**2, 0.0)
@@ -144,12 +144,12 @@ def moment_limits(result: RunResult) -> Values:
 
 
 def eccentricities(result: RunResult) -> Values:
-    """Largest moment over largest tangential force of every contact, ``(contacts,)`` [m]."""
+    """Ratio of largest moment to largest tangential force of every contact, ``(contacts,)`` [m]."""
     return np.array([getattr(f, "eccentricity", 0.0) for f in result.scenario.fingers])
 
 
 def tangential_symbol(trace: Trace) -> str:
-    """What the tangential force is called: its one part, or its size."""
+    """Symbol of the tangential force: its only component, or its magnitude."""
     return "F" + {"x": "ₓ", "t": "ₜ"}[trace.shape.space.force_index]
 
 
@@ -159,7 +159,7 @@ def _planar_slips(trace: Trace, names: Sequence[str]) -> tuple[Chart, ...]:
             "slip",
             "Slip",
             "mm",
-            "How far each fingertip has slid along its face. Flat means that it sticks.",
+            "Slip of each fingertip along its face. It is constant while the fingertip sticks.",
             tuple(_per_finger("slip", names, 1e3 * trace.slip)),
             least=LEAST_LENGTH,
         ),
@@ -167,7 +167,7 @@ def _planar_slips(trace: Trace, names: Sequence[str]) -> tuple[Chart, ...]:
             "slip-velocity",
             "Slip velocity",
             "mm/s",
-            "How fast each fingertip slides along its face; exactly zero while it sticks.",
+            "Speed of each fingertip along its face; exactly zero while it sticks.",
             tuple(_per_finger("velocity", names, 1e3 * trace.slip_velocity)),
             least=LEAST_LENGTH,
         ),
@@ -175,7 +175,7 @@ def _planar_slips(trace: Trace, names: Sequence[str]) -> tuple[Chart, ...]:
 
 
 def _spatial_slips(trace: Trace, names: Sequence[str]) -> tuple[Chart, ...]:
-    """Both slips of every contact, and the speed of their way."""
+    """Both slips of every contact, and the speed."""
     slip = 1e3 * trace.slip.reshape(len(trace), -1, 2)
     speed = 1e3 * np.linalg.norm(trace.slip_velocity.reshape(len(trace), -1, 2), axis=2)
     both = [
@@ -190,8 +190,8 @@ def _spatial_slips(trace: Trace, names: Sequence[str]) -> tuple[Chart, ...]:
             "slip",
             "Slip along both tangents",
             "mm",
-            "How far each fingertip has slid on its face: x, towards the object's z axis, solid, "
-            "and y across it dashed. Flat means that it sticks.",
+            "Slip of each fingertip on its face: x, towards the object's z axis, is solid, and y, "
+            "across it, is dashed. Both are constant while the fingertip sticks.",
             tuple(both),
             least=LEAST_LENGTH,
         ),
@@ -199,7 +199,7 @@ def _spatial_slips(trace: Trace, names: Sequence[str]) -> tuple[Chart, ...]:
             "slip-velocity",
             "Slip speed",
             "mm/s",
-            "How fast each fingertip slides on its face; exactly zero while it sticks.",
+            "Speed of each fingertip on its face; exactly zero while it sticks.",
             tuple(_per_finger("velocity", names, speed)),
             least=LEAST_LENGTH,
         ),
@@ -207,7 +207,7 @@ def _spatial_slips(trace: Trace, names: Sequence[str]) -> tuple[Chart, ...]:
 
 
 def tracking_charts(result: RunResult) -> tuple[Chart, ...]:
-    """Errors of the object's pose, and what the joints do about them."""
+    """Errors of the object's pose, and the joint torques."""
     trace = result.trace
     space, count = trace.shape.space, trace.shape.space.num_positions
     errors = 1e3 * trace.tracking_error
@@ -217,7 +217,7 @@ def tracking_charts(result: RunResult) -> tuple[Chart, ...]:
             "position-error",
             "Position error, desired − actual",
             "mm",
-            "How far the object's centre is from where it should be.",
+            "Distance of the object's centre from its desired position.",
             tuple(_axes(space.positions, errors[:, :count])),
             least=LEAST_LENGTH,
         ),
@@ -225,7 +225,7 @@ def tracking_charts(result: RunResult) -> tuple[Chart, ...]:
             "turn-error",
             "Orientation error, desired − actual",
             "mrad",
-            f"How far the object is turned away from how it should stand{about_turns}.",
+            f"Rotation of the object from its desired attitude{about_turns}.",
             tuple(
                 Line(key, label, FINGERS[colour], errors[:, count + k])
                 for k, (key, label, colour) in enumerate(turns)
@@ -237,7 +237,7 @@ def tracking_charts(result: RunResult) -> tuple[Chart, ...]:
 
 
 def _joint_charts(result: RunResult) -> Iterator[Chart]:
-    """What drives the joints: torques of those that turn, forces of those that slide."""
+    """Torques of revolute joints, and forces of slides."""
     trace, names = result.trace, result.scenario.finger_names
     slides, joints_per_finger = result.trace.shape.slides, trace.shape.joints_per_finger
     others = "second" if joints_per_finger == 2 else "others"
@@ -257,8 +257,8 @@ def _joint_charts(result: RunResult) -> Iterator[Chart]:
                 key,
                 title,
                 unit,
-                f"What the controller commands: the first {joint} of a finger solid, "
-                f"the {others} dashed.",
+                f"Commands of the controller: the first {joint} of a finger is solid, "
+                f"the {others} are dashed.",
                 tuple(lines),
             )
 
@@ -269,7 +269,7 @@ def _axes(names: Sequence[str], values: Values) -> Iterator[Line]:
 
 
 def estimate_charts(result: RunResult) -> tuple[Chart, ...]:
-    """One chart per unit, estimates solid and the truth dashed."""
+    """One chart per unit, with solid estimates and dashed true values."""
     trace, names = result.trace, result.scenario.finger_names
     definitions = parameter_definitions(result.scenario)
     unknowns = trace.shape.unknowns
@@ -285,7 +285,7 @@ def estimate_charts(result: RunResult) -> tuple[Chart, ...]:
         scale, prefix = (1e3, "10⁻³ ") if is_small else (1.0, "")
         return Chart(
             f"estimates-{_QUANTITIES.get(unit, unit).lower()}",
-            f"{_QUANTITIES.get(unit, 'Parameter')} estimates against the truth",
+            f"{_QUANTITIES.get(unit, 'Parameter')} estimates and true values",
             f"{prefix}{unit_words(unit).strip(' []')}".rstrip() or "1",
             "Estimates, solid, and true values, dashed.",
             (
@@ -308,7 +308,7 @@ def diagnostic_charts(result: RunResult) -> tuple[Chart, ...]:
     return tuple(
         Chart(
             f"law-{each.name.replace('_', '-')}",
-            f"{key_words(each.name, ()).capitalize()}, as the law reports it",
+            f"{key_words(each.name, ()).capitalize()}, as reported by the law",
             each.unit,
             each.text,
             (Line("value", each.name, FINGERS[k % len(FINGERS)], result.trace.diagnostics[:, k]),),
@@ -318,7 +318,7 @@ def diagnostic_charts(result: RunResult) -> tuple[Chart, ...]:
 
 
 def energy_charts(result: RunResult) -> tuple[Chart, ...]:
-    """The Lyapunov value with its rate, and where the energy went."""
+    """The Lyapunov value with its rate, and the energy balance."""
     trace = result.trace
     potential = trace.potential_energy - trace.potential_energy[0]
     ledger = (
@@ -333,22 +333,22 @@ def energy_charts(result: RunResult) -> tuple[Chart, ...]:
             "lyapunov",
             "Lyapunov value V",
             "1",
-            "One number for all errors together, of pose, slip and estimates; it should fall.",
+            "A single measure of all errors of pose, slip and estimates; it should decrease.",
             (Line("value", "V", FINGERS[1], value),),
         ),
         Chart(
             "lyapunov-rate",
-            "Its rate dV/dt",
+            "Rate of the Lyapunov value, dV/dt",
             "1/s",
-            "How fast the Lyapunov value changes, from row to row; below zero the errors shrink.",
+            "Rate of change of the Lyapunov value between rows; below zero the errors decrease.",
             (Line("rate", "dV/dt", FINGERS[1], rate_of_change(trace.times, value)),),
         ),
         Chart(
             "energy",
             "Energy ledger",
             "J",
-            "Kinetic and potential energy since the start are what was supplied less what friction "
-            "took; the error is what the ledger misses.",
+            "The change of kinetic and potential energy equals the supplied energy minus the "
+            "friction losses; the error is the difference.",
             (
                 *(Line(*entry) for entry in ledger),
                 Line("error", "error", MUTED, trace.energy_residual, dashed=True),
@@ -363,7 +363,7 @@ CHART_TABS: dict[str, Callable[[RunResult], tuple[Chart, ...]]] = {
     "Estimates": charts_of_estimates,
     "Energy": energy_charts,
 }
-"""The charts of a run by the tab that they stand under."""
+"""The charts of a run by tab."""
 
 
 def charts_of(result: RunResult) -> dict[str, tuple[Chart, ...]]:
@@ -374,16 +374,15 @@ def charts_of(result: RunResult) -> dict[str, tuple[Chart, ...]]:
 def rate_of_change(times: Values, values: Values) -> Values:
     """The first derivative of a signal, at each of its rows.
 
-    The slopes to the rows before and after, of which the nearer one counts more, as for a
-    parabola through all three. Two rows at one time are the sides of an event, over which
-    no slope is taken.
+    The slopes to the previous and next row are weighted by proximity, as for a parabola through all
+    three points. Two rows at one time are the sides of an event, across which no slope is computed.
 
     Args:
         times: Times of the rows, shape ``(rows,)`` [s].
         values: Values of the rows, shape ``(rows,)``.
 
     Returns:
-        Shape ``(rows,)``, per second; 0 at a row that has no neighbour at another time.
+        Shape ``(rows,)``, per second; 0 at a row without a neighbour at another time.
     """
     steps = np.diff(times)
     slopes = np.divide(np.diff(values), steps, out=np.zeros_like(steps), where=steps > 0.0)

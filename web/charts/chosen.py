@@ -1,4 +1,4 @@
-"""Charts of signals that the user chose, out of all that a run records."""
+"""Charts of signals selected by the user."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ _SENTENCES = {signal.name: signal.text for signal in SIGNALS}
 
 
 def choosable(trace: Trace) -> dict[str, Column]:
-    """Every column of a trace but the time, by its name as in tables."""
+    """Every column of a trace except the time, by its name in tables."""
     return {column.name: column for column in columns_of(trace)[1:]}
 
 
 def chosen_charts(result: RunResult, names: Sequence[str]) -> tuple[Chart, ...]:
-    """One chart per unit of the signals that were chosen, in SI units.
+    """One chart per unit of the selected signals, in SI units.
 
     Args:
         result: The run.
-        names: Names of columns; those that the run does not have are left out.
+        names: Names of columns; unknown ones are ignored.
     """
     known = choosable(result.trace)
     columns = [known[name] for name in names if name in known]
@@ -40,7 +40,7 @@ def chosen_charts(result: RunResult, names: Sequence[str]) -> tuple[Chart, ...]:
             f"signals-{unit or 'phases'}",
             "Chosen signals",
             unit or "1",
-            "Signals of the recording by their names in tables, in SI units.",
+            "Signals of the recording with their names in tables, in SI units.",
             tuple(_lines([column for column in columns if column.unit == unit])),
         )
         for unit in units
@@ -54,16 +54,16 @@ def _lines(columns: Sequence[Column]) -> Iterator[Line]:
 
 
 def against_html(trace: Trace, charts_view: ChartsView) -> str:
-    """A field for what the chosen signals are drawn against.
+    """A field that selects the signal of the horizontal axis.
 
     Args:
-        trace: Whose signals can be chosen.
-        charts_view: Which of them are.
+        trace: Trace with the signals.
+        charts_view: Selected signals.
     """
     if not charts_view.chosen:
         return (
-            f"<div class='sg-cursors'>Signals that you choose under {CHOSEN_TAB} can be drawn here "
-            "against any other.</div>"
+            f"<div class='sg-cursors'>Signals selected under {CHOSEN_TAB} can be plotted here "
+            "against any other signal.</div>"
         )
     options = "".join(
         f"<option value='{escape(name)}'{' selected' if name == charts_view.across else ''}>"
@@ -78,11 +78,11 @@ def against_html(trace: Trace, charts_view: ChartsView) -> str:
 
 
 def search_html(trace: Trace, chosen: Sequence[str]) -> str:
-    """A field that finds a signal by its name, and what was chosen with a way to drop it.
+    """A field that searches signals by name, and the selected ones with buttons to remove them.
 
     Args:
-        trace: Whose signals can be chosen.
-        chosen: Names of the chosen ones.
+        trace: Trace with the signals.
+        chosen: Names of the selected signals.
     """
     options = "".join(
         f"<option value='{escape(column.name)}'>"
@@ -91,7 +91,7 @@ def search_html(trace: Trace, chosen: Sequence[str]) -> str:
         if column.name not in chosen
     )
     chips = "".join(
-        f"<button type='button' class='sg-chip' title='Takes this signal out of the charts' "
+        f"<button type='button' class='sg-chip' title='Removes this signal from the charts' "
         f"{click_attribute(ToggleSignal(name))}>{escape(name)} ✕</button>"
         for name in chosen
     )

@@ -1,4 +1,4 @@
-"""The columns of a chart: which rows of a run are drawn, and another run beside them."""
+"""Columns of a chart: drawn rows of a run, and of a ghost."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ _GHOST_BUCKETS = 80
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Drawing:
-    """A chart with the time range of its run that is drawn.
+    """A chart with the drawn time range of its run.
 
     Attributes:
         trace: The run.
-        chart: Its lines; only those that are drawn.
-        window: What the chart shows.
-        rows: The rows of the trace that are drawn.
+        chart: The drawn lines.
+        window: Time range of the chart.
+        rows: The drawn rows of the trace.
     """
 
     trace: Trace
@@ -42,15 +42,15 @@ class Drawing:
     def of(
         cls, trace: Trace, chart: Chart, window: TimeWindow, *, is_ghost: bool = False
     ) -> Drawing:
-        """Chooses the rows; a ghost is drawn more coarsely."""
+        """Selects the rows; a ghost is drawn more coarsely."""
         buckets = _GHOST_BUCKETS if is_ghost else _BUCKETS
         return cls(trace, chart, window, rows_to_draw(trace, window, chart.lines, buckets))
 
     def columns(self, ghost: Drawing | None = None) -> tuple[Values, ...]:
         """Time, slipping (0 or 1), the lines, and the lines of a ghost, of equal length.
 
-        The first and the last point lie exactly on the ends of the window. Beyond its own
-        span a ghost is not a number.
+        The first and the last point are exactly at the ends of the window. Outside its time range a
+        ghost is NaN.
 
         Args:
             ghost: This chart of another run, in this window.
@@ -61,7 +61,7 @@ class Drawing:
             return (times, *_columns_of(values))
         other = _table(ghost.trace, ghost.chart)
         ghost_times, ghost_values = ghost._cut(other)
-        # Rows of equal times are the sides of an event: the ghost's rows come after ours.
+        # Rows at equal times are the sides of an event: the ghost's rows follow ours.
         joined = np.concatenate([times, ghost_times])
         order = np.argsort(joined, kind="stable")
         mine, its = rows_from_start(self.trace), rows_from_start(ghost.trace)
@@ -71,7 +71,7 @@ class Drawing:
         return (joined[order], *solid, *pale[1:])
 
     def _cut(self, values: Values) -> tuple[Values, Values]:
-        """Times and values, from one end of the window to the other as far as the run goes."""
+        """Times and values, from one end of the window to the other, or to the end of the run."""
         times = self.trace.times
         inside = self.rows[rows_inside(times[self.rows], self.window)]
         before, after = locate(times, self.window.start), locate(times, self.window.end)
@@ -83,7 +83,7 @@ class Drawing:
 
 
 def event_rows(trace: Trace) -> Rows:
-    """Rows on either side of an event: two rows that share one time."""
+    """Rows on either side of an event, with equal times."""
     first = np.flatnonzero(np.diff(trace.times) == 0.0)
     return np.unique(np.concatenate([first, first + 1]))
 
@@ -94,24 +94,26 @@ def is_slipping(trace: Trace) -> NDArray[np.bool_]:
 
 
 def rows_inside(times: Values, window: TimeWindow) -> NDArray[np.bool_]:
-    """Which of some times are in a window, its ends included."""
+    """Which times are in a window, including its ends."""
     return (times >= window.start) & (times <= window.end)
 
 
 def rows_to_draw(
     trace: Trace, window: TimeWindow, lines: Sequence[Line], buckets: int = _BUCKETS
 ) -> Rows:
-    """The rows of a window that a chart needs: all of them while they are few.
+    """The rows of a window that a chart needs: all of them if there are few.
 
-    Where there are more than a chart can show, each bucket of rows keeps the lowest and
-    the highest value of every line, and every row at an event stays: but for a run that
-    chatters, whose thousands of events no chart can resolve.
+    Otherwise, each bucket of rows retains the minimum and maximum of every line, and all rows at
+    events are retained, except for a run that chatters, whose thousands of events cannot be
+    resolved.
 
     Args:
         trace: The run.
-        window: What the chart shows; one row beyond either end is kept, so that lines reach it.
+        window: Time range of the chart; one row beyond each end is included, so that lines reach
+            it.
         lines: The lines of the chart.
-        buckets: How many buckets there may be; up to four times as many rows are drawn as is.
+        buckets: Largest number of buckets; up to four times as many rows are drawn without
+            reduction.
     """
     start = int(np.searchsorted(trace.times, window.start, side="left")) - 1
     start = max(start, rows_from_start(trace).start)
@@ -134,17 +136,16 @@ def rows_to_draw(
 
 
 def read_rows(times: Values, values: Values, at: Values, side: Literal["left", "right"]) -> Values:
-    """What signals hold at some times, on the straight lines between their rows.
+    """Values of signals at given times, by linear interpolation between rows.
 
     Args:
         times: Times of their rows, shape ``(rows,)`` [s].
         values: Their values, shape ``(rows, signals)``.
-        at: Where to read them, shape ``(n,)`` [s].
-        side: Which side of an event counts at its very time: ``left`` is the one before it,
-            ``right`` the one after it.
+        at: Times of evaluation, shape ``(n,)`` [s].
+        side: Side of an event that counts at its time: ``left`` is before it, ``right`` after it.
 
     Returns:
-        Shape ``(n, signals)``; not a number where the signals have not begun, or have ended.
+        Shape ``(n, signals)``; NaN before the start and after the end of the signals.
     """
     following = np.searchsorted(times, at, side=side)
     following = following.clip(1, len(times) - 1)
@@ -164,5 +165,5 @@ def _table(trace: Trace, chart: Chart) -> Values:
 
 
 def _columns_of(values: Values) -> Values:
-    """Each column of a table in one piece, as it is sent."""
+    """The columns of a table as contiguous arrays, for sending."""
     return np.ascontiguousarray(values.T)

@@ -1,4 +1,4 @@
-"""The charts of a run as they are drawn: window, hidden lines, and another run pale beside it."""
+"""The drawn charts of a run: window, hidden lines, and a ghost."""
 
 from __future__ import annotations
 
@@ -21,21 +21,21 @@ from slipgrasp.web.model.charts_view import PLAIN, ChartsView
 from slipgrasp.web.model.playback import TimeWindow
 
 _LEAST_SPREAD = 1e-3
-"""Lines that differ by less, as a part of the largest value, have one label at every tick."""
+"""Relative difference of lines below which all ticks would have the same label."""
 _COINCIDE = 0.004
-"""Lines hide each other where they are nowhere farther apart, as a part of the largest value."""
+"""Relative difference of lines below which they hide each other."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ChartedRun:
-    """A run with its charts by tab, and what was chosen for some of them.
+    """A run with its charts by tab, and the selected signals.
 
     Attributes:
         trace: The run.
         tabs: Its charts over time, by tab.
         xy: Its charts of one quantity against another.
-        chosen: Names of the signals that have charts of the user's choice.
-        across: Name of the signal that these are drawn against, too.
+        chosen: Names of the selected signals.
+        across: Name of the signal on their horizontal axis.
     """
 
     trace: Trace
@@ -48,7 +48,7 @@ class ChartedRun:
     def of(
         cls, result: RunResult, known: Sequence[ChartedRun] = (), view: ChartsView = PLAIN
     ) -> ChartedRun:
-        """The run with all its charts; made only as far as it is not among those known."""
+        """The run with all its charts; charts are reused if known."""
         made = next((run for run in known if run.trace is result.trace), None)
         if made is not None and (made.chosen, made.across) == (view.chosen, view.across):
             return made
@@ -62,7 +62,7 @@ class ChartedRun:
         )
 
     def lines(self) -> Iterator[tuple[str, str]]:
-        """Every line that can be hidden: the key of its chart, and its own."""
+        """Every line that can be hidden: key of its chart, and its key."""
         charts = chain(*self.tabs.values(), (xy.chart for xy in self.xy))
         return ((chart.key, line.key) for chart in charts for line in chart.lines)
 
@@ -74,12 +74,12 @@ class ChartedRun:
 
 @dataclass(frozen=True, eq=False)
 class DrawnChart:
-    """One chart as it is drawn.
+    """A drawn chart.
 
     Attributes:
         chart: The chart with all its lines.
-        hidden: Keys of the lines that are not drawn.
-        own: The lines that are drawn.
+        hidden: Keys of the hidden lines.
+        own: The drawn lines.
         ghost: These lines of another run, if there is one.
     """
 
@@ -94,7 +94,7 @@ class DrawnChart:
 
     @cached_property
     def scale(self) -> float:
-        """The largest absolute value that is drawn of the run, at least what the chart shows."""
+        """The largest absolute value of the run in the chart, at least the minimum range."""
         rows = [np.abs(line.values[self.own.rows]) for line in self.own.chart.lines]
         sizes = [float(values.max(initial=0.0)) for values in rows]
         return max([self.chart.least, *(size for size in sizes if np.isfinite(size))])
@@ -103,7 +103,7 @@ class DrawnChart:
     def flat_range(self) -> tuple[float, float] | None:
         """A note for a chart whose lines differ by less than its labels show; None for others.
 
-        Left to itself the page would divide what is but rounding, or fail at it.
+        Without it, the page would divide by rounding errors, or fail.
         """
         drawings = (self.own, self.ghost) if self.ghost else (self.own,)
         values = [line.values[d.rows] for d in drawings for line in d.chart.lines]
@@ -117,7 +117,7 @@ class DrawnChart:
 
     @cached_property
     def upon(self) -> tuple[tuple[int, ...], ...]:
-        """For each line that is drawn, those drawn after it that lie upon it all the way."""
+        """For each drawn line, the later ones that coincide with it."""
         rows = [line.values[self.own.rows] for line in self.own.chart.lines]
         near = _COINCIDE * self.scale
         return tuple(
@@ -129,13 +129,13 @@ class DrawnChart:
 def drawn_charts(
     run: ChartedRun, ghost: ChartedRun | None, window: TimeWindow, charts_view: ChartsView
 ) -> dict[str, list[DrawnChart]]:
-    """Every chart of a run as it is drawn, by tab.
+    """All charts of a run, by tab.
 
     Args:
         run: The run.
-        ghost: Another run, of which the charts that both have are drawn.
+        ghost: Another run, whose corresponding charts are drawn.
         window: The time range.
-        charts_view: Which lines are hidden.
+        charts_view: Hidden lines.
     """
 
     def draw(chart: Chart) -> DrawnChart:
@@ -151,7 +151,7 @@ def drawn_charts(
 
 
 def remarks_on(charts: Sequence[DrawnChart]) -> Iterator[str]:
-    """What some charts leave out, a sentence each; nothing is dropped silently."""
+    """Notes about omitted content, a sentence each."""
     coarse = [chart for chart in charts if not _is_whole(chart.own)]
     if coarse:
         own = min((chart.own for chart in coarse), key=lambda drawing: len(drawing.rows))
@@ -163,7 +163,7 @@ def remarks_on(charts: Sequence[DrawnChart]) -> Iterator[str]:
         )
     upon = [words for chart in charts for words in _words_upon(chart)]
     if upon:
-        yield f"One line on another: {', '.join(upon)}."
+        yield f"Coincident lines: {', '.join(upon)}."
     for chart in charts:
         labels = [line.label for line in chart.chart.lines if line.key in chart.hidden]
         if labels:
@@ -171,9 +171,9 @@ def remarks_on(charts: Sequence[DrawnChart]) -> Iterator[str]:
 
 
 def _words_upon(drawn: DrawnChart) -> Iterator[str]:
-    """Which lines hide others, each once, unless all of them are nothing.
+    """Lines that hide others, each once, unless all are zero.
 
-    Lines of one label, such as true values of several estimates, count as one.
+    Lines with one label, such as true values of several estimates, count as one.
     """
     lines, told = drawn.own.chart.lines, set[int]()
     if drawn.scale > drawn.chart.least:

@@ -1,4 +1,4 @@
-"""All charts of a run as they stand, as one drawing; importing this imports matplotlib."""
+"""All charts of a run as one drawing; imports matplotlib."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ _PER_LEGEND_LINE = 4
 _PLOT = 34.0
 _TICKS = 10.5
 
-# Smaller numbers on an axis are written with exponents.
+# Smaller numbers on an axis are in exponential notation.
 _PLAIN = 1e-3
 _PALE, _BAND, _SLIPPING = 0.4, 0.12, 0.13
 _BROADER = 1.8
@@ -43,13 +43,13 @@ _BROADER = 1.8
 
 @dataclass(frozen=True, slots=True)
 class ChartsHeading:
-    """What the drawing says above the charts, and marks in each of them.
+    """Text above the charts of a drawing, and marks in each of them.
 
     Attributes:
-        title: What the run is.
-        ghost: A label of the ghost; empty without one.
-        time: Where the play head stands [s].
-        changes: When parameters change [s].
+        title: Title of the run.
+        ghost: A label of the ghost; empty if there is none.
+        time: Time of the play head [s].
+        changes: Times of parameter changes [s].
     """
 
     title: str
@@ -59,7 +59,7 @@ class ChartsHeading:
 
 
 def charts_svg(charts: Sequence[DrawnChart], heading: ChartsHeading) -> bytes:
-    """The charts as an SVG file; drawn by the one thread that draws."""
+    """The charts as an SVG file, drawn in the drawing thread."""
     stream = io.BytesIO()
     in_drawing_thread(lambda: save_figure(draw_charts_figure(charts, heading), stream, "svg"))
     return stream.getvalue()
@@ -70,7 +70,7 @@ def draw_charts_figure(charts: Sequence[DrawnChart], heading: ChartsHeading) -> 
 
     Args:
         charts: The charts.
-        heading: What stands above them.
+        heading: Text above them.
 
     Returns:
         The figure; each of its axes is labelled with the key of its chart.
@@ -97,7 +97,7 @@ def _row_height(row: Sequence[DrawnChart]) -> float:
 
 
 def _legend(row: Sequence[DrawnChart]) -> float:
-    """Height of the highest legend of a row [mm]."""
+    """Height of the largest legend of a row [mm]."""
     most = max(len(chart.own.chart.lines) for chart in row)
     return _LEGEND_LINE * -(-most // _PER_LEGEND_LINE)
 
@@ -110,7 +110,7 @@ def _write(
 
 
 def _printed(text: str) -> str:
-    """The text with the letters that the fonts of the figures do not have set as formulas."""
+    """Formats letters that the fonts of the figures lack as formulas."""
     symbols = {"$": r"\$", "Fₓ": "$F_x$", "Fₙ": "$F_n$", "Fₜ": "$F_t$", "10⁻³": "$10^{-3}$"}
     for written, typeset in symbols.items():
         text = text.replace(written, typeset)
@@ -173,7 +173,7 @@ def _area(colour: Rgb, opacity: float) -> dict[str, Any]:
 
 
 def _style(line: Line, covers: int = 0) -> dict[str, Any]:
-    """How a line is drawn; one with others upon it is so broad that it shows on both sides."""
+    """Style of a line; one that is covered by others is wide, so that it remains visible."""
     colour, broader = paint(line.colour), _BROADER * covers
     if line.dashed:
         return {"color": colour, "linewidth": 0.8 + broader, "linestyle": (0, (4.0, 2.0))}

@@ -1,7 +1,7 @@
-"""The words of the charts as HTML: heads with a legend, notes, and what is read at the play head.
+"""Charts as HTML: titles with legends, notes, and values at the play head.
 
-The page's own script moves the play head over the lines and writes the values into the
-legends, so that a run that plays sends some numbers per tab and never the charts again.
+The page's script moves the play head over the lines and writes the values into the legends, so that
+playback sends some numbers per tab instead of the charts.
 """
 
 from __future__ import annotations
@@ -25,14 +25,14 @@ _NOTE = "font-size:0.75em;opacity:0.75;padding:0 1em;line-height:1.3"
 
 
 class Cursors(NamedTuple):
-    """Two times at which charts are read [s]: the play head, and the second cursor or None."""
+    """Times at which charts are read [s]: the play head, and the second cursor or None."""
 
     time: float
     mark: float | None
 
 
 def head_html(chart: Chart, hidden: frozenset[str], *, dark: bool) -> str:
-    """Title with unit, and a legend that hides lines and has space for their values.
+    """Title with unit, and a legend that hides lines and shows their values.
 
     Args:
         chart: The chart.
@@ -54,7 +54,7 @@ def _entry_html(chart: Chart, line: Line, is_hidden: bool, dark: bool) -> str:
         f"<button type='button' class='sg-line'"
         f" {click_attribute(ToggleLine(chart.key, line.key))}"
         f" aria-pressed='{'false' if is_hidden else 'true'}'"
-        f" title='{'Shows' if is_hidden else 'Hides'} this line; its value is that at the play "
+        f" title='{'Shows' if is_hidden else 'Hides'} this line; its value is at the play "
         f"head.'><span style='color:{css(legible(line.colour, dark=dark))}'>{sign}</span> "
         f"<span>{escape(line.label)}</span> <b data-sg-value></b></button> "
     )
@@ -62,14 +62,14 @@ def _entry_html(chart: Chart, line: Line, is_hidden: bool, dark: bool) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Readings:
-    """What is read off the charts of a tab.
+    """Values in the charts of a tab.
 
     Attributes:
-        values: By key of the chart, what each of its lines shows at the play head, in words.
-        changes: When parameters change [s].
-        mark: Where the second cursor stands [s]; None if there is none.
-        spots: By key of an XY chart, where its curves are at the play head [px].
-        marked: Where they are at the second cursor [px].
+        values: Text of each line's value at the play head, by key of the chart.
+        changes: Times of parameter changes [s].
+        mark: Time of the second cursor [s]; None if there is none.
+        spots: Positions on the curves at the play head, by key of an XY chart [px].
+        marked: Positions on the curves at the second cursor [px].
     """
 
     values: Mapping[str, Sequence[str]]
@@ -80,13 +80,13 @@ class Readings:
 
 
 def read_lines(chart: Chart, trace: Trace, cursors: Cursors, scale: float) -> list[str]:
-    """What each line shows at the play head, and how far that is from the second cursor.
+    """Value of each line at the play head, and the difference from the second cursor.
 
     Args:
         chart: The chart.
         trace: The run.
         cursors: The times of both.
-        scale: The largest value of the chart, by which digits are chosen.
+        scale: The largest value of the chart, which determines the digits.
     """
     values = chart.values_at(locate(trace.times, cursors.time))
     if cursors.mark is None:
@@ -108,14 +108,14 @@ def _difference(difference: float, elapsed: float, unit: str, scale: float) -> s
 
 
 def _per_second(unit: str) -> str:
-    """The unit of the slope of a line: ``mm/s²`` for one in ``mm/s``."""
+    """The unit of the slope of a line: ``mm/s²`` for ``mm/s``."""
     if unit == "1":
         return "1/s"
     return f"{unit}²" if unit.endswith("/s") else f"{unit}/s"
 
 
 def cursor_html(cursors: Cursors) -> str:
-    """How far the play head is from the second cursor, or how to set one, in one line."""
+    """Time from the second cursor to the play head, or how to set that cursor."""
     if cursors.mark is None:
         return (
             f"<div class='sg-cursors'>Shift+click, or {keys_of(ToggleMark())}, sets a second "
@@ -124,17 +124,17 @@ def cursor_html(cursors: Cursors) -> str:
     elapsed = digits_of(1e3 * (cursors.time - cursors.mark), 100.0, signed=True)
     return (
         f"<div class='sg-cursors'>From {1e3 * cursors.mark:.6g} ms to the play head "
-        f"<b>Δt {elapsed} ms</b> <button type='button' class='sg-chip' title='Takes the second "
-        f"cursor away' {click_attribute(ToggleMark())}>✕</button></div>"
+        f"<b>Δt {elapsed} ms</b> <button type='button' class='sg-chip' title='Removes the second "
+        f"cursor' {click_attribute(ToggleMark())}>✕</button></div>"
     )
 
 
 def readings_html(read: Readings) -> str:
-    """What the page's script writes into the charts of a tab; nothing that is seen by itself."""
+    """A hidden element with the values for the page's script."""
     readings = asdict(read)
     return f"<div hidden data-sg-readings='{escape(json.dumps(readings))}'></div>"
 
 
 def note_html(sentences: Sequence[str]) -> str:
-    """What must be known of the charts of a tab, in a small note."""
+    """A small note about the charts of a tab."""
     return f"<div style='{_NOTE}'>{escape(' '.join(sentences))}</div>"

@@ -1,4 +1,4 @@
-"""Runs of one scenario with every law, drawn over each other, and a button for each."""
+"""Overlaid runs of one scenario with every law, and a button for each law."""
 
 from __future__ import annotations
 
@@ -43,9 +43,9 @@ _CHARTS: tuple[tuple[Chart, Callable[[Trace], Values]], ...] = (
     (
         Chart(
             "laws-slip",
-            "Way slid, of the fingertip that slid farthest",
+            "Travelled distance of the fingertip that slid farthest",
             "mm",
-            "How far a fingertip has slid on its face so far.",
+            "Distance that a fingertip has slid on its face so far.",
             (),
             least=LEAST_LENGTH,
         ),
@@ -54,9 +54,9 @@ _CHARTS: tuple[tuple[Chart, Callable[[Trace], Values]], ...] = (
     (
         Chart(
             "laws-offset",
-            "Distance of the object from where it is wanted",
+            "Distance of the object from its desired position",
             "mm",
-            "How far the object's centre is from where it should be.",
+            "Distance of the object's centre from its desired position.",
             (),
             least=LEAST_LENGTH,
         ),
@@ -67,7 +67,7 @@ _CHARTS: tuple[tuple[Chart, Callable[[Trace], Values]], ...] = (
             "laws-force",
             "Normal force, of the fingertip that presses hardest",
             "N",
-            "What the grip costs, and what a fragile object would feel.",
+            "Effort of the grip, and load on a fragile object.",
             (),
         ),
         _hardest_press,
@@ -76,7 +76,7 @@ _CHARTS: tuple[tuple[Chart, Callable[[Trace], Values]], ...] = (
 
 
 def colour_of(index: int) -> Rgb:
-    """The colour of a law, by its place among them; those beyond the sixth are dashed."""
+    """The colour of a law by its index; laws after the sixth are dashed."""
     return FINGERS[index % len(FINGERS)]
 
 
@@ -94,7 +94,7 @@ def law_charts_html(runs: Sequence[LawRun], window: TimeWindow, *, dark: bool) -
 def _drawn(
     chart: Chart, read: Callable[[Trace], Values], runs: Sequence[LawRun], window: TimeWindow
 ) -> DrawnXy:
-    """The lines of all laws; each has rows of its own."""
+    """The lines of all laws; each has separate rows."""
     lines: list[Line] = []
     points: list[Values] = []
     for i, run in enumerate(runs):
@@ -112,7 +112,7 @@ def _drawn(
 
 
 def laws_html(runs: Sequence[LawRun], present: str, *, dark: bool) -> str:
-    """A button for each law, with how its run went.
+    """A button for each law, with the outcome of its run.
 
     Args:
         runs: The runs with every law.
@@ -131,7 +131,7 @@ def _button(index: int, run: LawRun, present: str, dark: bool) -> str:
         return f"<div class='sg-law sg-law-refused'>{words}</div>"
     return (
         f"<button type='button' class='sg-law' aria-pressed='{str(run.kind == present).lower()}' "
-        f"title='Takes this law on the whole run; undo takes it back' "
+        f"title='Uses this law for the whole run; can be undone' "
         f"{click_attribute(ChooseLaw(run.kind))}>{words}</button>"
     )
 

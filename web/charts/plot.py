@@ -1,4 +1,4 @@
-"""One chart on the page: a head with a legend, and the lines below it."""
+"""A chart on the page: title, legend and lines."""
 
 from __future__ import annotations
 
@@ -22,26 +22,25 @@ _PALE, _BAND = 0.4, 0.12
 _PAD = 0.1
 _BROADER = 3.0
 _NO_POINTS = uplot.Series_Points(show=False)
-# What stands where a plot has space for a line and there is none.
+# Content of a plot that has space for a line but no line.
 _NO_VALUES = np.empty(0)
 _NO_LINE = uplot.Series(show=False)
 
 
 class Plot:
-    """A chart of a run, and pale that of its ghost.
+    """A chart of a run, with a pale ghost.
 
-    It has space for a ghost from the start and never gets narrower: a large update comes to the
-    page in parts, and lines that have no column yet, or bands that have lost their lines, would
-    be errors there.
+    It has space for a ghost from the start and never loses columns: large updates arrive in parts,
+    and lines without columns, or bands without lines, would then be errors.
 
     Args:
-        gui: Where it goes.
+        gui: Parent of the widgets.
         height: Its height [px].
-        drawn: What it shows first.
+        drawn: Initial content.
         dark: Whether the page is dark.
 
     Attributes:
-        lines: The node of its lines.
+        lines: Node of its lines.
     """
 
     def __init__(self, gui: viser.GuiApi, height: int, drawn: DrawnChart, *, dark: bool) -> None:
@@ -50,14 +49,14 @@ class Plot:
         self._style = _style_of(drawn, dark)
         self._num_columns = _num_columns(drawn)
         self.lines = gui.add_uplot(
-            # viser wants columns of one length at first.
+            # viser requires columns of one length initially.
             (_NO_VALUES,) * self._num_columns,
             self._series(drawn, dark),
             axes=_axes(drawn.chart),
             bands=_bands(drawn.own.chart),
             scales=_scales(drawn),
             legend=uplot.Legend(show=False),
-            # The page's own script zooms all charts at once.
+            # The page's script zooms all charts together.
             cursor=uplot.Cursor(
                 sync=uplot.Cursor_Sync(key="time"), drag=uplot.Cursor_Drag(x=False, y=False)
             ),
@@ -67,14 +66,14 @@ class Plot:
         self.lines.data = self._columns(drawn)
 
     def draw(self, drawn: DrawnChart | None, *, dark: bool) -> None:
-        """Draws a chart of another run or window, or other lines of it; without one it hides."""
+        """Draws another run, window or lines; without content the chart is hidden."""
         self._head.visible = self.lines.visible = drawn is not None
         if drawn is None or drawn is self._drawn:
             return
         self._drawn = drawn
         self._num_columns = max(self._num_columns, _num_columns(drawn))
         self._head.content = head_html(drawn.chart, drawn.hidden, dark=dark)
-        # Columns come before the lines that show them, and those before their bands.
+        # Columns are sent before the lines that show them, and lines before their bands.
         self.lines.data = self._columns(drawn)
         style = _style_of(drawn, dark)
         if style != self._style:
@@ -85,7 +84,7 @@ class Plot:
             self.lines.axes = _axes(drawn.chart)
 
     def resize(self, height: int) -> None:
-        """Gives it another height [px]."""
+        """Changes its height [px]."""
         self.lines.height = height
 
     def _columns(self, drawn: DrawnChart) -> tuple[NDArray[np.float64], ...]:
@@ -98,14 +97,14 @@ class Plot:
 
 
 def _num_columns(drawn: DrawnChart) -> int:
-    """Time, slipping, every line of the chart, hidden or not, and as many of a ghost."""
+    """Time, slipping, every line of the chart, hidden or not, and as many ghost lines."""
     num_pale = len(drawn.ghost.chart.lines) if drawn.ghost else 0
     num_lines = len(drawn.chart.lines)
     return 2 + num_lines + max(num_lines, num_pale)
 
 
 def _style_of(drawn: DrawnChart, dark: bool) -> object:
-    """What makes the page lay a plot out anew."""
+    """Properties that require a new layout of the plot."""
     ghost = drawn.ghost.chart.lines if drawn.ghost else ()
     lines = [(line.key, line.label, line.colour, line.dashed) for line in drawn.own.chart.lines]
     pale = [line.colour for line in ghost]
@@ -115,15 +114,15 @@ def _style_of(drawn: DrawnChart, dark: bool) -> object:
 
 
 def _scales(drawn: DrawnChart) -> dict[str, uplot.Scale]:
-    """Time from end to end of the window, whatever is drawn in it.
+    """The time range of the window, independent of the drawn lines.
 
-    Left to itself, viser's page keeps how far the lines reached in the chart before: after a
-    run that ended early, or together with a ghost, time would have another scale than the strip.
+    By default, viser's page keeps the time range of the previous lines: after a run that ended
+    early, or with a ghost, the scale would differ from the timeline.
     """
     chart, window = drawn.chart, drawn.own.window
     y = uplot.Scale(auto=True) if drawn.flat_range is None else uplot.Scale(range=drawn.flat_range)
     if chart.least > 0.0:
-        # At least from -least to +least, and some margin beyond what lies outside.
+        # At least from -least to +least, with a margin beyond larger values.
         padding = {"pad": _PAD, "mode": 1}
         limits = {"min": {"soft": -chart.least, **padding}, "max": {"soft": chart.least, **padding}}
         y = uplot.Scale(range=limits)
@@ -155,7 +154,7 @@ def _series(drawn: DrawnChart, dark: bool) -> tuple[uplot.Series, ...]:
 def _lines(
     lines: Sequence[Line], upon: Sequence[int], opacity: float, dark: bool
 ) -> Iterator[uplot.Series]:
-    """Lines over each other; one with others upon it is so broad that it shows on both sides."""
+    """Overlaid lines; one that is covered by others is wide, so that it remains visible."""
     for line, covers in zip(lines, upon, strict=True):
         yield uplot.Series(
             label=line.label,
@@ -168,7 +167,7 @@ def _lines(
 
 
 def _bands(chart: Chart) -> tuple[uplot.Band, ...]:
-    """Bands between the columns of lines; time and slipping come before those."""
+    """Bands between columns of lines, which follow time and slipping."""
     columns = {line.key: 2 + i for i, line in enumerate(chart.lines)}
     colours = {line.key: line.colour for line in chart.lines}
     return tuple(

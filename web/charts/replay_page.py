@@ -1,4 +1,4 @@
-"""A run as one HTML file that plays its 3D scene in any browser, without a network."""
+"""A run as one HTML file that plays its 3D scene in a browser, without a network."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ from slipgrasp.web.scene.layout import SceneLayout
 from slipgrasp.web.scene.scene import Scene
 
 MAX_FRAMES = 1800
-"""Most frames of a file, one minute at 30 per second; a longer run has fewer per second."""
+"""Largest number of frames, one minute at 30 per second; longer runs have fewer per second."""
 
 _SMALLEST_PICTURE = Picture(1000, 800)
 _SHARE_FOR_WORDS = 0.09
-_SHARE_OF_HEADLINE = 0.12  # of the height of the view
+_SHARE_OF_HEADLINE = 0.12  # as a fraction of the height of the view
 _HEAD, _TITLE = "<head>", "<title>"
 _END_OF_TITLE = "</title>"
 
@@ -40,17 +40,17 @@ def write_html(
 ) -> None:
     """Writes a time range of a run as a page that plays its scene in a loop.
 
-    The file holds everything it needs; it can be opened offline.
+    The file is self-contained and can be opened offline.
 
     Args:
         result: The run.
-        stream: Where the file goes.
-        progress: Called with the share that is done, from 0 to 1.
+        stream: Output stream.
+        progress: Called with the completed fraction, 0 to 1.
         fps: Frames per second, at most; see `MAX_FRAMES`.
         clip: Time range and speed.
 
     Raises:
-        ClipError: If nothing of the run lies in the clip.
+        ClipError: If the clip contains no part of the run.
     """
     times = clip.times(result, fps, MAX_FRAMES)
     server = ViewerServer()
@@ -62,7 +62,7 @@ def write_html(
 
 
 def _ignore(_share: float) -> None:
-    """Takes the progress that nobody asked for."""
+    """Ignores the progress."""
 
 
 def _record(
@@ -72,7 +72,7 @@ def _record(
     progress: Callable[[float], None],
     clip: Clip,
 ) -> str:
-    """The page of a scene that is moved through all frames."""
+    """The page of a scene that moves through all frames."""
     scene, sampler = Scene(server), Sampler(result.trace)
     layout = scene.show(result)
     _frame(server, layout)
@@ -104,7 +104,7 @@ def _margin_for_words(layout: SceneLayout) -> float:
 
 
 def _add_words(server: ViewerServer, result: RunResult, layout: SceneLayout) -> viser.LabelHandle:
-    """How the run went above the scene, and a clock below, which is returned."""
+    """Adds the outcome above the scene, and a clock below, which is returned."""
     middle, margin = 0.5 * (layout.low[0] + layout.high[0]), _margin_for_words(layout)
     words = (
         ("outcome", headline_of(result), layout.high[1] + 1.1 * margin, 1.5),

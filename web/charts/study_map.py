@@ -1,4 +1,4 @@
-"""Draws the map of a study for the page: its runs as SVG that answers to clicks."""
+"""Draws the map of a study for the page, as SVG with clickable runs."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ from slipgrasp.web.model.ticks import ticks_of
 from slipgrasp.web.page.markup import click_attribute
 
 MOST_CELLS = 2500
-"""More could be neither distinguished nor clicked, and would slow the page down."""
+"""More cells could not be distinguished or clicked, and would slow the page down."""
 MOST_POINTS = 1500
 
 _RADIUS = 9
 
 
 def draw_map(results: StudyResults) -> MapPicture | None:
-    """The map of a study, so far; None if no two parameters vary in numbers.
+    """The present map of a study; None if no two numeric parameters vary.
 
     Args:
         results: The results; they may grow meanwhile.
@@ -72,7 +72,7 @@ def draw_map(results: StudyResults) -> MapPicture | None:
 
 
 def _lumped(x: MapAxis, y: MapAxis, num_panels: int) -> int:
-    """How many cells along each side become one, so that there are not too many."""
+    """Number of cells along each side that are merged, to limit their number."""
     if x.edges is None or y.edges is None:
         return 1
     columns, rows, step = len(x.edges) - 1, len(y.edges) - 1, 1
@@ -109,7 +109,7 @@ def _base(x: MapAxis, y: MapAxis) -> tuple[float, float] | None:
 
 
 def _diagonal(x: MapAxis, y: MapAxis) -> tuple[tuple[float, float], tuple[float, float]] | None:
-    """Both ends of the line of equal values, where both axes are scaled alike."""
+    """Both ends of the line of equal values, if both axes have equal scales."""
     low, high = max(x.low, y.low), min(x.high, y.high)
     if not same_quantity(x.key, y.key) or x.is_log != y.is_log or low >= high:
         return None
@@ -123,12 +123,12 @@ def _note(names: ParameterNames, hidden: list[str]) -> str:
 
 
 class _Telling:
-    """Says in a line what a run varied and how it ended.
+    """Describes the values and the outcome of a run on one line.
 
     Args:
-        results: The results, which no longer grow.
-        keys: What the axes vary.
-        names: What that is called.
+        results: The results, which are complete.
+        keys: Keys of the axes.
+        names: Names of the parameters.
     """
 
     def __init__(self, results: StudyResults, keys: tuple[str, ...], names: ParameterNames) -> None:
@@ -142,7 +142,7 @@ class _Telling:
         self._slips = np.array([results.numbers(path, count) for path in paths]).max(axis=0)
 
     def line(self, index: int, way: int) -> str:
-        """The line about a run that ended in a way."""
+        """The description of a run with a given outcome."""
         values = ", ".join(
             f"{words} {value_words(column[index], unit)}" for words, unit, column in self._columns
         )
@@ -201,7 +201,7 @@ def _mark(shape: str, place: str, told: _Telling, run: int, way: int) -> str:
 def _boundary(
     held: NDArray[np.bool_], known: NDArray[np.bool_], across: list[int], up: list[int]
 ) -> str:
-    """The line between cells that hold and their neighbours that are known not to."""
+    """The boundary between held cells and other neighbours with results."""
     upright = (held[1:] != held[:-1]) & known[1:] & known[:-1]
     level = (held[:, 1:] != held[:, :-1]) & known[:, 1:] & known[:, :-1]
     steps = [
@@ -216,5 +216,5 @@ def _boundary(
 
 
 def _at(shares: NDArray[np.float64]) -> list[int]:
-    """Shares as places in the picture; whole numbers, so that neighbours meet."""
+    """Converts fractions to integer positions, so that neighbours meet."""
     return np.rint(SIZE * shares).astype(int).tolist()

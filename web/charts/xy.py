@@ -1,4 +1,4 @@
-"""Charts of one quantity against another over the time of a run, such as a force in its cone."""
+"""Charts of one quantity against another over the time of a run, such as forces and their cones."""
 
 from __future__ import annotations
 
@@ -26,22 +26,22 @@ from slipgrasp.web.charts.chosen import choosable, chosen_charts
 Values = NDArray[np.float64]
 
 XY_TAB = "XY"
-_BEFORE = "A force beyond is what stick would have needed in the instant before a slip."
+_BEFORE = "A force outside is the one that stick would have needed just before a slip."
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class XyChart:
-    """A chart whose lines are curves: its values go upwards, others across.
+    """A chart with curves of vertical values against horizontal ones.
 
     Attributes:
-        chart: What goes upwards, a line for each curve.
-        across: What goes across, one value per row for each curve.
-        across_words: What that is, with its unit.
-        outlines: What stands still, such as the edge of a cone: the corners of each, across and
-            upwards, shape ``(points, 2)``.
-        is_true_to_scale: Whether a unit is as long across as upwards.
-        span: Where what goes across begins and ends, if that is given.
-        least_across: Values from -least to +least are shown at least.
+        chart: Vertical values, one line per curve.
+        across: Horizontal values, one per row for each curve.
+        across_words: Label of the horizontal axis, with unit.
+        outlines: Fixed outlines, such as the edge of a cone: corners (horizontal, vertical) of
+            each, shape ``(points, 2)``.
+        is_true_to_scale: Whether both axes have equal scales.
+        span: Limits of the horizontal axis, if fixed.
+        least_across: The horizontal range includes at least -least to +least.
     """
 
     chart: Chart
@@ -54,7 +54,7 @@ class XyChart:
 
 
 def xy_charts(result: RunResult) -> tuple[XyChart, ...]:
-    """Slip, contact forces and the way of the object, each against what it goes with."""
+    """Slip, contact forces and path of the object, each against a related quantity."""
     trace, scenario = result.trace, result.scenario
     names = scenario.finger_names
     charts = [_speed_over_slip(trace, names), _object_path(trace)]
@@ -68,12 +68,12 @@ def xy_charts(result: RunResult) -> tuple[XyChart, ...]:
 
 
 def chosen_xy_charts(result: RunResult, names: Sequence[str], across: str) -> tuple[XyChart, ...]:
-    """The signals that were chosen against another one, a chart per unit, in SI units.
+    """The selected signals against another one, one chart per unit, in SI units.
 
     Args:
         result: The run.
-        names: Names of columns; those that the run does not have are left out.
-        across: Name of the column that goes across; without it there are no charts.
+        names: Names of columns; unknown ones are ignored.
+        across: Name of the column on the horizontal axis; without it there are no charts.
     """
     column = choosable(result.trace).get(across)
     if column is None:
@@ -102,8 +102,8 @@ def _slip_paths(trace: Trace, names: Sequence[str]) -> XyChart:
             "xy-path",
             "Path of each slip on its face, x upwards",
             "mm",
-            "The way of each fingertip over its face, from the spot touched first: x, towards the "
-            "object's z axis, upwards, and y across.",
+            "The path of each fingertip on its face, from the initial contact point: x, towards "
+            "the object's z axis, is vertical, and y is horizontal.",
             tuple(_fingers(names, slip[:, :, 0])),
             least=LEAST_LENGTH,
         ),
@@ -115,7 +115,7 @@ def _slip_paths(trace: Trace, names: Sequence[str]) -> XyChart:
 
 
 def _friction_shares(trace: Trace, scenario: Scenario) -> XyChart:
-    """The friction on the object as a share of what the contact can give, in the axes of slip."""
+    """Friction on the object divided by its limit, in the axes of slip."""
     force = -trace.tangential_force.reshape(len(trace), -1, 2)
     limit = trace.friction_coefficient * trace.normal_force
     share = np.full_like(force, np.nan)
@@ -131,8 +131,8 @@ def _friction_shares(trace: Trace, scenario: Scenario) -> XyChart:
             "xy-disc",
             f"Friction over μFₙ in its {scenario.friction_cone}, x upwards",
             "1",
-            "The friction on the object as a share of what the contact can give now, in the axes "
-            f"of its slip. In stick it is inside the {where}. {_BEFORE}",
+            "The friction on the object divided by its present limit, in the axes of slip. "
+            f"In stick it is inside the {where}. {_BEFORE}",
             tuple(_fingers(scenario.finger_names, share[:, :, 0])),
         ),
         tuple(share[:, :, 1].T),
@@ -143,7 +143,7 @@ def _friction_shares(trace: Trace, scenario: Scenario) -> XyChart:
 
 
 def _moment_shares(result: RunResult) -> XyChart:
-    """The moment of each soft fingertip against its tangential force, as shares of the greatest."""
+    """Moment and tangential force of each soft fingertip, as fractions of their limits."""
     trace, names = result.trace, result.scenario.finger_names
     limit = trace.friction_coefficient * trace.normal_force
     most = eccentricities(result) * limit
@@ -154,7 +154,7 @@ def _moment_shares(result: RunResult) -> XyChart:
     return XyChart(
         Chart(
             "xy-moment",
-            "Torsional moment over eμFₙ against tangential force over μFₙ",
+            "Torsional moment over eμFₙ and tangential force over μFₙ",
             "1",
             "Each soft fingertip sticks inside its limit surface, here the circle; on it "
             f"it turns and slides at once. {_BEFORE}",
@@ -168,17 +168,17 @@ def _moment_shares(result: RunResult) -> XyChart:
 
 
 def _speed_over_slip(trace: Trace, names: Sequence[str]) -> XyChart:
-    """The phase portrait of every slip."""
+    """Phase portrait of every slip."""
     way, speed, what = trace.slip_of_contacts, trace.slip_velocity, "Slip velocity against slip"
     if trace.shape.space.has_paths:
         speed = np.linalg.norm(speed.reshape(len(trace), -1, 2), axis=2)
-        what = "Slip speed against the way slid"
+        what = "Slip speed against travelled distance"
     return XyChart(
         Chart(
             "xy-slip",
             what,
             "mm/s",
-            "Each slip leaves the line of rest and comes back to it where the fingertip sticks.",
+            "Each slip leaves the zero line and returns to it when the fingertip sticks.",
             tuple(_fingers(names, 1e3 * speed)),
             least=LEAST_LENGTH,
         ),
@@ -189,7 +189,7 @@ def _speed_over_slip(trace: Trace, names: Sequence[str]) -> XyChart:
 
 
 def _force_in_cone(trace: Trace, names: Sequence[str]) -> XyChart:
-    """Contact forces, and the edges of each cone where it is widest and where it is narrowest."""
+    """Contact forces, and the edges of each cone at its widest and its narrowest."""
     tangential, symbol, signs = trace.tangential_force, tangential_symbol(trace), (-1.0, 1.0)
     if trace.shape.space.num_tangents == 2:
         tangential, symbol, signs = trace.tangential_size, f"|{symbol}|", (1.0,)
@@ -204,7 +204,7 @@ def _force_in_cone(trace: Trace, names: Sequence[str]) -> XyChart:
     return XyChart(
         Chart(
             "xy-cone",
-            f"Tangential force {symbol} against normal force",
+            f"Tangential force {symbol} and normal force",
             "N",
             "A fingertip sticks while its force is within its cone, whose edges are dashed, and "
             "slips with its force on an edge. Where friction changes, the widest and the narrowest "
@@ -218,7 +218,7 @@ def _force_in_cone(trace: Trace, names: Sequence[str]) -> XyChart:
 
 
 def _object_path(trace: Trace) -> XyChart:
-    """Where the object's centre goes, and where it is wanted, from where it began."""
+    """Path of the object's centre, and the desired path, relative to the start."""
     *across, name = trace.shape.space.positions
     up = len(across)
     place = 1e3 * (trace.object_pose - trace.object_pose[0])[:, : up + 1]
@@ -228,8 +228,8 @@ def _object_path(trace: Trace) -> XyChart:
             "xy-object",
             f"Path of the object, {name} upwards",
             "mm",
-            "The way of the object's centre from where it began, solid, and of where it is wanted, "
-            "dashed" + (", seen from the front." if up == 2 else "."),
+            "The path of the object's centre from its start (solid), and the desired path (dashed)"
+            + (", seen from the front." if up == 2 else "."),
             (
                 Line("wanted", "desired", MUTED, wanted[:, up], dashed=True),
                 Line("object", "object", FINGERS[0], place[:, up]),

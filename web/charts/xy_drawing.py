@@ -1,4 +1,4 @@
-"""An XY chart as it is drawn: an SVG with scales of its own, and where the play head is in it."""
+"""Drawing of an XY chart: an SVG with axes, and the position of the play head."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from slipgrasp.web.model.ticks import ticks_of
 
 Values = NDArray[np.float64]
 
-# Sizes in the picture; it grows with the width of its panel.
+# Sizes in the drawing, which scales with the width of its panel.
 _WIDTH, _FLAT, _SQUARE = 340.0, 190.0, 300.0
 _LEFT, _RIGHT, _TOP, _BELOW = 52.0, 10.0, 6.0, 34.0
 _MARGIN = 0.05
@@ -33,12 +33,12 @@ _PALE = 0.4
 
 @dataclass(frozen=True, slots=True)
 class Scale:
-    """Which values lie within the frame of a picture, and where the frame is.
+    """Range of values in the frame of a drawing, and position of the frame.
 
     Attributes:
-        low: The least value across and upwards.
-        high: The largest ones.
-        height: Height of the picture.
+        low: Smallest horizontal and vertical value.
+        high: Largest values.
+        height: Height of the drawing.
     """
 
     low: tuple[float, float]
@@ -46,7 +46,7 @@ class Scale:
     height: float
 
     def place(self, across: Values, up: Values) -> tuple[Values, Values]:
-        """Where values are in the picture, from the left and from the top."""
+        """Positions of values in the drawing, from the left and from the top."""
         shares = [
             (values - low) / (high - low)
             for values, low, high in zip((across, up), self.low, self.high, strict=True)
@@ -60,9 +60,9 @@ class Curves:
     """Curves in a time range.
 
     Attributes:
-        lines: The lines that go upwards.
+        lines: Vertical values.
         drawn: Points of each curve, across and upwards, shape ``(2, points)``.
-        across: What goes across, per line, where the play head is to be found on it.
+        across: Horizontal values of each line, for locating the play head.
         times: Times of the rows of all [s].
     """
 
@@ -73,12 +73,12 @@ class Curves:
 
     @classmethod
     def of(cls, trace: Trace, xy: XyChart, hidden: frozenset[str], window: TimeWindow) -> Curves:
-        """The curves that are not hidden, cut to a window."""
+        """The visible curves in a window."""
         both = zip(xy.chart.lines, xy.across, strict=True)
         shown = [(line, across) for line, across in both if line.key not in hidden]
         lines = tuple(line for line, _ in shown)
         acrosses = tuple(across for _, across in shown)
-        # What goes across takes part in the choice of rows, as lines of its own.
+        # The horizontal values take part in the selection of rows, as additional lines.
         sideways = [replace(line, values=across) for line, across in shown]
         chart = replace(xy.chart, lines=(*lines, *sideways), bands=())
         _, _, *columns = Drawing.of(trace, chart, window).columns()
@@ -87,7 +87,7 @@ class Curves:
         return cls(lines, drawn, acrosses, trace.times)
 
     def at(self, seconds: float) -> Values:
-        """Where each curve is at a time [s], across and upwards, shape ``(curves, 2)``."""
+        """Point of each curve at a time [s], horizontal and vertical, shape ``(curves, 2)``."""
         spot = locate(self.times, seconds)
         both = zip(self.across, self.lines, strict=True)
         places = [[float(spot.read(x)), float(spot.read(line.values))] for x, line in both]
@@ -96,12 +96,12 @@ class Curves:
 
 @dataclass(frozen=True, eq=False)
 class DrawnXy:
-    """One XY chart as it is drawn.
+    """A drawn XY chart.
 
     Attributes:
         xy: The chart with all its curves.
-        hidden: Keys of the curves that are not drawn.
-        own: The curves that are drawn.
+        hidden: Keys of the hidden curves.
+        own: The drawn curves.
         ghost: Those of another run, if there is one.
     """
 
@@ -112,7 +112,7 @@ class DrawnXy:
 
     @cached_property
     def scale(self) -> Scale:
-        """Holds every curve, and the origin of a cone or the whole of a disc."""
+        """A scale that includes every curve, and the origin of a cone or a whole disc."""
         curves = [*self.own.drawn, *(self.ghost.drawn if self.ghost else ())]
         points = [curve.T for curve in curves]
         points += [outline[:1] for outline in self.xy.outlines]
@@ -129,19 +129,19 @@ class DrawnXy:
 
     @property
     def largest(self) -> float:
-        """The largest absolute value upwards that is drawn of the run."""
+        """The largest absolute vertical value of the run."""
         sizes = [float(np.nanmax(np.abs(up), initial=0.0)) for _, up in self.own.drawn]
         return max([self.xy.chart.least, *sizes])
 
     def spots(self, seconds: float) -> list[list[float | None]]:
-        """Where each curve is at a time [s], from the left and from the top; None if nowhere."""
+        """Position of each curve at a time [s], from the left and the top; None if undefined."""
         left, top = self.scale.place(*self.own.at(seconds).T)
         places = np.round(np.column_stack([left, top]), 1).tolist()
         return [[each if math.isfinite(each) else None for each in place] for place in places]
 
 
 def _scale(low: Values, high: Values, *, is_square: bool) -> Scale:
-    """The scale between two corners; one that is true makes the shorter side longer."""
+    """The scale between two corners; with equal scales the shorter side is extended."""
     height = _SQUARE if is_square else _FLAT
     if is_square:
         sides = np.array([_WIDTH - _LEFT - _RIGHT, height - _TOP - _BELOW])
@@ -153,7 +153,7 @@ def _scale(low: Values, high: Values, *, is_square: bool) -> Scale:
 
 
 def xy_svg(drawn: DrawnXy, *, dark: bool) -> str:
-    """The picture; the page's own script moves the spots of the play head and of the mark."""
+    """The drawing; the page's script moves the spots of the play head and of the cursor."""
     scale, chart = drawn.scale, drawn.xy.chart
     lines = [*_curves(scale, drawn.ghost, _PALE, dark)] if drawn.ghost else []
     lines += _curves(scale, drawn.own, 1.0, dark)
@@ -186,7 +186,7 @@ def xy_svg(drawn: DrawnXy, *, dark: bool) -> str:
 
 
 def frame_style(drawn: DrawnXy) -> str:
-    """Where the frame of a picture is within it, as CSS."""
+    """Position of the frame in the drawing, as CSS."""
     height = drawn.scale.height
     sides = {"left": _LEFT / _WIDTH, "right": _RIGHT / _WIDTH}
     sides |= {"top": _TOP / height, "bottom": _BELOW / height}
@@ -210,7 +210,7 @@ def _grid(scale: Scale) -> str:
 
 
 def _curves(scale: Scale, curves: Curves, opacity: float, dark: bool) -> Iterator[str]:
-    """Curves over each other; the lower ones are broader, to show where all agree."""
+    """Overlaid curves; lower ones are wider, so that coincident curves remain visible."""
     for i, (line, points) in enumerate(zip(curves.lines, curves.drawn, strict=True)):
         width = 1.5 + 2.0 * (1.0 - (i + 1) / len(curves.lines))
         dash = " stroke-dasharray='5 4'" if line.dashed else ""
@@ -220,7 +220,7 @@ def _curves(scale: Scale, curves: Curves, opacity: float, dark: bool) -> Iterato
 
 
 def _path(left: Values, top: Values) -> str:
-    """Straight lines through points; a new one begins after what is not a number."""
+    """Straight lines through points; NaN starts a new line."""
     parts: list[str] = []
     is_on = False
     for x, y in zip(np.round(left, 1).tolist(), np.round(top, 1).tolist(), strict=True):
@@ -239,14 +239,14 @@ def drawn_xy(
     charts_view: ChartsView,
     ghost: tuple[Trace, Sequence[XyChart]] | None = None,
 ) -> list[DrawnXy]:
-    """XY charts of a run as they are drawn.
+    """The XY charts of a run.
 
     Args:
         trace: The run.
         charts: Its charts.
         window: The time range.
-        charts_view: Which curves are hidden.
-        ghost: Another run and its charts, of which those that both have are drawn.
+        charts_view: Hidden curves.
+        ghost: Another run with its charts, of which the corresponding ones are drawn.
     """
     others = {xy.chart.key: xy for xy in ghost[1]} if ghost else {}
     found: list[DrawnXy] = []

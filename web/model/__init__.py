@@ -1,1 +1,1 @@
-"""What the page shows, as frozen values, and the intents that ask to change it."""
+"""State of the page as frozen values, and intents that change it."""

@@ -1,4 +1,4 @@
-"""How the picture looks: light or dark, and what is drawn in it."""
+"""Appearance of the view: light or dark, and optional elements."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ LEAST_FORCE_SCALE, LARGEST_FORCE_SCALE = 0.5, 4.0
 
 @dataclass(frozen=True, slots=True)
 class Appearance:
-    """What one user wants to see.
+    """Display options of a user.
 
     Attributes:
         dark: Whether page and scene are dark.
-        force_scale: How much longer than usual the arrows of forces are, 0.5 to 4.
+        force_scale: Scale of the arrows of forces, 0.5 to 4.
         cones: Whether friction cones are drawn.
-        lenses: Whether the contacts are shown magnified.
-        whole_hand: Whether the fingers are seen as far as their mounts, and the object small.
-        lecture: Whether the page has the picture, the strip and one chart alone, in large type.
+        lenses: Whether close-ups of the contacts are shown.
+        whole_hand: Whether the view includes the mounts of the fingers.
+        lecture: Whether the page shows only the view, the timeline and one chart, in large type.
     """
 
     dark: bool = False
@@ -29,7 +29,7 @@ class Appearance:
     lecture: bool = False
 
     def within_bounds(self) -> Appearance:
-        """This appearance with a force scale that can be drawn; it comes from a browser."""
+        """Returns the appearance with a valid force scale; the value comes from a browser."""
         if not math.isfinite(self.force_scale):
             return replace(self, force_scale=1.0)
         scale = min(max(self.force_scale, LEAST_FORCE_SCALE), LARGEST_FORCE_SCALE)

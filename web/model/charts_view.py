@@ -1,4 +1,4 @@
-"""What a user has made of the charts; a part of it is a layout that a link can carry."""
+"""User settings of the charts; a part of them is a layout in links."""
 
 from __future__ import annotations
 
@@ -7,23 +7,23 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 MOST_CHOSEN = 12
-"""Most signals that may have charts of the user's choice."""
+"""Largest number of selected signals."""
 MOST_HIDDEN = 60
-"""Most lines that a layout may hide."""
+"""Largest number of hidden lines in a layout."""
 MAX_LAYOUT = 6000
 """Longest layout [characters]."""
 
 
 @dataclass(frozen=True, slots=True)
 class ChartsView:
-    """Which lines are hidden, which signals were added, and where the second cursor stands.
+    """Hidden lines, selected signals, and the second cursor.
 
     Attributes:
-        hidden: Each as the key of its chart and its own key.
-        chosen: Names of signals that have charts of the user's choice.
-        across: Name of the signal that these are drawn against, too; empty if none.
-        mark: Where the second cursor stands [s]; None if there is none.
-        seen: Tabs that are in sight, of those that are drawn only then.
+        hidden: Key of the chart and key of the line.
+        chosen: Names of the selected signals.
+        across: Name of the signal on their horizontal axis; empty if there is none.
+        mark: Time of the second cursor [s]; None if there is none.
+        seen: Visible tabs, among those that are drawn only while visible.
     """
 
     hidden: frozenset[tuple[str, str]] = frozenset()
@@ -33,32 +33,32 @@ class ChartsView:
     seen: frozenset[str] = frozenset()
 
     def toggled(self, chart: str, line: str) -> ChartsView:
-        """With one line hidden, or back."""
+        """Hides a line, or shows it again."""
         return replace(self, hidden=self.hidden ^ {(chart, line)})
 
     def with_signal_toggled(self, name: str) -> ChartsView:
-        """With a signal added, or taken out again."""
+        """Adds a signal, or removes it."""
         kept = tuple(each for each in self.chosen if each != name)
         return replace(self, chosen=kept if name in self.chosen else (*kept, name))
 
     def with_tab_seen(self, tab: str, is_visible: bool) -> ChartsView:
-        """With a tab in sight, or out of it."""
+        """Marks a tab as visible or invisible."""
         others = self.seen - {tab}
         return replace(self, seen=others | {tab} if is_visible else others)
 
     def hidden_in(self, chart: str) -> frozenset[str]:
-        """Keys of the lines that are hidden in a chart."""
+        """Keys of the hidden lines of a chart."""
         return frozenset(line for key, line in self.hidden if key == chart)
 
     def layout(self) -> str:
-        """What is worth keeping, as JSON; empty while it is as at first."""
+        """The layout as JSON; empty for the default."""
         hidden = [list(pair) for pair in sorted(self.hidden)]
         parts = {"signals": list(self.chosen), "across": self.across, "hidden": hidden}
         kept = {name: part for name, part in parts.items() if part}
         return json.dumps(kept, separators=(",", ":"), ensure_ascii=False) if kept else ""
 
     def laid_out(self, layout: str) -> ChartsView:
-        """With a layout, as far as it can be read; a signal that no run has does no harm."""
+        """Applies a layout, as far as it is valid; unknown signals are harmless."""
         try:
             read = json.loads(layout[:MAX_LAYOUT] or "{}")
         except (ValueError, RecursionError):
@@ -86,4 +86,4 @@ def _pairs(read: object) -> Iterator[tuple[str, str]]:
 
 
 PLAIN = ChartsView()
-"""The charts as at first."""
+"""The default settings."""

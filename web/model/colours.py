@@ -1,4 +1,4 @@
-"""The palette of the dashboard: what it shares with the figures, and what only a screen needs."""
+"""Colours of the dashboard: those common with figures, and those for the screen only."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ _TONES: dict[str, Rgb] = {"good": (0, 120, 85), "warning": (178, 116, 0), "bad":
 
 
 def glow(colour: Rgb) -> Rgb:
-    """The colour as viser wants it for lines and arrows, so that it looks like the colour itself.
+    """The colour for viser's lines and arrows, corrected to look like the given colour.
 
-    Their vertex colours are taken as linear light, those of meshes and of CSS as sRGB.
+    Their vertex colours are linear, those of meshes and CSS are sRGB.
     """
     red, green, blue = (round(255.0 * _to_linear(channel / 255.0)) for channel in colour)
     return (red, green, blue)
@@ -37,24 +37,24 @@ def css(colour: Rgb, opacity: float = 1.0) -> str:
 
 
 def legible(colour: Rgb, *, dark: bool) -> Rgb:
-    """The colour for thin lines on a page: on a dark one it needs a share of white."""
+    """The colour for thin lines on a page: lighter on a dark page."""
     share = _WHITE_ON_DARK if dark else 0.0
     red, green, blue = (round(channel + share * (255 - channel)) for channel in colour)
     return (red, green, blue)
 
 
 def sign(colour: Rgb) -> str:
-    """The CSS colour of a small sign or word in a colour of the palette, on any page."""
+    """The CSS colour of a small symbol or word on a light or dark page."""
     own = css(colour)
     return f"light-dark({own}, color-mix(in srgb, {own} 80%, white))"
 
 
 def word(colour: Rgb) -> str:
-    """The CSS colour of a word in a colour of the palette: read with ease on any page."""
+    """The CSS colour of legible text on a light or dark page."""
     own = css(colour)
     return f"light-dark(color-mix(in srgb, {own} 65%, black), color-mix(in srgb, {own} 45%, white))"
 
 
 def tone(name: str) -> str:
-    """The CSS colour of words that are ``good``, a ``warning`` or ``bad`` news."""
+    """The CSS colour of text about ``good``, ``warning`` or ``bad`` outcomes."""
     return word(_TONES[name])

@@ -1,4 +1,4 @@
-"""What the columns and metrics of runs are called, and their values with units, for people."""
+"""Names of columns and metrics of runs, and their values with units."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _METRIC_WORDS = {
     "outcome": "ended as",
     "end_time": "ended at",
     "last_slip_time": "last slip ends",
-    "minimum_friction_margin": "least margin to slip, in stick",
+    "minimum_friction_margin": "smallest margin to slip, in stick",
     "rms_tracking_error": "error of the object, rms",
     "final_tracking_error": "error of the object, at the end",
     "phase_change_count": "phase changes",
@@ -31,18 +31,18 @@ _WHOLE_FROM, _WHOLE_TO = 100.0, 1e6
 
 
 class Scale(NamedTuple):
-    """How a quantity is written: times a factor, with a unit."""
+    """Format of a quantity: factor and unit."""
 
     factor: float
     unit: str
 
 
 def scale_of(unit: str, values: Iterable[float] = ()) -> Scale:
-    """How values of one quantity are written: lengths and angles in thousandths.
+    """The format of values of one quantity: lengths and angles in thousandths.
 
     Args:
         unit: Its SI unit; "1" or "" for pure numbers.
-        values: The values; times are written in ms while all are shorter than a second.
+        values: The values; times are in ms if all are shorter than a second.
     """
     is_short = unit == "s" and 0.0 < max(map(abs, values), default=0.0) < 1.0
     if unit in _IN_THOUSANDTHS or is_short:
@@ -51,12 +51,12 @@ def scale_of(unit: str, values: Iterable[float] = ()) -> Scale:
 
 
 def number(value: float, *, signed: bool = False, padded: bool = False) -> str:
-    """A number with three digits, or more where it is large: ``2.59``, ``5991``.
+    """A number with three digits, or more if it is large: ``2.59``, ``5991``.
 
     Args:
         value: The number.
-        signed: Whether to write a plus too.
-        padded: Whether zeros at the end stay, so that numbers of a column look alike.
+        signed: Whether to include a plus sign.
+        padded: Whether to keep trailing zeros, so that numbers of a column align.
     """
     sign, digits = "+" if signed and value else "", "#.3g" if padded else ".3g"
     is_whole = _WHOLE_FROM <= abs(value) < _WHOLE_TO
@@ -69,7 +69,7 @@ def amount(value: float, unit: str, *, signed: bool = False) -> str:
     Args:
         value: The number.
         unit: Its SI unit; "1" or "" for pure numbers.
-        signed: Whether to write a plus too.
+        signed: Whether to include a plus sign.
     """
     factor, shown = scale_of(unit, [value])
     return f"{number(factor * value, signed=signed)} {shown}".strip()
@@ -81,7 +81,7 @@ def time_words(time: float) -> str:
 
 
 def value_words(value: Any) -> str:
-    """A value of a parameter, digit for digit; one that is not there is a dash."""
+    """An exact value of a parameter; a dash if it is missing."""
     if value is None:
         return MISSING
     if isinstance(value, bool):
@@ -92,7 +92,7 @@ def value_words(value: Any) -> str:
 
 
 def metric_words(name: str) -> tuple[str, str]:
-    """The name of a metric, and its SI unit; metrics per coordinate are named elsewhere.
+    """The name of a metric, and its SI unit; not for metrics per coordinate.
 
     Args:
         name: Field of `slipgrasp.core.run.metrics.Metrics`, ``outcome`` or ``end_time``.
@@ -101,11 +101,11 @@ def metric_words(name: str) -> tuple[str, str]:
 
 
 def coordinate_words(name: str, count: int) -> list[tuple[str, str]]:
-    """Of a metric with one value per coordinate: the letter and the unit of each.
+    """The letters and units of a metric with one value per coordinate.
 
     Args:
         name: Name of the metric.
-        count: How many coordinates there are: 3 in the plane, 6 in space.
+        count: Number of coordinates: 3 for planar, 6 for spatial hands.
     """
     units = _METRIC_UNITS[name].split(", ")
     if count == len(_COORDINATES):
@@ -115,11 +115,11 @@ def coordinate_words(name: str, count: int) -> list[tuple[str, str]]:
 
 
 def column_words(column: SignalDifference, names: Sequence[str]) -> str:
-    """What a column is called: ``slip velocity left``, ``estimate of object mass``.
+    """The name of a column: ``slip velocity left``, ``estimate of object mass``.
 
     Args:
         column: The column.
-        names: What the fingers are called.
+        names: Names of the fingers.
     """
     words = _SIGNAL_WORDS.get(column.signal, column.signal.replace("_", " "))
     return f"{words} {_label(column, names)}".strip()

@@ -1,4 +1,4 @@
-"""What happens to the object in a run: pushes and low-friction patches, as the user sets them."""
+"""Disturbances of a run: pushes and low-friction patches set by the user."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from slipgrasp.core.scenario.spatial import SpatialPatch
 
 
 class DisturbanceKind(StrEnum):
-    """What a user may disturb a run with."""
+    """Kind of disturbance."""
 
     PUSH = "push"
     LOW_FRICTION_PATCH = "wet patch"
@@ -32,8 +32,8 @@ class Disturbance:
     """A push or a low-friction patch; its values may be out of bounds.
 
     Attributes:
-        place: The list of the scenario that it is an entry of.
-        values: Its values by key, relative to the entry; None is left out.
+        place: The list of the scenario that contains it.
+        values: Its values by key, relative to the list item; None is omitted.
     """
 
     place: DisturbanceList
@@ -41,7 +41,7 @@ class Disturbance:
 
     @property
     def time(self) -> float:
-        """When it begins [s]."""
+        """Its start time [s]."""
         return float(self.values["time" if self.place == "pulses" else "start_time"])
 
     def edited(self, key: str, value: object) -> Disturbance:
@@ -52,12 +52,12 @@ class Disturbance:
 def push_at(
     time: float, space: Space = PLANAR, force: tuple[float, ...] | None = None
 ) -> Disturbance:
-    """A push as long as is usual, from some time on [s].
+    """A push with default duration from a time [s].
 
     Args:
-        time: When it begins [s].
-        space: The kind of hand that holds the object.
-        force: How strong it is, a number per direction [N]; as is usual if None.
+        time: Start time [s].
+        space: Kind of hand.
+        force: Force, a number per direction [N]; the default if None.
     """
     pulse = _plain_values(replace(full_scenario(space).pulses[0], time=time))
     own = {f"force.{i}": value for i, value in enumerate(force or ())}
@@ -67,13 +67,13 @@ def push_at(
 def low_friction_patch(
     scenario: Scenario, contact: int, slip: Sequence[float], time: float
 ) -> Disturbance:
-    """A low-friction patch below a fingertip.
+    """A low-friction patch under a fingertip.
 
     Args:
-        scenario: Whose face.
-        contact: Which fingertip.
-        slip: How far it has slid along the tangents of its face, ``(tangents,)`` [m].
-        time: When the spot appears [s].
+        scenario: The scenario.
+        contact: Index of the fingertip.
+        slip: Slip along the tangents of its face, ``(tangents,)`` [m].
+        time: Time at which the patch appears [s].
     """
     if isinstance(scenario, SpatialScenario):
         touching = scenario.fingers[contact]
@@ -87,7 +87,7 @@ def low_friction_patch(
 
 
 def disturbances_of(scenario: Scenario) -> tuple[Disturbance, ...]:
-    """What happens in a scenario: first the pushes, then the low-friction patches."""
+    """The disturbances of a scenario: pushes, then low-friction patches."""
     return tuple(
         Disturbance(place, _plain_values(entry))
         for place in _LISTS
@@ -96,7 +96,7 @@ def disturbances_of(scenario: Scenario) -> tuple[Disturbance, ...]:
 
 
 def disturbance_words(disturbance: Disturbance) -> str:
-    """What happens, such as ``push (0, -5) N for 0.05 s``."""
+    """Describes a disturbance, such as ``push (0, -5) N for 0.05 s``."""
     values = disturbance.values
     if disturbance.place == "pulses":
         force, moment = _vector(values, "force"), _vector(values, "moment")
@@ -137,8 +137,8 @@ def disturbance_parameters(
     """The parameters of all disturbances, in the order of their fields.
 
     Args:
-        disturbances: What happens.
-        space: The kind of hand that holds the object.
+        disturbances: The disturbances.
+        space: Kind of hand.
     """
     templates = template_keys(space)
     for key, value in disturbance_values(disturbances):
@@ -149,7 +149,7 @@ def disturbance_parameters(
 
 
 def _plain_values(entry: AnyPulse | AnyPatch) -> dict[str, Any]:
-    """The values of an entry by key; a vector has a key per component."""
+    """The values of a list item by key; a vector has a key per component."""
     values: dict[str, Any] = {}
     for name, value in asdict(entry).items():
         if isinstance(value, tuple):

@@ -46,12 +46,12 @@ def offered_presets() -> tuple[str, ...]:
 
 @dataclass(frozen=True, slots=True)
 class TimedEdit:
-    """A parameter that takes another value during the run; the value may be out of bounds.
+    """A parameter that changes during the run; the value may be out of bounds.
 
     Attributes:
         time: Time of the change [s].
         key: Dotted key of the parameter.
-        value: Its value from then on.
+        value: Its new value.
     """
 
     time: float
@@ -64,8 +64,8 @@ class Draft:
     """A base scenario, and the user's edits.
 
     Attributes:
-        origin: Name of the preset, label of the recording, or of the file.
-        base: The scenario of it.
+        origin: Name of the preset, the recording, or the file.
+        base: Its scenario.
         edits: Values of the user for the whole run, by dotted key; they may be out of bounds.
         changes: Timed changes, in order of time.
         disturbances: Pushes, then low-friction patches.
@@ -92,10 +92,10 @@ class Draft:
         """A preset without edits.
 
         Raises:
-            ScenarioError: If there is none of that name.
+            ScenarioError: If the preset does not exist.
         """
         if name not in offered_presets():
-            # A name comes from a browser, and must not be opened as a path.
+            # A name from a browser must not be opened as a path.
             known = ", ".join(offered_presets())
             message = f"there is no preset of that name; presets: {known}"
             raise ScenarioError(
@@ -115,7 +115,7 @@ class Draft:
 
     @property
     def touched(self) -> frozenset[str]:
-        """The edited parameters: for the whole run, from some time on, of disturbances."""
+        """The edited parameters: for the whole run, from a time on, or of disturbances."""
         of_disturbances = (key for key, _ in disturbance_values(self.disturbances))
         return frozenset((*self.edits, *(change.key for change in self.changes), *of_disturbances))
 
@@ -131,9 +131,9 @@ class Draft:
         return replace(self, edits={**self.edits, key: value}, changes=kept)
 
     def edited_from(self, time: float, key: str, value: Value) -> Draft:
-        """The draft with a value from some time on, until its next change.
+        """The draft with a value from a time on, until the next change of the parameter.
 
-        If the value holds there already no change is added; a change of the same parameter
+        If the parameter already has the value, no change is added; a change of the same parameter
         at the same time is replaced.
 
         Args:
@@ -170,7 +170,7 @@ class Draft:
         return replace(self, disturbances=tuple(ordered))
 
     def without_disturbance(self, index: int) -> Draft:
-        """The draft without one of its disturbances; unchanged if there is none such."""
+        """The draft without one of its disturbances; unchanged if it does not exist."""
         kept = tuple(each for i, each in enumerate(self.disturbances) if i != index)
         return replace(self, disturbances=kept)
 
@@ -184,7 +184,7 @@ class Draft:
         return parameter is not None and parameter.changeable
 
     def value_at(self, time: float, key: str) -> Value:
-        """The value of a parameter at some time [s]."""
+        """The value of a parameter at a time [s]."""
         latest = [c.value for c in self.changes if c.key == key and c.time <= time]
         if latest:
             return latest[-1]
@@ -199,7 +199,7 @@ class Draft:
         return _plain(_definitions(self.base)[key].value)
 
     def _law_parameter(self, time: float, key: str) -> Value:
-        """The default of a parameter of a custom law, as the law declares it."""
+        """The declared default of a parameter of a custom law."""
         name, given = key.removeprefix(f"{LAW_PARAMETERS}."), self.base.controller.parameters
         if name in given:
             return given[name]
@@ -208,7 +208,7 @@ class Draft:
         return next((parameter.value for parameter in declared if parameter is not None), None)
 
     def num_changes_until(self, time: float) -> int:
-        """The number of its changes up to some time [s]."""
+        """The number of its changes up to a time [s]."""
         return sum(change.time <= time for change in self.changes)
 
     def scenario(self) -> Scenario:
@@ -246,7 +246,7 @@ class Draft:
 
 
 def is_of_law(key: str) -> bool:
-    """Whether a key is that of a parameter of a custom law."""
+    """Whether a key belongs to a parameter of a custom law."""
     return key.startswith(f"{LAW_PARAMETERS}.")
 
 

@@ -58,7 +58,7 @@ class Reach(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Gesture:
-    """A control that is being moved; all its values together are one step of undo.
+    """A moving control; all its values together are one undo step.
 
     Attributes:
         key: The parameter.
@@ -111,7 +111,7 @@ class Editing:
     law_note: LawNote | None = None
 
     def begin(self, present: Draft) -> Editing:
-        """The state after a new draft follows the present one."""
+        """The state after a new draft."""
         return Editing(self.reach, self.history.with_past(present), ghost_due=True)
 
     def move(self, present: Draft, key: str, play_head: float, now: float) -> Editing:
@@ -132,7 +132,7 @@ class Editing:
         return self.gesture is not None and self.gesture.goes_on(key, now)
 
     def key_in_hand(self, now: float) -> str:
-        """The key of the control that the user is moving, empty if none."""
+        """The key of the moving control, empty if there is none."""
         gesture = self.gesture
         return gesture.key if gesture is not None and self.holds(gesture.key, now) else ""
 

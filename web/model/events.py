@@ -1,4 +1,4 @@
-"""What happens in a run, as moments: slip begins and ends, values change, the run ends."""
+"""Events of a run: start and end of slip, changes of values, end of the run."""
 
 from __future__ import annotations
 
@@ -38,17 +38,17 @@ PHASE_HINTS = {
     ContactPhase.STICK: "The fingertip moves with the face",
     ContactPhase.SLIP_FORWARD: "The fingertip slips forward: clockwise around the object",
     ContactPhase.SLIP_BACKWARD: "The fingertip slips backward: counterclockwise around the object",
-    ContactPhase.SLIP: "The fingertip slides on its face, in a direction that may turn",
+    ContactPhase.SLIP: "The fingertip slides on its face, in a variable direction",
     **dict.fromkeys(
         SLIPS_ALONG_ONE_TANGENT,
         "The fingertip slides along one tangent of its face and sticks along the other",
     ),
     **dict.fromkeys(
         SLIPS_ALONG_BOTH_TANGENTS,
-        "The fingertip slides along both tangents of its face, friction acts along each by itself",
+        "The fingertip slides along both tangents of its face, with independent friction",
     ),
 }
-# By what bounds the friction of a contact; in the pyramid one of each kind.
+# Phases by friction model; the pyramid has one phase of each kind.
 _PHASES = {
     "line": (ContactPhase.STICK, ContactPhase.SLIP_FORWARD, ContactPhase.SLIP_BACKWARD),
     "cone": (ContactPhase.STICK, ContactPhase.SLIP),
@@ -61,7 +61,7 @@ _PHASES = {
 
 
 class EventKind(StrEnum):
-    """What kind of thing happens."""
+    """Kind of event."""
 
     SLIP = "slip"
     STICK = "stick"
@@ -73,7 +73,7 @@ class EventKind(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class RunEvent:
-    """Something that happens in a run.
+    """An event of a run.
 
     Attributes:
         time: When [s].
@@ -91,25 +91,25 @@ class RunEvent:
 
 
 def phases_in(scenario: Scenario) -> tuple[ContactPhase, ...]:
-    """Phases that a contact of a scenario may have, one of each kind."""
+    """The phases that a contact may have, one of each kind."""
     return _PHASES[scenario.friction_cone]
 
 
 def events_of(result: RunResult) -> list[RunEvent]:
-    """Everything that happens in a run, in time order."""
+    """All events of a run, in time order."""
     during = [*_phase_events(result), *_timed_changes(result), *_disturbances(result)]
     happened = [event for event in during if event.time <= result.end_time]
     return sorted([*happened, _end_of(result)], key=lambda event: event.time)
 
 
 def neighbouring_event_time(result: RunResult, time: float, direction: int) -> float:
-    """The time of the next (1) or the previous (-1) event [s].
+    """Time of the next (1) or the previous (-1) event [s].
 
     Args:
         result: The run.
-        time: From where [s].
-        direction: Which way; beyond the last event lies the end of the run, before the first
-            its start.
+        time: Present time [s].
+        direction: 1 or -1; after the last event the result is the end of the run, before the first
+            event its start.
     """
     first = float(result.trace.times[0])
     times = np.unique([first, *(event.time for event in events_of(result))])
@@ -121,11 +121,11 @@ def neighbouring_event_time(result: RunResult, time: float, direction: int) -> f
 
 
 def next_slip_time(result: RunResult, time: float) -> float | None:
-    """When a contact begins to slip next [s]; after the last slip the first; None without any.
+    """Time of the next onset of slip [s]; after the last one the first; None without slip.
 
     Args:
         result: The run.
-        time: From where [s].
+        time: Present time [s].
     """
     times = [event.time for event in _phase_events(result) if event.kind is EventKind.SLIP]
     later = [each for each in times if each > time]
@@ -149,7 +149,7 @@ def _what_it_does(result: RunResult, change: PhaseChange) -> str:
 
 
 def _way(result: RunResult, change: PhaseChange) -> str:
-    """Where to the fingertip slips on its face, as one sees it at that time."""
+    """Direction in which the fingertip slips on its face, as seen at that time."""
     row = min(int(np.searchsorted(result.trace.times, change.time)), len(result.trace) - 1)
     scenario = result.scenario
     if isinstance(scenario, SpatialScenario):
@@ -165,7 +165,7 @@ def _way(result: RunResult, change: PhaseChange) -> str:
 
 
 def _way_on_face(result: RunResult, change: PhaseChange, row: int) -> str:
-    """The same of a spatial hand, seen from outside the object: its first tangent points up."""
+    """The same for a spatial hand, seen from outside the object, with the first tangent up."""
     slips = result.trace.slip_velocity[row:, 2 * change.contact : 2 * change.contact + 2]
     moving = slips[np.any(slips != 0.0, axis=1)]
     if len(moving) == 0:
@@ -207,7 +207,7 @@ def _disturbances(result: RunResult) -> Iterator[RunEvent]:
 
 
 def _end_of(result: RunResult) -> RunEvent:
-    """The end, with its reason where it came early."""
+    """The end of the run, with the reason of an early end."""
     if result.reason is not None:
         return RunEvent(result.end_time, EventKind.END, f"the run ends: {result.reason.message}")
     completed = result.outcome is Outcome.COMPLETED

@@ -1,4 +1,4 @@
-"""What a user takes away: the file that is being made, and what became of the last one."""
+"""State of the export of files."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from slipgrasp.core.words.display_name import file_stem
 
 @dataclass(frozen=True, slots=True)
 class ExportFile:
-    """A file for the user's disk."""
+    """A file for download."""
 
     name: str
     content: bytes
@@ -17,16 +17,16 @@ class ExportFile:
 
 @dataclass(frozen=True, slots=True)
 class Exporting:
-    """How far the export has come.
+    """State of the export.
 
     Attributes:
-        number: Which export, counted from the start of the session.
-        busy_with: What is being made, in words; empty if nothing is.
-        share: How much of it is done, 0 to 1.
-        message: What became of the last one, in words.
-        is_failure: Whether that is bad news.
-        pictures: How many pictures of the scene were asked for.
-        picture_name: What the file of the last one is called.
+        number: Number of the export in the session.
+        busy_with: Present activity; empty if there is none.
+        share: Completed fraction, 0 to 1.
+        message: Result of the last export.
+        is_failure: Whether it failed.
+        pictures: Number of requested images of the scene.
+        picture_name: File name of the last image.
     """
 
     number: int = 0
@@ -39,11 +39,11 @@ class Exporting:
 
 
 def file_name(run: str, what: str, ending: str) -> str:
-    """A name that every file system takes, such as ``slipgrasp-paper-case-2-charts.svg``.
+    """A portable file name, such as ``slipgrasp-paper-case-2-charts.svg``.
 
     Args:
-        run: What the run is called.
-        what: What the file shows; may be empty.
-        ending: Its ending, without the dot.
+        run: Name of the run.
+        what: Content of the file; may be empty.
+        ending: Suffix, without the dot.
     """
     return "-".join(part for part in ("slipgrasp", file_stem(run), what) if part) + f".{ending}"

@@ -1,4 +1,4 @@
-"""What is suggested after a run, tried on the draft that the run is of."""
+"""Suggestions after a run, tried on the draft of the run."""
 
 from __future__ import annotations
 
@@ -13,23 +13,23 @@ from slipgrasp.web.model.laws import with_law
 
 @dataclass(frozen=True, slots=True)
 class HintTrials:
-    """The hint of the run on the screen, once it was tried.
+    """The tried hint of the run on the screen.
 
     Attributes:
-        draft: What the run is of; None if nothing was tried yet.
-        tried: What came of it; None while it is tried.
+        draft: Draft of the run; None if nothing was tried yet.
+        tried: Result; None while it is being tried.
     """
 
     draft: Draft | None = None
     tried: TriedHint | None = None
 
     def of(self, draft: Draft) -> TriedHint | None:
-        """The tried hint of a draft; None while there is none."""
+        """The tried hint of a draft; None if there is none."""
         return self.tried if self.draft is draft else None
 
 
 def followed(draft: Draft, option: Option) -> Draft:
-    """The draft in which an option of a hint is followed, on the whole run."""
+    """The draft with an option of a hint applied to the whole run."""
     if LAW in option.values:
         draft = with_law(draft, str(option.values[LAW]), None)
     for key, value in option.values.items():

@@ -1,4 +1,4 @@
-"""Choosing a control law while editing: its settings come and go with it, as one step."""
+"""Selection of a control law while editing, with its settings, as one step."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ from slipgrasp.web.model.draft import Draft, TimedEdit, Value, is_of_law
 
 
 def with_law(draft: Draft, kind: str, time: float | None) -> Draft:
-    """The draft with a law and the settings it is meant for.
+    """The draft with a law and its recommended settings.
 
-    What came with the law before it goes again, so that the law a scenario began with finds the
-    scenario as it was; what the user set stays.
+    Settings of the previous law are removed, so that returning to the original law restores its
+    scenario; the user's settings are kept.
 
     Args:
-        draft: What is asked for.
+        draft: The draft.
         kind: Name of the law.
-        time: From when on, until the next law [s]; None is from start to end.
+        time: Start time, until the next law [s]; None for the whole run.
     """
     if time is None:
         return _without_orphans(_begun_with(_without_laws(draft, lambda _: True), kind))
@@ -42,12 +42,12 @@ def with_law(draft: Draft, kind: str, time: float | None) -> Draft:
 
 
 def without_law_change(draft: Draft, time: float) -> Draft:
-    """The draft in which the law stays at some time [s], with the settings of the one before."""
+    """The draft without a change of law at a time [s], with the settings of the previous law."""
     return _without_orphans(_with_needs(_without_laws(draft, lambda each: each == time)))
 
 
 def main_changes(draft: Draft) -> tuple[TimedEdit, ...]:
-    """The timed changes without what was set with a law: that is one thing with it."""
+    """The timed changes without settings of a law, which belong to its change."""
     is_of_law = _is_of_law(draft)
     return tuple(each for each in draft.changes if each.key == LAW or not is_of_law(each))
 
@@ -64,7 +64,7 @@ def law_change_words(draft: Draft, change: TimedEdit) -> str:
 
 
 def set_words(before: Draft, after: Draft, time: float) -> str:
-    """What was set with a law, from one draft to the next, at some time [s]; empty if nothing."""
+    """Settings that came with a law between two drafts, at a time [s]; may be empty."""
     return describe_settings(
         [
             SettingChange(key, before.value_at(time, key), after.value_at(time, key))
@@ -74,7 +74,7 @@ def set_words(before: Draft, after: Draft, time: float) -> str:
 
 
 def _begun_with(draft: Draft, kind: str) -> Draft:
-    """The draft with a law from the start on."""
+    """The draft with a law from the start."""
     draft = replace(draft, edits=_own_edits(draft))
     if draft.value_at(0.0, LAW) == kind:
         return draft
@@ -84,7 +84,7 @@ def _begun_with(draft: Draft, kind: str) -> Draft:
 
 
 def _own_edits(draft: Draft) -> Mapping[str, Value]:
-    """What the user set from the start on: without the law, and what came with it."""
+    """The user's initial values, without the law and its settings."""
     kind = draft.edits.get(LAW)
     if kind not in law_names():
         return draft.edits
@@ -95,21 +95,21 @@ def _own_edits(draft: Draft) -> Mapping[str, Value]:
 
 
 def _is_of_law(draft: Draft) -> Callable[[TimedEdit], bool]:
-    """Whether a timed change sets the law, or a parameter that was set with it then."""
+    """Whether a timed change sets the law, or one of its settings."""
     times = {each.time for each in draft.changes if each.key == LAW}
     keys = {LAW, *law_keys(draft.base)}
     return lambda change: change.time in times and change.key in keys
 
 
 def _without_laws(draft: Draft, at: Callable[[float], bool]) -> Draft:
-    """The draft without the changes of law at some times, and without what was set with them."""
+    """The draft without the changes of law at some times, and without their settings."""
     is_of_law = _is_of_law(draft)
     kept = (each for each in draft.changes if not (at(each.time) and is_of_law(each)))
     return replace(draft, changes=tuple(kept))
 
 
 def _without_orphans(draft: Draft) -> Draft:
-    """The draft without what was set of custom laws that it has no more."""
+    """The draft without settings of custom laws that it no longer uses."""
 
     def is_kept(key: str, value: Value, kinds: Iterable[Value]) -> bool:
         names = {name for kind in kinds for name in law_parameters(str(kind))}
@@ -122,7 +122,7 @@ def _without_orphans(draft: Draft) -> Draft:
 
 
 def _with_needs(draft: Draft) -> Draft:
-    """The draft in which no later law lacks the sampled control that one before it brought."""
+    """The draft with sampled control for later laws that need it."""
     for change in draft.changes:
         is_sampled = change.key == LAW and law_of(str(change.value)).sampled
         if is_sampled and draft.value_at(change.time, SAMPLED_CONTROL.key) == 0.0:
@@ -131,9 +131,9 @@ def _with_needs(draft: Draft) -> Draft:
 
 
 def _present(draft: Draft, time: float) -> Scenario:
-    """The scenario as it is at some time [s], and what changes after it.
+    """The scenario at a time [s], with later changes.
 
-    While something else in the draft is wrong, that is the scenario it started from.
+    If other parts of the draft are invalid, its base scenario.
     """
     try:
         scenario = draft.scenario()

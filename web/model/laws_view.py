@@ -1,4 +1,4 @@
-"""The control laws side by side: one run of the scenario with each."""
+"""Runs of the scenario with every control law."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ class LawRun:
     Attributes:
         kind: Name of the law.
         result: The run; None if there is none.
-        problem: Why there is none.
+        problem: Reason if there is none.
     """
 
     kind: str
@@ -25,18 +25,18 @@ class LawRun:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LawsView:
-    """Runs of one scenario with each law, as far as they are there.
+    """Runs of one scenario with every law, as far as available.
 
     Attributes:
-        draft: What was asked for when they were; None if they never were.
-        runs: The runs; those of an older draft stay until newer ones replace them.
+        draft: Their draft; None before the first request.
+        runs: The runs; older ones are shown until they are replaced.
     """
 
     draft: Draft | None = None
     runs: tuple[LawRun, ...] = ()
 
     def with_run(self, run: LawRun) -> LawsView:
-        """With a run in place of the one with the same law."""
+        """Replaces the run of a law."""
         if any(each.kind == run.kind for each in self.runs):
             runs = (run if each.kind == run.kind else each for each in self.runs)
             return replace(self, runs=tuple(runs))

@@ -1,4 +1,4 @@
-"""A pace of playback: slow where something slips, fast in between."""
+"""Variable playback speed: slow during slip, fast in between."""
 
 from __future__ import annotations
 
@@ -13,32 +13,32 @@ from slipgrasp.core.trace.types import ContactPhase
 
 _SECONDS_OF_A_SLIP, _SECONDS_BETWEEN, _MOST_SECONDS = 3.0, 1.0, 15.0
 _BEFORE, _AFTER = 0.1, 0.25
-"""How much of the time around a slip is as slow, as shares of its length."""
+"""Margin around a slip with slow playback, as fractions of its length."""
 _SHORTEST_SLIP = 0.002
 _JOINED = 0.02
-"""Slips that are nearer than this share of the run are played as one."""
+"""Slips separated by less than this fraction of the run are merged."""
 _EVENLY = 0.5
 
 
 class Pace(NamedTuple):
-    """Simulated seconds per second of the viewer's clock, constant in each piece of a run.
+    """Simulated seconds per second of the viewer's clock, piecewise constant.
 
     Attributes:
-        starts: Where each piece starts, ascending [s]; the first also counts before its start.
-        speeds: The speed in each.
+        starts: Start times in order [s]; the first also applies before its start.
+        speeds: Speed of each segment.
     """
 
     starts: tuple[float, ...]
     speeds: tuple[float, ...]
 
     def advance(self, time: float, elapsed: float, start: float, end: float) -> float:
-        """The simulation time after some time; the end of a window wraps to its start.
+        """The simulation time after some elapsed time; the end of a window wraps to the start.
 
         Args:
-            time: Where it begins [s].
+            time: Initial time [s].
             elapsed: Time of the viewer's clock [s].
             start: Start of the window [s].
-            end: Its end; not its start.
+            end: End of the window, which is greater.
         """
         left = math.fmod(elapsed, self._duration(start, end))
         while True:
@@ -49,7 +49,7 @@ class Pace(NamedTuple):
             time = until if until < end else start
 
     def _duration(self, start: float, end: float) -> float:
-        """How long a window is played [s]."""
+        """Playing time of a window [s]."""
         duration, time = 0.0, start
         while time < end:
             until, speed = self._piece_at(time, end)
@@ -57,14 +57,14 @@ class Pace(NamedTuple):
         return duration
 
     def _piece_at(self, time: float, end: float) -> tuple[float, float]:
-        """Where the piece at a time ends, at the latest at an end, and its speed."""
+        """End of the segment at a time, at most a given end, and its speed."""
         following = max(bisect_right(self.starts, time), 1)
         until = self.starts[following] if following < len(self.starts) else math.inf
         return min(until, end), self.speeds[following - 1]
 
 
 def pace_of(result: RunResult) -> Pace:
-    """The pace at which every slip takes some seconds, and what is in between one."""
+    """A pace with some seconds for every slip, and one second between slips."""
     slips = _slips_of(result)
     first, last = float(result.trace.times[0]), result.end_time
     seconds = min(_SECONDS_OF_A_SLIP, _MOST_SECONDS / max(len(slips), 1))
@@ -81,14 +81,14 @@ def pace_of(result: RunResult) -> Pace:
 
 
 def is_even(result: RunResult, start: float, end: float) -> bool:
-    """Whether slips fill so much of a window that it can be played at one speed."""
+    """Whether slips fill so much of a window that one speed is sufficient."""
     slips = _slips_of(result)
     inside = sum(max(min(b, end) - max(a, start), 0.0) for a, b in slips)
     return not slips or inside >= _EVENLY * (end - start)
 
 
 def _slips_of(result: RunResult) -> list[tuple[float, float]]:
-    """Ranges of time in which something slips, and a little around each, in order [s]."""
+    """Time ranges of slip with margins, in order [s]."""
     trace = result.trace
     slipping = np.concatenate([[0], (trace.phase != ContactPhase.STICK).any(axis=1), [0]])
     edges = np.flatnonzero(np.diff(slipping.astype(int)))

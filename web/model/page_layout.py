@@ -11,7 +11,7 @@ from annotated_types import Interval
 Pixels = Annotated[int, Interval(ge=0, le=20_000)]
 
 MARGIN = 12
-"""Between the playback panel and the edges of the scene [px]."""
+"""Margin between the playback panel and the edges of the scene [px]."""
 
 WIDEST_SHEET = 576
 _LEAST_FOR_TWO_COLUMNS = 800
@@ -23,20 +23,20 @@ _USUAL_SIZE = (1440, 900)
 
 @dataclass(frozen=True, slots=True)
 class Picture:
-    """Size of a viewer's picture, and the strip at its bottom that a panel covers [px]."""
+    """Size of a viewer's image, and of the strip at its bottom covered by a panel [px]."""
 
     width: int
     height: int
     covered: int = 0
 
     def is_covered_alike(self, other: Picture) -> bool:
-        """Whether it is the other one, or its strip is a few lines of text higher."""
+        """Whether the size differs, or the strip is some lines higher."""
         same_size = (self.width, self.height) == (other.width, other.height)
         return same_size and 0 <= self.covered - other.covered <= _FEW_LINES
 
 
 class Arrangement(Enum):
-    """Where the panels go: into one sheet at the bottom, or beside the scene."""
+    """Placement of the panels: in one sheet at the bottom, or next to the scene."""
 
     SHEET = "sheet"
     ONE_COLUMN = "one column"
@@ -45,7 +45,7 @@ class Arrangement(Enum):
 
 @dataclass(frozen=True, slots=True)
 class PageLayout:
-    """What a page measures of itself, in pixels of its layout.
+    """Measurements of a page, in CSS pixels.
 
     Attributes:
         width: Width of the page.
@@ -63,12 +63,12 @@ class PageLayout:
 
     @property
     def picture(self) -> Picture:
-        """The scene as the camera has to know it."""
+        """The part of the scene for the camera."""
         return Picture(self.scene_width, self.scene_height, self.covered)
 
     @property
     def arrangement(self) -> Arrangement:
-        """Where its panels go; viser itself makes the sheet."""
+        """Placement of its panels; viser itself creates the sheet."""
         if self.width <= WIDEST_SHEET:
             return Arrangement.SHEET
         wide = self.width >= _LEAST_FOR_TWO_COLUMNS
@@ -90,12 +90,12 @@ class PanelSizes(NamedTuple):
 
 
 def panel_sizes(width: int, height: int, *, lecture: bool = False) -> PanelSizes:
-    """Sizes that leave the scene its share of a page [px].
+    """Sizes that leave enough space for the scene [px].
 
     Args:
         width: Width of the page.
         height: Its height.
-        lecture: Whether there is one chart alone, for those in the last row.
+        lecture: Whether only one chart is shown, for large audiences.
     """
     if lecture:
         wide = max(round(0.36 * width), 280)
@@ -118,10 +118,10 @@ def type_scale(width: int) -> float:
 
 
 def guess_layout(width: int, height: int) -> PageLayout:
-    """An estimate of a page's measurements from its first picture.
+    """An estimate of a page's measurements from its first image.
 
     Args:
-        width: Width of the picture [px]; on a fine screen more than the page has pixels.
+        width: Width of the image [px]; on high-resolution screens larger than the page.
         height: Its height.
     """
     width, height = min(width, _USUAL_SIZE[0]), min(height, _USUAL_SIZE[1])

@@ -1,4 +1,4 @@
-"""The run on the screen and its ghost as a pair; plain values, no viewer."""
+"""The run on the screen and its ghost."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ def pair_of(view: ViewState) -> Pair | None:
 
 
 def with_ghost(view: ViewState, recording: Replay, ticket: int) -> ViewState:
-    """Draws a recording as the ghost of the run on the screen.
+    """Shows a recording as the ghost of the run on the screen.
 
-    While the slip of the run is shown, the time range grows to hold that of both.
+    If the slip of the run is shown, the time range is extended to the slips of both.
 
     Args:
-        view: What is on the screen.
+        view: The screen.
         recording: The recording.
-        ticket: Identifies it among the runs of the session.
+        ticket: Its ticket in the session.
     """
     ghost = Ghost(Shown(ticket, recording.result, 0.0, recording), recording.name, is_chosen=True)
     view = replace(view, ghost=ghost, comparing=Comparing())
@@ -52,7 +52,7 @@ def without_ghost(view: ViewState) -> ViewState:
 
 
 def can_swap(view: ViewState) -> bool:
-    """Whether either run could take the other's place: both are kept somewhere."""
+    """Whether the runs can be swapped: both are stored."""
     pale = view.ghost.shown.replay if view.ghost else None
     return (
         view.ghost is not None
@@ -63,11 +63,11 @@ def can_swap(view: ViewState) -> bool:
 
 
 def swapped(view: ViewState, ticket: int) -> ViewState:
-    """Swaps the run on the screen and the ghost; the play head stays.
+    """Swaps the run on the screen and the ghost; the play head does not move.
 
     Args:
-        view: What is on the screen.
-        ticket: Identifies the run that becomes the ghost among the runs of the session.
+        view: The screen.
+        ticket: Ticket of the new ghost in the session.
     """
     recording = _recording_on_screen(view)
     pale = view.ghost.shown.replay if view.ghost else None
@@ -82,7 +82,7 @@ def swapped(view: ViewState, ticket: int) -> ViewState:
 
 
 def _recording_on_screen(view: ViewState) -> Replay | None:
-    """The run on the screen as a recording; None while it is kept nowhere."""
+    """The run on the screen as a recording; None if it is not stored."""
     if view.shown is None or view.shown.replay is not None:
         return view.shown.replay if view.shown else None
     stored = next((run for run in view.run_list.recent if run.id == view.status.run_id), None)

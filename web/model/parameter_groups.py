@@ -1,4 +1,4 @@
-"""Which parameters stand together in the scenario editor, and what they are called there."""
+"""Groups and labels of the parameters in the scenario editor."""
 
 from __future__ import annotations
 
@@ -64,12 +64,12 @@ _FOLDED_TITLES = {
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """A place for a control.
+    """A control in a group.
 
     Attributes:
-        parameter: What it sets.
-        label: What it is called inside its group, with its unit.
-        as_text: Whether it is a text field, for one number or a list of them.
+        parameter: Its parameter.
+        label: Label in the group, with unit.
+        as_text: Whether it is a text field, for one number or a list.
     """
 
     parameter: Parameter
@@ -78,12 +78,12 @@ class Entry:
 
     @property
     def kind_key(self) -> str:
-        """Key of the parameter that says of which kind its part is."""
+        """Key of the parameter that selects the kind of its part."""
         return kind_key(self.parameter.key)
 
 
 def kind_key(key: str) -> str:
-    """Key of the parameter that says of which kind the part with some parameter is."""
+    """Key of the parameter that selects the kind of the part of a parameter."""
     part, _, inside = key.partition(".")
     index = inside.partition(".")[0]
     return f"{part}.{index}.kind" if index.isdigit() else f"{part}.kind"
@@ -91,7 +91,7 @@ def kind_key(key: str) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Group:
-    """Controls that stand together.
+    """A group of controls.
 
     Attributes:
         title: What the group is called.
@@ -111,7 +111,7 @@ def group_parameters(
 
     Args:
         definitions: Every parameter by key.
-        names: What the fingers are called.
+        names: Names of the fingers.
     """
     groups: dict[tuple[str, str], list[Entry]] = {}
     for title, part, entry in _placed(definitions, names):
@@ -190,10 +190,10 @@ def _title(key: str, part: str, names: Sequence[str]) -> str:
 
 
 def law_groups(base: Scenario) -> tuple[Group, ...]:
-    """A group for every custom law that has parameters, titled with its name.
+    """A group for every custom law with parameters, titled with its name.
 
     Args:
-        base: What controls start from; a law has the values that it has there.
+        base: Scenario with the initial values of the law.
     """
 
     def entry(parameter: Parameter) -> Entry:
@@ -212,7 +212,7 @@ def law_groups(base: Scenario) -> tuple[Group, ...]:
 
 
 def disturbance_title(disturbance: Disturbance) -> str:
-    """What a push or a low-friction patch is called, such as ``Push at 0.08 s``."""
+    """The name of a disturbance, such as ``Push at 0.08 s``."""
     return f"{_NOUNS[disturbance.place]} at {disturbance.time:g} s"
 
 
@@ -222,9 +222,9 @@ def disturbance_groups(
     """A group for each push and each low-friction patch.
 
     Args:
-        disturbances: What happens.
-        names: What the fingers are called.
-        space: The kind of hand that holds the object.
+        disturbances: The disturbances.
+        names: Names of the fingers.
+        space: Kind of hand.
     """
     entries: dict[str, list[Entry]] = {}
     for parameter in disturbance_parameters(disturbances, space):
@@ -240,12 +240,12 @@ def disturbance_groups(
 def control_label(
     parameter: Parameter, definitions: Mapping[str, Parameter], names: Sequence[str]
 ) -> str:
-    """What a control is called inside its group, with its unit.
+    """The label of a control in its group, with unit.
 
     Args:
-        parameter: What it sets.
+        parameter: Its parameter.
         definitions: Every parameter by key.
-        names: What the fingers are called.
+        names: Names of the fingers.
     """
     parts = parameter.key.split(".")
     if parts[0] == "estimates":
@@ -263,15 +263,15 @@ def control_label(
 
 
 def _space_of(definitions: Mapping[str, Parameter]) -> Space:
-    """The kind of hand that parameters are of: its object has other moments of inertia."""
+    """The kind of hand of parameters, from the moments of inertia of its object."""
     return next((space for space in SPACES if space.inertias[0] in definitions), PLANAR)
 
 
 def value_words(scenario: Scenario, key: str, value: str) -> str:
-    """A parameter and a value of it, such as ``object mass 1.4 kg``.
+    """A parameter with a value, such as ``object mass 1.4 kg``.
 
     Args:
-        scenario: Whose parameter.
+        scenario: The scenario.
         key: Its key.
         value: The value, in the unit of the parameter.
     """

@@ -1,4 +1,4 @@
-"""What the parameters of a scenario are called on the page, alone and inside sentences."""
+"""Names of the parameters on the page, alone and in sentences."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _KEYS = re.compile(rf"\b(?:{_PARTS})(?:\.(?:\w+|\*))+")
 
 
 class ParameterNames:
-    """What the parameters of a scenario are called.
+    """Names of the parameters of a scenario.
 
     Args:
         scenario: The scenario.
@@ -32,11 +32,11 @@ class ParameterNames:
         self._tails = Counter(key.removeprefix(_quiet_head(key)) for key in self.definitions)
 
     def words(self, key: str) -> str:
-        """What a parameter is called, such as ``friction of all fingers``.
+        """The name of a parameter, such as ``friction of all fingers``.
 
         Args:
-            key: Its dotted key, or that of a list, maybe with a ``*``; an unknown one is given
-                back.
+            key: Its dotted key, or that of a list, possibly with a ``*``; an unknown one is
+                returned.
         """
         names = self._scenario.finger_names
         if key.startswith("fingers.*."):
@@ -47,7 +47,7 @@ class ParameterNames:
             return key
         head = _quiet_head(key)
         if self._tails[key.removeprefix(head)] > 1:
-            head = ""  # such as the noise of the sensors, and that which the law expects
+            head = ""  # such as the noise of the sensors and the noise that the law assumes
         words = key_words(key, names, self._scenario.space)
         return words.removeprefix(head.replace(".", " "))
 
@@ -57,11 +57,11 @@ class ParameterNames:
         return "" if parameter is None else parameter.unit
 
     def label(self, key: str) -> str:
-        """What a parameter is called, with its unit."""
+        """The name of a parameter, with unit."""
         return f"{self.words(key)}{unit_words(self.unit(key))}"
 
     def _estimated(self, key: str) -> Parameter | None:
-        """The parameter that is estimated; None if the key is not of an estimate."""
+        """The estimated parameter; None if the key does not belong to an estimate."""
         head, _, rest = key.partition(".")
         place, estimates = rest.partition(".")[0], self._scenario.estimates
         if head != "estimates" or not place.isdigit() or int(place) >= len(estimates):
@@ -70,21 +70,21 @@ class ParameterNames:
 
 
 def _quiet_head(key: str) -> str:
-    """The part of a dotted key that goes without saying, empty if none does."""
+    """The redundant part of a dotted key, which may be empty."""
     return next((head for head in _QUIET_HEADS if key.startswith(head)), "")
 
 
 @lru_cache(maxsize=8)
 def names_of(scenario: Scenario) -> ParameterNames:
-    """The names of a scenario; describing one takes milliseconds."""
+    """The names of a scenario, cached because they take milliseconds."""
     return ParameterNames(scenario)
 
 
 def in_page_words(text: str, scenario: Scenario) -> str:
-    """A sentence with the names of the page where it has the dotted keys of a scenario.
+    """Replaces the dotted keys of a scenario in a sentence by names.
 
     Args:
         text: The sentence.
-        scenario: Whose keys.
+        scenario: The scenario of the keys.
     """
     return _KEYS.sub(lambda found: names_of(scenario).words(found[0]), text)

@@ -1,4 +1,4 @@
-"""Where the play head stands and how it moves; plain values, no viewer."""
+"""State and movement of the play head; plain values without a viewer."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ SPEEDS: dict[str, float] = {
 }
 
 PACED = "slips slow"
-"""What a speed is called that is slow where something slips and fast in between."""
+"""Name of the variable speed, slow during slip and fast in between."""
 
 _SHORTEST_WINDOW = 0.002
 _SHARE_AFTER_SLIP = 0.35
@@ -42,7 +42,7 @@ _SHORTEST_ZOOM = 1e-3
 
 
 class WindowChoice(StrEnum):
-    """The time range of a run that is played and charted."""
+    """Choice of the time range to play and chart."""
 
     SLIP = "slip"
     WHOLE = "whole run"
@@ -62,20 +62,20 @@ class TimeWindow:
         return self.end - self.start
 
     def clamp(self, time: float) -> float:
-        """The time in the window that is nearest to ``time`` [s]."""
+        """The time in the window closest to ``time`` [s]."""
         return min(max(time, self.start), self.end)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Playback:
-    """The play head: it runs through a window, over and over.
+    """The play head, which moves through a window repeatedly.
 
     Attributes:
         time: Simulation time shown [s].
-        window: What is played and charted.
+        window: Time range to play and chart.
         speed: Simulated seconds per second of the viewer's clock.
         playing: Whether it moves.
-        pace: How fast it moves where, instead of at one speed; None at one speed.
+        pace: Variable speed; None for one speed.
     """
 
     time: float
@@ -101,18 +101,18 @@ class Playback:
         return replace(self, time=self.window.start + into)
 
     def seek(self, time: float) -> Playback:
-        """The play head put somewhere by hand, at rest."""
+        """The play head moved by the user, paused."""
         return replace(self, time=self.window.clamp(time), playing=False)
 
     def closer(self) -> Playback:
-        """The play head in a shorter window around it, at a speed that suits it."""
+        """The play head in a shorter window around it, with a suitable speed."""
         length = max(self.window.length / _ZOOM, _SHORTEST_ZOOM)
         start = self.window.clamp(self.time - 0.5 * length)
         window = TimeWindow(start, self.window.clamp(start + length))
         return replace(self.within(window), speed=speed_for(window))
 
     def reach(self, time: float, whole: TimeWindow) -> Playback:
-        """The play head put somewhere in the run, at rest; its window follows if need be.
+        """The play head moved to a time of the run, paused; its window follows if necessary.
 
         Args:
             time: Simulation time [s]; moved into the run if outside.
@@ -131,9 +131,9 @@ class Playback:
 
 
 def start_playback(result: RunResult) -> Playback:
-    """Plays the slip of a run slowly, from its middle: the first picture shows it.
+    """Plays the slip of a run slowly, from its middle, so that the first image shows it.
 
-    Slips that are far apart are slow one after another, from before the first.
+    Separate slips are slow one after another, starting before the first.
     """
     window = slip_window(result)
     pace = None if is_even(result, window.start, window.end) else pace_of(result)
@@ -143,12 +143,12 @@ def start_playback(result: RunResult) -> Playback:
 
 
 def window_of(result: RunResult, choice: WindowChoice, present: TimeWindow) -> TimeWindow:
-    """The time range of a run that a choice stands for.
+    """The time range of a run for a choice.
 
     Args:
         result: The run.
         choice: The choice.
-        present: What is shown now; a closer look stays there as far as the run goes.
+        present: The present time range; a close-up stays there as far as possible.
     """
     whole = whole_window(result)
     if choice is WindowChoice.SLIP:
@@ -163,10 +163,10 @@ def whole_window(result: RunResult) -> TimeWindow:
 
 
 def slip_window(result: RunResult) -> TimeWindow:
-    """The time range of a run in which contacts slip, with some rest after it.
+    """The time range of slip in a run, with a margin after it.
 
     Args:
-        result: A run; without any slip the whole run is the answer.
+        result: A run; without slip the whole run is returned.
     """
     trace, whole = result.trace, whole_window(result)
     slipping = np.flatnonzero((trace.phase != ContactPhase.STICK).any(axis=1))
@@ -180,7 +180,7 @@ def slip_window(result: RunResult) -> TimeWindow:
 
 
 def speed_for(window: TimeWindow, speeds: Sequence[float] = tuple(SPEEDS.values())) -> float:
-    """The offered speed at which one pass through a window takes about six seconds."""
+    """The available speed at which a window takes about six seconds."""
     wanted = max(window.length, 1e-9) / SECONDS_PER_PASS
     return min(speeds, key=lambda speed: abs(math.log(speed / wanted)))
 
@@ -200,7 +200,7 @@ def marked_window(result: RunResult, start: float, end: float) -> TimeWindow:
 
 
 def neighbouring_speed(speed: float, direction: int) -> float:
-    """The next faster (1) or the next slower (-1) speed that is offered."""
+    """The next faster (1) or slower (-1) available speed."""
     speeds = list(SPEEDS.values())
     place = speeds.index(speed) + direction
     return speeds[min(max(place, 0), len(speeds) - 1)]

@@ -1,4 +1,4 @@
-"""Recordings that are opened: a stored run, or a file from anywhere."""
+"""Opened recordings: a stored run, or a file."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ Source = str | Path
 
 @dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
 class Replay:
-    """A recording that was opened.
+    """An opened recording.
 
     Attributes:
-        name: What it is called: of a stored run its display name, of a file its own.
-        recorded: When it was recorded, in words; of a file, when it was last written.
+        name: Display name of a stored run, or name of a file.
+        recorded: Time of recording as text; for a file, its modification time.
         result: The run.
         run_id: Its id in the store, empty for a file.
         is_unfinished: Whether it is still being written, or was never finished.
@@ -40,19 +40,19 @@ class Replay:
 
     @property
     def label(self) -> str:
-        """Its name among the scenarios to choose from; nothing else is called so."""
+        """Its unique name in the list of scenarios."""
         return " · ".join(filter(None, (f"recording {self.name}", self.run_id)))
 
 
 def read_run(path: Path, should_stop: Callable[[], bool] = lambda: False) -> RunResult:
-    """The run in a file, which may be still being written (``.part``).
+    """Reads the run in a file, which may still be written (``.part``).
 
     Args:
         path: The file.
-        should_stop: Asked again and again whether nobody needs it any more.
+        should_stop: Called repeatedly; True stops the reading.
 
     Raises:
-        RecordingError: As `open_replay`.
+        RecordingError: As in `open_replay`.
     """
     if path.suffix == PART_SUFFIX:
         return read_unfinished(path).result
@@ -65,14 +65,14 @@ def open_replay(
     """Reads a recording.
 
     Args:
-        store: The stored runs.
-        source: What to open. A file that is still being written is read up to its last whole
-            chunk; once it is finished, it has left its ``.part`` behind.
-        read: Gives the run in a file.
+        store: Store of the runs.
+        source: Recording to open. An unfinished file is read up to its last complete chunk; when it
+            is finished, its name no longer ends in ``.part``.
+        read: Reads the run in a file.
 
     Raises:
-        RecordingNotFoundError: If there is none.
-        RecordingError: If it is damaged, or of another program.
+        RecordingNotFoundError: If it does not exist.
+        RecordingError: If it is damaged, or from another program.
     """
     if isinstance(source, str):
         stored = store.get(source)
@@ -97,10 +97,10 @@ def _last_written(path: Path) -> str:
 
 
 def moment_words(stamp: str) -> str:
-    """A moment such as ``2026-11-21 10:05 UTC``.
+    """Formats a time, such as ``2026-11-21 10:05 UTC``.
 
     Args:
-        stamp: The moment as ISO 8601; other text is returned, shortened.
+        stamp: Time in ISO 8601; other text is returned, shortened.
     """
     try:
         moment = datetime.fromisoformat(stamp).astimezone(UTC)

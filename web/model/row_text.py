@@ -1,6 +1,6 @@
-"""Lists of rows of numbers, such as the corners of an object, as a line of text.
+"""Lists of rows of numbers, such as the corners of an object, as one line of text.
 
-Rows are parted by semicolons, their numbers by commas: ``-0.1, 0; 0.1, 0; 0, 0.2``.
+Semicolons separate rows, commas separate numbers: ``-0.1, 0; 0.1, 0; 0, 0.2``.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ from slipgrasp.core.scenario.space import SPACES
 
 @cache
 def row_parameters(space: Space = PLANAR) -> dict[str, Parameter]:
-    """The lists of rows that scenarios of a kind of hand have, by dotted key."""
+    """The lists of rows in scenarios of a kind of hand, by dotted key."""
     return {parameter.key: parameter for parameter in iterate_lists(full_scenario(space))}
 
 
 def is_of_rows(key: str) -> bool:
-    """Whether a dotted key is an entry of such a list, or a part of one."""
+    """Whether a dotted key belongs to an item of such a list."""
     return any(key.startswith(f"{rows}.") for rows in row_parameters())
 
 
@@ -31,7 +31,7 @@ def rows_of(scenario: Scenario, key: str) -> list[Any]:
     """The rows of a list, as plain values.
 
     Args:
-        scenario: Whose list.
+        scenario: The scenario.
         key: Its dotted key, one of `row_parameters`.
     """
     part: Any = scenario
@@ -46,11 +46,11 @@ def numbers_of(row: Any) -> list[Any]:
 
 
 def parse_rows(key: str, text: str) -> Any:
-    """The rows that a text says, as plain values; the text itself where it says none.
+    """Parses rows from text, as plain values; returns invalid text unchanged.
 
     Args:
         key: Dotted key of the list.
-        text: What the user wrote.
+        text: Text by the user.
     """
     try:
         rows = [[float(number) for number in row.split(",")] for row in _parts(text)]
@@ -83,7 +83,7 @@ def _flat(value: Any) -> Iterator[Any]:
 
 
 def _like(example: Any, numbers: Iterator[float]) -> Any:
-    """Numbers in the places that those of an example have."""
+    """Numbers in the structure of an example."""
     if isinstance(example, dict):
         return {name: _like(item, numbers) for name, item in example.items()}
     if isinstance(example, (list, tuple)):

@@ -1,4 +1,4 @@
-"""The stored runs as a user looks at them: which are asked for, which is chosen."""
+"""The list of stored runs: filter and selection."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ _ENDED = {
 }
 
 OUTCOME_CHOICES = (_ANY, *_HELD, *_ENDED)
-"""Words for how runs went, to choose from."""
+"""Outcomes to choose from."""
 
 
 @dataclass(frozen=True, slots=True)
 class RunFilter:
-    """Which stored runs are listed.
+    """Filter of stored runs.
 
     Attributes:
-        text: Part of what they are called or tagged, in letters of any case.
-        outcome: One of `OUTCOME_CHOICES`; any other text is as good as the first.
+        text: Part of name or tags, case-insensitive.
+        outcome: One of `OUTCOME_CHOICES`; other text selects the first.
     """
 
     text: str = ""
@@ -35,11 +35,11 @@ class RunFilter:
 
     @property
     def is_open(self) -> bool:
-        """Whether it lets every run through."""
+        """Whether it matches every run."""
         return not self.text.strip() and self.outcome not in (*_HELD, *_ENDED)
 
     def query(self, page: int) -> RunQuery:
-        """What to ask the store for a page, 0 has the newest."""
+        """The query for a page; 0 is the newest."""
         outcome = _ENDED.get(self.outcome)
         held = self.outcome in _HELD
         return RunQuery(
@@ -53,7 +53,7 @@ class RunFilter:
 
 @dataclass(frozen=True, slots=True)
 class Notice:
-    """What became of the latest request about stored runs: a title, and a sentence."""
+    """The result of the latest request about stored runs: a title, and a sentence."""
 
     title: str
     message: str
@@ -61,17 +61,17 @@ class Notice:
 
 @dataclass(frozen=True, slots=True)
 class RunList:
-    """The page of the stored runs that the user looks at.
+    """The shown page of stored runs.
 
     Attributes:
-        page: Which page, 0 has the newest.
-        count: How many runs there are on all pages.
-        runs: Those of this page.
-        wanted: Which runs are listed.
-        chosen_id: The run that the user has chosen, empty if none.
+        page: Index of the page; 0 is the newest.
+        count: Number of runs on all pages.
+        runs: Runs of this page.
+        wanted: The filter.
+        chosen_id: The selected run, empty if there is none.
         chosen: Its description, once known.
-        recent: The newest runs, whatever is listed.
-        notice: Why the latest request was not done, if so.
+        recent: The newest runs, regardless of the filter.
+        notice: Why the latest request failed, if it did.
     """
 
     page: int = 0

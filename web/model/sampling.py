@@ -1,4 +1,4 @@
-"""One instant of a run, read off its trace: what the scene and the read-outs show."""
+"""An instant of a run, sampled from its trace, for the scene and the read-outs."""
 
 from __future__ import annotations
 
@@ -24,23 +24,22 @@ class Sample:
 
     Attributes:
         time: Simulation time [s].
-        object_pose: Pose x, y, theta [m, m, rad]; of a spatial hand position and unit quaternion
+        object_pose: Pose x, y, theta [m, m, rad]; for a spatial hand, position and unit quaternion
             (w, x, y, z).
-        desired_pose: The same of the desired pose.
-        external_wrench: Force and moment that push the object, world axes [N, N m].
+        desired_pose: Desired pose in the same form.
+        external_wrench: Force and moment of pushes on the object, world axes [N, N m].
         slip: Displacement of each fingertip along its tangents, ``(contacts, tangents)`` [m].
-        trails: Where each fingertip has slid, in slips, ``(points, tangents)`` each [m]: of a
-            spatial hand all of it, in order; of a planar one its ends and, between them, the
-            point touched first.
-        slip_velocity: First derivative of the slip, likewise [m/s].
+        trails: Path of each fingertip in slips, ``(points, tangents)`` each [m]: for a spatial hand
+            in order; for a planar one its ends and, between them, the initial contact point.
+        slip_velocity: First derivative of the slip [m/s].
         phases: Phase of each contact.
-        tangential_force: Of each fingertip on the object along its tangents, likewise [N].
+        tangential_force: Tangential force of each fingertip on the object [N].
         normal_force: F_n of each fingertip on the object [N].
         friction: True friction coefficient of each contact.
         joint_positions: Joint angles, shape ``(fingers, joints)`` [rad]; positions of slides [m].
         estimates: Estimates of the unknown parameters.
-        spin: Angle by which each fingertip has turned on its face [rad]; none of hard ones.
-        torsional_moment: Of each on the object [N m], likewise.
+        spin: Rotation angle of each fingertip on its face [rad]; none for hard ones.
+        torsional_moment: Moment of each fingertip on the object [N m].
     """
 
     time: float
@@ -61,17 +60,17 @@ class Sample:
 
 
 class Spot(NamedTuple):
-    """A place between two rows of a trace: ``weight`` of the way from ``row`` to ``following``."""
+    """A position between two rows: ``weight`` of the way from ``row`` to ``following``."""
 
     row: int
     following: int
     weight: float
 
     def read(self, values: Values) -> Any:
-        """What an array over time holds here; the very bits of a row where it is on one.
+        """Interpolates an array over time; exact at a row.
 
         Args:
-            values: One entry per row, of any shape.
+            values: One value per row, of any shape.
         """
         if self.weight == 0.0:
             return values[self.row]
@@ -79,10 +78,10 @@ class Spot(NamedTuple):
 
 
 def locate(times: Values, time: float) -> Spot:
-    """Where a time stands between the rows of a trace.
+    """The position of a time between the rows of a trace.
 
-    Two rows at one time are the two sides of an event; at that very time the side after
-    it is taken, so no line ever crosses an event.
+    Two rows at one time are the two sides of an event; at that time the side after it is used, so
+    that no interpolation crosses an event.
 
     Args:
         times: Times of the rows [s].
@@ -97,7 +96,7 @@ def locate(times: Values, time: float) -> Spot:
 
 
 class Sampler:
-    """Reads instants off one trace, each in the time of a binary search.
+    """Samples instants of a trace, each with one binary search.
 
     Args:
         trace: The run.
@@ -113,7 +112,7 @@ class Sampler:
             self._trails = [_Reach(self._slip[:, i]) for i in range(count)]
 
     def at(self, time: float) -> Sample:
-        """The state at a time, on the straight line between two rows of the trace.
+        """The state at a time, interpolated between two rows of the trace.
 
         Args:
             time: Simulation time [s]; moved into the run if outside.
@@ -121,7 +120,7 @@ class Sampler:
         return self.read(locate(self._trace.times, time))
 
     def read(self, spot: Spot) -> Sample:
-        """The state at a place between two rows of the trace."""
+        """The state at a position between two rows of the trace."""
         trace = self._trace
         slip, shape = spot.read(self._slip), trace.shape
         pose, error = spot.read(trace.object_pose), spot.read(trace.tracking_error)
@@ -147,20 +146,20 @@ class Sampler:
 
 
 class _Reach:
-    """The ends of what a planar fingertip has slid over."""
+    """The ends of the path of a planar fingertip."""
 
     def __init__(self, slip: Values) -> None:
         self._least = np.minimum.accumulate(slip, axis=0)
         self._largest = np.maximum.accumulate(slip, axis=0)
 
     def at(self, row: int, slip: Values) -> Values:
-        """The trail between a row and the next, where the fingertip is at a slip."""
+        """The trail between two rows, with the fingertip at a slip."""
         least, largest = np.minimum(self._least[row], slip), np.maximum(self._largest[row], slip)
         return np.stack([least, np.zeros_like(slip), largest])
 
 
 class _Path:
-    """The path of a spatial fingertip, of rows at which it has gone about equally far."""
+    """The path of a spatial fingertip, at rows with roughly equal distances."""
 
     def __init__(self, slip: Values, path: Values) -> None:
         self._slip = slip
@@ -169,13 +168,13 @@ class _Path:
         self._stations = np.unique(np.append(0, rows))
 
     def at(self, row: int, slip: Values) -> Values:
-        """The trail between a row and the next, where the fingertip is at a slip."""
+        """The trail between two rows, with the fingertip at a slip."""
         passed = self._stations[: np.searchsorted(self._stations, row, side="right")]
         return np.concatenate([self._slip[passed], slip[None]])
 
 
 def pushed(sample: Sample, force: Sequence[float]) -> Sample:
-    """An instant at which nothing but a force pushes the object, a number per direction [N]."""
+    """An instant with a force on the object, a number per direction [N], instead of pushes."""
     wrench = np.zeros_like(sample.external_wrench)
     wrench[: len(force)] = force
     return replace(sample, external_wrench=wrench)

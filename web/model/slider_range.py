@@ -1,4 +1,4 @@
-"""Where the slider of a number moves, and in which steps."""
+"""Ranges and steps of sliders."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _STEPS_PER_SLIDER = 200
 
 
 class SliderRange(NamedTuple):
-    """Where a slider moves, in the unit of its parameter."""
+    """Range of a slider, in the unit of its parameter."""
 
     low: float
     high: float
@@ -22,12 +22,12 @@ class SliderRange(NamedTuple):
 def slider_range(
     parameter: Parameter, definitions: Mapping[str, Parameter], value: float
 ) -> SliderRange:
-    """Where the slider of a number moves: its typical range, widened to hold its values.
+    """The range of a slider: the typical range, extended to include its values.
 
     Args:
-        parameter: A number. One that estimates another has the typical range of that one.
+        parameter: A number. An estimate has the typical range of its parameter.
         definitions: Every parameter of the scenario by key.
-        value: What it has to hold, besides the value that the parameter has.
+        value: Another value to include.
     """
     first = parameter.value if isinstance(parameter.value, float) else value
     typical = parameter.typical or _estimated(parameter, definitions)
@@ -41,14 +41,14 @@ def slider_range(
 def _estimated(
     parameter: Parameter, definitions: Mapping[str, Parameter]
 ) -> tuple[float, float] | None:
-    """The typical range of the parameter that this one is an estimate of."""
+    """The typical range of the parameter that this one estimates."""
     sibling = definitions.get(f"{parameter.key.rpartition('.')[0]}.parameter")
     target = definitions.get(str(sibling.value)) if sibling else None
     return target.typical if target else None
 
 
 def round_step(length: float) -> float:
-    """The step of a slider of some length: 1, 2 or 5 times a power of ten."""
+    """The step of a slider: 1, 2 or 5 times a power of ten."""
     step = length / _STEPS_PER_SLIDER
     power = 10.0 ** math.floor(math.log10(step))
     return max(power * factor for factor in (1.0, 2.0, 5.0) if power * factor <= step * (1 + 1e-9))

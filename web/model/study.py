@@ -1,4 +1,4 @@
-"""What a session shows of studies."""
+"""State of studies in a session."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from slipgrasp.web.model.study_map import MapPicture
 
 @dataclass(frozen=True, slots=True)
 class Price:
-    """What the planned study is going to take.
+    """The estimated cost of the planned study.
 
     Attributes:
         seconds: Computing time [s].
-        warnings: What stands in the way of it.
+        warnings: Possible obstacles.
     """
 
     seconds: float
@@ -27,10 +27,10 @@ class Followed:
     """The study on the screen.
 
     Attributes:
-        status: How far it is.
-        behind: How many others come first, where it waits.
-        picture: Its map so far; None until there is one.
-        has_map: Whether there can be one.
+        status: Its progress.
+        behind: Number of studies before it, if it waits.
+        picture: Its present map; None if there is none yet.
+        has_map: Whether it can have one.
     """
 
     status: StudyStatus
@@ -40,19 +40,19 @@ class Followed:
 
     @property
     def study_id(self) -> str:
-        """Its name in the store."""
+        """Its id."""
         return self.status.stored.id
 
 
 @dataclass(frozen=True, slots=True)
 class StudyRun:
-    """A run of a study that the user has asked for.
+    """A requested run of a study.
 
     Attributes:
         study_id: The study.
         index: The run.
-        run_id: Where its recording is kept; empty while it is being made, or cannot be.
-        message: Why it cannot be shown, if so.
+        run_id: Id of its recording; empty while it is being created, or after a failure.
+        message: Reason of a failure.
     """
 
     study_id: str
@@ -62,25 +62,25 @@ class StudyRun:
 
     @property
     def is_awaited(self) -> bool:
-        """Whether it is being made."""
+        """Whether it is being created."""
         return not self.run_id and not self.message
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StudyView:
-    """What a session shows of studies.
+    """State of studies in a session.
 
     Attributes:
-        offers: The parameters of the draft that may vary.
-        draft: What the next study varies; None until the scenario is known.
-        price: What it is going to take; None while that is not known.
+        offers: The parameters of the draft that can vary.
+        draft: Variations of the next study; None until the scenario is known.
+        price: Its estimated cost; None while unknown.
         problems: Why it cannot run, a sentence each.
-        is_starting: Whether it is being checked, and taken on.
+        is_starting: Whether it is being checked and created.
         followed: The study on the screen.
-        study_run: The run of it that was asked for last.
+        study_run: Its run that was requested last.
         listed: The newest studies of the store.
-        is_draft_shown: Whether the panel shows the draft, rather than the map.
-        is_draft_seen: Whether its tab is in front, so that the user sees the draft.
+        is_draft_shown: Whether the panel shows the draft instead of the map.
+        is_draft_seen: Whether its tab is visible.
         is_wide: Whether the map is wider than other panels.
         message: Why a study could not be opened, if so.
     """
@@ -99,5 +99,5 @@ class StudyView:
     message: str = ""
 
     def offer_of(self, key: str) -> Offer | None:
-        """What is offered under a key."""
+        """The parameter with a key."""
         return next((offer for offer in self.offers if offer.key == key), None)

@@ -1,6 +1,6 @@
-"""The map of a study, ready to be shown: what a thread has drawn, and where runs stand on it.
+"""The map of a study for display: drawing by a thread, and positions of runs.
 
-Positions are shares: 0 at the begin of an axis and 1 at its end.
+Positions are fractions from 0 at the start of an axis to 1 at its end.
 """
 
 from __future__ import annotations
@@ -12,11 +12,11 @@ from typing import Any, NamedTuple
 from slipgrasp.core.study.definition import Study
 
 SIZE = 1000
-"""Width and height of the marks of a map, in the unit of their SVG."""
+"""Width and height of a map, in the unit of its SVG."""
 
 
 class Box(NamedTuple):
-    """A piece of a map, in shares of its axes."""
+    """A part of a map, in fractions of its axes."""
 
     left: float
     right: float
@@ -26,12 +26,12 @@ class Box(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Swatch:
-    """A way in which runs end.
+    """A category of outcomes.
 
     Attributes:
-        way: Its place in `slipgrasp.recordings.study.categories.CATEGORIES`.
-        words: What to call it.
-        count: How many runs ended so.
+        way: Its index in `slipgrasp.recordings.study.categories.CATEGORIES`.
+        words: Name.
+        count: Number of its runs.
     """
 
     way: int
@@ -45,12 +45,12 @@ class MapAxisPicture:
 
     Attributes:
         key: The varied key.
-        label: What it is called, with its unit.
-        low: Where it begins, in the unit of the parameter.
-        high: Where it ends.
-        is_log: Whether equal distances are equal ratios.
-        borders: Borders of the cells as shares; none where runs are points.
-        ticks: Where numbers stand, and the numbers.
+        label: Label with unit.
+        low: Lower limit, in the unit of the parameter.
+        high: Upper limit.
+        is_log: Whether the scale is logarithmic.
+        borders: Boundaries of the cells as fractions; empty for points.
+        ticks: Positions and labels of ticks.
     """
 
     key: str
@@ -62,28 +62,28 @@ class MapAxisPicture:
     ticks: tuple[tuple[float, str], ...]
 
     def share(self, value: float) -> float:
-        """Where a value stands."""
+        """The position of a value."""
         low, high = self.low, self.high
         if self.is_log:
             low, high, value = math.log(low), math.log(high), math.log(value)
         return (value - low) / (high - low)
 
     def cell(self, share: float) -> tuple[float, float]:
-        """Both borders of the cell that holds a share; the share itself where there is none."""
+        """Both boundaries of the cell at a position; the position itself for points."""
         inside = zip(self.borders, self.borders[1:], strict=False)
         return next((pair for pair in inside if pair[0] <= share < pair[1]), (share, share))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MapPanelPicture:
-    """The runs that have the compared setting in common.
+    """The runs with a common compared setting.
 
     Attributes:
         values: The setting by key; empty if nothing is compared.
-        title: The setting in words.
-        marks: Cells or points, as the inside of an SVG of 1000 by 1000.
-        finished: How many of its runs are done.
-        held: How many of them held.
+        title: The setting as text.
+        marks: Cells or points, as the content of an SVG of 1000 by 1000.
+        finished: Number of finished runs.
+        held: Number of these that held the object.
     """
 
     values: dict[str, Any]
@@ -95,7 +95,7 @@ class MapPanelPicture:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MapPicture:
-    """The map of a study with the runs that are done so far.
+    """The map of a study with its finished runs.
 
     Attributes:
         study: The study; None of a page that simulates.
@@ -104,11 +104,11 @@ class MapPicture:
         across: The horizontal axis.
         up: The vertical axis.
         panels: One per compared setting.
-        swatches: How runs ended, held first.
-        base: Where the base stands; None where it is beyond the map.
-        diagonal: Where both axes are equal: both ends as shares; None where that says nothing.
-        lumped: How many runs a cell has along each side.
-        note: Varied parameters that are not distinguished; empty if there are none.
+        swatches: Categories of outcomes, held first.
+        base: Position of the base; None if it is outside the map.
+        diagonal: Both ends of the line of equal values; None if it is meaningless.
+        lumped: Number of runs along each side of a cell.
+        note: Varied parameters that are not distinguished; may be empty.
     """
 
     study: Study | None

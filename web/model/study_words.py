@@ -1,4 +1,4 @@
-"""Studies in words: what varies, what it costs, how far it is, and where to find the others."""
+"""Text about studies: variations, cost, progress, and lists."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ _LONGEST_TITLE = 44
 
 
 def value_words(value: Any, unit: str = "") -> str:
-    """A value as a person writes it, with its unit."""
+    """A value with its unit, for people."""
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         return str(value)
     return f"{value:.4g}{unit_after(unit)}"
 
 
 def number_words(count: int, noun: str) -> str:
-    """A number of things: ``1 run``, ``225 runs``; studies are spelled right."""
+    """A number of items: ``1 run``, ``225 runs``, ``2 studies``."""
     if count == 1:
         return f"1 {noun}"
     plural = f"{noun.removesuffix('y')}ies" if noun.endswith("y") else f"{noun}s"
@@ -28,7 +28,7 @@ def number_words(count: int, noun: str) -> str:
 
 
 def share_words(count: int, total: int) -> str:
-    """A share in percent, such as ``59 %``."""
+    """A percentage, such as ``59 %``."""
     if not total:
         return "–"
     share = 100.0 * count / total
@@ -36,7 +36,7 @@ def share_words(count: int, total: int) -> str:
 
 
 def time_words(seconds: float) -> str:
-    """A time to wait, as roughly as it is known [s]."""
+    """A remaining time, roughly [s]."""
     if seconds < 1.0:
         return "less than a second"
     if seconds < 90.0:
@@ -47,18 +47,18 @@ def time_words(seconds: float) -> str:
 
 
 def progress_words(status: StudyStatus, behind: int) -> str:
-    """How far a study is, in a line.
+    """The progress of a study on one line.
 
     Args:
         status: The study.
-        behind: How many others come first, where it waits.
+        behind: Number of studies before it, if it waits.
     """
     total = status.stored.num_runs
     runs = f"{status.finished} of {number_words(total, 'run')}"
     match status.state:
         case StudyState.QUEUED:
             return (
-                f"Waiting behind {number_words(behind, 'study')}." if behind else "About to begin."
+                f"Waiting behind {number_words(behind, 'study')}." if behind else "About to start."
             )
         case StudyState.RUNNING if not status.finished:
             return f"{number_words(total, 'run')}: starting the processes that simulate …"
@@ -75,7 +75,7 @@ def progress_words(status: StudyStatus, behind: int) -> str:
 
 
 def list_label(status: StudyStatus) -> str:
-    """A study among others to choose from; its id keeps equal ones apart."""
+    """A study in a list; its id distinguishes equal titles."""
     stored = status.stored
     title = stored.title or " × ".join(stored.keys) or "unreadable study"
     if len(title) > _LONGEST_TITLE:

@@ -1,4 +1,4 @@
-"""Colours of what does not slip: links, mounts, the object, on a bright and on a dark page."""
+"""Colours of links, mounts and the object, for a light and a dark page."""
 
 from __future__ import annotations
 
@@ -9,21 +9,21 @@ from slipgrasp.web.model.colours import LENS
 
 
 class Surfaces(NamedTuple):
-    """One colour per kind of surface; those of the contacts are the same on any page.
+    """One colour per kind of surface; contacts have the same colours on any page.
 
     Attributes:
         link: Bars of the fingers.
         joint: Joints.
-        mount: Blocks that the fingers are bolted to.
+        mount: Mounts of the fingers.
         ground: The floor below.
         object: The object.
-        object_edge: Its outline.
+        object_edge: Outline of the object.
         lens: The background of a close-up.
         leader: Lines from the contacts to their close-ups.
-        pale: The hand and object of another run, for comparison.
-        pale_edge: Their outlines.
-        ink: Words.
-        page: What is behind it all, and around the letters of words.
+        pale: Hand and object of a ghost.
+        pale_edge: Outlines of a ghost.
+        ink: Text.
+        page: Background, and border of text.
     """
 
     link: Rgb

@@ -1,4 +1,4 @@
-"""Round values for the numbers at an axis, and as many digits of a value as say something."""
+"""Round values for ticks of an axis, and significant digits of values."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ _MOST_DECIMALS = 6
 
 
 def ticks_of(low: float, high: float, *, is_log: bool = False) -> list[float]:
-    """Round values for the numbers at an axis.
+    """Round values for ticks of an axis.
 
     Args:
-        low: Where it begins.
-        high: Where it ends, above.
-        is_log: Whether equal distances are equal ratios.
+        low: Lower limit.
+        high: Upper limit.
+        is_log: Whether the scale is logarithmic.
     """
     if is_log and high >= 3.0 * low:
         decades = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
@@ -36,14 +36,14 @@ def _round_step(least: float) -> float:
 
 
 def digits_of(value: float, scale: float, *, signed: bool = False) -> str:
-    """A value with the digits that matter beside others: to a thousandth of the largest.
+    """Formats a value with digits down to a thousandth of the largest one.
 
-    So what is nothing but rounding reads as 0.000 where its neighbours are about 1.
+    Rounding errors therefore appear as 0.000 next to values of about 1.
 
     Args:
         value: The value.
-        scale: The largest absolute value among those it stands with.
-        signed: Whether a plus stands before what is positive.
+        scale: The largest absolute value in the group.
+        signed: Whether to include a plus sign.
     """
     plus = "+" if signed else ""
     if not math.isfinite(value):

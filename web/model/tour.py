@@ -1,4 +1,4 @@
-"""A tour of the presets: each with a question, and the one control that answers it."""
+"""A tour of the presets, each with a question and a control to answer it."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Stop:
-    """One preset of the tour; what happens in it is said by its title.
+    """A stop of the tour; the title of the preset describes it.
 
     Attributes:
         preset: Its name.
-        question: What to find out.
-        control: Dotted key of the parameter to move for that.
+        question: Question for the user.
+        control: Dotted key of the parameter to change.
     """
 
     preset: str

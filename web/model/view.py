@@ -39,10 +39,10 @@ from slipgrasp.web.model.study import StudyView
 from slipgrasp.web.model.tour import TOUR, Stop
 
 MOST_ROWS_WITH_PREMISES = 20_000
-"""Most rows of a trace that are evaluated again, which takes some ten seconds."""
+"""Largest number of rows that are evaluated again, which takes some ten seconds."""
 
 Pair = tuple[int, int]
-"""Tickets of two runs: the one on the screen, and the ghost."""
+"""Tickets of two runs: the run on the screen, and the ghost."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -121,8 +121,8 @@ class Shown:
         ticket: The request that it answers; another ticket is another run.
         result: The run.
         elapsed: Computing time [s]; 0 if it was read.
-        replay: The recording it was read from, None if it was computed.
-        sampler: Reads instants off the run.
+        replay: The recording from which it was read, None if it was computed.
+        sampler: Samples instants of the run.
     """
 
     ticket: int
@@ -175,12 +175,13 @@ class ShownPremises(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Ghost:
-    """Another run, drawn pale below the one that is shown.
+    """Another run, drawn pale below the run on the screen.
 
     Attributes:
         shown: The run.
         label: Its name, which shows its origin.
-        is_chosen: Whether the user chose it for a comparison; it then stays when controls move.
+        is_chosen: Whether the user selected it for a comparison; it then remains when controls
+            move.
     """
 
     shown: Shown
@@ -297,7 +298,7 @@ def show(view: ViewState, shown: Shown, stage: RunStage, *, afresh: bool) -> Vie
     """Puts a run on the screen.
 
     Args:
-        view: What is on the screen now.
+        view: The present screen.
         shown: The run.
         stage: The stage of its request.
         afresh: Whether it is unrelated to the previous run, so that the play head starts anew.
@@ -319,7 +320,7 @@ def _kept_in(window: TimeWindow, playback: Playback, shown: Shown) -> Playback:
     Otherwise a control would act at another time than the user paused at.
     """
     if playback.playing:
-        # Unless the user has chosen a speed, it suits the window.
+        # A speed that the user has not chosen is adapted to the window.
         is_own = playback.speed != speed_for(playback.window)
         speed = playback.speed if is_own else speed_for(window)
         return replace(playback.within(window), speed=speed)

@@ -1,1 +1,1 @@
-"""What is added to viser's page: a script, a style, and the way their gestures come back."""
+"""Additions to viser's page: a script, a style, and routes for its gestures."""

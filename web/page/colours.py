@@ -1,4 +1,4 @@
-"""The colours of what the page draws over the view, on a bright and on a dark page."""
+"""Colours of the overlay of the view, for a light and a dark page."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from slipgrasp.web.model.surfaces import surfaces_for
 
 
 def colours_html() -> str:
-    """The table as an element of the page that the script reads."""
+    """The table as an HTML element for the script."""
     table = {
         "phases": {str(int(phase)): css(colour) for phase, colour in PHASES.items()},
         "cone": css(CONE),
@@ -23,7 +23,7 @@ def colours_html() -> str:
 
 
 def _surfaces(*, dark: bool) -> dict[str, str]:
-    """Colours by the names that overlay.js gives them."""
+    """Colours by their names in overlay.js."""
     surfaces = surfaces_for(dark=dark)
     colours = {
         "ink": surfaces.ink,

@@ -1,4 +1,4 @@
-"""The close-ups over a scene as a part of a page that has no server."""
+"""Close-ups in a page without a server."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ _DRAW = """import {{ drawCloseUps }} from "slipgrasp/viser_view.js";
 
 
 def close_ups_html(top: float) -> str:
-    """What to begin the head of viser's page with.
+    """HTML for the head of viser's page.
 
     Args:
-        top: Height at the top of the view that is not free, as a share of it.
+        top: Reserved fraction of the height at the top of the view.
     """
     folder = resources.files("slipgrasp.web.page")
     files = (f"{module}.js" for module in _MODULES)
@@ -32,6 +32,6 @@ def close_ups_html(top: float) -> str:
 
 
 def _module(code: str) -> str:
-    """The address of a module that contains itself; it finds others by their names."""
+    """A URL that contains a module; other modules are found by name."""
     by_name = code.replace('from "./', 'from "slipgrasp/')
     return f"data:text/javascript;base64,{b64encode(by_name.encode()).decode()}"

@@ -1,7 +1,7 @@
-"""What a page may post: intents that viser has no widget for, as JSON, written and read here.
+"""JSON schema of the intents that a page may post, for gestures without a viser widget.
 
 The page posts ``{"kind": "step", "direction": 1}`` for ``Step(1)``: the kind is the name of the
-intent, the rest are its fields, and their annotations say what is allowed.
+intent, and its fields are validated by their annotations.
 """
 
 from __future__ import annotations
@@ -137,22 +137,22 @@ def _kind_of(intent: type[Intent]) -> str:
 
 
 KINDS: dict[type[Intent], str] = {intent: _kind_of(intent) for intent in RIGHTS}
-"""What the page calls each intent that it may post."""
+"""The name of each intent that the page may post."""
 
 
 def posted(intent: Intent) -> dict[str, Any]:
-    """What the page posts for an intent."""
+    """The JSON of an intent."""
     return {"kind": KINDS[type(intent)], **asdict(intent)}
 
 
 class _Gesture(BaseModel):
-    """Something that the page posts, checked: an intent, or a part of one."""
+    """Validated JSON: an intent, or part of one."""
 
     model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
 
 
 def _gesture_model(made: type[Any], **kind: Any) -> type[_Gesture]:
-    """The fields of a dataclass, each allowed what its annotation says."""
+    """The validated fields of a dataclass."""
     hints = get_type_hints(made, include_extras=True)
     allowed: dict[str, Any] = {
         name: (_gesture_model(hint) if isinstance(hint, type) and is_dataclass(hint) else hint, ...)
@@ -162,7 +162,7 @@ def _gesture_model(made: type[Any], **kind: Any) -> type[_Gesture]:
 
 
 def _built(made: type[Any], gesture: _Gesture) -> Any:
-    """The dataclass whose fields were checked."""
+    """The dataclass of validated fields."""
     values = {name: (hint, getattr(gesture, name)) for name, hint in get_type_hints(made).items()}
     return made(
         **{
@@ -179,7 +179,7 @@ _AnyGesture = Annotated[reduce(or_, _MODELS), Field(discriminator="kind")]
 
 
 class PageGestures(RootModel[list[_AnyGesture]]):
-    """What a page posts at once, in the order in which it was done."""
+    """A batch of intents, in order."""
 
     root: list[_AnyGesture] = Field(max_length=MAX_GESTURES)
 

@@ -1,4 +1,4 @@
-"""The keys of the dashboard: one table for the script, the list of commands and the help."""
+"""Keyboard shortcuts: one table for the script, the command list and the help."""
 
 from __future__ import annotations
 
@@ -30,15 +30,15 @@ from slipgrasp.web.page.intents_schema import posted
 
 @dataclass(frozen=True, slots=True)
 class KeyCommand:
-    """What a key does.
+    """A keyboard shortcut.
 
     Attributes:
-        keys: The keys, any of which does it: a browser's name of the key, a letter in
-            upper case, with ``Ctrl+`` (also Cmd) and ``Shift+`` before it.
-        text: What it does, in words.
-        intent: What it asks for.
-        icon: Its icon in the list of commands.
-        tab: The tab of the page that shows what it does; empty if any does.
+        keys: Alternative keys: a browser's name of the key, or an upper-case letter, with optional
+            prefixes ``Ctrl+`` (also Cmd) and ``Shift+``.
+        text: Description.
+        intent: Its intent.
+        icon: Icon in the list of commands.
+        tab: The tab that shows its effect; empty for any tab.
     """
 
     keys: tuple[str, ...]
@@ -59,7 +59,9 @@ KEYS: tuple[KeyCommand, ...] = (
     _command("ArrowRight", "Step forward", Icon.PLAYER_TRACK_NEXT, Step(1)),
     _command("Shift+ArrowLeft [", "Previous event", Icon.PLAYER_SKIP_BACK, JumpToEvent(-1)),
     _command("Shift+ArrowRight ]", "Next event", Icon.PLAYER_SKIP_FORWARD, JumpToEvent(1)),
-    _command("N", "Next slip; after the last the first", Icon.PLAYER_TRACK_NEXT, GoToNextSlip()),
+    _command(
+        "N", "Next slip; after the last one the first", Icon.PLAYER_TRACK_NEXT, GoToNextSlip()
+    ),
     _command("Home", "Go to the start", Icon.ARROW_BAR_TO_LEFT, GoToEdge(-1)),
     _command("End", "Go to the end", Icon.ARROW_BAR_TO_RIGHT, GoToEdge(1)),
     _command("ArrowUp +", "Play faster", Icon.TRENDING_UP, ChangeSpeed(1)),
@@ -109,10 +111,10 @@ _SIGNS = {
 
 
 def keys_of(intent: Intent) -> str:
-    """The keys that do something, as they are shown to a user: ``Space or P``.
+    """The keys of an intent as text: ``Space or P``.
 
     Raises:
-        LookupError: If no key does it.
+        LookupError: If no key has this intent.
     """
     for command in KEYS:
         if command.intent == intent:
@@ -121,10 +123,10 @@ def keys_of(intent: Intent) -> str:
 
 
 def keys_html(known: Collection[Intent] | None = None) -> str:
-    """The table as an element of the page that the script reads.
+    """The table as an HTML element for the script.
 
     Args:
-        known: What the page can do; all of it if None.
+        known: Supported intents; all of them if None.
     """
     rows = [
         {"keys": command.keys, "shown": _shown(command), "text": command.text}
@@ -132,7 +134,7 @@ def keys_html(known: Collection[Intent] | None = None) -> str:
         for command in KEYS
         if known is None or command.intent in known
     ]
-    # Nothing within a script element may look like its end.
+    # Text in a script element must not look like its end tag.
     content = json.dumps(rows, ensure_ascii=True).replace("<", "\\u003c")
     return f'<script type="application/json" id="sg-keys">{content}</script>'
 

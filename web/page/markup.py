@@ -1,4 +1,4 @@
-"""Attributes of HTML that the page's own script understands."""
+"""HTML attributes for the page's script."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from slipgrasp.web.model.intents.intent import Intent
 from slipgrasp.web.page.intents_schema import KINDS, posted
 
 _CHOSEN = "$value"
-"""Stands for the value that a user chose or typed."""
+"""Placeholder for the value that a user chose or typed."""
 
 
 def click_attribute(*intents: Intent) -> str:
@@ -20,21 +20,21 @@ def click_attribute(*intents: Intent) -> str:
 
 
 def clickable(hint: str, intent: Intent) -> str:
-    """The attributes that make any element a button, for the mouse and for the keyboard.
+    """The attributes that make an element a button, for mouse and keyboard.
 
     Args:
-        hint: One sentence on what a click does; shown while the mouse rests on it.
-        intent: What it asks for.
+        hint: Tooltip, a sentence.
+        intent: Intent to send.
     """
     return f'role="button" tabindex="0" title="{escape(hint)}" {click_attribute(intent)}'
 
 
 def change_attribute(intent: type[Intent], field: str) -> str:
-    """The attribute of an input or a select that asks for something when its value changes.
+    """The attribute of an input or select that sends an intent when its value changes.
 
     Args:
-        intent: What it asks for.
-        field: Its only field, which takes the value.
+        intent: Class of the intent.
+        field: Its field for the value.
     """
     return _attribute("data-sg-change", {"kind": KINDS[intent], field: _CHOSEN})
 

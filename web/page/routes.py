@@ -1,4 +1,4 @@
-"""What the page is served: its script and style, and the routes by which these reach a session."""
+"""Routes of the page: script, style, and gestures of a session."""
 
 from __future__ import annotations
 
@@ -31,11 +31,11 @@ _MEDIA_TYPES = {".js": "text/javascript", ".css": "text/css", ".svg": "image/svg
 
 
 def add_page_routes(app: FastAPI, relay: ViewerRelay) -> None:
-    """Serves the page's own script.
+    """Adds the routes of the page.
 
     Args:
-        app: The application; ``app.state.dashboard`` has the sessions once it lives.
-        relay: Knows whether it can serve another viewer.
+        app: The application; ``app.state.dashboard`` has the sessions after its start.
+        relay: Reports whether it can serve another viewer.
     """
     app.state.viewer_relay = relay
     app.include_router(_router)
@@ -43,16 +43,16 @@ def add_page_routes(app: FastAPI, relay: ViewerRelay) -> None:
 
 @_router.get(f"{STATIC_PATH}/{{name}}")
 def show_file(name: str, request: Request) -> Response:
-    """A file of the page."""
+    """Returns a file of the page."""
     found = _static_files().get(name)
     if found is None:
-        raise HTTPException(404, "the page has no such file")
+        raise HTTPException(404, "there is no such file")
     return found.answer(request)
 
 
 @_router.get(f"{SESSIONS_PATH}/{{key}}")
 async def show_session(key: str, request: Request, response: Response) -> dict[str, object]:
-    """Whether a session lives; a page asks every other second, to notice that it is alone."""
+    """Returns whether a session exists; pages poll this to notice a lost session."""
     response.headers.update(_NEVER_KEPT)
     directory, relay = _directory(request), request.app.state.viewer_relay
     return {
@@ -64,7 +64,7 @@ async def show_session(key: str, request: Request, response: Response) -> dict[s
 
 @_router.post(f"{SESSIONS_PATH}/{{key}}/intents", status_code=202)
 async def take_gestures(key: str, request: Request) -> Response:
-    """Passes what a user did in the page to the session of the page."""
+    """Passes gestures of a page to its session."""
     send = _directory(request).find(key)
     if send is None:
         raise HTTPException(404, "this session has ended; reload the page")
@@ -90,7 +90,7 @@ def _directory(request: Request) -> SessionDirectory:
 
 @cache
 def _static_files() -> dict[str, PageFile]:
-    """Every file of the page by its name."""
+    """All files of the page by name."""
     return {
         file.name: PageFile(file.read_bytes(), media_type)
         for file in resources.files("slipgrasp.web.page").iterdir()
@@ -100,10 +100,10 @@ def _static_files() -> dict[str, PageFile]:
 
 
 def head_html(root: str = "") -> str:
-    """Title and icon, our style and our script, and what the script has to know from the start.
+    """HTML for the head: title, icon, style, script, and data for the script.
 
     Args:
-        root: Path at which a proxy shows the server.
+        root: Root path of the proxy.
     """
     static = f"{root}{STATIC_PATH}"
     return (

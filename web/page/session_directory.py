@@ -1,4 +1,4 @@
-"""Which sessions there are, by the key that only their own page knows."""
+"""Directory of the sessions by secret keys."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ _KEY_BYTES = 18
 
 
 class SessionDirectory:
-    """Finds the mailbox of a session for the gestures that its page posts.
+    """Finds the session of a page.
 
     Attributes:
-        server_id: Distinguishes this directory from that of a server started later.
+        server_id: Distinguishes this server from later ones.
     """
 
     def __init__(self) -> None:
@@ -23,13 +23,13 @@ class SessionDirectory:
         self._mailboxes: dict[str, Send] = {}
 
     def enter(self, send: Send) -> str:
-        """Enters a session.
+        """Adds a session.
 
         Args:
-            send: Takes what its page asks for.
+            send: Accepts intents from its page.
 
         Returns:
-            Its key, which nobody can guess.
+            Its random key.
         """
         key = secrets.token_urlsafe(_KEY_BYTES)
         with self._lock:
@@ -37,11 +37,11 @@ class SessionDirectory:
         return key
 
     def remove(self, key: str) -> None:
-        """Takes a session out; one that is out already stays out."""
+        """Removes a session, if it exists."""
         with self._lock:
             self._mailboxes.pop(key, None)
 
     def find(self, key: str) -> Send | None:
-        """What takes the intents of a session; None if there is no such session."""
+        """Returns the receiver of the intents of a session; None if it does not exist."""
         with self._lock:
             return self._mailboxes.get(key)

@@ -1,4 +1,4 @@
-"""How the picture looks: light or dark, how long forces are, what is drawn."""
+"""Display options: light or dark, scale of forces, optional elements."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ _FORCE_STEP = 0.5
 
 
 class AppearancePanel:
-    """Lets the user choose what is drawn.
+    """Panel of display options.
 
     Args:
-        gui: Where it goes.
-        appearance: What is chosen at first.
-        send: Takes the intents.
+        gui: Parent of the widgets.
+        appearance: Initial options.
+        send: Accepts the intents.
     """
 
     def __init__(self, gui: viser.GuiApi, appearance: Appearance, send: Send) -> None:
@@ -37,13 +37,13 @@ class AppearancePanel:
                 LARGEST_FORCE_SCALE,
                 _FORCE_STEP,
                 appearance.force_scale,
-                hint="How many times longer than usual the arrows of the contact forces are.",
+                hint="Scale of the arrows of the contact forces.",
             )
             self.cones = gui.add_checkbox(
                 "friction cones",
                 appearance.cones,
-                hint="Draw the cone that a force may not leave while its fingertip sticks, and "
-                "dashed its estimate.",
+                hint="Draw the friction cone, which contains the force while a fingertip sticks, "
+                "and dashed its estimate.",
             )
             self.lenses = gui.add_checkbox(
                 "close-ups", appearance.lenses, hint="Show every contact magnified above the hand."
@@ -51,7 +51,7 @@ class AppearancePanel:
             self.whole_hand = gui.add_checkbox(
                 "whole hand",
                 appearance.whole_hand,
-                hint="Look at the fingers as far as their mounts, not at what is held alone.",
+                hint="Include the fingers with their mounts in the view, not only the object.",
             )
             self.lecture = gui.add_checkbox(
                 "lecture",
@@ -72,7 +72,7 @@ class AppearancePanel:
             widget.on_update(self._pass_on)
 
     def update(self, view: ViewState) -> None:
-        """Shows what is chosen."""
+        """Shows the present options."""
         appearance = view.appearance
         self.dark.value = appearance.dark
         self.force_scale.value = appearance.force_scale
@@ -80,13 +80,13 @@ class AppearancePanel:
         self.whole_hand.value, self.lecture.value = appearance.whole_hand, appearance.lecture
 
     def remove(self) -> None:
-        """Takes everything off the page."""
+        """Removes all widgets."""
         self._folder.remove()
         self._command.remove()
 
-    # In the viewer server's event loop, where the order in which a user does things is kept.
+    # In the viewer server's event loop, which preserves the order of events.
     async def _pass_on(self, event: viser.GuiEvent[Any]) -> None:
-        """Asks for what the widgets say; values that the program sets must not come back."""
+        """Sends changes by the user; changes by the program are ignored."""
         if event.client_id is not None:
             self._send(
                 SetAppearance(

@@ -1,4 +1,4 @@
-"""Charts under tabs, each with a legend that reads the play head."""
+"""Charts in tabs, each with a legend that shows values at the play head."""
 
 from __future__ import annotations
 
@@ -35,20 +35,20 @@ _READINGS_PER_WINDOW = 300
 
 
 def is_reading_due(shown: float, wanted: float, window: TimeWindow, since: float) -> bool:
-    """Whether the play head has moved far enough for other values in the legends.
+    """Whether the play head has moved enough to update the legends.
 
     Args:
-        shown: Where they were read [s].
-        wanted: Where the play head stands [s].
-        window: What the charts show.
-        since: How long ago they were read [s].
+        shown: Time of the shown values [s].
+        wanted: Time of the play head [s].
+        window: Time range of the charts.
+        since: Time since the last update [s].
     """
     moved = abs(wanted - shown)
     return since >= _READING_INTERVAL and moved >= window.length / _READINGS_PER_WINDOW
 
 
 class ChartsPanel:
-    """Shows the charts of the run, and those of its ghost.
+    """Panel with the charts of the run and its ghost.
 
     Args:
         client: The viewer.
@@ -72,7 +72,7 @@ class ChartsPanel:
         self._read, self._read_at = Cursors(0.0, None), 0.0
 
     def update(self, view: ViewState) -> None:
-        """Draws a new run or window at once, and reads the lines off ten times a second."""
+        """Draws a new run or window immediately, and updates values ten times a second."""
         if view.shown is None or view.playback is None:
             return
         self._laws.update(view)
@@ -95,7 +95,7 @@ class ChartsPanel:
         self._read, self._read_at = cursors, now
 
     def _draw(self, run: ChartedRun, view: ViewState, window: TimeWindow) -> None:
-        """Draws what may have changed under every tab."""
+        """Draws changes in all tabs."""
         ghost, dark = self._ghost_run, view.appearance.dark
         label = view.ghost.label if view.ghost else ""
         pages = drawn_charts(run, ghost, window, view.charts)
@@ -106,20 +106,20 @@ class ChartsPanel:
         self._xy.draw(run, ghost, window, view.charts, label, dark=dark)
 
     def resize(self, height: int) -> None:
-        """Gives every chart over time another height [px]."""
+        """Changes the height of the charts over time [px]."""
         for tab in self._tabs.values():
             tab.resize(height)
 
     def remove(self) -> None:
-        """Takes everything off the page."""
+        """Removes all widgets."""
         self._group.remove()
 
     def _take_runs(self, shown: Shown, ghost: Ghost | None, charts_view: ChartsView) -> ChartedRun:
-        """The charts of the run; those of another one are yet to be drawn."""
+        """The charts of the run; those of another run are drawn later."""
         choice = (charts_view.chosen, charts_view.across)
         is_same = self._run is not None and (self._run.chosen, self._run.across) == choice
         if self._run is None or not is_same or shown is not self._shown or ghost is not self._ghost:
-            # A run that becomes the ghost of the next one has its charts already.
+            # A run that becomes the ghost of the next one already has its charts.
             known = [run for run in (self._run, self._ghost_run) if run is not None]
             self._shown, self._ghost, self._drawn = shown, ghost, None
             self._run = ChartedRun.of(shown.result, known, charts_view)
@@ -135,7 +135,7 @@ class ChartsPanel:
 
 
 class _Tab:
-    """The charts under one tab; plots are made once, and hidden while unused."""
+    """The charts in one tab; unused plots are hidden and reused."""
 
     def __init__(self, gui: viser.GuiApi, tab: viser.GuiTabHandle, height: int) -> None:
         self._gui, self._tab, self._height = gui, tab, height
@@ -148,7 +148,7 @@ class _Tab:
             self._note = gui.add_html("", visible=False)
 
     def draw(self, charts: Sequence[DrawnChart], ghost_label: str, *, dark: bool) -> None:
-        """Draws charts, and says what there is to know of them."""
+        """Draws charts, and shows notes about them."""
         self._drawn = charts
         with self._tab:
             for chart in charts[len(self._plots) :]:
@@ -162,17 +162,17 @@ class _Tab:
         self._note.content = note_html(remarks)
 
     def resize(self, height: int) -> None:
-        """Gives its charts another height [px], also those to come."""
+        """Changes the height of present and future charts [px]."""
         self._height = height
         for plot in self._plots:
             plot.resize(height)
 
     def ask(self, html: str) -> None:
-        """Shows something above the charts."""
+        """Shows HTML above the charts."""
         self._question.content, self._question.visible = html, True
 
     def read(self, trace: Trace, cursors: Cursors, changes: Sequence[float]) -> None:
-        """Shows the values at the cursors, and when parameters change [s]."""
+        """Shows values at the cursors, and times of parameter changes [s]."""
         self._cursors.content = cursor_html(cursors)
         values = {
             drawn.chart.key: read_lines(drawn.chart, trace, cursors, drawn.scale)

@@ -1,4 +1,4 @@
-"""Two runs over each other: their names, and their differences."""
+"""Two overlaid runs: their names, and their differences."""
 
 from __future__ import annotations
 
@@ -48,9 +48,9 @@ NONE: str = "none"
 
 _LONGEST_NAME = 80
 _INVITATION = (
-    "<p><b>See two runs over each other.</b> Choose a stored run B: it is drawn pale below the "
+    "<p><b>Compare two runs.</b> Choose a stored run B: it is drawn pale below the "
     "run on the screen, in the view, on the timeline and in the charts, and a table lists what "
-    "differs. After a control was moved, the run before the change is compared in the same way.</p>"
+    "differs. After a control was moved, the run before the change becomes the ghost.</p>"
 )
 
 _HINTS: dict[type[Intent], str] = {
@@ -68,12 +68,12 @@ class ComparePanel:
     """Chooses two runs and shows their differences.
 
     Args:
-        gui: Where it goes.
-        send: Takes the intents.
+        gui: Parent of the widgets.
+        send: Accepts the intents.
 
     Attributes:
-        a: Chooses the run on the screen.
-        b: Chooses the ghost.
+        a: Selects the run on the screen.
+        b: Selects the ghost.
         findings: Their differences.
     """
 
@@ -101,7 +101,7 @@ class ComparePanel:
         self.findings.content = compare_html(view)
 
     def remove(self) -> None:
-        """Takes everything off the page."""
+        """Removes all widgets."""
         for element in (self.a, self.b, self.findings):
             element.remove()
 
@@ -115,7 +115,7 @@ class ComparePanel:
                     replay.run_id, f"{_shortened(replay.name, _LONGEST_NAME)} · {replay.run_id}"
                 )
         self._ids = {label: run_id for run_id, label in labels.items()}
-        # A ghost that was not chosen here, such as the run before a change, is listed too.
+        # A ghost that was not selected here, such as the run before a change, is listed too.
         unsaved = view.ghost.label if view.ghost and pale is None else NONE
         for picker, firsts, replay in (
             (self.a, (ON_SCREEN,), on_screen),
@@ -127,7 +127,7 @@ class ComparePanel:
             picker.value = labels.get(replay.run_id, firsts[0]) if replay else firsts[0]
 
     async def _choose(self, event: viser.GuiEvent[viser.GuiDropdownHandle[str]]) -> None:
-        # Values that the program sets come without a client; they must not come back.
+        # Values that the program sets have no client, and are ignored.
         if event.client_id is not None:
             a, b = (self._ids.get(picker.value, "") for picker in (self.a, self.b))
             self._send(CompareRuns(a, b))
@@ -175,7 +175,7 @@ def _button(words: str, is_offered: bool, intent: Intent) -> str:
 
 
 def _body_html(view: ViewState, shown: Shown) -> str:
-    """The differences; those of another pair stay, dimmed, until then."""
+    """The differences; those of another pair stay dimmed until they are replaced."""
     findings, is_current = view.comparing.findings, view.comparing.pair == pair_of(view)
     if view.comparing.distances is not None and is_current:
         return distances_html(view.comparing.distances)
@@ -184,14 +184,14 @@ def _body_html(view: ViewState, shown: Shown) -> str:
     names = shown.result.scenario.finger_names
     if len(names) != len(findings.metrics.get("slip_path", (names,))[0]):
         return "<p>Comparing …</p>"
-    # What is known of another pair may be about other unknowns than this one has.
+    # Differences of another pair may be about other unknowns.
     unknowns = _common_unknowns(view) if is_current else ()
     body = findings_html(findings, names, unknowns, shown.result.scenario.space)
     return body if is_current else f"<div class='sg-outdated'>{body}</div>"
 
 
 def _common_unknowns(view: ViewState) -> tuple[str, ...]:
-    """What both runs on the screen estimate; empty if that is not the same."""
+    """Unknowns that both runs estimate; empty if they differ."""
     runs = [shown for shown in (view.shown, view.ghost and view.ghost.shown) if shown]
     lists = {tuple(e.parameter for e in each.result.scenario.estimates) for each in runs}
     return lists.pop() if len(lists) == 1 else ()
@@ -208,7 +208,7 @@ def _shortened(text: str, longest: int) -> str:
 
 
 def first_divergence(findings: Comparison) -> float | None:
-    """When the first column differs [s]; None if none does."""
+    """Time of the first difference of a column [s]; None if there is none."""
     return next(iter(findings.first_divergence.values()), None)
 
 
@@ -222,20 +222,20 @@ def findings_html(
 
     Args:
         findings: The comparison of the run on the screen, A, and the ghost, B.
-        names: What the fingers are called.
-        unknowns: Dotted keys of what both runs estimate; empty if that is not the same.
-        space: The kind of hand of the runs.
+        names: Names of the fingers.
+        unknowns: Dotted keys of the common unknowns; empty if they differ.
+        space: Kind of hand.
     """
     if findings.identical:
-        return "<p><b>Identical.</b> The same scenario, and not one number differs.</p>"
+        return "<p><b>Identical.</b> The same scenario, and all numbers are equal.</p>"
     parameters = (
         _parameter_row(difference, _parameter_words(difference, names, unknowns, space))
         for difference in findings.scenario
     )
     blocks = (
         _outcome_html(findings, names),
-        _table_html("What was set", ("A", "B"), parameters),
-        _table_html("How it went", ("A", "B", _DIFFERENCE), _metric_rows(findings, names)),
+        _table_html("Parameters", ("A", "B"), parameters),
+        _table_html("Metrics", ("A", "B", _DIFFERENCE), _metric_rows(findings, names)),
         _phases_html(findings, names),
         _signals_html(findings, names),
         _extent_html(findings),
@@ -245,14 +245,14 @@ def findings_html(
 
 def _outcome_html(findings: Comparison, names: Sequence[str]) -> str:
     if findings.equal:
-        return f"<p><b>The same happened</b>, within {_limit(findings)}.</p>"
+        return f"<p><b>Equal</b> within {_limit(findings)}.</p>"
     first = first_divergence(findings)
     phase = min(map(_begin, findings.phase_changes), default=None)
     sentences = []
     if first is not None:
         differing = len(findings.first_divergence)
         sentences.append(
-            f"They part at {_moment(first)}; {differing} of {len(findings.signals)} "
+            f"They first differ at {_moment(first)}; {differing} of {len(findings.signals)} "
             f"signals differ by more than {_limit(findings)}."
         )
     if (error := findings.integration_error) is not None:
@@ -262,7 +262,7 @@ def _outcome_html(findings: Comparison, names: Sequence[str]) -> str:
             f"Differences before {_moment(error.before)}, {largest}, are integration error."
         )
     if phase is not None:
-        sentences.append(f"Stick and slip first differ at {_moment(phase)}.")
+        sentences.append(f"Phases first differ at {_moment(phase)}.")
     return f"<p>{' '.join(sentences) or '<b>They end differently.</b>'}</p>"
 
 
@@ -275,14 +275,14 @@ def _begin(change: PhaseDifference) -> float:
 
 
 def _moment(time: float) -> str:
-    """A time that puts the play head there when it is clicked."""
+    """A time that moves the play head when clicked."""
     words = time_words(time)
     seeking = clickable(f"Put the play head at {words}", Seek(time))
     return f"<span class='sg-time' {seeking}>{words}</span>"
 
 
 def _table_html(title: str, heads: Sequence[str], rows: Iterable[str]) -> str:
-    """A table; nothing without rows."""
+    """A table; empty without rows."""
     body = "".join(rows)
     if not body:
         return ""
@@ -291,7 +291,7 @@ def _table_html(title: str, heads: Sequence[str], rows: Iterable[str]) -> str:
 
 
 def _row_html(head: str, cells: Iterable[str], kind: str = "") -> str:
-    """A row of words and whole cells, all of it HTML already."""
+    """A row of text and complete cells, all in HTML."""
     return f"<tr class='{kind}'><th>{head}</th>{''.join(cells)}</tr>"
 
 
@@ -309,7 +309,7 @@ def _parameter_row(difference: ParameterDifference, words: str) -> str:
 def _parameter_words(
     difference: ParameterDifference, names: Sequence[str], unknowns: Sequence[str], space: Space
 ) -> str:
-    """The name of a parameter with its unit; estimates by the estimated parameter."""
+    """Name of a parameter with unit; estimates have the name of their parameter."""
     head, *rest = difference.key.split(".")
     if head != "estimates" or not unknowns:
         words = key_words(difference.key, names, space)
@@ -331,7 +331,7 @@ def _metric_rows(findings: Comparison, names: Sequence[str]) -> Iterator[str]:
         elif a or b:
             scale = scale_of(unit, filter(None, (*a, *b)))
             yield f"<tr><th colspan='4'>{words} [{scale.unit}]</th></tr>"
-            # A hand of hard fingertips has no spins.
+            # A hand with hard fingertips has no spins.
             both = (values or (None,) * len(names) for values in (a, b))
             for finger, mine, other in zip(names, *both, strict=True):
                 yield _amounts_row(escape(finger), scale, mine, other, is_member=True)
@@ -347,7 +347,7 @@ def _single_row(words: str, unit: str, a: Any, b: Any) -> str:
 
 
 def _is_amount(value: Any) -> bool:
-    """Whether it is a number, or stands for one that there is not."""
+    """Whether it is a number, or a dash for a missing one."""
     return value is None or (isinstance(value, (int, float)) and not isinstance(value, bool))
 
 
@@ -360,7 +360,7 @@ def _coordinate_rows(name: str, a: tuple[float, ...], b: tuple[float, ...]) -> I
 def _amounts_row(
     head: str, scale: Scale, a: float | None, b: float | None, *, is_member: bool = False
 ) -> str:
-    """Two amounts, each over a bar as long as it is large, and their difference."""
+    """Two amounts with proportional bars, and their difference."""
     largest = max(abs(a or 0.0), abs(b or 0.0))
     difference = "" if a is None or b is None or a == b else _times(scale, b - a, signed=True)
     cells = (*(_amount_cell(scale, value, largest) for value in (a, b)), *_cells(difference))
@@ -381,7 +381,7 @@ def _times(scale: Scale, value: float, *, signed: bool = False) -> str:
 
 
 def _phases_html(findings: Comparison, names: Sequence[str]) -> str:
-    """The phase changes that moved, or that only one run has."""
+    """Phase changes that moved, or that are in one run only."""
     changes = findings.phase_changes
     rows = [_phase_row(change, names) for change in changes[:MOST_PHASE_CHANGES]]
     if hidden := len(changes) - len(rows):
@@ -401,7 +401,7 @@ def _phase_row(change: PhaseDifference, names: Sequence[str]) -> str:
 
 
 def _signals_html(findings: Comparison, names: Sequence[str]) -> str:
-    """Of each signal the column that differs most: how far, and when."""
+    """For each signal, the column with the largest difference: amount and time."""
     rows = (_signal_row(column, names) for column in findings.largest_differences)
     table = _table_html("", ("largest", "rms", "at"), rows)
     summary = "<summary>Largest differences, signal by signal</summary>"
@@ -438,10 +438,10 @@ def _distance_row(distance: SignalDistance) -> str:
 
 
 def _extent_html(findings: Comparison) -> str:
-    """How long the runs were compared, and what only one of them has."""
+    """Compared time range, and signals of only one run."""
     start, end = findings.span
     words = (
-        f"Compared at the {findings.num_instants} instants that both have stored, "
+        f"Compared at {findings.num_instants} common instants, "
         f"{time_words(start)} to {time_words(end)}."
     )
     for run, missing in (("A", findings.only_a), ("B", findings.only_b)):

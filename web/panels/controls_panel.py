@@ -60,8 +60,8 @@ class ControlsPanel:
     """Lets the user select a part and move its controls; each shows the value at the play head.
 
     Args:
-        gui: Where it goes.
-        send: Takes the intents.
+        gui: Parent of the widgets.
+        send: Accepts the intents.
     """
 
     def __init__(self, gui: viser.GuiApi, send: Send) -> None:
@@ -86,10 +86,10 @@ class ControlsPanel:
         self._base: Scenario | None = None
 
     def update(self, view: ViewState) -> None:
-        """Shows the values that hold at the play head, and what is wrong with which.
+        """Shows the values at the play head, and errors.
 
-        There are no controls while the first recording is opened, which has others: a page that
-        is slow would receive updates of widgets that it has just been asked to remove.
+        There are no controls while the first recording is opened, which has other parameters: slow
+        pages would receive updates of removed widgets.
         """
         if view.status.stage is RunStage.OPENING:
             return
@@ -148,12 +148,12 @@ class ControlsPanel:
 
     @property
     def law_line(self) -> str:
-        """What stands below the control of the law, as HTML; empty if nothing does."""
+        """HTML below the control of the law; may be empty."""
         return self._law_line.content if self._law_line is not None else ""
 
     @property
     def errors(self) -> tuple[str, ...]:
-        """What stands below wrong fields, as HTML."""
+        """HTML below wrong fields."""
         return tuple(line.content for line in self._errors)
 
     def remove(self) -> None:
@@ -232,9 +232,9 @@ class ControlsPanel:
         return _ShownGroup(group, folder, controls)
 
     def _show_values(self, draft: Draft, view: ViewState) -> None:
-        """Sets the controls once there is something else to show than the last time.
+        """Updates the controls if something changed.
 
-        The one in the user's hand stands right already.
+        The control that the user is moving is not changed.
         """
         moment = change_time(view.playback.time) if view.playback else 0.0
         in_hand = view.editing.key_in_hand(time.monotonic())
@@ -250,7 +250,7 @@ class ControlsPanel:
                 control.show(draft.value_at(moment, key))
 
     def _tell(self, errors: tuple[FieldError, ...], draft: Draft, editing: Editing) -> None:
-        """Puts what is wrong below the fields that are wrong."""
+        """Shows errors below their fields."""
         self._forget_errors()
         self._told = errors
         last = editing.gesture.key if editing.gesture else ""
@@ -261,7 +261,7 @@ class ControlsPanel:
                     self._errors.append(self._gui.add_html(content, order=order))
 
     def _tell_law(self, note: LawNote | None) -> None:
-        """Puts what was set with a law below the control that chose it."""
+        """Shows the settings of a law below its control."""
         self._law_note = note
         if self._law_line is not None:
             self._law_line.remove()
@@ -278,7 +278,7 @@ class ControlsPanel:
         self._errors, self._told = [], ()
 
     def _find(self, key: str) -> list[tuple[Control, viser.GuiFolderHandle]] | None:
-        """The controls of a parameter, or of the first below or above a key that has none."""
+        """The controls of a parameter, or of the closest key that has one."""
         for known, controls in self._controls.items():
             if known == key or known.startswith(f"{key}.") or key.startswith(f"{known}."):
                 return controls
@@ -286,7 +286,7 @@ class ControlsPanel:
 
 
 def _steady(definitions: dict[str, Parameter]) -> dict[str, Parameter]:
-    """The parameters of the scenario as it is when nothing changes and nothing happens."""
+    """The parameters of the scenario without changes and disturbances."""
     return {
         key: parameter
         for key, parameter in definitions.items()
@@ -328,18 +328,18 @@ def _chip(name: str, intent: Intent, is_pressed: bool) -> str:
 
 
 def _is_seen_by_custom_law(kind: str, key: str) -> bool:
-    """Whether a custom law is shown a parameter that only some built-in laws use."""
+    """Whether a custom law receives a parameter that only some built-in laws use."""
     law = custom_law(kind)
     return law is not None and key == law.facts.holds_with
 
 
 def error_html(message: str) -> str:
-    """What is wrong with a field, to stand right below it."""
+    """An error message below its field."""
     return f"<div role='alert' class='sg-wrong' style='color:{tone('bad')}'>{escape(message)}</div>"
 
 
 def law_note_html(note: LawNote) -> str:
-    """What was set with a law, and how to take it back, to stand right below the control."""
+    """The settings of a law, and how to undo them, below its control."""
     reach = f"from t = {note.time:g} s on" if note.time > 0.0 else "on the whole run"
     settings = escape(_BEFORE_UNIT.sub("\u00a0", note.settings or "no other setting changed"))
     return (

@@ -1,4 +1,4 @@
-"""What a user can take away, all in one place."""
+"""All exports in one panel."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ _BUTTONS: tuple[tuple[str, viser.IconName, str, type[Intent]], ...] = (
     (
         "View (PNG)",
         viser.Icon.PHOTO,
-        "Saves the scene as it stands, from where you look at it, as a picture.",
+        "Saves the present view of the scene as an image.",
         ExportPicture,
     ),
     (
         "Charts (SVG)",
         viser.Icon.CHART_LINE,
-        "Saves all charts as shown: this time range, these lines, the ghost too.",
+        "Saves all charts as shown, with time range, visible lines and ghost.",
         ExportCharts,
     ),
     (
@@ -48,11 +48,11 @@ _HEIGHTS = ("480", "720", "1080")
 
 
 class ExportPanel:
-    """Offers the files of the run that is shown.
+    """Panel with the exports of the run on the screen.
 
     Args:
-        gui: Where it goes.
-        send: Takes the intents.
+        gui: Parent of the widgets.
+        send: Accepts the intents.
     """
 
     def __init__(self, gui: viser.GuiApi, send: Send) -> None:
@@ -98,11 +98,11 @@ class ExportPanel:
                 "clip height [px]",
                 _HEIGHTS,
                 initial_value="720",
-                hint="Of the picture in a GIF, an MP4 or a WebM; films need the extra 'film'.",
+                hint="Height of a GIF, MP4 or WebM; MP4 and WebM need the extra 'film'.",
             )
             self._bar = gui.add_progress_bar(0.0, visible=False)
             self._cancel = gui.add_button(
-                "Cancel", icon=viser.Icon.X, hint="Stops making the file.", visible=False
+                "Cancel", icon=viser.Icon.X, hint="Cancels the export.", visible=False
             )
             self._cancel.on_click(lambda _: send(CancelExport()))
             self._words = gui.add_html("")
@@ -114,7 +114,7 @@ class ExportPanel:
         return ExportStill(name, width, height)
 
     def update(self, view: ViewState) -> None:
-        """Shows what can be taken away, and how far a file has come."""
+        """Shows the available exports, and the progress."""
         drawing = (view.shown is not None, linked_run(view), view.exporting)
         if drawing == self._drawn:
             return
@@ -129,16 +129,16 @@ class ExportPanel:
         self._picture.content = picture_html(exporting)
 
     def remove(self) -> None:
-        """Takes everything off the page."""
+        """Removes all widgets."""
         self._folder.remove()
 
 
 def export_html(exporting: Exporting, run_id: str) -> str:
-    """What is being made, what became of it, and the files that the server keeps.
+    """Progress and result of an export, and files on the server.
 
     Args:
-        exporting: How far the export has come.
-        run_id: Where the run is kept; empty if it is not.
+        exporting: State of the export.
+        run_id: Id of the stored run; empty if it is not stored.
     """
     words = f"{exporting.busy_with} …" if exporting.busy_with else exporting.message
     colour = f"color:{tone('bad')}" if exporting.is_failure else ""
@@ -146,7 +146,7 @@ def export_html(exporting: Exporting, run_id: str) -> str:
     if run_id:
         run = f"{from_page(API_PATH)}/runs/{escape(run_id)}"
         lines.append(
-            f"<div>As it is kept: <a href='{run}/recording' download>recording (MCAP)</a>, "
+            f"<div>Stored files: <a href='{run}/recording' download>recording (MCAP)</a>, "
             f"<a href='{run}/signals.csv' download>signals (CSV)</a></div>"
         )
     else:
@@ -155,7 +155,7 @@ def export_html(exporting: Exporting, run_id: str) -> str:
 
 
 def picture_html(exporting: Exporting) -> str:
-    """Asks the page's script for a picture of the scene; nothing that is seen."""
+    """A hidden element that requests an image of the scene from the page's script."""
     return (
         f"<i hidden data-sg-picture='{exporting.pictures}'"
         f" data-sg-name='{escape(exporting.picture_name)}'></i>"

@@ -1,4 +1,4 @@
-"""The tab of the laws side by side; they are run, and drawn, only while it is in sight."""
+"""Tab of all laws, whose runs are simulated and drawn only while it is visible."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from slipgrasp.web.page.markup import visible_attribute
 
 _SENTINEL = f"<div {visible_attribute(SeeCharts, tab=LAWS_TAB)} style='height:1px'></div>"
 _ABOUT = (
-    "The scenario with every law and the settings it is meant for. A click takes that law on the "
-    "whole run; undo takes it back."
+    "The scenario with every law and its recommended settings. A click uses the law for the whole "
+    "run; it can be undone."
 )
 
 
 class LawsTab:
-    """Draws runs with every law over each other.
+    """Draws overlaid runs with every law.
 
     Args:
-        gui: Where they go.
+        gui: Parent of the widgets.
         tab: The tab.
     """
 
@@ -38,7 +38,7 @@ class LawsTab:
             self._pictures = gui.add_html("")
 
     def update(self, view: ViewState) -> None:
-        """Draws the runs, as long as they are in sight."""
+        """Draws the runs while the tab is visible."""
         if view.shown is None or view.playback is None or LAWS_TAB not in view.charts.seen:
             return
         dark, window = view.appearance.dark, view.playback.window
@@ -54,6 +54,6 @@ class LawsTab:
 
 
 def known_words(scenario: Scenario) -> str:
-    """What all the laws are given of a scenario."""
+    """The known parameters of all laws in a scenario."""
     known = knowledge_of(scenario, {LAW: law_names()})
     return describe_comparison(scenario, known, "comparison")

@@ -1,4 +1,4 @@
-"""The map of a study as HTML; how it looks is in ``web/page/study.css``."""
+"""The map of a study as HTML, styled by ``web/page/study.css``."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from slipgrasp.web.model.study_words import share_words
 
 _HATCH = 26
 
-# Strokes of a tile distinguish the kinds of failure without colours, as in the figures.
+# Strokes distinguish kinds of failure without colours, as in the figures.
 _STROKES: dict[Outcome, str] = {
     Outcome.LEFT_FACE: "M-2 28L28 -2",
     Outcome.SEPARATED: "M11 13H15",
@@ -49,7 +49,7 @@ def map_html(picture: MapPicture, ringed: int | None) -> str:
 
     Args:
         picture: The map.
-        ringed: The run on the screen, marked on the map; None if it is not of this study.
+        ringed: The run on the screen, marked on the map; None if it belongs to another study.
     """
     place = None if ringed is None else locate(picture, ringed)
     panels = "".join(
@@ -71,11 +71,11 @@ def _notes(picture: MapPicture) -> list[str]:
         notes = ["Click a point to see its run, rest on it to read it."]
     if picture.lumped > 1:
         notes.append(
-            f"A cell stands for {picture.lumped} × {picture.lumped} runs and shows how most of "
-            "them ended."
+            f"A cell represents {picture.lumped} × {picture.lumped} runs and shows their most "
+            "frequent outcome."
         )
     if picture.base is not None:
-        notes.append("The white dot marks the scenario that varies.")
+        notes.append("The white dot marks the base scenario.")
     return [*notes, escape(picture.note)] if picture.note else notes
 
 
@@ -110,7 +110,7 @@ def _ticks(axis: MapAxisPicture, side: str) -> str:
 
 
 def _grid(picture: MapPicture) -> str:
-    """Short lines outside the frame, where the numbers stand."""
+    """Ticks outside the frame."""
     lines = [f"M{SIZE * share:.1f} {SIZE}v12" for share, _ in picture.across.ticks]
     lines += [f"M0 {SIZE * (1.0 - share):.1f}h-12" for share, _ in picture.up.ticks]
     return f"<path class='sg-map-lines' d='{''.join(lines)}'/>"
@@ -128,7 +128,7 @@ def _base(picture: MapPicture) -> str:
     if picture.base is None:
         return ""
     x, y = SIZE * picture.base[0], SIZE * (1.0 - picture.base[1])
-    # Lines without length have round ends of the same size on every map.
+    # Lines of zero length with round ends have the same size on every map.
     return "".join(
         f"<path class='sg-map-over' d='M{x:.1f} {y:.1f}h0' stroke='{colour}' "
         f"stroke-width='{width}' stroke-linecap='round'/>"
@@ -137,7 +137,7 @@ def _base(picture: MapPicture) -> str:
 
 
 def _ring(box: Box) -> str:
-    """A frame around the run on the screen that stands out on every colour."""
+    """A frame around the run on the screen, visible on every colour."""
     left, right, low, high = box
     x, y = SIZE * left, SIZE * (1.0 - high)
     width, height = SIZE * (right - left), SIZE * (high - low)

@@ -37,7 +37,7 @@ class OutcomePanel:
     """Shows the outcome card, and a progress bar during computations.
 
     Args:
-        gui: Where it goes.
+        gui: Parent of the widgets.
     """
 
     def __init__(self, gui: viser.GuiApi) -> None:
@@ -62,7 +62,7 @@ class OutcomePanel:
         self._card.content = card
 
     def remove(self) -> None:
-        """Takes everything off the page."""
+        """Removes all widgets."""
         self._welcome.remove()
         self._card.remove()
         self._busy.remove()
@@ -94,14 +94,14 @@ def outcome_html(
     premises: str = "",
     tried: TriedHint | None = None,
 ) -> str:
-    """The whole card as HTML; everything that could come from outside is escaped.
+    """The whole card as HTML; all external text is escaped.
 
     Args:
         status: The status of the latest request.
         shown: The run on the screen.
-        how_heavy: How much heavier its object may get, in words; empty unless requested.
+        how_heavy: Text about the largest mass; empty unless requested.
         premises: The assumptions of the theorems, as HTML.
-        tried: The hint after trying it; None while it is tried.
+        tried: The tried hint; None while it is being tried.
     """
     card = ""
     if shown is not None:
@@ -115,7 +115,7 @@ def outcome_html(
 
 
 def _card_html(result: RunResult, how_heavy: str, premises: str, tried: TriedHint | None) -> str:
-    """The main facts; the details unfold, and stay unfolded."""
+    """The main facts; the details can be expanded."""
     outcome = describe_run(result)
     known = describe_knowledge(result.scenario)
     sentences = [text for text in outcome.sentences if text != known]
@@ -162,11 +162,11 @@ def _first_slip_html(result: RunResult) -> str:
 def _hint_html(outcome: Verdict, tried: TriedHint | None, scenario: Scenario) -> str:
     """Hints: a button with its effect for each option that helped when it was tried.
 
-    Until then, and where nothing could be tried, it is a sentence.
+    Before the trials, and if none is possible, the hint is a sentence.
     """
     if outcome.hint.goal is Goal.MARGIN:
         varied = "friction of all fingers" if any(f.friction for f in scenario.fingers) else "mass"
-        return _paragraph(f"<b>How far from a loss?</b> Vary the {varied} in <i>Study</i>.")
+        return _paragraph(f"<b>How large is the margin?</b> Vary the {varied} in <i>Study</i>.")
     if tried is None or not tried.helpful:
         words = sentence(str(tried)) if tried is not None else outcome.suggestion
         told = escape(in_page_words(words, scenario))
@@ -185,8 +185,8 @@ def _hint_html(outcome: Verdict, tried: TriedHint | None, scenario: Scenario) ->
 def _tried_html(tried: TriedOption, scenario: Scenario) -> str:
     label = in_page_words(tried.option.label, scenario)
     return (
-        "<button type='button' class='sg-try' title='Sets this on the whole run; undo takes it "
-        f"back' {click_attribute(TryOut(label))}>{escape(label)}</button>"
+        "<button type='button' class='sg-try' title='Sets this for the whole run; it can be "
+        f"undone' {click_attribute(TryOut(label))}>{escape(label)}</button>"
         f"<span>{escape(tried.effect)}</span>"
     )
 
@@ -277,7 +277,7 @@ def _metrics_html(result: RunResult) -> str:
         for title, hint in (
             ("slip path", "Distance that the fingertip slid on its face"),
             ("peak Fₙ", "Largest normal force"),
-            ("least margin", "Smallest margin of the tangential force to slip, while it stuck"),
+            ("smallest margin", "Smallest margin of the tangential force to slip, while it stuck"),
         )
     )
     rows = "".join(f"<tr>{row}</tr>" for row in _finger_rows(result))

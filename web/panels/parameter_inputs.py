@@ -1,4 +1,4 @@
-"""From the definition of a parameter to a control: the one way any input of a scenario is made."""
+"""Creates controls from the definitions of parameters."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ Input = (
     | viser.GuiTextHandle
 )
 
-# How long the page may not know yet that a slider is wider [s].
+# Delay until the page knows that a slider has been widened [s].
 _WIDENING = 2.0
-# Digits after the point that a field takes: all that a typed number could mean.
+# Decimals of a field, enough for any typed number.
 _DECIMALS = 12
 
 
 class Control(ABC):
-    """The input of one parameter; moving it sends an intent.
+    """The input of one parameter, which sends intents.
 
     Attributes:
         key: The parameter.
@@ -50,39 +50,39 @@ class Control(ABC):
 
     @property
     def value(self) -> Any:
-        """What the widget says, as a user reads it."""
+        """The value of the widget, as shown."""
         return self.input.value
 
     @abstractmethod
     def show(self, value: object) -> None:
-        """Shows the value that holds."""
+        """Shows a value."""
 
     def use(self, is_used: bool) -> None:
-        """Hides the widget while nothing uses its parameter."""
+        """Hides the widget while its parameter is not used."""
         self._is_used = is_used
         self.input.visible = is_used and self._fits
 
     @property
     def _fits(self) -> bool:
-        """Whether the widget can say the value that holds."""
+        """Whether the widget can represent a value."""
         return True
 
     def read(self, value: Any) -> Value:
-        """What the user means by what the widget says."""
+        """The meaning of the widget's value."""
         return value
 
-    # In the viewer server's event loop, where the order of a drag is kept.
+    # In the viewer server's event loop, which preserves the order of a drag.
     async def _moved(self, event: viser.GuiEvent[Any]) -> None:
-        # Values that the program sets come without a client; they must not come back.
+        # Values that the program sets have no client, and are ignored.
         if event.client_id is not None:
             self._send(SetParameter(self.key, self.read(event.target.value)))
 
 
 class _Outgrown(NamedTuple):
-    """A number that was typed, and the limits of the slider that it is beyond.
+    """A typed number, and the limits of the slider that it exceeds.
 
-    A field that the user leaves before the page knows that the slider is wider cuts the number
-    off at the limit that it knows.
+    If the user leaves a field before the page knows that the slider was widened, the page clips the
+    number to the old limit.
     """
 
     number: float = math.nan
@@ -90,17 +90,17 @@ class _Outgrown(NamedTuple):
     until: float = -math.inf
 
     def by(self, number: float, limit: float, now: float) -> _Outgrown:
-        """With a number that is beyond a limit, perhaps the next digit of the same one."""
+        """Updates a number that exceeds a limit, possibly with its next digit."""
         before = self.limits if now < self.until else ()
         return _Outgrown(number, (*before, limit), now + _WIDENING)
 
     def cuts_off(self, number: float, now: float) -> bool:
-        """Whether this is what the page makes of the number, and not the user."""
+        """Whether the page, not the user, has changed the number to this value."""
         return now < self.until and number in self.limits
 
 
 class _SliderControl(Control):
-    """A slider, and beside it a field that takes any number digit for digit."""
+    """A slider with a field that accepts any number exactly."""
 
     input: viser.GuiSliderHandle[float]
 
@@ -115,11 +115,11 @@ class _SliderControl(Control):
         self._definitions = definitions
         self._outgrown = _Outgrown()
         self._is_single = widget.visible
-        # Else the field would round what is typed to the steps of the slider.
+        # Otherwise the field would round typed numbers to the steps of the slider.
         widget.precision = _DECIMALS
 
     def show(self, value: object) -> None:
-        """Shows a number; a list is shown as a text instead."""
+        """Shows a number; a list is shown in a text field instead."""
         self._is_single = not isinstance(value, (list, tuple))
         self.use(self._is_used)
         if isinstance(value, (float, int)) and math.isfinite(value):
@@ -128,7 +128,7 @@ class _SliderControl(Control):
             self.input.value = value
 
     def read(self, value: Any) -> Value:
-        """The number; one that is beyond the slider widens it, or its field would cut it off."""
+        """The number; one outside the slider widens it, so that the field does not clip it."""
         number, now = float(value), time.monotonic()
         if self._outgrown.cuts_off(number, now):
             self.input.value = self._outgrown.number
@@ -138,7 +138,7 @@ class _SliderControl(Control):
             self._outgrown = self._outgrown.by(number, low if number < low else high, now)
             self._span(min(low, number), max(high, number))
         elif math.isfinite(number) and not (self._allows(low) and self._allows(high)):
-            # It was widened for a number that is not allowed, which this one has replaced.
+            # It was widened for an invalid number, which this one has replaced.
             low, high, _ = slider_range(self._parameter, self._definitions, number)
             self._span(low, high)
         return number
@@ -150,7 +150,7 @@ class _SliderControl(Control):
 
     @property
     def _fits(self) -> bool:
-        """A list has no place on a slider."""
+        """A slider cannot show a list."""
         return self._is_single
 
     def _span(self, low: float, high: float) -> None:
@@ -161,7 +161,7 @@ class _SliderControl(Control):
 
 
 class _PlainControl(Control):
-    """A number, one of several words, or yes and no."""
+    """A number, a choice, or yes and no."""
 
     def show(self, value: Any) -> None:
         """Shows the value."""
@@ -169,39 +169,39 @@ class _PlainControl(Control):
             self.input.value = value
 
     def read(self, value: Any) -> Value:
-        """A whole number stays one."""
+        """Integers stay integers."""
         return int(value) if self._parameter.kind == "integer" and value == int(value) else value
 
 
 class _TextControl(Control):
-    """A text, a list of numbers, or a number that may be left out."""
+    """A text, a list of numbers, or an optional number."""
 
     input: viser.GuiTextHandle
 
     def show(self, value: object) -> None:
-        """Shows the value; another way to write the same one is left as the user typed it."""
+        """Shows the value; an equivalent notation by the user is kept."""
         if self.read(self.input.value) != value:
             self.input.value = as_text(value)
 
     def read(self, value: Any) -> Value:
-        """The text itself, or the numbers in it."""
+        """The text, or the numbers in it."""
         return value if self._parameter.kind == "text" else parse_text(value)
 
 
 class _RowsControl(Control):
-    """A list of rows of numbers, parted by semicolons."""
+    """A list of rows of numbers, separated by semicolons."""
 
     input: viser.GuiTextHandle
 
     def show(self, value: object) -> None:
-        """Shows the rows; another way to write the same ones is left as the user typed it."""
+        """Shows the rows; an equivalent notation by the user is kept."""
         if self.read(self.input.value) != value:
             is_list = isinstance(value, list)
             rows = [as_text(numbers_of(row)) for row in value] if is_list else [as_text(value)]
             self.input.value = "; ".join(rows)
 
     def read(self, value: Any) -> Value:
-        """The rows, or the text itself where it says none."""
+        """The rows, or the text itself if it is invalid."""
         return parse_rows(self.key, value)
 
 
@@ -211,17 +211,17 @@ def add_control(
     """Adds the input of one parameter.
 
     Args:
-        gui: Where it goes.
-        entry: The parameter, with the value it starts at, and what it is called.
+        gui: Parent of the widgets.
+        entry: The parameter, with initial value and label.
         definitions: Every parameter of the scenario by key.
-        send: Takes the intents.
+        send: Accepts the intents.
     """
     parameter, label, hint = entry.parameter, entry.label, _hint(entry)
     value = parameter.value
     if parameter.key in row_parameters():
         return _RowsControl(parameter, gui.add_text(label, "", hint=hint), send)
     if parameter.kind == "choice":
-        # A law that is not known here is no choice, but it is the one that the run has.
+        # A law that is not loaded cannot be chosen, but it is the law of the run.
         choices = dict.fromkeys((*parameter.choices, str(value)))
         choice = gui.add_dropdown(label, tuple(choices), initial_value=str(value), hint=hint)
         return _PlainControl(parameter, choice, send)
@@ -262,19 +262,19 @@ def _add_slider(
 
 
 def _hint(entry: Entry) -> str:
-    """What a control does: one sentence, its key and limits, and when it acts."""
+    """Tooltip of a control: description, key, limits, and when it acts."""
     parameter = entry.parameter
-    means = " One number, or several with commas." if entry.as_text else ""
+    means = " One number, or several separated by commas." if entry.as_text else ""
     if parameter.key in row_parameters():
-        means = " Numbers with commas, rows with semicolons between them; empty for none."
+        means = " Commas separate numbers, semicolons separate rows; empty for none."
     optional = " Empty for none." if parameter.optional else ""
     acts_anyhow = parameter.changeable or is_of_disturbance(parameter.key)
-    reach = "" if acts_anyhow else " It cannot change during a run: it acts on all of it."
+    reach = "" if acts_anyhow else " It cannot change during a run, and acts on the whole run."
     return f"{parameter.text}{means}{optional} {parameter.key}, {parameter.limit}.{reach}"
 
 
 def as_text(value: object) -> str:
-    """A value as the text of a field, exactly; a list of numbers with commas."""
+    """An exact value as the text of a field; lists are separated by commas."""
     if isinstance(value, (tuple, list)):
         return ", ".join(map(as_text, value))
     if value is None:
@@ -283,7 +283,7 @@ def as_text(value: object) -> str:
 
 
 def parse_text(text: str) -> Value:
-    """The number or the numbers of a text field, None if it is empty; else the text itself."""
+    """The numbers of a text field, None if it is empty; otherwise the text itself."""
     if not text.strip():
         return None
     try:

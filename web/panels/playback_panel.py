@@ -1,4 +1,4 @@
-"""The play head: its controls, below a strip that shows every contact's phases."""
+"""The play head: controls, below a timeline with every contact's phases."""
 
 from __future__ import annotations
 
@@ -44,13 +44,13 @@ _ICONS = {
 
 
 class PlaybackPanel:
-    """Shows where the play head stands, and lets the user move it.
+    """Shows the play head, and lets the user move it.
 
-    Everything is sent when it changes, and the page's own script moves the play head.
+    Changes are sent immediately, and the page's script moves the play head.
 
     Args:
-        gui: Where it goes.
-        send: Takes the intents.
+        gui: Parent of the widgets.
+        send: Accepts the intents.
     """
 
     def __init__(self, gui: viser.GuiApi, send: Send) -> None:
@@ -61,7 +61,7 @@ class PlaybackPanel:
         self._controls: tuple[object, ...] = ()
 
     def update(self, view: ViewState) -> None:
-        """Draws the strip for another run or window, and the controls for another state."""
+        """Draws the timeline for another run or window, and the controls for another state."""
         if view.shown is None or view.playback is None:
             return
         playback = view.playback
@@ -77,7 +77,7 @@ class PlaybackPanel:
             self.transport.content = transport_html(playback, view.choice)
 
     def remove(self) -> None:
-        """Takes everything off the page."""
+        """Removes all widgets."""
         self.strip.remove()
         self.transport.remove()
         for command in self._commands:
@@ -85,7 +85,7 @@ class PlaybackPanel:
 
 
 def _add_command(gui: viser.GuiApi, send: Send, number: int) -> viser.CommandHandle:
-    """An entry in the list of commands; its key is listened for by the page's own script."""
+    """An entry in the list of commands; the page's script handles its key."""
     row = KEYS[number]
     description = f"Key: {keys_of(row.intent)}"
     command = gui.add_command(row.text, description=description, icon=row.icon)
@@ -94,12 +94,12 @@ def _add_command(gui: viser.GuiApi, send: Send, number: int) -> viser.CommandHan
 
 
 def caption_html(shown: Shown, ghost: Ghost | None, time: float) -> str:
-    """Which run it is, what the colours mean, and the time.
+    """Name of the run, key of the colours, and time.
 
     Args:
         shown: The run.
-        ghost: The run that is drawn pale.
-        time: Where the play head stands at first [s].
+        ghost: The ghost.
+        time: Initial time of the play head [s].
     """
     scenario = shown.result.scenario
     legend = "".join(
@@ -133,7 +133,7 @@ def caption_html(shown: Shown, ghost: Ghost | None, time: float) -> str:
 
 
 def _disturbance_signs(scenario: Scenario) -> Iterator[tuple[str, str, str]]:
-    """Sign, colour and word of what happens in a run."""
+    """Symbol, colour and name of a kind of event."""
     if scenario.patches:
         yield "≈", _legible(WATER), "low-friction patch"
     if scenario.pulses:
@@ -141,12 +141,12 @@ def _disturbance_signs(scenario: Scenario) -> Iterator[tuple[str, str, str]]:
 
 
 def _legible(colour: Rgb) -> str:
-    """A colour of the scene as CSS, legible on a bright and on a dark page."""
+    """A colour of the scene as CSS, legible on a light and a dark page."""
     return f"color-mix(in srgb, {css(colour)} 80%, currentColor)"
 
 
 def _origin_html(shown: Shown) -> str:
-    """Whether this was computed just now, or what recording it is read from."""
+    """Whether the run was just computed, or from which recording it was read."""
     replay = shown.replay
     if replay is None:
         return f'<span class="sg-origin"><b>Live run</b> {escape(shown.name)}</span>'
@@ -161,7 +161,7 @@ def transport_html(playback: Playback, choice: WindowChoice) -> str:
 
     Args:
         playback: The play head.
-        choice: The time range of the run that is shown.
+        choice: The choice of the time range.
     """
     return (
         f'<div class="sg-transport">{moves_html(playback)}'
@@ -179,7 +179,7 @@ def moves_html(playback: Playback, *, with_pace: bool = True) -> str:
 
     Args:
         playback: The play head.
-        with_pace: Whether it can be slow where something slips.
+        with_pace: Whether a variable speed is available.
     """
     play = "pause" if playback.playing else "play"
     moves = "".join(
@@ -258,7 +258,7 @@ def window_button(label: str, is_chosen: bool, intent: Intent) -> str:
     hints = {
         "slip": "Shows the time range in which contacts slip",
         "whole run": "Shows the run from its start to its end",
-        "closer": "Looks four times closer at the play head",
+        "closer": "Zooms in four times at the play head",
     }
     return (
         f'<button type="button" aria-pressed="{str(is_chosen).lower()}" '

@@ -42,8 +42,8 @@ class RecordingsPanel:
     """Lists the stored runs, newest first, and edits the selected one.
 
     Args:
-        gui: Where it goes.
-        send: Takes the intents.
+        gui: Parent of the widgets.
+        send: Accepts the intents.
 
     Attributes:
         rows: The page of the list.
@@ -77,7 +77,7 @@ class RecordingsPanel:
         self.chosen.show(view.run_list.chosen)
 
     def remove(self) -> None:
-        """Takes everything off the page."""
+        """Removes all widgets."""
         for element in (self._text, self._outcome, self.rows, self.chosen, self._upload):
             element.remove()
 
@@ -88,11 +88,11 @@ class RecordingsPanel:
 
 
 class _ChosenRun:
-    """Opens, compares, renames, tags and deletes one stored run; hidden without one.
+    """Opens, compares, renames, tags and deletes a stored run; hidden without a selection.
 
     Args:
-        gui: Where it goes.
-        send: Takes the intents.
+        gui: Parent of the widgets.
+        send: Accepts the intents.
     """
 
     def __init__(self, gui: viser.GuiApi, send: Send) -> None:
@@ -104,7 +104,7 @@ class _ChosenRun:
             self.open = gui.add_button(
                 _OPEN,
                 icon=viser.Icon.PLAYER_PLAY,
-                hint="Shows this run on the screen, bit for bit as it was recorded.",
+                hint="Shows this run on the screen, exactly as recorded.",
             )
             self.compare = gui.add_button(
                 "Compare with the screen",
@@ -135,13 +135,13 @@ class _ChosenRun:
                 "notes", "", multiline=True, hint="Notes about the run."
             )
             self.save = self._gui.add_button(
-                "Save", color="gray", hint="Stores name, tags and notes beside the recording."
+                "Save", color="gray", hint="Stores name, tags and notes with the recording."
             )
         self.save.on_click(lambda _: self.form.submit())
         self.form.on_submit(self._annotate)
 
     def show(self, run: StoredRun | None) -> None:
-        """Shows a run; text that the user is editing stays unless it has changed elsewhere."""
+        """Shows a run; text that the user is editing stays unless it was changed elsewhere."""
         before, self._run = self._run, run
         self.folder.visible = run is not None
         if run is None or run == before:
@@ -155,7 +155,7 @@ class _ChosenRun:
             self.notes.value = run.notes
 
     def remove(self) -> None:
-        """Takes everything off the page."""
+        """Removes all widgets."""
         self.folder.remove()
 
     async def _open(self, _: object) -> None:
@@ -180,7 +180,7 @@ class _ChosenRun:
             words = row_words(run)
             ask_to_confirm(
                 self._gui,
-                "Delete this run for good?",
+                "Delete this run permanently?",
                 (words.label, f"{run.id} · {words.outcome} · {words.details}"),
                 "Delete",
                 lambda: self._send(DeleteRecording(run.id, run.revision)),
@@ -241,7 +241,7 @@ def rows_html(run_list: RunList, open_id: str) -> str:
 
     Args:
         run_list: The stored runs.
-        open_id: The run on the screen, empty if it is none of them.
+        open_id: The run on the screen, empty if it is not in the list.
     """
     notice = run_list.notice
     box = box_html(escape(notice.title), [escape(_sentence(notice.message))]) if notice else ""
@@ -278,7 +278,7 @@ def _empty_html(run_list: RunList) -> str:
     words = (
         "No stored runs yet: every run is saved once the controls rest."
         if run_list.wanted.is_open
-        else "No stored run is like this."
+        else "No stored run matches."
     )
     return f"<div class='sg-empty'>{words}</div>"
 
@@ -289,7 +289,7 @@ def _pager_html(run_list: RunList) -> str:
         return ""
     first = run_list.page * ROWS_PER_PAGE + 1
     last = first + len(run_list.runs) - 1
-    what = "stored runs" if run_list.wanted.is_open else "runs like this"
+    what = "stored runs" if run_list.wanted.is_open else "matching runs"
     newer = _page_html("‹ newer", run_list.page - 1, run_list.page > 0)
     older = _page_html("older ›", run_list.page + 1, last < run_list.count)
     words = f"<span>{first} to {last} of {run_list.count} {what}</span>"
@@ -317,8 +317,8 @@ def chosen_html(run: StoredRun) -> str:
 def upload_html() -> str:
     """A button that uploads a recording, and a line for the result.
 
-    The page's script sends the file to the REST interface, which reads it completely before
-    it is stored; the line shows the response.
+    The page's script sends the file to the REST interface, which validates it completely before
+    storing it; the line shows the response.
     """
     hint = (
         "Uploads a recording (MCAP) of slipgrasp; the server reads it completely before storing it."

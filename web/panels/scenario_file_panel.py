@@ -1,4 +1,4 @@
-"""The scenario as a file: saved as TOML, and loaded again."""
+"""Saves the scenario as TOML, and loads scenario files."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ class ScenarioFilePanel:
     """Saves the scenario of the run on the screen, and loads scenarios.
 
     Args:
-        gui: Where it goes.
-        send: Takes the intents.
+        gui: Parent of the widgets.
+        send: Accepts the intents.
     """
 
     def __init__(self, gui: viser.GuiApi, send: Send) -> None:
@@ -36,7 +36,7 @@ class ScenarioFilePanel:
                 icon=viser.Icon.FILE_DOWNLOAD,
                 disabled=True,
                 hint="Download the scenario of the run on the screen, with its timed changes; "
-                "`slipgrasp run FILE` and this page read it back.",
+                "`slipgrasp run FILE` and this page can load it.",
             )
             self.load = gui.add_upload_button(
                 "Load scenario",
@@ -51,7 +51,7 @@ class ScenarioFilePanel:
         self._told: tuple[FieldError, ...] = ()
 
     def update(self, view: ViewState) -> None:
-        """Shows what is wrong with the file that was loaded last."""
+        """Shows the errors of the file that was loaded last."""
         self._scenario = view.shown.result.scenario if view.shown else None
         self.save.disabled = self._scenario is None
         if view.editing.file_errors != self._told:
@@ -59,7 +59,7 @@ class ScenarioFilePanel:
             self.errors.content = file_errors_html(self._told)
 
     def remove(self) -> None:
-        """Takes everything off the page."""
+        """Removes all widgets."""
         self._folder.remove()
 
     def _download(self, event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
@@ -73,7 +73,7 @@ class ScenarioFilePanel:
 
 
 def file_errors_html(errors: tuple[FieldError, ...]) -> str:
-    """What is wrong with a file: the sentences, each with its field; all of it is escaped."""
+    """The errors of a file: escaped sentences with their fields."""
     if not errors:
         return ""
     rows = "".join(f"<li>{_error_html(error)}</li>" for error in errors[:_ERRORS_SHOWN])

@@ -1,4 +1,4 @@
-"""The scenario panel: presets, the reach of controls, changes during the run, and undo."""
+"""The scenario panel: presets, reach of controls, changes during the run, and undo."""
 
 from __future__ import annotations
 
@@ -46,12 +46,12 @@ _REACHES: dict[str, Reach] = {reach.value: reach for reach in Reach}
 
 
 class ScenarioPanel:
-    """Lets the user choose a preset, undo changes, and see the changes during the run.
+    """Lets the user choose a preset, undo changes, and view the changes during the run.
 
     Args:
-        gui: Where it goes.
+        gui: Parent of the widgets.
         draft: The first draft.
-        send: Takes the intents.
+        send: Accepts the intents.
     """
 
     def __init__(self, gui: viser.GuiApi, draft: Draft, send: Send) -> None:
@@ -110,7 +110,7 @@ class ScenarioPanel:
             self.changes.content = listed_html(draft, view.ghost)
 
     def remove(self) -> None:
-        """Takes everything off the page."""
+        """Removes all widgets."""
         for element in (self.origin, self.steps, self.reach, self.note):
             element.remove()
         for element in (self.laws, self.disturbances, self.changes):
@@ -226,7 +226,7 @@ def listed_html(draft: Draft, ghost: Ghost | None) -> str:
 
 
 def changes_html(draft: Draft) -> str:
-    """Changes and disturbances, each with a button that removes it; empty without any.
+    """Changes and disturbances, each with a button that removes it; may be empty.
 
     A law and the settings that came with it are one entry.
     """
@@ -250,14 +250,14 @@ def _change_html(draft: Draft, change: TimedEdit) -> str:
         if change.key == LAW
         else value_words(draft.base, change.key, as_text(change.value))
     )
-    button = _button("✕", "Take this change back", RemoveChange(change.time, change.key))
+    button = _button("✕", "Remove this change", RemoveChange(change.time, change.key))
     return f"<div class='sg-editor-row'><span><b>{change.time:g} s</b> {words}</span>{button}</div>"
 
 
 def _disturbance_html(draft: Draft, index: int) -> str:
     disturbance = draft.disturbances[index]
     words = escape(disturbance_words(disturbance))
-    button = _button("✕", "Take this back", RemoveDisturbance(index))
+    button = _button("✕", "Remove this", RemoveDisturbance(index))
     when = f"<b>{disturbance.time:g} s</b>"
     return f"<div class='sg-editor-row'><span>{when} {words}</span>{button}</div>"
 

@@ -1,4 +1,4 @@
-"""What the page's own script has to know of the session, in a hidden element."""
+"""The state of the session for the page's script, in a hidden element."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ _AT_START = Playback(time=0.0, window=TimeWindow(0.0, 1.0), speed=1.0, playing=F
 
 
 class SessionStatePanel:
-    """Sends the state of the session to the page's script, which counts the time itself.
+    """Sends the state of the session to the page's script, which advances the time itself.
 
     Args:
-        gui: Where it goes.
+        gui: Parent of the widgets.
         key: The key of the session.
     """
 
@@ -30,7 +30,7 @@ class SessionStatePanel:
         self._told_at = 0.0
 
     def update(self, view: ViewState) -> None:
-        """Sends changes of the state, and from time to time the position of the play head."""
+        """Sends changes of the state, and regularly the position of the play head."""
         now, playback = time.monotonic(), view.playback or _AT_START
         moving = None if playback.playing else playback.time
         layout = view.charts.layout()
@@ -52,7 +52,7 @@ class SessionStatePanel:
         self.session_state.content = session_state_html(self._key, view)
 
     def remove(self) -> None:
-        """Takes it off the page."""
+        """Removes the element."""
         self.session_state.remove()
 
 
@@ -61,7 +61,7 @@ def session_state_html(key: str, view: ViewState) -> str:
 
     Args:
         key: The key of the session.
-        view: What is on the screen; until a run is, the play head stands at the start.
+        view: The screen; before the first run, the play head is at the start.
     """
     playback = view.playback or _AT_START
     state = {
@@ -82,13 +82,13 @@ def session_state_html(key: str, view: ViewState) -> str:
 
 
 def _is_ready(view: ViewState) -> bool:
-    """Whether there is a first run to be seen, or something to read instead."""
+    """Whether there is a first run to show, or a message instead."""
     waiting = view.status.stage in (RunStage.OPENING, RunStage.SIMULATING)
     return view.playback is not None or not waiting
 
 
 def linked_run(view: ViewState) -> str:
-    """The id that a link to the run on the screen names; empty if it is not stored."""
+    """The id in a link to the run on the screen; empty if it is not stored."""
     if view.shown is not None and view.shown.replay is not None:
         return view.shown.replay.run_id
     return view.status.run_id if view.status.stage is RunStage.SAVED else ""

@@ -1,6 +1,6 @@
-"""The phase strip as HTML: a lane per contact in its phases' colours, events, and a time axis.
+"""The timeline as HTML: a lane per contact with its phases, events, and a time axis.
 
-The play head over it is moved by the page's own script.
+The page's script moves the play head over it.
 """
 
 from __future__ import annotations
@@ -51,8 +51,8 @@ class Tick(NamedTuple):
     """A label of the time axis.
 
     Attributes:
-        share: Where it stands in the window, from 0 to 1.
-        label: Its number, in the unit of the axis.
+        share: Position in the window, from 0 to 1.
+        label: Number, in the unit of the axis.
     """
 
     share: float
@@ -60,12 +60,12 @@ class Tick(NamedTuple):
 
 
 def strip_html(result: RunResult, playback: Playback, ghost: Ghost | None) -> str:
-    """The strip over the window of a play head.
+    """The timeline over the window of a play head.
 
     Args:
         result: The run.
-        playback: Has the window, and where the play head stands at first.
-        ghost: The run that is drawn pale; its phases lie as a thin lane below each lane.
+        playback: Window, and initial position of the play head.
+        ghost: The ghost; its phases are a thin lane below each lane.
     """
     window = playback.window
     pale = None if ghost is None else ghost.run
@@ -96,13 +96,13 @@ def phase_spans(
 ) -> Iterator[tuple[int, int, ContactPhase]]:
     """Time ranges of one phase, in cells of a window: first cell, number of cells, phase.
 
-    A cell in which a contact slips at all counts as slip, however short it was.
+    A cell with any slip counts as slip.
 
     Args:
         result: The run.
-        contact: Which contact.
-        window: What the strip shows.
-        cells: How many cells; what is shorter than one is as wide as one.
+        contact: Index of the contact.
+        window: Time range of the timeline.
+        cells: Number of cells; shorter ranges have the width of a cell.
     """
     times, phase = result.trace.times, result.trace.phase[:, contact]
     edges = window.start + np.arange(cells + 1) / cells * window.length
@@ -120,7 +120,7 @@ def axis_ticks(window: TimeWindow) -> tuple[list[Tick], str]:
     """Labels of a time axis at round times, and their unit.
 
     Args:
-        window: What the axis spans.
+        window: Time range of the axis.
     """
     scale, unit = (1e3, "ms") if window.end < 1.0 else (1.0, "s")
     start, end = scale * window.start, scale * window.end
@@ -135,12 +135,12 @@ def axis_ticks(window: TimeWindow) -> tuple[list[Tick], str]:
 
 
 def clock_words(seconds: float) -> str:
-    """A time as it is shown beside the play head; the page's script writes it the same way."""
+    """Formats the time next to the play head; the page's script uses the same format."""
     return f"{1e3 * seconds:.1f} ms" if seconds < 1.0 else f"{seconds:.3f} s"
 
 
 def _round_step(least: float) -> float:
-    """The smallest of 1, 2 and 5 times a power of ten that is not below."""
+    """The smallest of 1, 2 and 5 times a power of ten that is not smaller."""
     power = 10.0 ** math.floor(math.log10(max(least, 1e-9)))
     return next(factor * power for factor in (1, 2, 5, 10) if factor * power >= least - 1e-12)
 
@@ -166,7 +166,7 @@ def _bars_html(name: str, spans: Iterable[tuple[int, int, ContactPhase]]) -> str
 
 
 def _marks_html(events: Iterable[RunEvent], window: TimeWindow) -> str:
-    """A mark per event; those that would cover each other share one."""
+    """A mark per event; overlapping ones are merged."""
     bins: dict[int, list[RunEvent]] = {}
     for event in events:
         if window.start <= event.time <= window.end:

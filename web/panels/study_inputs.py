@@ -1,4 +1,4 @@
-"""The inputs of the study panel: what is to vary, and which of the runs is to be seen."""
+"""The inputs of the study panel: variations, and the run to open."""
 
 from __future__ import annotations
 
@@ -27,19 +27,19 @@ _UNKNOWN: tuple[str, ...] = ("…",)
 _NO_COMPARISON: tuple[str, ...] = (NO_COMPARISON,)
 _FINEST = 1e-4
 MAX_CHOSEN_AXES = 4
-"""Runs of studies that cross more are chosen by their number."""
+"""Runs of studies with more combinations are selected by index."""
 
 
 class DraftInputs:
     """Lets the user choose two parameters, their ranges, and what to compare.
 
     Args:
-        gui: Where it goes.
-        send: Takes the intents.
+        gui: Parent of the widgets.
+        send: Accepts the intents.
 
     Attributes:
         axes: The inputs of both parameters.
-        comparison: The setting that is compared.
+        comparison: The compared setting.
     """
 
     def __init__(self, gui: viser.GuiApi, send: Send) -> None:
@@ -51,13 +51,13 @@ class DraftInputs:
         self.comparison = gui.add_dropdown(
             "compare",
             _NO_COMPARISON,
-            hint="Tries settings of the controller on the same values, all else as it is: one map "
-            "for each.",
+            hint="Tries settings of the controller on the same values, with everything else equal: "
+            "one map for each.",
         )
         self.comparison.on_update(self._compare)
 
     def show(self, study: StudyView) -> None:
-        """Shows what is planned."""
+        """Shows the draft."""
         draft = study.draft
         if draft is None:
             return
@@ -66,7 +66,7 @@ class DraftInputs:
         _set_options(self.comparison, comparisons_for(draft), draft.comparison)
 
     def remove(self) -> None:
-        """Takes everything off the page."""
+        """Removes all widgets."""
         for element in (*self.axes, self.comparison):
             element.remove()
 
@@ -76,14 +76,14 @@ class DraftInputs:
 
 
 class _AxisInputs:
-    """One of the two parameters: which, from where to where, and in how many steps.
+    """One of the two parameters: key, range, and number of values.
 
     Args:
-        gui: Where it goes.
-        place: 0 across, 1 up.
-        label: What the axis is called.
-        hint: What it is, in a sentence.
-        send: Takes the intents.
+        gui: Parent of the widgets.
+        place: 0 horizontal, 1 vertical.
+        label: Name of the axis.
+        hint: Description in a sentence.
+        send: Accepts the intents.
     """
 
     def __init__(self, gui: viser.GuiApi, place: int, label: str, hint: str, send: Send) -> None:
@@ -95,7 +95,7 @@ class _AxisInputs:
             "from, to",
             (0.0, 1.0),
             step=_FINEST,
-            hint="The first and the last value, in the unit of the parameter.",
+            hint="First and last value, in the unit of the parameter.",
         )
         self.count = gui.add_slider(
             "values",
@@ -103,19 +103,19 @@ class _AxisInputs:
             MAX_STEPS,
             1,
             MIN_STEPS,
-            hint="How many values are tried, first and last included; the runs of both multiply.",
+            hint="Number of values, including first and last; the numbers of both axes multiply.",
         )
         self.is_log = gui.add_checkbox(
             "equal ratios",
             False,
-            hint="Spaces the values evenly in their logarithm; the first must be above 0.",
+            hint="Spaces the values logarithmically; the first must be above 0.",
         )
         self.key.on_update(self._choose)
         for widget in (self.range, self.count, self.is_log):
             widget.on_update(self._set)
 
     def show(self, axis: AxisDraft, offers: tuple[Offer, ...]) -> None:
-        """Shows what is planned along the axis."""
+        """Shows the draft of the axis."""
         self._axis, self._offers = axis, offers
         offer = next(offer for offer in offers if offer.key == axis.key)
         _set_options(self.key, [offer.label for offer in offers], offer.label)
@@ -125,12 +125,12 @@ class _AxisInputs:
         _set(self.is_log, axis.is_log)
 
     def remove(self) -> None:
-        """Takes everything off the page."""
+        """Removes all widgets."""
         for element in (self.key, self.range, self.count, self.is_log):
             element.remove()
 
     async def _choose(self, event: viser.GuiEvent[viser.GuiDropdownHandle[str]]) -> None:
-        # Runs in the viewer server's event loop, which keeps the order of what is chosen.
+        # Runs in the viewer server's event loop, which preserves the order of events.
         offer = next((o for o in self._offers if o.label == event.target.value), None)
         if event.client_id is not None and offer is not None:
             self._send(ChooseAxis(self._place, offer.key))
@@ -144,15 +144,15 @@ class _AxisInputs:
 
 
 class StudyRunInputs:
-    """Lets the user choose a run of a study by its values, or by its number, without a mouse.
+    """Lets the user select a run of a study by its values, or by its index, without a mouse.
 
     Args:
-        gui: Where it goes.
-        send: Takes the intents.
+        gui: Parent of the widgets.
+        send: Accepts the intents.
 
     Attributes:
-        values: One list of values per varied parameter; of studies that are no grid none.
-        number: The number of the run.
+        values: One list of values per varied parameter; empty for studies other than grids.
+        number: Index of the run.
         open: Opens it.
     """
 
@@ -165,7 +165,7 @@ class StudyRunInputs:
             for place in range(MAX_CHOSEN_AXES)
         )
         self.number = gui.add_number(
-            "run", 0, min=0, step=1, hint="The number of the run in the study, from 0."
+            "run", 0, min=0, step=1, hint="Index of the run in the study, from 0."
         )
         self.open = gui.add_button(
             "Open this run",
@@ -177,11 +177,11 @@ class StudyRunInputs:
         self.open.on_click(self._open)
 
     def show(self, study: Study, index: int | None) -> None:
-        """Offers the runs of a study.
+        """Lists the runs of a study.
 
         Args:
             study: The study.
-            index: The run that was asked for last, if any.
+            index: The run that was requested last, if any.
         """
         if study is not self._study:
             self._study = study
@@ -203,7 +203,7 @@ class StudyRunInputs:
         self.open.visible = is_visible
 
     def remove(self) -> None:
-        """Takes everything off the page."""
+        """Removes all widgets."""
         for element in (*self.values, self.number, self.open):
             element.remove()
 
@@ -234,7 +234,7 @@ class StudyRunInputs:
 
 
 def run_of_places(study: Study, places: Sequence[int]) -> int:
-    """The run of a grid at places of its axes; the last axis changes fastest."""
+    """The run of a grid at given indices of its axes; the last axis varies fastest."""
     sizes = [axis.grid_size for axis in study.crossed_axes]
     return int(np.ravel_multi_index(tuple(places), sizes))
 
@@ -246,7 +246,7 @@ def _places(study: Study, index: int) -> list[int]:
 
 
 def _level_words(axis: Axis) -> list[str]:
-    """The values of an axis as different texts."""
+    """The values of an axis as distinct text."""
     values = [axis.grid_value(place) for place in range(axis.grid_size)]
     words = [value_words(value) for value in values]
     if len(set(words)) < len(words):
@@ -255,7 +255,7 @@ def _level_words(axis: Axis) -> list[str]:
 
 
 def _set_options(widget: viser.GuiDropdownHandle[str], options: Sequence[str], value: str) -> None:
-    """Offers a list, and chooses one of it; assigns only what is new."""
+    """Sets the options and value of a list, only if they changed."""
     if tuple(widget.options) != tuple(options):
         widget.options = tuple(options)
     _set(widget, value)

@@ -1,4 +1,4 @@
-"""The study panel: plan a study, watch its map fill, and open any of its runs."""
+"""The study panel: plan a study, follow its progress, and open its runs."""
 
 from __future__ import annotations
 
@@ -55,14 +55,14 @@ class StudyPanel:
     """Shows either the draft of the next study or the map of one.
 
     Args:
-        gui: Where it goes.
-        send: Takes the intents.
-        widen: Makes the panel wider than the others, or as wide again.
+        gui: Parent of the widgets.
+        send: Accepts the intents.
+        widen: Changes the width of the panel.
 
     Attributes:
         draft: The draft of the next study.
         map: The study on the map.
-        known: The studies of the store.
+        known: The stored studies.
     """
 
     def __init__(self, gui: viser.GuiApi, send: Send, widen: Callable[[bool], None]) -> None:
@@ -88,7 +88,7 @@ class StudyPanel:
         self._shown, self._ringed = study, ringed
 
     def remove(self) -> None:
-        """Takes everything off the page."""
+        """Removes all widgets."""
         for part in (self.draft, self.map, self.known):
             part.remove()
 
@@ -105,8 +105,8 @@ class _DraftPart:
     """The draft of the next study, its cost, and the button that starts it.
 
     Args:
-        gui: Where it goes.
-        send: Takes the intents.
+        gui: Parent of the widgets.
+        send: Accepts the intents.
     """
 
     def __init__(self, gui: viser.GuiApi, send: Send) -> None:
@@ -141,7 +141,7 @@ class _DraftPart:
             self.run.disabled = study.is_starting or study.draft is None
 
     def remove(self) -> None:
-        """Takes everything off the page."""
+        """Removes all widgets."""
         for element in (self._intro, self.inputs, self.inputs_folder, self.price):
             element.remove()
         self.run.remove()
@@ -152,8 +152,8 @@ class _MapPart:
     """A study: its progress, its map, and its actions.
 
     Args:
-        gui: Where it goes.
-        send: Takes the intents.
+        gui: Parent of the widgets.
+        send: Accepts the intents.
     """
 
     def __init__(self, gui: viser.GuiApi, send: Send) -> None:
@@ -172,9 +172,9 @@ class _MapPart:
             hint="Stops the study; finished runs are stored.",
         )
         self.resume = gui.add_button(
-            "Go on with the study",
+            "Continue the study",
             icon=viser.Icon.PLAYER_PLAY,
-            hint="Simulates the missing runs; finished runs are kept.",
+            hint="Simulates the missing runs; finished runs are not repeated.",
         )
         self.map = gui.add_html("")
         self.study_run = StudyRunInputs(gui, send)
@@ -189,7 +189,7 @@ class _MapPart:
 
         Args:
             study: The state of studies.
-            ringed: The run that is on the screen, if it is of this study.
+            ringed: The run on the screen, if it belongs to this study.
         """
         followed = None if study.is_draft_shown else study.followed
         for element in (self.tools, self.summary, self.map, self.links):
@@ -219,7 +219,7 @@ class _MapPart:
             self.map.content = ""
 
     def remove(self) -> None:
-        """Takes everything off the page."""
+        """Removes all widgets."""
         for element in (self.tools, self.summary, self.bar, self.cancel, self.resume, self.map):
             element.remove()
         self.study_run.remove()
@@ -231,11 +231,11 @@ class _MapPart:
 
 
 class _KnownStudies:
-    """The studies of the store, of all users.
+    """The stored studies, of all users.
 
     Args:
-        gui: Where it goes.
-        send: Takes the intents.
+        gui: Parent of the widgets.
+        send: Accepts the intents.
     """
 
     def __init__(self, gui: viser.GuiApi, send: Send) -> None:
@@ -247,7 +247,7 @@ class _KnownStudies:
             hint="Opens one of the newest studies, of all users.",
         )
         self.refresh = gui.add_button(
-            "Look for new studies",
+            "Update the list",
             icon=viser.Icon.REFRESH,
             color="gray",
             hint="Lists the studies of the store again.",
@@ -269,7 +269,7 @@ class _KnownStudies:
             self.choice.value = chosen
 
     def remove(self) -> None:
-        """Takes everything off the page."""
+        """Removes all widgets."""
         self.choice.remove()
         self.refresh.remove()
 
@@ -305,7 +305,7 @@ def summary_html(followed: Followed, opening: int | None = None, wrong: str = ""
     Args:
         followed: The study.
         opening: The run of it that is being opened, if any.
-        wrong: Why a run of it, or another study, could not be opened; empty if nothing was.
+        wrong: Why a run of it, or another study, could not be opened; may be empty.
     """
     status = followed.status
     title = escape(status.stored.title or "Study without a title")
@@ -343,7 +343,7 @@ def _held_html(picture: MapPicture) -> str:
         return held
     reasons = "; ".join(f"{escape(s.words)}: {s.count}" for s in others[:_MOST_REASONS])
     more = "; …" if len(others) > _MOST_REASONS else ""
-    return f"{held}<div>The others: {reasons}{more}.</div>"
+    return f"{held}<div>Others: {reasons}{more}.</div>"
 
 
 def links_html(followed: Followed) -> str:

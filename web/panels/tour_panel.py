@@ -1,4 +1,4 @@
-"""The card of the tour: what a preset shows, a question, and the control that answers it."""
+"""The card of the tour: title of a preset, a question, and the control to answer it."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ _BELOW = 0.5
 
 
 class TourPanel:
-    """Shows the stop of the tour that is on the screen, and nothing outside the tour.
+    """Shows the present stop of the tour; empty outside the tour.
 
     Args:
-        gui: Where it goes.
-        place: The tab that it is in.
-        send: Takes the intents.
+        gui: Parent of the widgets.
+        place: Tab of the card.
+        send: Accepts the intents.
     """
 
     def __init__(self, gui: viser.GuiApi, place: viser.GuiTabHandle, send: Send) -> None:
@@ -38,7 +38,7 @@ class TourPanel:
         self._shown: Stop | None = None
 
     def update(self, view: ViewState) -> None:
-        """Shows the stop, and the value of its control that holds at the play head."""
+        """Shows the stop, and the value of its control at the play head."""
         stop = view.stop
         if stop is not self._shown:
             self._shown = stop
@@ -49,7 +49,7 @@ class TourPanel:
         self.control.show(view.draft.value_at(moment, self.control.key))
 
     def remove(self) -> None:
-        """Takes everything off the page."""
+        """Removes all widgets."""
         self._remove_control()
         self.card.remove()
 
@@ -72,11 +72,11 @@ class TourPanel:
 
 
 def tour_html(place: int, title: str) -> str:
-    """A stop of the tour, with the ways on.
+    """A stop of the tour, with navigation.
 
     Args:
-        place: Which stop.
-        title: What happens in its preset.
+        place: Index of the stop.
+        title: Title of its preset.
     """
     stop = TOUR[place]
     ways = "".join(

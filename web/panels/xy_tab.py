@@ -1,4 +1,4 @@
-"""The tab of XY charts: drawn only while it is in sight, which most of the time it is not."""
+"""The tab of XY charts, which are drawn only while it is visible."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class XyTab:
     """Draws the XY charts of a run.
 
     Args:
-        gui: Where they go.
+        gui: Parent of the widgets.
         tab: The tab.
     """
 
@@ -51,7 +51,7 @@ class XyTab:
         *,
         dark: bool,
     ) -> None:
-        """Draws the charts, as long as they are in sight."""
+        """Draws the charts while the tab is visible."""
         self._question.content = _SENTINEL + against_html(run.trace, charts_view)
         if XY_TAB not in charts_view.seen:
             self._drawn = []

@@ -1,1 +1,1 @@
-"""The concerns of a session, one reducer each: intents go in, a new view comes out."""
+"""Reducers, one per concern of a session: they turn intents into a new view."""

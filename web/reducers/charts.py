@@ -30,7 +30,7 @@ _TABS = (*CHART_TABS, CHOSEN_TAB, XY_TAB, LAWS_TAB)
 
 
 class ChartsReducer(Reducer):
-    """Hides lines of the charts, adds signals to them and a second cursor, and takes that back."""
+    """Hides lines of the charts, adds signals and a second cursor, and reverts that."""
 
     takes: ClassVar[tuple[type[Intent], ...]] = (
         ToggleLine,
@@ -43,7 +43,7 @@ class ChartsReducer(Reducer):
     )
 
     def reduce(self, intent: Intent, view: ViewState) -> ViewState:
-        """Changes the charts; what asks for something that the run lacks changes nothing."""
+        """Changes the charts; requests for missing signals have no effect."""
         charts = _laid_out(intent, view.charts)
         if view.shown is not None and view.playback is not None:
             charts = _changed(intent, charts, view.shown, view.playback)
@@ -51,7 +51,7 @@ class ChartsReducer(Reducer):
 
 
 def _laid_out(intent: Intent, charts: ChartsView) -> ChartsView:
-    """What does not ask for anything of a run."""
+    """Requests that are independent of a run."""
     match intent:
         case LayOutCharts(layout):
             return charts.laid_out(layout)

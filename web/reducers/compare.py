@@ -1,4 +1,4 @@
-"""The reducer of comparisons: a second run below the one shown, and their differences."""
+"""The reducer of comparisons: a second run as ghost, and the differences."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ _REST = 0.3
 
 
 class CompareReducer(Reducer):
-    """Compares whatever two runs are on the screen, once they have been there for a moment.
+    """Compares the two runs on the screen after a short pause.
 
     Args:
         recordings: Opens stored runs.
-        send: Takes the worker's answers.
+        send: Accepts the worker's answers.
     """
 
     takes: ClassVar[tuple[type[Intent], ...]] = (
@@ -52,7 +52,7 @@ class CompareReducer(Reducer):
         self._send = send
         self._worker = ComparisonWorker(recordings, send)
         self.workers = (self._worker,)
-        # Requests for runs count up from zero; these tickets never meet theirs.
+        # Tickets of runs count up from zero; these tickets are distinct.
         self._tickets = itertools.count(-1, -1)
         self._seen: Pair | None = None
         self._seen_at = 0.0
@@ -78,7 +78,7 @@ class CompareReducer(Reducer):
                 return view
 
     def pass_time(self, now: float, view: ViewState) -> ViewState:
-        """Has a new pair compared, unless one of them is still being changed."""
+        """Starts the comparison of a new pair, unless a run is still being changed."""
         pair = pair_of(view)
         if pair != self._seen:
             self._seen, self._seen_at = pair, now
@@ -87,7 +87,7 @@ class CompareReducer(Reducer):
         return view
 
     def wait(self, now: float, view: ViewState) -> float | None:
-        """Until a new pair has been there for a moment."""
+        """Time until a new pair is compared."""
         pair = pair_of(view)
         if not self._is_due(pair):
             return None
@@ -105,7 +105,7 @@ class CompareReducer(Reducer):
         self._worker.compare(pair, view.shown.result, measured or pale.result)
 
     def _open_alone(self, view: ViewState, a: str) -> ViewState:
-        """Shows one run with none below it."""
+        """Shows one run without a ghost."""
         if a and not _is_shown(a, view):
             self._send(OpenRecording(a))
         return without_ghost(view)

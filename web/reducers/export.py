@@ -1,4 +1,4 @@
-"""The reducer of the files that a user takes away."""
+"""The reducer of exports."""
 
 from __future__ import annotations
 
@@ -35,12 +35,12 @@ _PICTURES = {each.name: each for each in (*MOVING_FORMATS, *STILL_FORMATS)}
 
 
 class ExportReducer(Reducer):
-    """Makes files and brings them to the user, one at a time.
+    """Creates files for download, one at a time.
 
     Args:
-        recordings: Has the memory for drawing runs.
-        send: Takes the answers of its thread.
-        deliver: Brings a file to the user.
+        recordings: Memory for drawing runs.
+        send: Accepts the answers of its thread.
+        deliver: Sends a file to the user.
     """
 
     takes: ClassVar[tuple[type[Intent], ...]] = (
@@ -64,7 +64,7 @@ class ExportReducer(Reducer):
         self.workers = (self._worker,)
 
     def reduce(self, intent: Intent, view: ViewState) -> ViewState:
-        """Begins, gives up, or ends the making of a file."""
+        """Starts, cancels, or completes an export."""
         exporting = view.exporting
         if isinstance(intent, CancelExport):
             self._worker.close()
@@ -78,7 +78,7 @@ class ExportReducer(Reducer):
         number, run = view.exporting.number + 1, shown.name
         begun = replace(view.exporting, number=number, share=0.0, message="", is_failure=False)
         if isinstance(intent, ExportPicture):
-            # The page itself takes the picture of what it shows.
+            # The page itself takes the image of its view.
             name = file_name(run, f"view-{_instant(view)}", "png")
             return replace(begun, pictures=begun.pictures + 1, picture_name=name)
         if isinstance(intent, ExportCharts):
@@ -96,7 +96,7 @@ class ExportReducer(Reducer):
         self._worker.start(
             number, lambda tell: ExportFile(name, self._draw(view, shown, intent, tell))
         )
-        return replace(begun, busy_with=f"Making the {chosen.title}")
+        return replace(begun, busy_with=f"Creating the {chosen.title}")
 
     def _charts(self, view: ViewState, shown: Shown) -> bytes:
         runs = (shown.result, *((view.ghost.shown.result,) if view.ghost else ()))
@@ -119,7 +119,7 @@ class ExportReducer(Reducer):
         asked: ExportClip | ExportStill,
         tell: Callable[[float], None],
     ) -> bytes:
-        """A picture that was asked for, moving or not; whether it can be comes out here."""
+        """A requested image or animation; checks whether it is possible."""
         stream = io.BytesIO()
         if isinstance(asked, ExportClip):
             clip, still = clip_of(view, asked.height), AT_THE_END
@@ -145,8 +145,8 @@ class ExportReducer(Reducer):
 
 
 def _charts_file(view: ViewState, shown: Shown) -> bytes:
-    """The charts as they stand."""
-    # Drawing imports matplotlib, which takes a second; most sessions never need it.
+    """Draws the present charts."""
+    # Deferred, because matplotlib takes a second to load and most sessions do not need it.
     from slipgrasp.web.charts.figure import ChartsHeading, charts_svg
 
     assert view.playback is not None
@@ -171,15 +171,15 @@ def clip_of(view: ViewState, height: int | None = None) -> Clip:
 
 
 def still_of(view: ViewState, asked: ExportStill) -> Still:
-    """The instant at the play head, in the size that was asked for.
+    """The instant at the play head, in the requested size.
 
     Raises:
-        StillError: If no picture has that size.
+        StillError: If the size is invalid.
     """
     time = view.playback.time if view.playback else None
     return Still(time=time, width=asked.width, height=asked.height)
 
 
 def _instant(view: ViewState) -> str:
-    """The play head in the name of a file."""
+    """The time of the play head for a file name."""
     return milliseconds(view.playback.time).replace(" ", "") if view.playback else ""

@@ -1,4 +1,4 @@
-"""How often a session draws while its run plays."""
+"""Frame rate of a session during playback."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import threading
 from typing import NamedTuple
 
 FRAME_INTERVAL = 1.0 / 30.0
-"""Least time from one frame to the next while the play head moves [s]."""
+"""Smallest interval between frames while the play head moves [s]."""
 
 _DRAWING_SHARE = 0.62
 _FORGOTTEN_AFTER = 2.0
@@ -14,18 +14,18 @@ _WEIGHT = 0.1
 
 
 class _Drawing(NamedTuple):
-    """What a session's frames cost lately, and when it drew the last one [s]."""
+    """Recent cost of a session's frames, and time of the last one [s]."""
 
     cost: float
     drawn_at: float
 
 
 class FramePacer:
-    """Lets all sessions that play share the processor: more of them draw less often each.
+    """Shares the processor among all playing sessions: with more sessions each draws less often.
 
-    Frames are drawn by threads of one interpreter, of which one runs at a time. If together
-    they asked for all of it, the loops that send the frames would get none: frames would pile
-    up, and every viewer would see the past.
+    Frames are drawn by threads of one interpreter, of which one runs at a time. If they used all of
+    its time, the loops that send the frames would get none: frames would accumulate, and viewers
+    would see old ones.
     """
 
     def __init__(self) -> None:
@@ -33,11 +33,11 @@ class FramePacer:
         self._drawings: dict[int, _Drawing] = {}
 
     def drew(self, session: int, cost: float, now: float) -> None:
-        """Takes note of a frame.
+        """Records a frame.
 
         Args:
-            session: Whose.
-            cost: How long the processor worked on it [s].
+            session: The session.
+            cost: Processor time of the frame [s].
             now: The monotonic clock [s].
         """
         with self._lock:
@@ -46,10 +46,10 @@ class FramePacer:
             self._drawings[session] = _Drawing(mean, now)
 
     def interval(self, now: float) -> float:
-        """Time from one frame of a session to its next [s].
+        """Interval between frames of a session [s].
 
         Args:
-            now: The monotonic clock [s]; who has not drawn for a while is forgotten.
+            now: The monotonic clock [s]; sessions that have not drawn for a while are ignored.
         """
         with self._lock:
             self._drawings = {

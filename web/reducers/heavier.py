@@ -1,4 +1,4 @@
-"""The reducer of the question how much heavier the object may get."""
+"""The reducer of the search for the largest mass with which the object is held."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from slipgrasp.web.workers.heavier_worker import HeavierWorker
 
 
 class HeavierReducer(Reducer):
-    """Has the border found for the draft that is asked about.
+    """Searches the largest mass for the draft of the request.
 
     Args:
-        service: Simulates.
-        send: Takes the answers.
+        service: Service that simulates.
+        send: Accepts the answers.
     """
 
     takes: ClassVar[tuple[type[Intent], ...]] = (AskHowHeavy, HowHeavyFound)
@@ -29,11 +29,11 @@ class HeavierReducer(Reducer):
         self._number = 0
 
     def reduce(self, intent: Intent, view: ViewState) -> ViewState:
-        """Asks the worker, or shows what it has found."""
+        """Starts the search, or shows its result."""
         match intent:
             case AskHowHeavy():
                 if self._worker is None:
-                    # Most sessions never ask: they need no thread.
+                    # Most sessions need no thread for this.
                     self._worker = HeavierWorker(self._service, self._send)
                     self.workers = (self._worker,)
                 self._number += 1

@@ -1,4 +1,4 @@
-"""The reducer of what is suggested after a run, which is tried before it is offered."""
+"""The reducer of hints, which are tried before they are shown."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from slipgrasp.web.reducers.reducer import Reducer
 from slipgrasp.web.workers.hints_worker import HintsWorker
 
 REST = 0.4
-"""How long a run is on the screen before its hint is tried [s]: a slider in hand goes first."""
+"""Delay before the hint of a run is tried [s], so that moving controls have priority."""
 
 _SETTLED = (RunStage.PREVIEW, RunStage.SAVING, RunStage.SAVED, RunStage.NOT_SAVED, RunStage.REPLAY)
 
 
 class HintsReducer(Reducer):
-    """Has the hint of the run on the screen tried once it rests, if its viewer may compute.
+    """Tries the hint of the run on the screen after a pause, if the user may simulate.
 
     Args:
-        service: Simulates.
-        send: Takes the answers.
+        service: Service that simulates.
+        send: Accepts the answers.
     """
 
     takes: ClassVar[tuple[type[Intent], ...]] = (TryHints, HintTried)
@@ -39,14 +39,14 @@ class HintsReducer(Reducer):
         self._shown_at = -math.inf
 
     def reduce(self, intent: Intent, view: ViewState) -> ViewState:
-        """Shows what helps, unless another run is on the screen by now."""
+        """Shows successful options, unless another run is on the screen."""
         self._may_try = self._may_try or isinstance(intent, TryHints)
         if not isinstance(intent, HintTried) or intent.number != self._number:
             return view
         return replace(view, hint_trials=replace(view.hint_trials, tried=intent.tried))
 
     def pass_time(self, now: float, view: ViewState) -> ViewState:
-        """Asks for the trials of a run that rests; gives up those of one that is gone."""
+        """Starts the trials of a run after a pause; cancels those of an old one."""
         if view.shown is not self._shown:
             self._shown, self._shown_at = view.shown, now
         if view.hint_trials.draft is not None and view.hint_trials.draft is not view.draft:
@@ -61,11 +61,11 @@ class HintsReducer(Reducer):
         return replace(view, hint_trials=HintTrials(view.draft))
 
     def wait(self, now: float, view: ViewState) -> float | None:
-        """Until the run has rested."""
+        """Time until the pause is over."""
         return max(self._shown_at + REST - now, 0.0) if self._is_due(view) else None
 
     def _is_due(self, view: ViewState) -> bool:
-        """Whether the run on the screen is that of the draft, and its hint not tried yet."""
+        """Whether the run on the screen belongs to the draft, and its hint was not tried yet."""
         if not self._may_try or view.shown is None or view.shown.ticket != view.ticket:
             return False
         if view.drag is not None or view.status.stage not in _SETTLED:

@@ -1,4 +1,4 @@
-"""The reducer of the laws side by side."""
+"""The reducer of the runs with every law."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from slipgrasp.web.reducers.reducer import Reducer
 from slipgrasp.web.workers.laws_worker import LawsWorker
 
 REST = 0.4
-"""How long the draft rests before every law is run [s]: a control in hand has the processor."""
+"""Delay before every law is run [s], so that moving controls have priority."""
 
 
 class LawsReducer(Reducer):
-    """Has the scenario run with every law while their tab is in sight.
+    """Runs the scenario with every law while their tab is visible.
 
     Args:
-        service: Simulates.
-        send: Takes the runs.
+        service: Service that simulates.
+        send: Accepts the runs.
     """
 
     takes: ClassVar[tuple[type[Intent], ...]] = (LawRunFinished,)
@@ -37,19 +37,19 @@ class LawsReducer(Reducer):
         self._moved_at = -math.inf
 
     def reduce(self, intent: Intent, view: ViewState) -> ViewState:
-        """Shows a run, unless it comes too late."""
+        """Shows a run, unless it is outdated."""
         if not isinstance(intent, LawRunFinished) or intent.number != self._number:
             return view
         return replace(view, laws=view.laws.with_run(intent.run))
 
     def pass_time(self, now: float, view: ViewState) -> ViewState:
-        """Asks for the runs of a draft that rests, if they are looked at."""
+        """Requests the runs of a draft after a pause, if the tab is visible."""
         if view.draft is not self._draft:
             self._draft, self._moved_at = view.draft, now
         if not self._is_due(view) or now - self._moved_at < REST:
             return view
         if self._worker is None:
-            # Most sessions never look at this: they need no thread.
+            # Most sessions need no thread for this.
             self._worker = LawsWorker(self._service, self._send)
             self.workers = (self._worker,)
         self._number += 1
@@ -57,7 +57,7 @@ class LawsReducer(Reducer):
         return replace(view, laws=replace(view.laws, draft=view.draft))
 
     def wait(self, now: float, view: ViewState) -> float | None:
-        """Until the draft has rested."""
+        """Time until the pause is over."""
         return max(self._moved_at + REST - now, 0.0) if self._is_due(view) else None
 
     def _is_due(self, view: ViewState) -> bool:

@@ -1,4 +1,4 @@
-"""The reducer of links: a run and a time that the address of the page names."""
+"""The reducer of links, which name a run and a time."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ _SHOWN_LENGTH = 40
 
 
 class LinkReducer(Reducer):
-    """Opens the run of a link, and puts the play head where the link says once it is there.
+    """Opens the run of a link, then moves the play head to its time.
 
-    Its place is behind the reducer of the recordings, which shows the run.
+    It follows the reducer of recordings, which shows the run.
 
     Args:
-        send: Asks the reducer of the recordings to open a run.
+        send: Requests a run from the reducer of recordings.
     """
 
     takes: ClassVar[tuple[type[Intent], ...]] = (
@@ -41,17 +41,17 @@ class LinkReducer(Reducer):
         self._wanted: OpenLink | None = None
 
     def reduce(self, intent: Intent, view: ViewState) -> ViewState:
-        """Asks for the run of a link, and does the rest when there is an answer."""
+        """Requests the run of a link, and continues after the answer."""
         match intent:
             case OpenLink(run):
                 self._wanted = intent
                 self._send(OpenRecording(run))
                 return replace(view, notice="")
             case OpenRecording(run_id) if self._wanted and run_id != self._wanted.run:
-                self._wanted = None  # The user wants to see something else by now.
+                self._wanted = None  # The user has requested something else.
             case RecordingOpened(number, _) if self._wanted:
                 wanted, self._wanted = self._wanted, None
-                # Another number answers what was asked for before or after.
+                # Other numbers answer other requests.
                 return view if number != view.opening else _arrive(wanted.time, view)
             case RecordingUnreadable(number, message) if self._wanted:
                 self._wanted = None
@@ -61,14 +61,14 @@ class LinkReducer(Reducer):
 
 
 def _arrive(written: str, view: ViewState) -> ViewState:
-    """Puts the play head where the link says."""
+    """Moves the play head to the time of the link."""
     if view.shown is None or view.playback is None or not written:
         return view
     time = linked_time(written)
     if time is None:
         notice = (
-            f"The time '{written[:_SHOWN_LENGTH]}' of the link is no number of seconds; "
-            "it is left out."
+            f"The time '{written[:_SHOWN_LENGTH]}' in the link is not a number of seconds; it is "
+            "ignored."
         )
         return replace(view, notice=notice)
     whole = whole_window(view.shown.result)
@@ -76,7 +76,7 @@ def _arrive(written: str, view: ViewState) -> ViewState:
 
 
 def linked_time(written: str) -> float | None:
-    """The time that a link names [s]; None if it is no time."""
+    """The time of a link [s]; None if it is invalid."""
     try:
         time = float(written)
     except ValueError:

@@ -1,4 +1,4 @@
-"""The reducer of the picture: where it is seen from, and how it looks."""
+"""The reducer of the view: camera and appearance."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from slipgrasp.web.scene.camera import FrontCamera
 
 
 class PictureReducer(Reducer):
-    """Keeps the hand in the picture, and draws it as the user likes.
+    """Keeps the hand in the view, with the user's display options.
 
     Args:
         camera: The viewer's camera.
@@ -41,7 +41,7 @@ class PictureReducer(Reducer):
         self._camera = camera
 
     def reduce(self, intent: Intent, view: ViewState) -> ViewState:
-        """Takes note of the camera, puts it in front again, or changes the appearance."""
+        """Records the camera, resets it to the front, or changes the appearance."""
         match intent:
             case CameraMoved(position):
                 self._camera.report(position)
@@ -65,7 +65,7 @@ class PictureReducer(Reducer):
         return view
 
     def _fit(self, measured: MeasurePage, view: ViewState) -> ViewState:
-        """Takes note of the page's size; its preference counts until the user chooses."""
+        """Records the page's size; its preference counts until the user chooses."""
         self._camera.measure(measured.layout.picture)
         is_first = view.page_layout is None
         appearance = (

@@ -1,4 +1,4 @@
-"""The reducer of the play head, and what each of its intents makes of it."""
+"""The reducer of the play head."""
 
 from __future__ import annotations
 
@@ -42,12 +42,12 @@ from slipgrasp.web.reducers.reducer import Reducer
 
 
 class PlaybackReducer(Reducer):
-    """Moves the play head: by hand, and with time while it plays.
+    """Moves the play head: by the user, and with time during playback.
 
     Args:
-        pacer: Sets how often to draw.
-        is_behind: Whether the viewer was not sent the last frame yet. Another one would not be
-            seen sooner, and be drawn at the expense of what sends it.
+        pacer: Determines the frame rate.
+        is_behind: Whether the last frame is still unsent. Another one would not be visible sooner,
+            and would slow down sending.
     """
 
     takes: ClassVar[tuple[type[Intent], ...]] = (
@@ -71,24 +71,24 @@ class PlaybackReducer(Reducer):
         self._due = 0.0
 
     def reduce(self, intent: Intent, view: ViewState) -> ViewState:
-        """Moves the play head by hand."""
+        """Moves the play head as requested."""
         if view.shown is None or view.playback is None:
             return view
         playback = moved(view.playback, intent, view.shown.result)
         if playback.playing and not view.playback.playing:
-            self._passed = None  # Time that passed while it stood still does not move it.
+            self._passed = None  # Time during a pause does not move it.
         choice = choice_after(view.choice, intent, view.playback, playback)
         return replace(view, choice=choice, playback=playback)
 
     def pass_time(self, now: float, view: ViewState) -> ViewState:
-        """Moves the play head on while it plays, whenever a frame is due."""
+        """Moves the play head during playback, whenever a frame is due."""
         if view.playback is None or not view.playback.playing:
             self._passed = now
             return view
         if self._passed is not None and now < self._due:
             return view
         interval = self._pacer.interval(now)
-        # A frame that was a little late does not delay the next one.
+        # A slightly late frame does not delay the next one.
         on_time = self._due + interval
         self._due = on_time if on_time > now else now + interval
         if self._is_behind():
@@ -98,19 +98,19 @@ class PlaybackReducer(Reducer):
         return replace(view, playback=view.playback.advance(elapsed))
 
     def wait(self, now: float, view: ViewState) -> float | None:
-        """The next frame, while it plays."""
+        """Time of the next frame during playback."""
         if view.playback is None or not view.playback.playing:
             return None
         return max(self._due - now, 0.0)
 
 
 def moved(playback: Playback, intent: Intent, result: RunResult) -> Playback:
-    """The play head after an intent; the very same one after what does not concern it.
+    """The play head after an intent; the same object if the intent does not concern it.
 
     Args:
-        playback: Where it stands.
-        intent: What the user wants; times and names come from a browser.
-        result: The run that is shown.
+        playback: The present play head.
+        intent: The intent; times and names come from a browser.
+        result: The run on the screen.
     """
     match intent:
         case TogglePlay():
@@ -131,13 +131,13 @@ def moved(playback: Playback, intent: Intent, result: RunResult) -> Playback:
 def choice_after(
     choice: WindowChoice, intent: Intent, before: Playback, after: Playback
 ) -> WindowChoice:
-    """The time range of the run that is shown after an intent.
+    """The choice of the time range after an intent.
 
     Args:
-        choice: Which was.
-        intent: What the user wanted.
-        before: The play head before it.
-        after: The play head after it.
+        choice: The present choice.
+        intent: The intent.
+        before: The previous play head.
+        after: The new play head.
     """
     if isinstance(intent, ChooseWindow):
         return intent.choice
@@ -145,7 +145,7 @@ def choice_after(
 
 
 def _put(playback: Playback, intent: Intent, result: RunResult) -> Playback:
-    """The play head at the time that an intent names."""
+    """The play head at the time of an intent."""
     match intent:
         case Seek(seconds) if math.isfinite(seconds):
             return playback.reach(seconds, whole_window(result))
@@ -167,7 +167,7 @@ def _put(playback: Playback, intent: Intent, result: RunResult) -> Playback:
 def _with_window(
     playback: Playback, intent: ChooseWindow | ShowWindow | Zoom, result: RunResult
 ) -> Playback:
-    """The play head in another time range of the run, at a speed that suits it."""
+    """The play head in another time range of the run, with a suitable speed."""
     match intent:
         case ChooseWindow(choice):
             window = window_of(result, choice, playback.window)

@@ -13,10 +13,10 @@ from slipgrasp.web.workers.premises_worker import PremisesWorker
 
 
 class PremisesReducer(Reducer):
-    """Computes the assumptions for the run on the screen, and shows them beside it.
+    """Computes the assumptions for the run on the screen, and shows them.
 
     Args:
-        send: Takes the worker's answers.
+        send: Accepts the worker's answers.
     """
 
     takes: ClassVar[tuple[type[Intent], ...]] = (FindPremises, PremisesFound)
@@ -26,7 +26,7 @@ class PremisesReducer(Reducer):
         self.workers = (self._worker,)
 
     def reduce(self, intent: Intent, view: ViewState) -> ViewState:
-        """Asks the worker, or shows what it found of the run that is still on the screen."""
+        """Starts the worker, or shows its result for the run on the screen."""
         match intent:
             case FindPremises() if view.shown is not None and view.offers_premises:
                 self._worker.find(view.shown.ticket, view.shown.result)

@@ -41,23 +41,23 @@ _SHARE = 0.005
 
 
 def relist_interval(elapsed: float) -> float:
-    """How long to leave the list alone, so that looking stays a small part of the time [s].
+    """Interval between queries of the list, to limit their load [s].
 
     Args:
-        elapsed: How long the last look took [s].
+        elapsed: Duration of the last query [s].
     """
     return max(_LEAST_INTERVAL, elapsed / _SHARE)
 
 
 class RecordingsReducer(Reducer):
-    """Lists stored runs and opens them; what is on the screen stays until one is there.
+    """Lists stored runs and opens them; the screen is unchanged until a run is loaded.
 
-    The list is looked up again every few seconds, since others save and delete runs too.
+    The list is queried again every few seconds, because others save and delete runs too.
 
     Args:
-        store: The stored runs.
-        recordings: Opens them.
-        send: Takes the worker's answers.
+        store: Store of the runs.
+        recordings: Opens runs.
+        send: Accepts the worker's answers.
         first: The recording to open first, if any.
     """
 
@@ -90,12 +90,12 @@ class RecordingsReducer(Reducer):
         self._interval = _LEAST_INTERVAL
 
     def start(self, view: ViewState) -> ViewState:
-        """Asks for the first page of the list, and for the first recording."""
+        """Requests the first page of the list, and the first recording."""
         self._list(view.run_list)
         return view if self._first is None else self._open(view, self._first)
 
     def reduce(self, intent: Intent, view: ViewState) -> ViewState:
-        """Asks the worker, or shows what it answers."""
+        """Starts the worker, or shows its answer."""
         match intent:
             case OpenRecording(run_id):
                 return self._open(view, run_id)
@@ -112,7 +112,7 @@ class RecordingsReducer(Reducer):
                 return replace(view, run_list=self._changed(intent, view.run_list))
 
     def pass_time(self, now: float, view: ViewState) -> ViewState:
-        """Looks the list up again once in a while."""
+        """Queries the list again when due."""
         if self._listed_at is None:
             self._listed_at = now
         elif now - self._listed_at >= self._interval:
@@ -121,12 +121,12 @@ class RecordingsReducer(Reducer):
         return view
 
     def wait(self, now: float, view: ViewState) -> float | None:
-        """Until the list is to be looked up again."""
+        """Time until the next query."""
         since = 0.0 if self._listed_at is None else now - self._listed_at
         return max(self._interval - since, 0.0)
 
     def _changed(self, intent: Intent, run_list: RunList) -> RunList:
-        """What the list looks like now; a newer one is asked for where it has to be."""
+        """The present list; a newer one is requested if necessary."""
         match intent:
             case ListRecordings(page):
                 run_list = replace(run_list, page=page)
@@ -160,10 +160,10 @@ class RecordingsReducer(Reducer):
 
 
 def _listed(run_list: RunList, found: RecordingsListed) -> RunList:
-    """The present list; a chosen run that is gone is reported."""
+    """The present list; reports if the selected run was deleted."""
     if run_list.chosen_id and run_list.chosen_id == found.chosen_id:
         is_gone = found.chosen is None
-        notice = Notice("Gone", f"run {run_list.chosen_id} is not stored any more")
+        notice = Notice("Gone", f"run {run_list.chosen_id} is no longer stored")
         run_list = replace(
             run_list,
             chosen_id="" if is_gone else run_list.chosen_id,

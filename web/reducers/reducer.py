@@ -1,4 +1,4 @@
-"""What every reducer is."""
+"""Interface of reducers."""
 
 from __future__ import annotations
 
@@ -12,41 +12,41 @@ from slipgrasp.web.workers.worker import Worker
 
 
 class Reducer(ABC):
-    """One concern of a session: makes a new view of what is asked for.
+    """A reducer: creates a new view from intents for one concern of a session.
 
-    A reducer holds threads and clocks; whatever is on the screen is in the view.
+    A reducer has threads and clocks; everything on the screen is in the view.
 
     Attributes:
-        takes: The intents that it is asked about; several reducers may take the same one.
-        workers: Its threads; the session ends them.
+        takes: Classes of intents that it handles; several reducers may handle the same class.
+        workers: Its threads, which the session ends.
     """
 
     takes: ClassVar[tuple[type[Intent], ...]]
     workers: Sequence[Worker] = ()
 
     def start(self, view: ViewState) -> ViewState:
-        """What it makes of the first view."""
+        """Returns the initial view."""
         return view
 
     @abstractmethod
     def reduce(self, intent: Intent, view: ViewState) -> ViewState:
-        """What it makes of an intent."""
+        """Handles an intent."""
 
     def pass_time(self, now: float, view: ViewState) -> ViewState:
-        """What it makes of time that has passed; called at least as often as it asks to be.
+        """Handles the passing of time; called at least as often as requested.
 
         Args:
             now: The monotonic clock [s].
-            view: What is on the screen.
+            view: The screen.
         """
         return view
 
     def wait(self, now: float, view: ViewState) -> float | None:
-        """How soon time must pass for it again [s]; None is whenever something happens."""
+        """Time until its next tick [s]; None if it only handles intents."""
         return None
 
     def expects_answer(self, now: float) -> bool:
-        """Whether what it asked for is about to come, so that drawing waits for it.
+        """Whether a requested result is about to arrive, so that drawing waits for it.
 
         Args:
             now: The monotonic clock [s].

@@ -48,9 +48,9 @@ class RunReducer(Reducer):
     """Turns the draft into a run.
 
     Args:
-        service: Simulates.
-        saved: Keeps runs.
-        send: Takes the worker's answers.
+        service: Service that simulates.
+        saved: Stores runs.
+        send: Accepts the worker's answers.
         simulates_first: Whether it starts with the run of the first draft.
     """
 
@@ -79,7 +79,7 @@ class RunReducer(Reducer):
         return view
 
     def reduce(self, intent: Intent, view: ViewState) -> ViewState:
-        """Shows the worker's answer, unless it comes too late."""
+        """Shows the worker's answer, unless it is outdated."""
         match intent:
             case RunFinished() | RunRefused() | RunSaved() | SaveFailed():
                 return view if intent.ticket != view.ticket else self._answered(intent, view)

@@ -154,7 +154,7 @@ def _disturbed(view: ViewState, intent: AddDisturbance) -> Draft:
 def _dragged(view: ViewState, force: tuple[float, ...]) -> ViewState:
     """The view while the object is dragged; unchanged if there is nothing to push.
 
-    The play head rests at the end of the push, so that its effect is visible beside the ghost.
+    The play head rests at the end of the push, so that its effect is visible next to the ghost.
     """
     shown, playback = view.shown, view.playback
     if shown is None or playback is None:

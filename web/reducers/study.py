@@ -42,23 +42,23 @@ from slipgrasp.web.workers.study_worker import StudyWorker
 
 POLL_INTERVAL = 0.5
 REST_BEFORE_PRICE = 1.0
-"""How long both drafts rest before the study is priced, which simulates the base once [s].
+"""Pause before the cost of a study is estimated, which simulates the base once [s].
 
-The price is computed only while the tab is in front.
+The cost is estimated only while the tab is visible.
 """
 
 DraftIntent = ChooseAxis | SetRange | ChooseComparison
 
 
 class StudyReducer(Reducer):
-    """Keeps the draft of the next study, and the study that is on the screen.
+    """Manages the draft of the next study, and the study on the screen.
 
-    A study belongs to the server: it goes on when its session ends.
+    A study belongs to the server: it continues after its session ends.
 
     Args:
-        service: Runs studies.
-        memory: The account of memory.
-        send: Takes the answers of the worker, and asks for recordings to be opened.
+        service: Service of studies.
+        memory: The memory budget.
+        send: Accepts the answers of the worker, and requests recordings.
     """
 
     takes: ClassVar[tuple[type[Intent], ...]] = (
@@ -102,7 +102,7 @@ class StudyReducer(Reducer):
         return view
 
     def reduce(self, intent: Intent, view: ViewState) -> ViewState:
-        """Changes the study draft, asks the worker, or shows what it answers."""
+        """Changes the study draft, starts the worker, or shows its answer."""
         match intent:
             case ChooseAxis() | SetRange() | ChooseComparison():
                 study = _redrafted(view.study, intent)
@@ -117,7 +117,7 @@ class StudyReducer(Reducer):
         return view if study is view.study else replace(view, study=study)
 
     def pass_time(self, now: float, view: ViewState) -> ViewState:
-        """Keeps the study draft in step with the scenario, prices it, and polls the study."""
+        """Updates the study draft for a new scenario, estimates its cost, and polls the study."""
         if self._followed_id is not None and now >= self._poll_at:
             self._poll_at = now + POLL_INTERVAL
             self._worker.poll(self._following, self._followed_id)
@@ -125,7 +125,7 @@ class StudyReducer(Reducer):
         planned = (view.study.draft, view.draft)
         if planned != self._planned:
             self._planned, self._planned_at = planned, now
-            self._pricing = 0  # An answer about what was planned before comes too late.
+            self._pricing = 0  # An answer about an older draft is ignored.
             return replace(view, study=replace(view.study, price=None, problems=()))
         if view.study.is_draft_seen and now - self._planned_at >= REST_BEFORE_PRICE:
             self._planned_at = math.inf
@@ -133,14 +133,14 @@ class StudyReducer(Reducer):
         return view
 
     def wait(self, now: float, view: ViewState) -> float | None:
-        """Comes back while a study is followed, or is to be priced."""
+        """Requests ticks while a study is followed, or waits for its cost."""
         waits = [self._poll_at - now] if self._followed_id is not None else []
         if view.study.is_draft_seen and math.isfinite(self._planned_at):
             waits.append(self._planned_at + REST_BEFORE_PRICE - now)
         return max(min(waits), 0.0) if waits else None
 
     def _in_step(self, view: ViewState) -> ViewState:
-        """Another scenario offers other parameters; one whose law is not here offers none."""
+        """Another scenario has other parameters; one with an unavailable law has none."""
         if view.draft.base is self._base:
             return view
         self._base = view.draft.base
@@ -156,7 +156,7 @@ class StudyReducer(Reducer):
         try:
             scenario = view.draft.scenario()
         except ScenarioError:
-            return view  # The editor says what is wrong with it.
+            return view  # The editor shows its errors.
         self._pricing = next(self._numbers)
         self._worker.price(self._pricing, view.study.draft, scenario, view.draft.origin)
         return view
@@ -174,7 +174,7 @@ class StudyReducer(Reducer):
         return replace(study, is_starting=True, problems=())
 
     def _follow(self, study: StudyView, study_id: str) -> StudyView:
-        """Turns to a study; what is on the screen stays until it is there."""
+        """Switches to a study; the screen is unchanged until it is loaded."""
         self._following = next(self._numbers)
         self._followed_id, self._poll_at = study_id, 0.0
         return replace(study, message="")
@@ -245,7 +245,7 @@ class StudyReducer(Reducer):
     ) -> StudyView:
         study_run = StudyRun(answer.study_id, answer.index)
         if study.study_run != study_run:
-            return study  # Another one was asked for since.
+            return study  # Another one was requested since.
         if isinstance(answer, StudyRunRefused):
             return replace(study, study_run=replace(study_run, message=answer.message))
         self._send(OpenRecording(answer.run_id))
@@ -253,12 +253,12 @@ class StudyReducer(Reducer):
 
 
 def _on_map(study: StudyView, followed: Followed) -> StudyView:
-    """The map of another study, wide enough to read it."""
+    """The map of another study, with a legible width."""
     return replace(study, followed=followed, study_run=None, is_draft_shown=False, is_wide=True)
 
 
 def _redrafted(study: StudyView, intent: DraftIntent) -> StudyView:
-    """The study draft with what the user has changed; what is not offered changes nothing."""
+    """The study draft after a change by the user; invalid choices are ignored."""
     study_draft = study.draft
     if study_draft is None:
         return study

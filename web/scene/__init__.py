@@ -1,1 +1,1 @@
-"""The picture of the hand, its object and its contacts."""
+"""The 3D view of the hand, its object and its contacts."""

@@ -1,4 +1,4 @@
-"""Boxes in the plane of the view: what is held wherever it moves, and space for close-ups above."""
+"""Boxes in the view plane: around the motion of the object, with space for close-ups above."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _MOST_IN_A_ROW = 3
 _RADIUS, _OF_WIDTH, _LEAST_ASPECT = 0.18, 0.44, 1.1
 _ROW = 3.8  # height of a row of close-ups with their captions, in radii
 _MARGIN = 0.3
-_MOST_LAG = 4.0  # radii of the object; what is farther off is out of the picture
+_MOST_LAG = 4.0  # radii of the object; larger distances are outside the view
 _DIGITS = 5
 
 
@@ -20,8 +20,8 @@ def with_close_ups(low: Points, high: Points, count: int) -> tuple[Points, Point
 
     Args:
         low: Lower left corner of the box [m].
-        high: Its upper right corner.
-        count: How many close-ups.
+        high: Upper right corner [m].
+        count: Number of close-ups.
 
     Returns:
         Lower left and upper right corner.
@@ -36,15 +36,15 @@ def with_close_ups(low: Points, high: Points, count: int) -> tuple[Points, Point
 
 
 def box_around(corners: Points, path: Points, lag: Points, radius: float) -> tuple[Points, Points]:
-    """A box around an object wherever it should be, with a margin for its lag.
+    """A box around the desired motion of an object, with a margin for its lag.
 
-    Runs of one desired motion that lag behind it by little have the same.
+    Runs with one desired motion and small lags have the same box.
 
     Args:
-        corners: Its corners at the start, shape ``(corners, 2)`` [m].
-        path: Where its centre should be, seen from the start, shape ``(times, 2)`` [m].
-        lag: From where it is to there, likewise.
-        radius: Farthest corner from its centre.
+        corners: Initial corners, shape ``(corners, 2)`` [m].
+        path: Desired positions of its centre, relative to the start, shape ``(times, 2)`` [m].
+        lag: Desired minus actual positions, shape ``(times, 2)`` [m].
+        radius: Distance of the farthest corner from the centre [m].
 
     Returns:
         Lower left and upper right corner.
@@ -62,5 +62,5 @@ def box_around(corners: Points, path: Points, lag: Points, radius: float) -> tup
 
 
 def _extremes(lag: Points) -> tuple[Points, Points]:
-    """How far an object is at most short of where it should be, and beyond it, ``(2,)`` each."""
+    """Largest lags of an object behind and ahead of its desired position, ``(2,)`` each."""
     return lag.max(axis=0, initial=0.0), (-lag).max(axis=0, initial=0.0)

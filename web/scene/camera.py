@@ -1,4 +1,4 @@
-"""A camera that looks at the hand as its picture was laid out, until the user takes it over."""
+"""A camera that frames the hand until the user moves it."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ Place = tuple[float, float, float]
 
 _FREE_SHARE = 0.3
 _TOLERANCE = 0.03
-_REMEMBERED = 4  # places of the camera, of which a report may still be on its way
+_REMEMBERED = 4  # camera positions that may still be reported
 
 
 @dataclass(frozen=True, slots=True)
 class Framing:
-    """Where a camera that looks at a plane stands, and what it looks at [m]."""
+    """Position and target of a camera that looks at a plane [m]."""
 
     centre: tuple[float, float]
     distance: float
@@ -31,12 +31,12 @@ class Framing:
 
     @property
     def position(self) -> tuple[float, float, float]:
-        """The camera in viewer coordinates."""
+        """The camera position in viewer coordinates."""
         return self.plane.place(self.centre, self.distance)
 
     @property
     def look_at(self) -> tuple[float, float, float]:
-        """The middle of the picture in viewer coordinates."""
+        """The target in viewer coordinates."""
         return self.plane.place(self.centre)
 
 
@@ -46,13 +46,13 @@ def frame_box(
     picture: Picture,
     plane: ViewPlane = FRONT,
 ) -> Framing:
-    """The nearest camera that sees a whole box, above what a panel covers.
+    """The closest camera that sees a whole box, above the part covered by a panel.
 
     Args:
         low: Lower left corner of the box in the plane [m].
         high: Its upper right corner [m].
-        picture: Size of the picture.
-        plane: The plane that it looks at.
+        picture: Size of the view.
+        plane: The view plane.
     """
     height = np.maximum(picture.height, 1)
     free = np.maximum(height - picture.covered, _FREE_SHARE * height)
@@ -65,7 +65,7 @@ def frame_box(
 
 
 def stands_at(position: Place, framing: Framing) -> bool:
-    """Whether a reported camera [m] stands where a framing put it."""
+    """Whether a reported camera position [m] is that of a framing."""
     return _are_near(position, framing.position, framing)
 
 
@@ -74,7 +74,7 @@ def _are_near(one: Place, other: Place, framing: Framing) -> bool:
 
 
 class FrontCamera:
-    """Keeps the hand in the picture when the picture changes its size.
+    """Keeps the hand in the view when its size changes.
 
     Args:
         camera: The viewer's camera.
@@ -93,12 +93,12 @@ class FrontCamera:
     def show(
         self, low: NDArray[np.float64], high: NDArray[np.float64], plane: ViewPlane = FRONT
     ) -> None:
-        """Frames a box, the first time and whenever its size changes.
+        """Frames a box, initially and whenever its size changes.
 
         Args:
             low: Its lower left corner [m].
             high: Its upper right corner [m].
-            plane: The plane that it is in.
+            plane: The view plane.
         """
         same = self._box is not None and np.allclose((low, high), self._box)
         if not same or plane != self._plane:
@@ -106,10 +106,10 @@ class FrontCamera:
             self.frame()
 
     def measure(self, picture: Picture) -> None:
-        """Frames again when the picture has changed, unless the user has moved the camera.
+        """Frames again after a change of the view's size, unless the user has moved the camera.
 
-        A strip that becomes a little lower, as where a line of the panel no longer wraps, leaves
-        the camera where it is: else it would move at every other edit.
+        If the covered strip becomes slightly lower, for example because a line of the panel no
+        longer wraps, the camera stays; otherwise it would move with every other edit.
         """
         if not self._picture.is_covered_alike(picture):
             self._picture = picture
@@ -117,11 +117,11 @@ class FrontCamera:
                 self.frame()
 
     def report(self, position: Place) -> None:
-        """Takes note of where the viewer's camera stands [m].
+        """Records the position of the viewer's camera [m].
 
-        Reports from before the camera was framed may still be on their way, even after one that
-        it has arrived: only one that has been where it was put, and then is neither there nor
-        where it came from, was moved by hand.
+        Reports from before the framing may arrive late, even after one of the new position: only a
+        camera that has been at the new position, and is then neither there nor at the old one, was
+        moved by the user.
         """
         framing = self._framing
         if framing is None:
@@ -133,7 +133,7 @@ class FrontCamera:
         self._arrived = self._arrived or in_place
 
     def frame(self) -> None:
-        """Puts the camera in front of the hand."""
+        """Resets the camera to the front."""
         if self._box is None:
             return
         self._free = True

@@ -1,9 +1,9 @@
-"""The contacts of a run as the page draws them: one packet of arrays for each run.
+"""Data of the close-ups: one packet of arrays for each run.
 
-The page itself draws a close-up of every contact over the view (`web/page/overlay.js`). A packet
-holds what it needs for that at any instant, so that nothing else is sent while time passes. It goes
-with the nodes of the scene, as the points of one that is never visible: so the page takes over both
-at once, and a recorded scene contains it.
+The page draws a close-up of every contact over the view (`web/page/overlay.js`). A packet contains
+the data for all instants, so that nothing else is sent during playback. It is sent with the nodes
+of the scene, as the points of an invisible one, so that the page applies both together, and a
+recorded scene contains it.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ Values = NDArray[np.float64]
 Arrays = dict[str, NDArray[Any]]
 
 PACKET, CLOCK = "/close-ups", "/clock"
-"""Nodes of the scene: the points of one are the packet, the place of the other has the time."""
+"""Nodes of the scene: the points of one are the packet, the position of the other is the time."""
 
 _MOST_ROWS = 4000
 _OUTLINE_CORNERS = 48
@@ -40,10 +40,10 @@ _ALIGNED, _POINT = 8, 12  # bytes
 
 
 class CloseUps:
-    """Sends the page what its close-ups show.
+    """Sends the data of the close-ups to the page.
 
     Args:
-        scene: Where the nodes go.
+        scene: Scene of the nodes.
     """
 
     def __init__(self, scene: viser.SceneApi) -> None:
@@ -53,7 +53,7 @@ class CloseUps:
         self._clock = scene.add_frame(CLOCK, show_axes=False)
 
     def show(self, facts: dict[str, Any], arrays: Arrays) -> None:
-        """Takes another run, see `facts_of` and `arrays_of`."""
+        """Sends another run, see `facts_of` and `arrays_of`."""
         packet = packed(facts, arrays)
         padding = b"\0" * (-len(packet) % _POINT)
         self._packet.points = np.frombuffer(packet + padding, np.float32).reshape(-1, 3)
@@ -70,14 +70,14 @@ def facts_of(
     appearance: Appearance,
     object_node: str,
 ) -> dict[str, Any]:
-    """What stays the same during a run.
+    """Constant data of a run.
 
     Args:
         result: The run.
-        ghost: The run that is drawn pale, if there is one.
+        ghost: The ghost, if any.
         layout: The scales.
-        appearance: Whether close-ups and cones are drawn, and how long forces are.
-        object_node: The node that moves with the object.
+        appearance: Display options.
+        object_node: Node that moves with the object.
     """
     scenario = result.scenario
     own, front = contacts_of(scenario), np.array([0.0, 0.0, sizes_of(scenario).front])
@@ -108,12 +108,12 @@ def facts_of(
 
 
 def arrays_of(result: RunResult, ghost: RunResult | None, layout: SceneLayout) -> Arrays:
-    """What changes during a run, a row for each stored sample, as long as these are not too many.
+    """Variable data of a run, with a row for each stored sample if there are not too many.
 
     Args:
         result: The run.
-        ghost: The run that is drawn pale, if there is one.
-        layout: The points around the object.
+        ghost: The ghost, if any.
+        layout: Points around the object.
     """
     trace, rows = result.trace, _rows_to_send(result.trace)
     count = trace.shape.num_contacts
@@ -150,11 +150,11 @@ def arrays_of(result: RunResult, ghost: RunResult | None, layout: SceneLayout) -
 
 
 def packed(facts: dict[str, Any], arrays: Arrays) -> bytes:
-    """Facts and arrays as bytes: length of the JSON, the JSON, the arrays; each on a round offset.
+    """Facts and arrays as bytes: length of the JSON, JSON, arrays; each aligned.
 
     Args:
-        facts: What stays the same, as JSON.
-        arrays: Each in one piece; the JSON lists their names, types and shapes.
+        facts: Constant data for JSON.
+        arrays: Contiguous arrays; the JSON lists their names, types and shapes.
     """
     listed = [[name, array.dtype.str[1:], array.shape] for name, array in arrays.items()]
     head = json.dumps({**facts, "arrays": listed}).encode()
@@ -163,7 +163,7 @@ def packed(facts: dict[str, Any], arrays: Arrays) -> bytes:
 
 
 def _rows_to_send(trace: Trace) -> NDArray[np.intp]:
-    """All rows while they are few; else evenly spaced ones, and those at which a phase changes."""
+    """All rows if there are few; otherwise evenly spaced ones and those with phase changes."""
     count = len(trace)
     if count <= _MOST_ROWS:
         return np.arange(count)
@@ -175,7 +175,7 @@ def _rows_to_send(trace: Trace) -> NDArray[np.intp]:
 
 
 def _contact_facts(contact: Contact, front: Values) -> dict[str, Any]:
-    """Where a contact is drawn on the object, and its directions in a planar close-up."""
+    """Position of a contact on the object, and its directions in a planar close-up."""
     pad = contact.pad
     return {
         "anchor": (contact.anchor + front).tolist(),
@@ -189,7 +189,7 @@ def _contact_facts(contact: Contact, front: Values) -> dict[str, Any]:
 
 
 def _patches(scenario: Scenario, i: int) -> Iterator[dict[str, Any]]:
-    """Low-friction patches on the face of a contact, in slips from the point touched first [m]."""
+    """Low-friction patches on the face of a contact, from the initial contact point [m]."""
     if isinstance(scenario, SpatialScenario):
         for patch in scenario.patches:
             if patch.face == scenario.fingers[i].face:
@@ -206,5 +206,5 @@ def _patches(scenario: Scenario, i: int) -> Iterator[dict[str, Any]]:
 
 
 def _while(patch: AnyPatch) -> dict[str, float | None]:
-    """When a patch is there [s]; without an end it stays."""
+    """Times of a patch [s]; without an end it is permanent."""
     return {"start": patch.start_time, "end": patch.end_time}

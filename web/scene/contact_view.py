@@ -1,7 +1,7 @@
 """A contact: fingertip, slip trail, force, slip velocity and friction cone.
 
-The marks stand in the axes of the contact frame (`slipgrasp.scene.skeleton`), for planar and
-spatial hands alike.
+The marks are in the axes of the contact frame (`slipgrasp.scene.skeleton`), for planar and spatial
+hands.
 """
 
 from __future__ import annotations
@@ -31,16 +31,16 @@ _RAYS, _DASHES = 8, 8
 _CONE_OPACITY = 0.5
 _BESIDE = 3.6
 _OUTSIDE = 0.003
-_ARC_PIECES = 24  # of the trail of a planar hand, which has no more points than its ends
+_ARC_PIECES = 24  # points of the trail of a planar hand, which only consists of its ends
 
 
 class ContactMarks(NamedTuple):
     """Marks of one contact in the axes of its frame [m].
 
     Attributes:
-        tip: The fingertip, from the point that it touched first.
-        force: The arrow of the force on the object, from the fingertip.
-        motion: Both ends of the arrow of the slip velocity, from the fingertip.
+        tip: Fingertip, relative to the initial contact point.
+        force: Arrow of the force on the object, from the fingertip.
+        motion: Ends of the arrow of the slip velocity, from the fingertip.
     """
 
     tip: Points
@@ -55,14 +55,14 @@ def contact_marks(
     sizes: MarkSizes,
     full: FullScale,
 ) -> ContactMarks:
-    """Where the marks of a contact stand at the only one of some states.
+    """Positions of the marks of a contact in a single state.
 
     Args:
         contact: The contact.
-        i: Its index.
+        i: Index of the contact.
         states: The state.
         sizes: Sizes of the marks.
-        full: What an arrow of full length stands for.
+        full: Quantities with an arrow of full length.
     """
     beside = (
         -_BESIDE * sizes.tip_radius * contact.inward if contact.dimensions == 2 else np.zeros(3)
@@ -77,29 +77,29 @@ def contact_marks(
 
 
 def cone_edge(contact: Contact, friction: float, rim: Points, slant: float) -> Points:
-    """Points on the edge of a friction cone, from its tip, shape ``(k, 3)`` [m].
+    """Points on the rim of a friction cone, from its tip, shape ``(k, 3)`` [m].
 
     Args:
         contact: The contact.
         friction: The friction coefficient.
-        rim: Tangential directions in shares of the friction, shape ``(k, d - 1)``.
-        slant: Distance of the edge from the tip where a share is 1 [m].
+        rim: Tangential directions divided by the friction, shape ``(k, d - 1)``.
+        slant: Distance of the rim from the tip for unit directions [m].
     """
     return slant / np.hypot(1.0, friction) * (contact.inward + friction * contact.across(rim))
 
 
 class ContactView:
-    """Draws the marks of one contact with a fixed set of nodes below one that stands for it.
+    """Draws the marks of one contact with a fixed set of nodes below a common one.
 
     Args:
-        scene: Where the nodes go.
-        name: Name of the node at the point touched first, with the axes of the contact frame.
-        place: Where that node stands in its parent [m].
-        wxyz: How it is turned there.
+        scene: Scene of the nodes.
+        name: Name of the node at the initial contact point, with the axes of the contact frame.
+        place: Position of that node in its parent [m].
+        wxyz: Orientation of that node.
         contact: The contact.
-        rim: What friction cannot leave, in shares of its limit, shape ``(k, d - 1)``.
+        rim: Outline of the admissible friction, divided by its limit, shape ``(k, d - 1)``.
         sizes: Sizes of the marks.
-        detail: How finely they are drawn.
+        detail: Level of detail.
     """
 
     def __init__(
@@ -135,15 +135,15 @@ class ContactView:
     def update(
         self, states: States, i: int, full: FullScale, believed: float | None, trail: Trail
     ) -> None:
-        """Shows the contact at the only one of some states.
+        """Shows the contact in a single state.
 
         Args:
             states: The state.
-            i: Which contact.
-            full: What an arrow of full length stands for.
-            believed: The friction coefficient that the controller assumes, None if it knows
-                the true one.
-            trail: Where the fingertip has slid.
+            i: Index of the contact.
+            full: Quantities with an arrow of full length.
+            believed: The friction coefficient that the controller assumes, None if it knows the
+                true one.
+            trail: Path of the fingertip.
         """
         marks = contact_marks(self._contact, i, states, self._sizes, full)
         phase = ContactPhase(int(states.phases[0, i]))
@@ -157,7 +157,7 @@ class ContactView:
         self._path = trail
         self._follow_trail.follow(trail.extent)
         force = np.stack([np.zeros(3), marks.force])
-        # Where nothing slips, the second arrow hides in the first.
+        # Without slip, the second arrow is hidden in the first.
         motion = force if phase is ContactPhase.STICK else marks.motion
         self._follow_arrows.follow(np.stack([force, motion]))
         self._open(states.friction[0, i], believed)
@@ -167,12 +167,12 @@ class ContactView:
         self._cone.visible = visible
 
     def _raised(self, points: NDArray[np.floating], depth: float = 0.0) -> NDArray[np.float32]:
-        """Points in front of a planar hand; of a spatial one, into which one sees, as they are."""
+        """Points in front of a planar hand; unchanged for a spatial one, which is transparent."""
         out = self._sizes.depth + depth if self._flat else 0.0
         return (points + np.array([0.0, 0.0, out])).astype(np.float32)
 
     def _on_face(self, points: Points) -> NDArray[np.float32]:
-        """Points in front of a planar hand, and just outside the face of a spatial object."""
+        """Points in front of a planar hand, and slightly outside the face of a spatial object."""
         return self._raised(points if self._flat else points - _OUTSIDE * self._contact.inward)
 
     def _draw_tip(self, tip: Points) -> None:
@@ -197,7 +197,7 @@ class ContactView:
         self._arrows.points = self._raised(arrows, 0.3 * self._sizes.depth)
 
     def _add_fingertip(self, name: str) -> None:
-        """A ball that touches the face from outside, and a ring around it while it slips."""
+        """A ball that touches the face from outside, with a ring during slip."""
         sizes = self._sizes
         centre = self._raised(-sizes.tip_radius * self._contact.inward)
         self._ball = self._scene.add_icosphere(
@@ -211,7 +211,7 @@ class ContactView:
             thickness=0.4 * sizes.tip_radius,
             position=centre,
         )
-        # The force and the slip velocity: one node is moved faster than two.
+        # The force and the slip velocity, in one node because that is faster to move.
         self._arrows = self._scene.add_arrows(
             f"{name}/arrows",
             np.zeros((2, 2, 3)),
@@ -222,7 +222,7 @@ class ContactView:
         )
 
     def _add_pad(self, pad: Pad) -> None:
-        """A disc between the face and the ball, and a line that turns with the fingertip."""
+        """A disc between the face and the ball, with a line that turns with the fingertip."""
         sizes, inward = self._sizes, self._contact.inward
         thickness = PAD_THICKNESS * sizes.tip_radius
         solid = prism(circle(pad.radius), 0.5 * thickness)
@@ -239,7 +239,7 @@ class ContactView:
             node.position = -(sizes.tip_radius + thickness) * inward
 
     def _add_cone(self, name: str) -> None:
-        """The cone in which the force on the object stays: around the inward normal."""
+        """The cone that contains the force on the object, around the inward normal."""
         count = len(self._rim)
         self._inside = self._scene.add_mesh_simple(
             f"{name}/inside",
@@ -258,7 +258,7 @@ class ContactView:
         return self._scene.add_line_segments(name, np.zeros((1, 2, 3)), colour, thickness=thickness)
 
     def _open(self, friction: float, believed: float | None) -> None:
-        """Opens the cones as wide as friction coefficients say; as fine as an eye can see."""
+        """Sets the angles of the cones from friction coefficients, with visible precision."""
         now = (
             round(friction / _FINEST_FRICTION),
             None if believed is None else round(believed / _FINEST_FRICTION),
@@ -283,12 +283,12 @@ class ContactView:
             self._believed.points = self._raised(dashes, 0.05 * self._sizes.depth)
 
     def _rays(self, edge: Points) -> Points:
-        """Lines from the tip of a cone to its edge."""
+        """Lines from the tip of a cone to its rim."""
         ends = edge[:: max(len(edge) // _RAYS, 1)]
         return np.stack([np.zeros_like(ends), ends], axis=1)
 
     def _colour(self, phase: ContactPhase) -> None:
-        """Gives every mark the colour of the phase; halo and motion show that it slips."""
+        """Colours all marks by the phase; halo and motion arrow indicate slip."""
         colour = PHASES[phase]
         self._ball.color = colour
         if self._contact.pad is not None:

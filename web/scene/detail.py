@@ -1,4 +1,4 @@
-"""How finely an instant is drawn: what nobody can see need not be sent."""
+"""Level of detail: invisible changes are not sent."""
 
 from __future__ import annotations
 
@@ -13,28 +13,28 @@ _SMALLEST_MOVE = 5e-4
 
 
 class Detail:
-    """What all nodes of a picture are drawn by.
+    """Common level of detail of all nodes of a view.
 
     Attributes:
-        least_move: How far something must be from where it is drawn, to be drawn anew [m]: less
-            than half a pixel while the play head moves, nothing at all while it rests.
+        least_move: Smallest displacement that is drawn [m]: less than half a pixel while the play
+            head moves, zero while it rests.
     """
 
     def __init__(self) -> None:
         self.least_move = 0.0
 
     def is_far(self, now: Values, drawn: Values) -> NDArray[np.bool_]:
-        """What must be drawn anew, along the first axis.
+        """Which rows must be drawn again.
 
         Args:
-            now: Where it should be.
-            drawn: Where it is drawn.
+            now: New positions.
+            drawn: Drawn positions.
         """
         distance = np.abs(now - drawn)
         return distance.reshape(len(distance), -1).max(axis=1) > self.least_move
 
     def begin_frame(self, *, moving: bool) -> None:
-        """Decides about the next frame.
+        """Sets the level for the next frame.
 
         Args:
             moving: Whether the play head moves.
@@ -43,11 +43,11 @@ class Detail:
 
 
 class Follower:
-    """Keeps one thing of the picture where it should be.
+    """Keeps one element of the view up to date.
 
     Args:
-        detail: How finely.
-        draw: Draws it anew; takes coordinates of any shape.
+        detail: Level of detail.
+        draw: Draws it; accepts coordinates of any shape.
     """
 
     def __init__(self, detail: Detail, draw: Callable[[NDArray[np.float64]], None]) -> None:
@@ -55,10 +55,10 @@ class Follower:
         self._drawn: NDArray[np.float64] | None = None
 
     def follow(self, coordinates: NDArray[np.float64]) -> None:
-        """Draws it anew if it is too far from where it is drawn.
+        """Draws it again if it has moved visibly.
 
         Args:
-            coordinates: Where it should be [m], or angles [rad], of the same shape each time.
+            coordinates: New coordinates [m] or angles [rad], always of the same shape.
         """
         drawn = self._drawn
         if drawn is None or self._detail.is_far(coordinates[None], drawn[None])[0]:
@@ -66,5 +66,5 @@ class Follower:
             self._draw(coordinates)
 
     def forget(self) -> None:
-        """Draws it anew next time, wherever it is."""
+        """Draws it again at the next update in any case."""
         self._drawn = None

@@ -1,4 +1,4 @@
-"""Dragging the object with the mouse: the farther, the stronger the push."""
+"""Dragging the object with the mouse; the force grows with the distance."""
 
 from __future__ import annotations
 
@@ -13,19 +13,18 @@ from slipgrasp.web.model.intents.intent import Send
 from slipgrasp.web.model.intents.scenario import DragObject, LetGo
 
 _DIGITS = 2
-"""Of the largest part of a force; the others are shown as finely."""
+"""Resolution of forces, relative to the largest component."""
 _GENTLE = 0.08
-"""Length of the arrow over the way of the mouse. A longer one would mean that a short way of the
-mouse is a force that no grasp withstands: the object would be lost at the first try."""
+"""Ratio of arrow length to mouse distance; with a larger one, short drags would lose the object."""
 
 
 class Draggable(NamedTuple):
-    """What of a picture can be dragged.
+    """The draggable object of a view.
 
     Attributes:
         node: The object.
-        newtons_per_metre: How strong a push is whose arrow is one metre long [N/m].
-        axes: Which of viser's axes are those of the model, in its order.
+        newtons_per_metre: Force of an arrow with a length of one metre [N/m].
+        axes: viser's axes in the order of the model.
     """
 
     node: viser.MeshHandle
@@ -34,10 +33,10 @@ class Draggable(NamedTuple):
 
 
 class ObjectDrag:
-    """Shows the force with which the user drags the object.
+    """Shows the force of a drag.
 
     Args:
-        send: Takes the intents.
+        send: Accepts the intents.
     """
 
     def __init__(self, send: Send) -> None:
@@ -46,17 +45,18 @@ class ObjectDrag:
         self._held_at = np.zeros(3)
 
     def follow(self, dragged: Draggable) -> None:
-        """Listens to the object as it is drawn now."""
+        """Listens to the present node of the object."""
         if self._dragged is None or self._dragged.node is not dragged.node:
             dragged.node.on_drag("left")(self._hear)
         self._dragged = dragged
 
-    # What viser calls without `async` may come in another order than the mouse moved.
+    # viser may reorder calls of functions that are not `async`.
     async def _hear(self, event: viser.SceneNodeDragEvent[viser.MeshHandle]) -> None:
         if self._dragged is None:
             return
         if event.phase == "start":
-            # Later events say where the held point is then: the object may still play on.
+            # Later events contain the present position of the held point: the object may still
+            # move.
             self._held_at = np.array(event.start_position)
         way = np.subtract(event.end_position, self._held_at)[list(self._dragged.axes)]
         force = _force_of(_GENTLE * self._dragged.newtons_per_metre * way)
@@ -64,7 +64,7 @@ class ObjectDrag:
 
 
 def _force_of(newtons: np.ndarray) -> tuple[float, ...]:
-    """A force in few digits that a push may have; none if a viewer sends what is no number."""
+    """Rounds a force to few digits within its limits; zero for invalid numbers."""
     largest = float(np.abs(newtons).max())
     if not 0.0 < largest < math.inf:
         return (0.0,) * len(newtons)

@@ -1,6 +1,6 @@
-"""The scene as nodes of a viewer: frames inside frames, and primitives below them.
+"""The scene as nodes of a viewer: nested frames with primitives.
 
-A node is made once; afterwards nothing is sent but what moved or changed its colour.
+Each node is created once; afterwards only changed positions and colours are sent.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ _DASHES = 36
 
 
 class HandDrawer:
-    """Draws frames and the entities that follow them.
+    """Draws frames and their entities.
 
     Args:
-        scene: Where the nodes go.
-        root: Name of the node that is the world.
+        scene: Scene of the nodes.
+        root: Name of the root node.
         frames: All frames, parents first.
-        entities: What is drawn in them; contacts are drawn by `ContactView`.
+        entities: Entities in the frames; contacts are drawn by `ContactView`.
         surfaces: Colours.
         detail: How finely it is drawn.
         glass: Whether one sees into the object.
@@ -71,12 +71,12 @@ class HandDrawer:
         self._drawn = np.full((len(self._moving), 4), np.inf)
 
     def update(self, states: States) -> None:
-        """Moves the frames to the only one of some states, if they are too far from it."""
+        """Moves the frames to a single state, if they have moved visibly."""
         now = np.zeros_like(states.object_pose, shape=self._drawn.shape)
         for row, (moving, _) in zip(now, self._moving, strict=True):
             values = moving(states)[0]
             row[: len(values)] = values
-        # All at once: a comparison for each takes longer than to compute where they are.
+        # Together, because a comparison for each takes longer than computing the positions.
         far = self._detail.is_far(now, self._drawn)
         for k in np.flatnonzero(far).tolist():
             self._moving[k][1](now[k])

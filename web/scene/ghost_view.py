@@ -1,4 +1,4 @@
-"""Another run, drawn pale by its lines: links, object and fingertips."""
+"""A ghost, drawn with pale lines: links, object and fingertips."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ Points = NDArray[np.float64]
 
 
 class GhostView:
-    """Draws another hand and object by their lines.
+    """Draws another hand and object with lines.
 
     Args:
-        scene: Where the nodes go.
-        name: Name of the node that they are below.
-        scenario: Whose hand and object; they may differ from those that are shown.
+        scene: Scene of the nodes.
+        name: Name of the parent node.
+        scenario: Its scenario, which may differ from the shown one.
         surfaces: Colours.
-        detail: How finely it is drawn.
+        detail: Level of detail.
     """
 
     def __init__(
@@ -55,7 +55,7 @@ class GhostView:
         self._follow_links = Follower(detail, self._draw_links)
 
     def update(self, states: States) -> None:
-        """Shows the only one of some states of the other run."""
+        """Shows a single state of the other run."""
         poses = skeleton.world_poses(self._frames, states)
         position, turn = (each[0] for each in poses[skeleton.OBJECT])
         self._follow_edges.follow(position + self._corners @ turn.T)

@@ -1,4 +1,4 @@
-"""What the camera looks at, and the scales of arrows and close-ups; plain geometry."""
+"""Target of the camera, and scales of arrows and close-ups; plain geometry."""
 
 from __future__ import annotations
 
@@ -24,17 +24,17 @@ _ELEVATION, _ASIDE = math.radians(24.0), math.radians(14.0)
 _MARGIN_LOW = np.array([0.24, 0.26])
 _MARGIN_HIGH = np.array([0.24, 0.1])
 _SLIP_SHARES = {PLANAR: 0.64, SPATIAL: 0.4}
-"""Of the radius of a close-up, filled by the largest slip of a run."""
-_PAD_SHARE = 0.9  # of it, where the pad of a soft fingertip is drawn around the slip
+"""Fraction of the radius of a close-up for the largest slip of a run."""
+_PAD_SHARE = 0.9  # fraction if the pad of a soft fingertip is drawn around the slip
 _LEAST_REACH = 2e-5
-_MOST_LAG = 4.0  # radii of the object; close-ups do not make way for what is farther off
+_MOST_LAG = 4.0  # radii of the object; close-ups do not avoid larger distances
 _POSES, _BOX = 6, np.array(list(itertools.product((0, 1), repeat=3)))
 _LEAST_FULL_FORCE = 1.0
 _LEAST_FULL_SPEED = 1e-3
 
 
 class FullScale(NamedTuple):
-    """What an arrow of full length stands for: a force [N], a slip velocity [m/s]."""
+    """Quantities with an arrow of full length: a force [N], a slip velocity [m/s]."""
 
     force: float
     speed: float
@@ -42,19 +42,20 @@ class FullScale(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SceneLayout:
-    """What is seen at first, and the scales of what is drawn.
+    """The initial view, and the scales.
 
     Attributes:
-        plane: The plane of the first look; of a planar hand its own. Corners are in it [m].
-        full: What an arrow of full length stands for.
-        reach: Radius of what a close-up shows of a face [m].
+        plane: The initial view plane, which contains the corners [m]; for a planar hand its plane.
+        full: Quantities with an arrow of full length.
+        reach: Radius of the visible part of a face in a close-up [m].
         tick: Length of the scale below a close-up [m].
-        limit: A round number above the largest limit of friction [N].
-        held: Points around the object wherever it is or should be, in the world, ``(k, 3)`` [m].
+        limit: A round number above the largest friction limit [N].
+        held: Points around all actual and desired positions of the object, in the world, ``(k, 3)``
+            [m].
         low: Lower left corner of the view.
         high: Its upper right corner.
-        hand_low: Lower left corner of what is seen of the hand, without the close-ups above it.
-        hand_high: Upper right corner of that.
+        hand_low: Lower left corner of the visible part of the hand, without close-ups.
+        hand_high: Upper right corner of that part.
     """
 
     plane: ViewPlane
@@ -69,16 +70,16 @@ class SceneLayout:
     hand_high: Points
 
     def corners(self, *, lenses: bool) -> tuple[Points, Points]:
-        """Lower left and upper right corner of the view, with the close-ups or without [m]."""
+        """Lower left and upper right corner of the view, with or without close-ups [m]."""
         return (self.low, self.high) if lenses else (self.hand_low, self.hand_high)
 
 
 def lay_out(result: RunResult, *, whole_hand: bool = False) -> SceneLayout:
-    """The area of the object and its fingertips below, and space for close-ups above them.
+    """The area of the object and its fingertips below, and of the close-ups above.
 
     Args:
-        result: The run, whose motion and largest slip decide places and scales.
-        whole_hand: Whether the area includes the fingers, as far as their mounts.
+        result: The run, whose motion and largest slip determine positions and scales.
+        whole_hand: Whether the area includes the fingers with their mounts.
     """
     scenario, trace, full = result.scenario, result.trace, full_scale(result)
     count = len(scenario.fingers)
@@ -103,7 +104,7 @@ def lay_out(result: RunResult, *, whole_hand: bool = False) -> SceneLayout:
 
 
 def reach_and_tick(scenario: Scenario, largest_slip: float) -> tuple[float, float]:
-    """Radius of what close-ups show, and the round slip of their scale [m].
+    """Radius of close-ups, and the round slip of their scale [m].
 
     Args:
         scenario: The hand.
@@ -116,9 +117,9 @@ def reach_and_tick(scenario: Scenario, largest_slip: float) -> tuple[float, floa
 
 
 def full_scale(result: RunResult) -> FullScale:
-    """What arrows of full length stand for.
+    """Quantities with arrows of full length.
 
-    Round numbers, so that arrows of similar runs compare; a short peak may be longer.
+    Round numbers, so that arrows of similar runs are comparable; short peaks may be longer.
     """
     forces = np.abs(result.trace.normal_force)
     usual = max(float(np.median(forces, axis=0).max()), 0.4 * float(forces.max()))
@@ -129,7 +130,7 @@ def full_scale(result: RunResult) -> FullScale:
 
 
 def _grasp_box(result: RunResult, plane: ViewPlane) -> tuple[Points, Points]:
-    """Corners of a box around the object wherever it should be, and its fingertips [m]."""
+    """Corners of a box around all desired positions of the object, and its fingertips [m]."""
     poses = _object_poses(result.scenario, states_of(result.trace))
     actual, desired = (
         plane.project(poses[name][0]) for name in (skeleton.OBJECT, skeleton.DESIRED)
@@ -162,22 +163,22 @@ def _corners(scenario: Scenario, positions: Points, turns: Points) -> Points:
 
 
 def _first_look(scenario: Scenario, start: States) -> ViewPlane:
-    """From where one sees most of the contacts' faces, none behind its finger; a plane upright."""
+    """The direction from which most contact faces are visible; a planar hand upright."""
     if skeleton.ROOTS[scenario.space] == skeleton.PLANE:
         return FRONT
     normals = np.array([each.axes @ each.inward for each in skeleton.contacts_of(scenario)])
     outward = -normals @ rotations.matrices(start.object_pose[0, 3:]).T
     eyes = np.stack([np.cos(_AZIMUTHS), np.sin(_AZIMUTHS)], axis=1)
     facing = eyes @ outward[:, :2].T
-    # A finger that points at the eye hides its own contact; one at right angles shows none.
+    # A finger that points at the viewer hides its contact; a perpendicular one hides nothing.
     shown = np.where(facing > 0.0, facing * (1.0 - facing**2), 0.0).sum(axis=1)
-    # Between equals, the one nearest to the front of planar hands.
+    # Among equals, the one closest to the front of planar hands.
     front = 1e-6 * (eyes @ np.array([-0.1, -1.0]))
     return ViewPlane.seen_from(float(_AZIMUTHS[int(np.argmax(shown + front))]) + _ASIDE, _ELEVATION)
 
 
 def _held_points(result: RunResult) -> Points:
-    """Corners of a box around the object at some instants, and where it should be then [m]."""
+    """Corners of a box around the actual and desired object at some instants [m]."""
     trace, scenario = result.trace, result.scenario
     some = trace[np.unique(np.linspace(0, len(trace) - 1, _POSES).astype(int))]
     poses = _object_poses(scenario, states_of(some))
@@ -195,23 +196,23 @@ def _held_points(result: RunResult) -> Points:
 
 
 def close_up_reach(largest_slip: float, share: float) -> float:
-    """The round radius of what a close-up shows, of which the largest slip fills a share [m].
+    """The round radius of a close-up, of which the largest slip fills a fraction [m].
 
     Args:
-        largest_slip: Largest displacement along a face in the run, with the pad of a soft fingertip
-            around it [m].
-        share: Of the radius of a close-up.
+        largest_slip: Largest displacement along a face in the run, including the pad of a soft
+            fingertip [m].
+        share: Fraction of the radius.
     """
     return nice_at_least(max(largest_slip / share, _LEAST_REACH))
 
 
 def nice_at_most(value: float) -> float:
-    """The largest round number that is not above a positive value."""
+    """The largest round number that does not exceed a positive value."""
     return max(number for number in _round_numbers(value) if number <= value * (1.0 + 1e-9))
 
 
 def nice_at_least(value: float) -> float:
-    """The smallest round number that is not below a positive value."""
+    """The smallest round number that is not smaller than a positive value."""
     return min(number for number in _round_numbers(value) if number >= value * (1.0 - 1e-9))
 
 

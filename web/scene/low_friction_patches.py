@@ -1,4 +1,4 @@
-"""Low-friction patches on the object: bands on planar objects, round spots on spatial ones."""
+"""Low-friction patches on the object: bands on planar objects, discs on spatial ones."""
 
 from __future__ import annotations
 
@@ -27,16 +27,16 @@ Points = NDArray[np.float64]
 _WAVE_POINTS = 12
 _SHARE = 0.35
 _BEHIND_MARKS = 0.97
-_WAVES = (0.35, 0.7)  # radii, as shares of that of a round spot
+_WAVES = (0.35, 0.7)  # radii, as fractions of the radius of a disc
 _WAVE_LINE = 0.045
 
 
 class LowFrictionPatches:
-    """Shows every patch of a run while it is there.
+    """Shows every patch of a run while it exists.
 
     Args:
         patches: The patches.
-        nodes: What draws each of them on its face.
+        nodes: Nodes of each patch on its face.
     """
 
     def __init__(
@@ -46,7 +46,7 @@ class LowFrictionPatches:
         self._visible: list[bool | None] = [None] * len(patches)
 
     def update(self, time: float) -> None:
-        """Shows those that are there at a time [s]."""
+        """Shows the patches that exist at a time [s]."""
         for k, patch in enumerate(self._patches):
             there = bool(is_there(patch, time))
             if there is not self._visible[k]:
@@ -118,11 +118,11 @@ def _round_spot(
 
 
 def spot_on_face(scenario: PlanarScenario, patch: Patch) -> tuple[Points, Points, float]:
-    """A low-friction patch on the object: its ends, the way into the object, and its thickness.
+    """A low-friction patch on the object: its ends, inward direction, and thickness.
 
     Args:
-        scenario: Whose object.
-        patch: The spot; what lies beyond the ends of the face is cut off.
+        scenario: The scenario.
+        patch: The patch; parts beyond the ends of the face are cut off.
     """
     tip = replace(scenario.fingers[0], face=patch.face, contact_offset=patch.centre)
     frame = contact_frame(scenario.object, tip)
@@ -133,7 +133,7 @@ def spot_on_face(scenario: PlanarScenario, patch: Patch) -> tuple[Points, Points
 
 
 def _waves(ends: Points, normal: Points, thickness: float) -> Iterator[Points]:
-    """Points of a wave along a face, as long as the band is thick."""
+    """Points of a wave along a face, with the thickness of the band."""
     length = float(np.hypot(*(ends[1] - ends[0])))
     count = max(round(length / (1.5 * thickness)), 1) * _WAVE_POINTS
     for k in range(count + 1):
@@ -142,7 +142,7 @@ def _waves(ends: Points, normal: Points, thickness: float) -> Iterator[Points]:
 
 
 def _turns_right(corners: Sequence[Points] | Points) -> bool:
-    """Whether corners are given clockwise."""
+    """Whether corners are in clockwise order."""
     (x0, y0), (x1, y1), (x2, y2) = np.asarray(corners)[:3]
     return float((x1 - x0) * (y2 - y1) - (y1 - y0) * (x2 - x1)) < 0.0
 
@@ -153,15 +153,15 @@ def _draw_water(
     """A round spot with waves, as far as it lies within a convex outline; None if nowhere.
 
     Args:
-        scene: Where the nodes go.
-        name: Name of the node in its middle, right and up in its face.
-        radius: Of the spot [m].
-        bounds: Corners of the outline in slips from its middle, counterclockwise [m].
+        scene: Scene of the nodes.
+        name: Name of the node at its centre, right and up in its face.
+        radius: Radius of the disc [m].
+        bounds: Corners of the outline in slips from its centre, counterclockwise [m].
     """
 
     def seen(share: float) -> Points:
         inside = clipped(circle(share * radius), bounds)
-        # Seen from outside, the order of the tangents, and so of the corners, is the other one.
+        # Seen from outside, the order of the tangents, and so of the corners, is reversed.
         return inside[::-1, ::-1]
 
     if len(inside := seen(1.0)) < 3:
@@ -177,14 +177,14 @@ def _draw_water(
 
 
 def clipped(outline: Points, bounds: Points) -> Points:
-    """The part of a convex outline within another one (Sutherland and Hodgman 1974).
+    """The intersection of two convex outlines (Sutherland and Hodgman 1974).
 
     Args:
         outline: Corners, counterclockwise, shape ``(k, 2)``.
         bounds: Corners of the other one, counterclockwise.
 
     Returns:
-        Corners, shape ``(m, 2)``; none where they do not overlap.
+        Corners, shape ``(m, 2)``; none if they do not overlap.
     """
     for a, b, c in edges_of(tuple(map(tuple, bounds))):
         inside = outline @ (a, b) + c

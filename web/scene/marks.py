@@ -1,4 +1,4 @@
-"""What the marks of the contacts need: sizes, scales, estimates, and one state for the scene."""
+"""Data of the marks of contacts: sizes, scales, estimates, and a state for the scene."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _USUAL_INNER_RADIUS = 0.05
 
 
 class MarkSizes(NamedTuple):
-    """Sizes of the marks in one picture [m]; ``depth`` is how near the eye they are drawn."""
+    """Sizes of the marks in one view [m]; ``depth`` is their offset towards the viewer."""
 
     tip_radius: float
     trail_width: float
@@ -35,12 +35,12 @@ class MarkSizes(NamedTuple):
 
 
 class Trail(NamedTuple):
-    """Where a fingertip has slid, in slips along the tangents [m].
+    """Path of a fingertip, in slips along the tangents [m].
 
     Attributes:
-        path: Of a spatial hand all of it, in order; of a planar one its ends and, between them,
-            the point touched first: shape ``(k, d - 1)``.
-        tip: Where it is now, shape ``(d - 1,)``.
+        path: For a spatial hand in order; for a planar one its ends and, between them, the initial
+            contact point: shape ``(k, d - 1)``.
+        tip: Its present position, shape ``(d - 1,)``.
     """
 
     path: Points
@@ -48,21 +48,21 @@ class Trail(NamedTuple):
 
     @property
     def extent(self) -> Points:
-        """What changes wherever the trail does."""
+        """Values that change with the trail."""
         ends = self.path[[0, -1]].ravel()
         return np.append(ends, len(self.path))
 
     @property
     def segments(self) -> Points:
-        """Pieces of the path, shape ``(k, 2, d - 1)``."""
+        """Segments of the path, shape ``(k, 2, d - 1)``."""
         path = self.path if len(self.path) > 1 else self.path[[0, 0]]
         return np.stack([path[:-1], path[1:]], axis=1)
 
     def divided(self, count: int) -> tuple[Points, NDArray[np.uint8]]:
-        """The pieces of the path and their colours, each divided into as many equal ones.
+        """The segments of the path with colours, each divided into equal parts.
 
         Args:
-            count: Into how many.
+            count: Number of parts.
         """
         segments, ends = self.segments, np.linspace(0.0, 1.0, count + 1)[:, None, None]
         if count == 1:
@@ -74,7 +74,7 @@ class Trail(NamedTuple):
 
     @property
     def colours(self) -> NDArray[np.uint8]:
-        """Of the ends of the pieces, ``(k, 2, 3)``: those of the directions of a planar hand."""
+        """Colours of the ends of the segments, ``(k, 2, 3)``: by direction for a planar hand."""
         if self.path.shape[1] == 1:
             ways = [ContactPhase.SLIP_BACKWARD, ContactPhase.SLIP_FORWARD]
             return np.array([[glow(PHASES[way])] * 2 for way in ways], dtype=np.uint8)
@@ -87,13 +87,13 @@ def trail_of(sample: Sample, i: int) -> Trail:
 
     Args:
         sample: The instant.
-        i: Which contact.
+        i: Index of the contact.
     """
     return Trail(sample.trails[i], sample.slip[i])
 
 
 def states_of(sample: Sample) -> States:
-    """An instant of the dashboard as the only state for the scene."""
+    """An instant of the dashboard as a single state for the scene."""
     return States(
         times=np.array([sample.time]),
         object_pose=in_three_dimensions(sample.object_pose[None]),
@@ -114,8 +114,8 @@ def sizes_on_hand(inner_radius: float, front: float = 0.0) -> MarkSizes:
     """Sizes of the marks on the hand itself.
 
     Args:
-        inner_radius: How near its centre the object's faces come [m]; cones must not meet there.
-        front: How far in front of a planar hand marks are drawn [m].
+        inner_radius: Smallest distance of faces from the centre [m], which limits the cones.
+        front: Distance of the marks in front of a planar hand [m].
     """
     share = min(max(inner_radius / _USUAL_INNER_RADIUS, 0.4), 1.4)
     return MarkSizes(
@@ -132,29 +132,29 @@ def sizes_on_hand(inner_radius: float, front: float = 0.0) -> MarkSizes:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RunFacts:
-    """What the marks of a run need besides its instants.
+    """Constant data of the marks of a run.
 
     Attributes:
-        full: What an arrow of full length stands for.
-        beliefs: Where the estimate of each friction coefficient stands, None if it is known.
+        full: Quantities with an arrow of full length.
+        beliefs: Index of the estimate of each friction coefficient, None if it is known.
     """
 
     full: FullScale
     beliefs: tuple[int | None, ...]
 
     def believed(self, sample: Sample, contact: int) -> float | None:
-        """The controller's estimate of a friction coefficient, None if it knows it."""
+        """The estimate of a friction coefficient, None if the controller knows it."""
         place = self.beliefs[contact]
         return None if place is None else np.maximum(sample.estimates[place], 0.0)
 
 
 def run_facts(result: RunResult, layout: SceneLayout, force_scale: float) -> RunFacts:
-    """What the marks of a run need.
+    """The constant data of the marks of a run.
 
     Args:
         result: The run.
-        layout: Where everything is.
-        force_scale: How much longer than usual the user wants the arrows of forces.
+        layout: Layout of the view.
+        force_scale: User's scale of the arrows of forces.
     """
     return RunFacts(
         full=layout.full._replace(force=layout.full.force / force_scale),
@@ -163,14 +163,14 @@ def run_facts(result: RunResult, layout: SceneLayout, force_scale: float) -> Run
 
 
 def beliefs_of(result: RunResult) -> tuple[int | None, ...]:
-    """Where the estimate of each contact's friction stands, None where it is known."""
+    """Index of the estimate of each contact's friction, None if it is known."""
     unknowns = result.trace.shape.unknowns
     keys = [f"fingers.{i}.friction" for i in range(len(result.scenario.fingers))]
     return tuple(unknowns.index(key) if key in unknowns else None for key in keys)
 
 
 def push_words(force: float, moment: float) -> str:
-    """What pushes the object [N, N m], such as ``push 5 N, 0.1 N m``."""
+    """Describes an external wrench [N, N m], such as ``push 5 N, 0.1 N m``."""
     told = [f"{force:.3g} N"] if force else []
     told += [f"{moment:.3g} N m"] if moment else []
     return "push " + ", ".join(told)

@@ -20,18 +20,18 @@ Points = NDArray[np.float64]
 _ARC = 1.5 * math.pi
 _SHORTEST = 1e-3
 _MARGIN = 0.6
-"""How far beyond an arrow its words stand, in the radius of the object."""
+"""Distance of the text beyond an arrow, in radii of the object."""
 
 
 class PushView:
-    """Shows a force and a moment on the object while they last, and how strong they are.
+    """Shows a force and a moment on the object, with their magnitudes.
 
     Args:
-        scene: Where the nodes go.
-        name: Name of the node that they are below; its axes are those of the model.
-        radius: How near its centre the object's faces come [m].
+        scene: Scene of the nodes.
+        name: Name of the parent node, with the axes of the model.
+        radius: Smallest distance of the object's faces from its centre [m].
         sizes: Sizes of the marks.
-        detail: How finely it is drawn.
+        detail: Level of detail.
     """
 
     def __init__(
@@ -64,16 +64,16 @@ class PushView:
         self._follow_wrench = Follower(detail, self._draw)
 
     def newtons_per_metre(self, full: FullScale) -> float:
-        """How strong a force is whose arrow is one metre long [N/m]."""
+        """Force of an arrow with a length of one metre [N/m]."""
         return full.force / self._sizes.force_length
 
     def update(self, centre: Points, wrench: Points, full: FullScale) -> None:
-        """Shows a force and a moment on an object at a place.
+        """Shows a force and a moment on an object.
 
         Args:
             centre: The centre of the object [m].
             wrench: Force and moment [N, N m]: (f_x, f_y, m) of a planar hand, or six numbers.
-            full: What an arrow of full length stands for.
+            full: Quantities with an arrow of full length.
         """
         acts = bool(wrench.any())
         if acts is not self._root.visible:
@@ -106,7 +106,7 @@ class PushView:
 
 
 def _twist(radius: float, moment: Points) -> Points:
-    """An arc about a moment, counterclockwise seen from its tip, that ends in an arrow's head."""
+    """An arc about a moment, counterclockwise seen from its tip, with an arrow head."""
     start, end = 0.25 * math.pi, 0.25 * math.pi + _ARC
     way = arc(radius, start, end)
     forward = np.array([-math.sin(end), math.cos(end)])

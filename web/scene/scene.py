@@ -1,4 +1,4 @@
-"""The view of a run at one instant, planar or spatial; the only owner of scene nodes."""
+"""The view of a run at one instant; the only owner of scene nodes."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from slipgrasp.web.scene.shapes import circle, extrude
 
 
 class Stage(Protocol):
-    """What has a scene: a viewer, whose scene is its own, or a whole server."""
+    """An object with a scene: a viewer, or a whole server."""
 
     @property
     def scene(self) -> viser.SceneApi:
@@ -41,7 +41,7 @@ class Stage(Protocol):
         ...
 
     def atomic(self) -> AbstractContextManager[None]:
-        """What is sent within it arrives together."""
+        """A context whose updates arrive together."""
         ...
 
 
@@ -49,16 +49,16 @@ Points = NDArray[np.float64]
 
 
 class _Look(NamedTuple):
-    """What is drawn otherwise of planar and of spatial hands.
+    """Differences between planar and spatial hands.
 
-    What is taken away and put there anew under one name at one instant may reach a viewer in the
-    wrong order: so the nodes have other names.
+    If nodes are removed and replaced under the same name at one instant, the updates may reach a
+    viewer in the wrong order; so the names differ.
 
     Attributes:
         root: Name of the node of the hand.
-        ghost_root: Name of that of the pale hand.
+        ghost_root: Name of the node of the ghost.
         drag_axes: Axes of the world along which the object can be dragged.
-        glass: Whether one sees into the object.
+        glass: Whether the object is transparent.
     """
 
     root: str
@@ -76,7 +76,7 @@ _RIM_CORNERS = 48
 
 
 class Scene:
-    """Shows runs, one after another; the nodes are made once per shape of hand and object.
+    """Shows runs, one after another; nodes are created once per shape of hand and object.
 
     Args:
         stage: Where the nodes go.
@@ -110,15 +110,15 @@ class Scene:
         ghost: RunResult | None = None,
         appearance: Appearance | None = None,
     ) -> SceneLayout:
-        """Takes a run; `update` then shows its instants.
+        """Sets a run; `update` then shows its instants.
 
         Args:
             result: The run.
-            ghost: Another run that is drawn pale behind it, if both are of one kind of hand.
-            appearance: How it is drawn; as before if None.
+            ghost: A ghost, if both are of one kind of hand.
+            appearance: Display options; unchanged if None.
 
         Returns:
-            Where everything is, for the camera.
+            The layout for the camera.
         """
         self._appearance = appearance or self._appearance
         layout = lay_out(result, whole_hand=self._appearance.whole_hand)
@@ -143,12 +143,12 @@ class Scene:
         return layout
 
     def update(self, sample: Sample, ghost: Sample | None = None, *, moving: bool = False) -> None:
-        """Shows an instant of the run, and one of the run that is drawn pale.
+        """Shows an instant of the run, and of the ghost.
 
         Args:
             sample: The instant of the run.
-            ghost: That of the run that is drawn pale, if there is one.
-            moving: Whether others follow at once: then what nobody can see is left out.
+            ghost: The instant of the ghost, if there is one.
+            moving: Whether other frames follow immediately, so that invisible changes are omitted.
         """
         if self._views is None or self._run is None:
             return
@@ -164,13 +164,13 @@ class Scene:
 
     @property
     def object_node(self) -> str:
-        """The node that moves with the object, once a run is shown."""
+        """The node that moves with the object, after a run is shown."""
         assert self._views is not None, "no run is shown"
         return self._views.hand.paths[skeleton.OBJECT]
 
     @property
     def ghost_node(self) -> str:
-        """The node that all of the ghost is below, once one is shown."""
+        """The parent node of the ghost, after one is shown."""
         assert self._ghost is not None, "no ghost is shown"
         return self._ghost.name
 
@@ -184,7 +184,7 @@ class Scene:
         self._low_friction_patches = self._wet = None
 
     def _views_of(self, scenario: Scenario) -> _Views:
-        """The nodes for a hand, made anew only for another shape or other colours."""
+        """The nodes of the hand, created again only for another shape or other colours."""
         shape = (shape_of(scenario), self._appearance.dark)
         if self._views is None or self._view_shape != shape:
             self.remove()
@@ -196,7 +196,7 @@ class Scene:
         return self._views
 
     def _lay_low_friction_patches(self, scenario: Scenario, views: _Views) -> None:
-        """The nodes of the low-friction patches, made anew when they change."""
+        """The nodes of the low-friction patches, created again when they change."""
         if self._low_friction_patches is not None and self._wet == scenario.patches:
             return
         if self._low_friction_patches is not None:
@@ -208,7 +208,7 @@ class Scene:
         self._wet = scenario.patches
 
     def _show_ghost(self, ghost: RunResult | None) -> None:
-        """The nodes of the ghost; they stay, hidden, until one of another shape comes."""
+        """The nodes of the ghost; they stay hidden until one of another shape is shown."""
         if ghost is None:
             if self._ghost is not None:
                 self._ghost.show(False)
@@ -230,7 +230,7 @@ class Scene:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Views:
-    """The nodes of one hand, as long as its shape does not change."""
+    """The nodes of one hand, while its shape does not change."""
 
     root: viser.FrameHandle
     hand: HandDrawer
@@ -247,7 +247,7 @@ class _Views:
 
 
 def shape_of(scenario: Scenario) -> object:
-    """What the nodes depend on; the same for runs that differ in masses or gains alone."""
+    """Properties that determine the nodes; equal for runs with other masses or gains."""
     fingers = tuple(
         (f.kind, f.link_lengths, f.base, f.face, f.contact_offset, f.elbow, _spatial_parts(f))
         for f in scenario.fingers
@@ -258,7 +258,7 @@ def shape_of(scenario: Scenario) -> object:
 
 
 def _spatial_parts(finger: object) -> object:
-    """What a chain and a pad look like; nothing of a planar finger."""
+    """Appearance of a chain and a pad; empty for a planar finger."""
     if not isinstance(finger, SpatialFinger):
         return None
     joints = [
@@ -310,7 +310,7 @@ def _make_views(
 
 
 def _add_floor(scene: viser.SceneApi, name: str, scenario: Scenario, surfaces: Surfaces) -> None:
-    """A grid under the mounts, by which one sees what is near and what is far."""
+    """A grid under the mounts, which shows depth."""
     bases = np.array([finger.base for finger in scenario.fingers])
     low, high = bases.min(axis=0), bases.max(axis=0)
     middle, size = 0.5 * (low + high), high - low + 2.0 * _FLOOR_MARGIN
@@ -333,7 +333,7 @@ def _add_floor(scene: viser.SceneApi, name: str, scenario: Scenario, surfaces: S
 def _add_centre(
     scene: viser.SceneApi, name: str, radius: float, depth: float, surfaces: Surfaces
 ) -> None:
-    """The sign of the centre of mass of a planar object: a disc with two opposite dark quarters."""
+    """The symbol of the centre of mass of a planar object: a disc with two dark quarters."""
     scene.add_frame(name, show_axes=False, wxyz=np.array(skeleton.LYING))
     front = depth + 0.002
     disc = extrude(circle(radius, 32), depth, front)
@@ -348,7 +348,7 @@ def _add_centre(
 
 
 def _light(scene: viser.SceneApi) -> None:
-    """Even light from the front, so that a colour on the hand is the colour of the legend."""
+    """Uniform light from the front, so that colours match the legend."""
     scene.configure_default_lights(enabled=False, cast_shadow=False)
     scene.configure_environment_map(hdri=None)
     scene.add_light_ambient("/light/everywhere", intensity=2.2)

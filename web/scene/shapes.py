@@ -1,7 +1,7 @@
-"""Meshes and line segments that the viewer is given, as arrays.
+"""Meshes and line segments for the viewer, as arrays.
 
-What lies flat on a face is drawn in an upright plane of the viewer: x to the right, y
-of the plane along its z, and depth towards the eye.
+Flat elements on a face are drawn in an upright plane of the viewer: x to the right, y of the plane
+along its z, and depth towards the viewer.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ class Mesh(NamedTuple):
 
 
 def lift(points: Points, depth: float = 0.0) -> NDArray[np.float32]:
-    """Points of a plane (..., 2) as viewer points (..., 3), ``depth`` nearer to the eye [m]."""
+    """Points of a plane (..., 2) as viewer points (..., 3), ``depth`` nearer to the viewer [m]."""
     flat = np.full(points.shape[:-1], -depth)
     return np.stack([points[..., 0], flat, points[..., 1]], axis=-1).astype(np.float32)
 
@@ -42,7 +42,7 @@ def arc(radius: float, start: float, end: float, segments: int = 24) -> Points:
 
 
 def extrude(outline: Points, back: float, front: float) -> Mesh:
-    """A convex outline ``(k, 2)`` as a slab between two depths towards the eye [m]."""
+    """A convex outline ``(k, 2)`` as a slab between two depths [m]."""
     count = len(outline)
     vertices = np.concatenate([lift(outline, back), lift(outline, front)])
     index = np.arange(count)
@@ -72,7 +72,7 @@ def dashed_edges(edges: Points, dashes: int) -> Points:
 
 
 def turned_profile(profile: Points) -> Mesh:
-    """A profile of points (x, radius), turned about the x axis; closed where its radius is 0."""
+    """A profile of points (x, radius), rotated about the x axis; closed where its radius is 0."""
     ring = circle(1.0, _SEGMENTS)
     vertices = np.concatenate(
         [np.column_stack([np.full(_SEGMENTS, x), radius * ring]) for x, radius in profile]

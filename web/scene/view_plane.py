@@ -1,4 +1,4 @@
-"""The upright plane that the first look at a hand is along."""
+"""The upright plane of the initial view."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Vector = tuple[float, float, float]
 
 
 class ViewPlane(NamedTuple):
-    """Axes of the picture in the world: to the right, up, and towards the eye."""
+    """Axes of the image in the world: right, up, and towards the viewer."""
 
     right: Vector
     up: Vector
@@ -21,22 +21,22 @@ class ViewPlane(NamedTuple):
 
     @classmethod
     def seen_from(cls, azimuth: float, elevation: float) -> ViewPlane:
-        """The plane across a line of sight.
+        """The plane perpendicular to a line of sight.
 
         Args:
-            azimuth: Where the eye stands around the vertical, from the x axis [rad].
-            elevation: How high it stands above the horizon [rad].
+            azimuth: Azimuth of the viewer about the vertical, from the x axis [rad].
+            elevation: Elevation of the viewer above the horizon [rad].
         """
         high, low = math.sin(elevation), math.cos(elevation)
         c, s = math.cos(azimuth), math.sin(azimuth)
         return cls((-s, c, 0.0), (-high * c, -high * s, low), (low * c, low * s, high))
 
     def project(self, points: Points) -> Points:
-        """Where points of the world ``(..., 3)`` stand in the plane, ``(..., 2)`` [m]."""
+        """Projections of world points ``(..., 3)`` to the plane, ``(..., 2)`` [m]."""
         return points @ np.array([self.right, self.up]).T
 
     def place(self, point: Points | tuple[float, float], depth: float = 0.0) -> Vector:
-        """A point (right, up) of the plane in the world, ``depth`` nearer to the eye [m]."""
+        """The world point of (right, up) in the plane, ``depth`` nearer to the viewer [m]."""
         along, up = point[0], point[1]
         axes = zip(self.right, self.up, self.towards, strict=True)
         x, y, z = (along * a + up * b + depth * c for a, b, c in axes)

@@ -1,1 +1,1 @@
-"""A page that simulates: one HTML file with the kernel, the scene and the charts inside."""
+"""A page that simulates: one HTML file with kernel, scene and charts."""

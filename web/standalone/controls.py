@@ -1,4 +1,4 @@
-"""The sliders of a page: which parameters they set, between which values."""
+"""Sliders of a page: their parameters and ranges."""
 
 from __future__ import annotations
 
@@ -37,12 +37,12 @@ def usual_controls(scenario: Scenario) -> tuple[str, ...]:
 
 
 class Control(NamedTuple):
-    """One slider.
+    """A slider.
 
     Attributes:
-        key: Dotted key of its parameter, maybe with ``*`` for all fingers.
+        key: Dotted key of its parameter, possibly with ``*`` for all fingers.
         label: Name and unit.
-        text: What the parameter is, in a sentence.
+        text: Description of the parameter, a sentence.
         low: Smallest value.
         high: Largest value.
         step: Step from value to value.
@@ -62,7 +62,7 @@ class Control(NamedTuple):
 
 
 def controls_of(scenario: Scenario, keys: Sequence[str]) -> tuple[Control, ...]:
-    """Sliders for some parameters of a scenario.
+    """Creates sliders for parameters of a scenario.
 
     Args:
         scenario: The scenario.
@@ -70,8 +70,8 @@ def controls_of(scenario: Scenario, keys: Sequence[str]) -> tuple[Control, ...]:
             its slider: ``KEY=LOW:HIGH``.
 
     Raises:
-        ControlError: If a parameter does not exist, is not one number, or changes the shape of
-            what is drawn.
+        ControlError: If a parameter does not exist, is not one number, or changes the shape of the
+            scene.
     """
     names = names_of(scenario)
     return tuple(_control(scenario, key, names) for key in dict.fromkeys(keys))
@@ -87,7 +87,7 @@ def _control(scenario: Scenario, chosen: str, names: ParameterNames) -> Control:
     key, _, ends = chosen.partition("=")
     parameter = names.definitions.get(key.replace(".*.", ".0."))
     if parameter is None or not isinstance(parameter.value, float):
-        raise ControlError(f"'{key}' is no parameter with one number; see slipgrasp scenarios")
+        raise ControlError(f"'{key}' is not a parameter with one number; see slipgrasp scenarios")
     value = parameter.value
     low, high, step = (
         _chosen_range(chosen, ends, value)
@@ -119,24 +119,26 @@ def _chosen_range(chosen: str, ends: str, value: float) -> SliderRange:
 
 
 def _check_end(scenario: Scenario, key: str, end: float) -> None:
-    """Tries the end of a slider.
+    """Validates a slider at one end of its range.
 
     Raises:
-        ControlError: If the scenario does not allow it, or it changes the shape of what is drawn.
+        ControlError: If the scenario does not allow it, or it changes the shape of the scene.
     """
     try:
         other = with_values(scenario, {each: end for each in _keys(scenario, key)})
     except ScenarioError as error:
-        raise ControlError(f"'{key}' cannot be a slider here: {error}") from error
+        raise ControlError(f"'{key}' cannot have a slider: {error}") from error
     if shape_of(other) != shape_of(scenario):
-        raise ControlError(f"'{key}' changes the shape of what is drawn: no slider for it")
+        raise ControlError(
+            f"'{key}' cannot have a slider, because it changes the shape of the scene"
+        )
 
 
 def _in_model(scenario: Scenario, key: str, values: Sequence[float]) -> Iterator[int]:
     """Places in the packed model and run that are the value itself.
 
     Raises:
-        ControlError: If the kernel of spatial hands reads anything that is computed from it.
+        ControlError: If the kernel of spatial hands uses values derived from it.
     """
     models = []
     for value in values:
@@ -165,6 +167,6 @@ def _places(scenario: Scenario, key: str) -> Iterator[int]:
         if place is not None:
             yield place
         else:
-            # A number that may be a list stands in every place of the list.
+            # A number that may be a list occupies every index of the list.
             first, shape, strides = table_places()[f"{each}.*"]
             yield from (first + k * strides[0] for k in range(shape[0]))

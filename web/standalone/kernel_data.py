@@ -1,4 +1,4 @@
-"""What a page needs to run a scenario: the kernel, the scenario as numbers, and words for ends."""
+"""Data of a page that runs a scenario: kernel, scenario as numbers, and text of endings."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def kernel_file(scenario: Scenario) -> bytes:
     """The kernel of the hand of a scenario as a WebAssembly file.
 
     Raises:
-        LinkError: If it has to be linked and the linker is missing.
+        LinkError: If it must be linked and the linker is missing.
     """
     engine_of(scenario.space)
     is_planar = isinstance(scenario, PlanarScenario)
@@ -54,21 +54,21 @@ def check_for_page(result: RunResult) -> None:
     """Refuses a run that a page cannot simulate, or not show.
 
     Raises:
-        PageError: If it cannot.
+        PageError: If the scenario is not supported.
     """
     scenario = result.scenario
     if result.trace.absent:
         raise PageError("the recording is of an older format: simulate its scenario again first")
     if custom_law_in(scenario) is not None:
-        raise PageError("a page has the built-in control laws only, no custom law")
+        raise PageError("pages support only the built-in control laws, not custom laws")
     if scenario.patches:
-        raise PageError("a page cannot simulate low-friction patches yet")
+        raise PageError("pages do not support low-friction patches yet")
     if any(change.parameter.startswith("estimates.") for change in scenario.changes):
-        raise PageError("a page cannot change estimates during a run yet")
+        raise PageError("pages do not support changes of estimates during a run yet")
 
 
 def run_data(result: RunResult) -> dict[str, Any]:
-    """Segments of the run, columns of its rows, and what its end is called, as plain values."""
+    """Segments of the run, columns of its rows, and text of its endings, as plain values."""
     scenario, shape = result.scenario, result.trace.shape
     widths = [shape.widths[signal.per] for signal in SIGNALS]
     starts = np.cumsum([0, *widths[:-1]]).tolist()

@@ -1,1 +1,1 @@
-"""How the kernel becomes machine code: records, compiler, cache, fingerprints, WebAssembly."""
+"""Compilation of the kernel: records, compiler, cache, fingerprints, WebAssembly."""

@@ -1,4 +1,4 @@
-"""Where the machine code of the kernel is kept: one file per unit, named by what decides it."""
+"""Cache of the machine code of the kernel: one file per unit, named by its fingerprint."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from slipgrasp.core.file_lock import try_lock
 
 ROOT_VARIABLE = "SLIPGRASP_CACHE"
 MODE_VARIABLE = "SLIPGRASP_KERNEL"
-# Where the variable says so, Python runs the kernel and there is no machine code.
+# With this value of the variable, Python runs the kernel and there is no machine code.
 INTERPRETED = os.environ.get(MODE_VARIABLE) == "python"
 IN_WEBASSEMBLY = os.environ.get(MODE_VARIABLE) == "webassembly"
 
@@ -30,7 +30,7 @@ _PATIENCE = 0.05  # [s]
 
 @cache
 def cache_root() -> Path:
-    """The user's cache folder, or a temporary one where that cannot be written."""
+    """The user's cache folder, or a temporary one if that cannot be written."""
     root = Path(os.environ.get(ROOT_VARIABLE) or platformdirs.user_cache_dir("slipgrasp"))
     try:
         (root / _FOLDER).mkdir(parents=True, exist_ok=True)
@@ -44,12 +44,12 @@ def cache_root() -> Path:
 
 
 def code_path(name: str) -> Path:
-    """Where machine code of this name is kept; nothing need be there yet."""
+    """Path of the machine code of a name; it need not exist."""
     return cache_root() / _FOLDER / f"{name}.code"
 
 
 def write_code(name: str, code: bytes) -> None:
-    """Keeps machine code, whole or not at all, whoever else writes it at the same time."""
+    """Stores machine code atomically, safe with concurrent writers."""
     path = code_path(name)
     temporary = path.with_suffix(f".{os.getpid()}")
     temporary.write_bytes(_digest(code) + code)
@@ -57,7 +57,7 @@ def write_code(name: str, code: bytes) -> None:
 
 
 def read_code(name: str) -> bytes | None:
-    """Machine code that has been kept; None if there is none, or the disk has spoilt it."""
+    """Returns stored machine code; None if there is none or it is damaged."""
     path = code_path(name)
     if not path.exists():
         return None
@@ -72,10 +72,10 @@ def _digest(code: bytes) -> bytes:
 
 @contextmanager
 def only_process(meanwhile: Callable[[], None]) -> Iterator[None]:
-    """Within it no other process compiles; where files cannot be locked, all may.
+    """A context in which no other process compiles; without file locks, all may.
 
     Args:
-        meanwhile: Called again and again while another one does.
+        meanwhile: Called repeatedly while another process compiles.
     """
     with (cache_root() / _FOLDER / "lock").open("ab") as stream:
         try:

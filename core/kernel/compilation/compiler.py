@@ -1,15 +1,14 @@
-"""How the kernel is compiled: in units, each apart, the first time on two processors.
+"""Compiles the kernel in separate units, initially on two processors.
 
-A unit is called through its symbol by the others, as with the object files of a C program,
-so that the compiler sees every unit once. (Where numba's functions simply call each
-other, each is compiled again with each of its callers, which takes minutes here.) Within a
-unit, small functions are inlined as usual. The machine code of a unit is kept on disk until
-something that decides it changes: to edit a control law recompiles the one or two units in
-which the law is inlined, to edit a docstring recompiles nothing.
+Units call each other through symbols, like the object files of a C program, so that each is
+compiled once. (If numba's functions called each other directly, each would be compiled again with
+each of its callers, which takes minutes.) Within a unit, small functions are inlined. The machine
+code of a unit is cached until its fingerprint changes: a change of a control law recompiles only
+the one or two units in which it is inlined, a change of a docstring recompiles nothing.
 
 With the environment variable SLIPGRASP_KERNEL=python nothing is compiled: Python runs the kernel,
-thousands of times slower and with the same bits, so that a debugger stops in it
-and a coverage report counts its lines. With SLIPGRASP_KERNEL=webassembly wasmtime runs it.
+thousands of times slower but with the same bits, for debuggers and coverage reports. With
+SLIPGRASP_KERNEL=webassembly wasmtime runs it.
 """
 
 from __future__ import annotations
@@ -53,7 +52,7 @@ _LOCK = threading.Lock()
 
 
 class Unit:
-    """A function compiled apart; ``entry`` is its machine code once it is loaded."""
+    """A separately compiled function; ``entry`` is its machine code after loading."""
 
     def __init__(self, function: Callable[..., Any], signature: Any, prefix: str) -> None:
         self.function = function
@@ -63,24 +62,24 @@ class Unit:
 
     @cached_property
     def name(self) -> str:
-        """Under which its machine code is kept."""
+        """Key of its machine code in the cache."""
         digest = fingerprint(self.function, self.signature, OPTIONS | ENTRY_OPTIONS)
         return f"{self.symbol.removeprefix('slipgrasp_')}-{digest}"
 
     @property
     def is_kept(self) -> bool:
-        """Whether its machine code lies on disk."""
+        """Whether its machine code is cached."""
         return code_path(self.name).exists()
 
     def compile(self) -> Entry:
-        """Compiles the unit and keeps its machine code."""
+        """Compiles the unit and caches its machine code."""
         entry = compile_entry(self.function, self.signature, OPTIONS)
         library = entry.library.serialize_using_object_code()
         write_code(self.name, pickle.dumps((entry.name, library)))
         return entry
 
     def load(self) -> None:
-        """Makes the unit ready to be called, from Python and by other units."""
+        """Makes the unit callable, from Python and by other units."""
         code = read_code(self.name)
         address = self.compile().address if code is None else _link(code)
         add_symbol(self.symbol, address)
@@ -90,7 +89,7 @@ class Unit:
 
 
 def _link(code: bytes) -> int:
-    """Address of machine code from the disk."""
+    """Address of cached machine code."""
     name, library = pickle.loads(code)
     with global_compiler_lock:
         linked = cpu_target.target_context.codegen().unserialize_library(library)
@@ -110,9 +109,9 @@ def compiled_apart(
     In the kernel the decorated name is called like any function; from Python by `call`.
 
     Args:
-        result: Type of what it returns.
-        arguments: Types of its arguments.
-        prefix: Of its symbol, where one source is compiled for several mechanics.
+        result: Type of the result.
+        arguments: Types of the arguments.
+        prefix: Prefix of the symbol, if one source is compiled for several mechanics.
     """
 
     def declare(function: Callable[..., Any]) -> Any:
@@ -129,26 +128,26 @@ def compiled_apart(
 
 
 def function_of(unit: Any) -> Any:
-    """The Python function of a unit, given what its name stands for."""
+    """The Python function of a unit, specialised for the objects that its names refer to."""
     symbol = getattr(unit, "symbol", None)
     return _UNITS[symbol].function if symbol in _UNITS else unit
 
 
 def declared_types(function: Callable[..., Any]) -> tuple[Any, ...]:
-    """What a unit was declared with, its result first; nothing for other functions."""
+    """The declared types of a unit, result first; empty for other functions."""
     return _DECLARED.get(function, ())
 
 
 @cache
 def record_type(dtype: np.dtype[np.void]) -> types.Type:
-    """The type of a record; kept, for numba reads hundreds of fields for each."""
+    """The type of a record; cached, because numba reads hundreds of fields for each."""
     return numba.from_dtype(dtype)
 
 
 def compiled(function: Callable[..., Any]) -> Any:
     """Declares a function that is compiled into the units that call it.
 
-    Always inlined: passing the arrays of a record to a function costs more than the call.
+    Always inlined, because passing the arrays of a record costs more than the call.
     """
     if INTERPRETED:
         return function
@@ -158,7 +157,7 @@ def compiled(function: Callable[..., Any]) -> Any:
 
 
 def call(unit: Any, *arguments: Any) -> Any:
-    """Calls a unit from Python, without the GIL; loads the kernel first if need be."""
+    """Calls a unit from Python, without the GIL; loads the kernel if necessary."""
     if INTERPRETED:
         with np.errstate(all="ignore"):
             return unit(*arguments)
@@ -170,13 +169,13 @@ def call(unit: Any, *arguments: Any) -> Any:
 
 
 def prepare_units(report: Callable[[float], None] | None = None) -> None:
-    """Loads or compiles all units, each once; safe from any thread and any process.
+    """Loads or compiles all units, each once; safe for threads and processes.
 
-    Where several must be compiled, a second process starts from the last unit while this one
-    starts from the first; what it leaves in the cache is only loaded here.
+    If several must be compiled, a second process starts from the last unit while this one starts
+    from the first; units that it has cached are only loaded here.
 
     Args:
-        report: Called with the share of units that are ready, 0 to 1.
+        report: Called with the fraction of ready units, 0 to 1.
     """
 
     def tell() -> None:
@@ -192,7 +191,7 @@ def prepare_units(report: Callable[[float], None] | None = None) -> None:
 
 
 def _load_units(tell: Callable[[], None]) -> None:
-    """Loads every unit, compiling what is not kept; calls ``tell`` before each."""
+    """Loads every unit, compiling uncached ones; calls ``tell`` before each."""
     if _BACKENDS:
         enter = _BACKENDS[-1]()
         for unit in all_units():
@@ -209,35 +208,35 @@ def _load_units(tell: Callable[[], None]) -> None:
 
 
 def choose_backend(make: Callable[[], Callable[[Unit], Callable[..., Any]]]) -> None:
-    """Lets another engine run the units that are loaded from now on.
+    """Runs later loaded units in another engine.
 
     Args:
-        make: Gives what `entered_by` takes, once units are needed.
+        make: Returns the argument of `entered_by`, when units are needed.
     """
     _BACKENDS.append(make)
 
 
 def share_ready() -> float:
-    """Share of the units that are loaded or lie compiled on disk, 0 to 1."""
+    """Fraction of units that are loaded or cached, 0 to 1."""
     return 1.0 - len(_missing_units()) / max(len(_UNITS), 1)
 
 
 def _missing_units() -> list[Unit]:
-    """Units that are still to be compiled."""
+    """Units that are not compiled yet."""
     return [unit for unit in all_units() if unit.entry is None and not unit.is_kept]
 
 
 def all_units() -> tuple[Unit, ...]:
-    """All units that are declared so far, callees first."""
+    """All declared units, callees first."""
     return tuple(_UNITS.values())
 
 
 @contextmanager
 def entered_by(enter: Callable[[Unit], Callable[..., Any]]) -> Iterator[None]:
-    """Within it, what Python calls of the kernel is run by another engine.
+    """A context in which another engine runs the kernel's units.
 
     Args:
-        enter: Gives for a unit what is called in its place, with addresses of records and numbers.
+        enter: Returns the replacement of a unit, called with addresses of records and numbers.
     """
     prepare_units()
     before = {unit: unit.entry for unit in all_units()}
@@ -251,14 +250,14 @@ def entered_by(enter: Callable[[Unit], Callable[..., Any]]) -> Iterator[None]:
 
 
 def kept_code() -> list[Path]:
-    """Files of the units whose machine code lies on disk."""
+    """Files of the cached units."""
     return [code_path(unit.name) for unit in _UNITS.values() if unit.is_kept]
 
 
 def compile_from_the_end() -> None:
-    """What the second process does: compiles units into the cache, the last one first."""
+    """Main function of the second process: compiles units into the cache, the last one first."""
     for unit in all_units():
-        # Nothing is called here: any address satisfies the linker.
+        # Nothing is called here, so that any address satisfies the linker.
         add_symbol(unit.symbol, 1)
     for unit in reversed(_UNITS.values()):
         if not unit.is_kept:
@@ -266,7 +265,7 @@ def compile_from_the_end() -> None:
 
 
 def _start_second_process() -> subprocess.Popen[bytes] | None:
-    # A unit may be declared by another module than the one that defines its function.
+    # A unit may be declared by another module than that of its function.
     modules = ", ".join(name for name in sys.modules if name.startswith(_KERNEL))
     command = (
         f"import {modules}; "
@@ -299,5 +298,5 @@ def _ctype(kind: Any) -> Any:
 
 
 def address_of(record: Record) -> int:
-    """Where a record lies in memory; it must outlive the call."""
+    """Address of a record, which must outlive the call."""
     return np.frombuffer(record, np.uint8).ctypes.data

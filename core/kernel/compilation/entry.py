@@ -1,12 +1,12 @@
-"""From a function to machine code that C and other units call.
+"""Compiles functions to machine code that C and other units can call.
 
-numba's own entry for C keeps the function apart: every call is two, and looks for an exception,
-which no unit raises. Here the function is inlined in its entry, and the entry is told of the
-records it is given that each is memory of its own (a unit that reads a part of another of its
-records does not write to that part), all of which may be read.
+numba's entry for C does not inline the function: every call is two, with a check for exceptions,
+which units never raise. Here the function is inlined in its entry, and the entry declares that its
+records do not overlap (a unit that reads a part of another of its records does not write to that
+part) and are all readable.
 
-Loops are not turned into vector instructions: they have a few turns each, one per finger, unknown
-or coordinate, which is less than a vector loop asks for before it begins.
+Loops are not vectorised: they have a few iterations, one per finger, unknown or coordinate, which
+is less than a vector loop needs.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from numba.core.compiler import Flags, compile_extra
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.registry import cpu_target
 
-# Of numba, for what is compiled with an entry.
+# Attribute of numba for functions with an entry.
 ENTRY_OPTIONS: dict[str, Any] = {
     "forceinline": True,
     "no_cpython_wrapper": True,
@@ -34,8 +34,8 @@ class Entry(NamedTuple):
     """Machine code of a function.
 
     Attributes:
-        name: Of the entry in it.
-        library: As numba keeps it.
+        name: Name of its entry.
+        library: numba's library of it.
     """
 
     name: str
@@ -43,7 +43,7 @@ class Entry(NamedTuple):
 
     @property
     def address(self) -> int:
-        """Where the entry is, in this process."""
+        """Address of the entry in this process."""
         return int(self.library.get_pointer_to_function(self.name))
 
 
@@ -51,13 +51,13 @@ def compile_entry(function: Callable[..., Any], signature: Any, options: dict[st
     """Compiles a function.
 
     Args:
-        function: Plain Python, which raises nothing.
+        function: Python function that raises no exceptions.
         signature: Its numba types.
-        options: Of numba, those of the functions that are inlined.
+        options: Options of numba, those of inlined functions.
     """
     flags: Any = Flags()
     cpu_target.options.parse_as_flags(flags, options | ENTRY_OPTIONS)
-    flags.no_compile = True  # before the entry is there
+    flags.no_compile = True  # before the entry exists
     context = cpu_target.target_context
     with global_compiler_lock, _without_vectors(), _without_code_of_parts(context):
         result = compile_extra(
@@ -77,7 +77,7 @@ def compile_entry(function: Callable[..., Any], signature: Any, options: dict[st
 
 
 def _entry_module(context: Any, description: Any, name: str) -> ir.Module:
-    """The entry: it calls the function and returns what that does."""
+    """The entry, which calls the function and returns its result."""
     convention, kinds = context.call_conv, description.argtypes
     module = context.create_module(name)
     callee = ir.Function(
@@ -101,9 +101,9 @@ def _entry_module(context: Any, description: Any, name: str) -> ir.Module:
 
 @contextmanager
 def _without_code_of_parts(context: Any) -> Iterator[None]:
-    """Numba makes machine code of each inlined function too, which nothing ever calls.
+    """Numba also generates machine code of each inlined function, which is never called.
 
-    It needs an object for it, that is told not to be callable.
+    It needs an object for it, marked as not callable.
     """
     before = context.get_executable
 
@@ -121,7 +121,7 @@ def _without_code_of_parts(context: Any) -> Iterator[None]:
 
 @contextmanager
 def _without_vectors() -> Iterator[None]:
-    """Numba has this setting for all that it compiles, or nothing."""
+    """Numba has this setting globally only."""
     settings: Any = config
     before = settings.LOOP_VECTORIZE
     settings.LOOP_VECTORIZE = 0

@@ -1,8 +1,7 @@
-"""What decides the machine code of a function: its bytecode, and all that it refers to.
+"""Fingerprint of the machine code of a function: its bytecode, and everything that it refers to.
 
-Functions that are inlined count with their bytecode, those called through a symbol with their
-signature only. Comments, docstrings, annotations and line numbers are in neither: they change
-no fingerprint.
+Inlined functions contribute their bytecode, functions called through a symbol only their signature.
+Comments, docstrings, annotations and line numbers do not contribute.
 """
 
 from __future__ import annotations
@@ -27,12 +26,12 @@ _DIGEST_BYTES = 12
 
 
 def fingerprint(function: Callable[..., Any], signature: Any, options: dict[str, Any]) -> str:
-    """Digest of all that the machine code of a function depends on.
+    """Digest of all inputs to the machine code of a function.
 
     Args:
-        function: What is compiled, plain Python.
-        signature: Its types, layouts of records included.
-        options: Of the compiler.
+        function: Python function to compile.
+        signature: Its types, including layouts of records.
+        options: Options of the compiler.
     """
     digest = hashlib.blake2b(_compiler().encode(), digest_size=_DIGEST_BYTES)
     digest.update(f"{_describe_signature(signature)} {sorted(options.items())}".encode())
@@ -47,7 +46,7 @@ def fingerprint(function: Callable[..., Any], signature: Any, options: dict[str,
 
 @cache
 def _compiler() -> str:
-    """Versions of the compiler, and the processor for which it compiles."""
+    """Versions of the compiler, and the target processor."""
     target = cpu_target.target_context.codegen().magic_tuple()
     tag = sys.implementation.cache_tag
     return f"{numba.__version__} {llvmlite.__version__} {tag} {target}"
@@ -55,7 +54,7 @@ def _compiler() -> str:
 
 @cache
 def _describe(function: FunctionType) -> tuple[bytes, tuple[FunctionType, ...]]:
-    """What one function is made of, and the functions that are inlined in it."""
+    """The content of one function, and its inlined functions."""
     lines = [function.__qualname__]
     lines += code_lines(function.__code__, documented=function.__doc__ is not None)
     inlined = []
@@ -69,7 +68,7 @@ def _describe(function: FunctionType) -> tuple[bytes, tuple[FunctionType, ...]]:
 
 
 def _describe_value(value: Any) -> str:
-    """What the compiler takes from a name that a function refers to."""
+    """The compiler's interpretation of a name in a function."""
     if isinstance(value, ModuleType):
         return value.__name__
     if isinstance(value, ExternalFunction):
@@ -78,7 +77,7 @@ def _describe_value(value: Any) -> str:
         return f"{value.dtype} {value.shape} {value.tobytes().hex()}"
     if isinstance(value, bool | int | float | str | tuple | np.generic):
         return repr(value)
-    # Nothing else can be compiled: a field of a record happens to have this name.
+    # Anything else cannot be compiled: a field of a record happens to have this name.
     return ""
 
 
@@ -89,6 +88,6 @@ def _describe_signature(signature: Any) -> str:
 
 @cache
 def _describe_type(kind: Any) -> str:
-    """A type by its name; a record by a digest of its layout, which is long."""
+    """The name of a type; for a record, a digest of its long layout."""
     text = str(np.dtype(kind.dtype)) if isinstance(kind, numba.types.Record) else str(kind)
     return hashlib.blake2b(text.encode(), digest_size=_DIGEST_BYTES).hexdigest()

@@ -1,6 +1,6 @@
-"""The compiled kernel in another engine than this process: WebAssembly, in wasmtime or elsewhere.
+"""Runs the compiled kernel in another engine: WebAssembly, in wasmtime or elsewhere.
 
-What Python calls of the kernel goes there: `compiler.entered_by`, or, for a whole process, the
+It replaces the kernel for Python, by `compiler.entered_by`, or, for a whole process, by the
 environment variable SLIPGRASP_KERNEL=webassembly, which needs the extra ``wasm``.
 """
 
@@ -38,8 +38,8 @@ class Copy(NamedTuple):
 class ForeignKernel(ABC):
     """Copies records into the memory of another engine, runs a unit there, and copies them back.
 
-    Of output buffers only the part in use is copied: their whole size would take a hundred times
-    as long as a run. Calls from several threads wait for each other.
+    Only the used parts of output buffers are copied: whole buffers would take a hundred times as
+    long as a run. Calls from several threads wait for each other.
     """
 
     def __init__(self) -> None:
@@ -49,11 +49,11 @@ class ForeignKernel(ABC):
 
     @abstractmethod
     def heap(self) -> int:
-        """Address at which free memory begins."""
+        """Address of the start of free memory."""
 
     @abstractmethod
     def grow(self, size: int) -> None:
-        """Makes the memory at least so large [bytes]."""
+        """Grows the memory to at least this size [bytes]."""
 
     @abstractmethod
     def perform(
@@ -70,16 +70,16 @@ class ForeignKernel(ABC):
             symbol: Name of the function.
             writes: Addresses and contents.
             arguments: Numbers, and addresses in place of records.
-            longs: Which of them are integers of 64 bits.
+            longs: Whether each argument is a 64-bit integer.
             reads: Addresses and sizes.
         """
 
     @abstractmethod
     def read(self, at: int, size: int) -> bytes:
-        """A part of the memory."""
+        """Reads a part of the memory."""
 
     def enter(self, unit: Unit) -> Callable[..., Any]:
-        """The function called in place of a unit, with addresses of records and numbers."""
+        """The replacement of a unit, called with addresses of records and numbers."""
         kinds = unit.signature.args
         longs = [kind is types.int64 for kind in kinds]
 
@@ -130,7 +130,7 @@ class ForeignKernel(ABC):
 
 
 class _Output(NamedTuple):
-    """The output of a run, whose buffers are used in part.
+    """The output of a run, whose buffers are partly used.
 
     Attributes:
         kind: Its type.
@@ -143,16 +143,16 @@ class _Output(NamedTuple):
     there: int
 
     def counts(self) -> Iterator[Copy]:
-        """The parts around its buffers."""
+        """The parts outside its buffers."""
         rows, ticks = (self.kind.fields[name].offset for name in ("rows", "num_ticks"))
         yield Copy(self.here, self.there, rows)
         yield Copy(self.here + ticks, self.there + ticks, _WORD)
 
     def contents(self, row: int) -> Iterator[Copy]:
-        """The parts of its buffers that are in use.
+        """The used parts of its buffers.
 
         Args:
-            row: Numbers of a row; 0 of a run that has none, whose counts may not be set yet.
+            row: Numbers per row; 0 for a run without rows, whose counts may not be set yet.
         """
         if row == 0:
             return
@@ -165,14 +165,14 @@ class _Output(NamedTuple):
 
 
 def _records(kinds: Sequence[Any], arguments: Sequence[Any]) -> Iterator[tuple[int, int]]:
-    """Which arguments are records, and their addresses in this process."""
+    """Which arguments are records, with their addresses in this process."""
     for k, kind in enumerate(kinds):
         if isinstance(kind, types.Record):
             yield k, arguments[k]
 
 
 def _row_length(kind: types.Record, here: int) -> int:
-    """Numbers of a row, of a record that is a run; else 0."""
+    """Numbers per row if the record is a run; otherwise 0."""
     if "row" not in kind.fields:
         return 0
     row = kind.fields["row"]
@@ -203,11 +203,11 @@ class Wasmtime(ForeignKernel):
         super().__init__()
 
     def heap(self) -> int:
-        """Address at which free memory begins."""
+        """Address of the start of free memory."""
         return self.exports["__heap_base"].value(self._store)
 
     def grow(self, size: int) -> None:
-        """Makes the memory at least so large [bytes]."""
+        """Grows the memory to at least this size [bytes]."""
         missing = size - self._memory.data_len(self._store)
         if missing > 0:
             self._memory.grow(self._store, -(-missing // _PAGE))
@@ -227,11 +227,11 @@ class Wasmtime(ForeignKernel):
         return result, [self.read(at, size) for at, size in reads]
 
     def write(self, at: int, content: bytes) -> None:
-        """Sets a part of the memory."""
+        """Writes a part of the memory."""
         self._memory.write(self._store, content, at)
 
     def read(self, at: int, size: int) -> bytes:
-        """A part of the memory."""
+        """Reads a part of the memory."""
         return bytes(self._memory.read(self._store, at, at + size))
 
     def invoke(self, symbol: str, *arguments: Any) -> Any:

@@ -1,10 +1,10 @@
-"""The code that some functions reach, in a form that shows what it computes and nothing else.
+"""A normal form of reachable code that contains only what it computes.
 
-A function counts with its syntax tree, without comments, docstring, annotations, decorators,
-messages and its own name. What it refers to counts by value; other functions and classes by the
-order in which they are met, wherever they are defined. Of records, and of values with named parts,
-only the parts count that some of this code names. The form is the same for every version of
-Python, and whether numba compiles the kernel or Python runs it.
+A function is represented by its syntax tree, without comments, docstring, annotations, decorators,
+messages and its name. References are represented by value, other functions and classes by the order
+of first reference, regardless of their module. Only the used fields of records and attributes of
+objects are included. The form is the same for every version of Python, and for the compiled and the
+interpreted kernel.
 """
 
 from __future__ import annotations
@@ -26,23 +26,23 @@ from slipgrasp.core.kernel.compilation.references import code_lines, names_known
 
 _FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda)
 _COMPREHENSIONS = (ast.ListComp, ast.SetComp, ast.DictComp, ast.GeneratorExp)
-# Of a node: words, types, and what only some versions of Python have.
+# Parts of nodes: text, types, and version-dependent attributes.
 _LEFT_OUT = frozenset(("ctx", "kind", "msg", "type_comment", "type_params"))
 _PLAIN = (bool, int, float, complex, str, bytes, type(None), type(...))
 
 
 class NormalForm:
-    """What is reached from some functions, classes and values.
+    """Code that is reachable from some functions, classes and values.
 
     Args:
-        roots: Where to begin; of classes all methods, of others those that some code names.
-        ends: Functions and classes that are not looked into.
-        package: Whose code is looked into.
+        roots: Starting points; for classes all methods, otherwise only the used ones.
+        ends: Functions and classes that are not expanded.
+        package: Package whose code is expanded.
 
     Attributes:
         lines: The form.
-        names: All names of attributes and fields that the code uses, and its texts.
-        reached: Functions and classes, in the order in which they are met.
+        names: All used names of attributes and fields, and texts.
+        reached: Functions and classes, in the order of first reference.
     """
 
     def __init__(
@@ -55,7 +55,7 @@ class NormalForm:
         self._numbers: dict[Any, int] = {}
         self._layouts: dict[np.dtype, int] = {}
         self._num_parted = 0
-        # Parts that count as soon as some code names them: their places, names and values.
+        # Parts that are included when they are used: position, name and value.
         self._parts: list[tuple[str, str, Any]] = []
         self.lines: list[str] = []
         for root in roots:
@@ -64,7 +64,7 @@ class NormalForm:
         self._describe_all()
 
     def value(self, value: Any) -> str:
-        """A value that some code refers to."""
+        """A value that the code refers to."""
         value = _code_of(value)
         if isinstance(value, FunctionType | type):
             return self._reference(value)
@@ -87,7 +87,7 @@ class NormalForm:
             return f"{value.dtype} {value.shape} {content}"
         if isinstance(value, np.generic | np.dtype | Type):
             return f"{type(value).__name__} {value}"
-        # Of another package: what it does there is not the kernel's.
+        # Code of another package is not part of the kernel.
         return str(getattr(value, "__name__", type(value).__qualname__))
 
     def _reference(self, code: Any) -> str:
@@ -101,7 +101,7 @@ class NormalForm:
         return f"code {self._numbers[code]}"
 
     def _parted(self, value: Any, parts: Mapping[str, Any]) -> str:
-        """A value that counts by those of its parts that are named; a layout only once."""
+        """A value that is represented by its used parts; a layout only once."""
         known = self._layouts.get(value) if isinstance(value, np.dtype) else None
         if known is not None:
             return f"parted {known}"
@@ -114,7 +114,7 @@ class NormalForm:
         return f"parted {place} {shape}"
 
     def _describe_all(self) -> None:
-        """Describes what is reached, and its parts once it is known which of them are named."""
+        """Describes reachable code, and its parts after their use is known."""
         described = 0
         while True:
             while described < len(self.reached):
@@ -130,7 +130,7 @@ class NormalForm:
         if isinstance(code, type):
             bases = ", ".join(map(self.value, code.__bases__))
             fields = getattr(code, "_fields", None) or getattr(code, "__dataclass_fields__", ())
-            # What Python or a library generates, such as the methods of dataclasses, has no tree.
+            # Code that Python or a library generates, such as methods of dataclasses, has no tree.
             members = {name: _code_of(each) for name, each in sorted(vars(code).items())}
             written = {name: each for name, each in members.items() if tree_of(each)}
             self._parts += [(f"code {number}", name, each) for name, each in written.items()]
@@ -146,7 +146,7 @@ class NormalForm:
 
 
 def _parts_of(value: Any) -> dict[str, Any]:
-    """Named parts of the layout of a record, of records, or of an instance of a dataclass."""
+    """Named parts of a layout, or of an instance of a dataclass."""
     if isinstance(value, np.dtype):
         return {name: value.base[name] for name in value.base.names or ()}
     if isinstance(value, np.ndarray | np.void):
@@ -157,7 +157,7 @@ def _parts_of(value: Any) -> dict[str, Any]:
 
 
 def _code_of(value: Any) -> Any:
-    """The Python function behind a value, if there is one; else the value."""
+    """The Python function of a value, if any; otherwise the value."""
     return plain(function_of(value))
 
 
@@ -169,7 +169,7 @@ class _Writer:
         self._known = names_known_to(function)
 
     def node(self, node: Any, bound: frozenset[str]) -> str:
-        """A node of the tree, within functions that bind some names."""
+        """Writes a node of the tree, within functions with some bound names."""
         if isinstance(node, list):
             return f"[{', '.join(self.node(each, bound) for each in node if not _is_word(each))}]"
         if not isinstance(node, ast.AST):
@@ -180,7 +180,7 @@ class _Writer:
         if isinstance(node, ast.Constant):
             return self._form.value(node.value)
         if isinstance(node, ast.Raise):
-            return "Raise"  # what it says is for people
+            return "Raise"  # messages are for people
         if isinstance(node, ast.Attribute):
             self._form.names.add(node.attr)
         if isinstance(node, _FUNCTIONS):
@@ -189,7 +189,7 @@ class _Writer:
             bound = bound | set(_stored_in(node.generators))
         if isinstance(node, ast.AnnAssign):
             node = ast.Assign(targets=[node.target], value=node.value)
-        # Versions of Python differ in which empty fields they have.
+        # Versions of Python differ in the empty fields of nodes.
         fields = ((name, each) for name, each in ast.iter_fields(node) if each not in (None, []))
         texts = (f"{k}={self.node(each, bound)}" for k, each in fields if k not in _LEFT_OUT)
         return f"{type(node).__name__}({', '.join(texts)})"
@@ -205,7 +205,7 @@ class _Writer:
         return f"function {counts} {names} {others} {self.node(body, bound)}"
 
     def _outside(self, node: ast.AST, bound: frozenset[str]) -> tuple[Any] | None:
-        """The value of a name that is not the function's own, or of an attribute of a module."""
+        """The value of a global name, or of an attribute of a module."""
         if isinstance(node, ast.Name) and node.id not in bound:
             return (self._known[node.id],) if node.id in self._known else None
         if isinstance(node, ast.Attribute):
@@ -216,7 +216,7 @@ class _Writer:
 
 
 def _is_word(node: Any) -> bool:
-    """Whether a statement is a text and nothing else, such as a docstring, or only names a type."""
+    """Whether a statement is only text, such as a docstring, or only an annotation."""
     if isinstance(node, ast.AnnAssign):
         return node.value is None
     is_text = isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
@@ -224,7 +224,7 @@ def _is_word(node: Any) -> bool:
 
 
 def _stored_in(nodes: Iterable[ast.AST]) -> Iterator[str]:
-    """Names that statements bind where they stand, not in functions inside them."""
+    """Names that statements bind, excluding nested functions."""
     for node in nodes:
         if isinstance(node, ast.Name) and not isinstance(node.ctx, ast.Load):
             yield node.id
@@ -237,7 +237,7 @@ def _stored_in(nodes: Iterable[ast.AST]) -> Iterator[str]:
 
 
 def tree_of(function: Any) -> ast.AST | None:
-    """The tree of a function; None where its source is not there, or is another by now."""
+    """The tree of a function; None if its source is missing or has changed."""
     if not isinstance(function, FunctionType):
         return None
     code = function.__code__
@@ -248,7 +248,7 @@ def tree_of(function: Any) -> ast.AST | None:
 
 @cache
 def _trees_in(path: str) -> Mapping[str, list[tuple[int, ast.AST]]]:
-    """Functions of a file by their names in full, with the lines in which they begin."""
+    """Functions of a file by qualified name, with their first lines."""
     try:
         module = ast.parse(Path(path).read_bytes())
     except (OSError, SyntaxError, ValueError):

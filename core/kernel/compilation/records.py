@@ -1,7 +1,7 @@
-"""Records: how the kernel's functions share data.
+"""Records: shared data of the kernel's functions.
 
-A record is one block of memory with named fields, passed by address: cheap to call with
-and to compile. Its arrays have room for the largest hand; the counts say how much is used.
+A record is one block of memory with named fields, passed by address, which makes calls and
+compilation fast. Its arrays have the size of the largest hand; counts state the used part.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ Layout: TypeAlias = np.dtype[np.void]
 
 
 class Record(np.void):
-    """A record whose fields are attributes, much cheaper to read than those of `numpy.record`."""
+    """A record whose fields are attributes, read much faster than those of `numpy.record`."""
 
     __slots__ = ()
 
@@ -40,17 +40,17 @@ MAX_SIDE = max(2 * MAX_FINGERS, MAX_COORDINATES)
 
 
 def make_record(layout: np.dtype) -> Record:
-    """A record of zeros, on its own cache lines."""
+    """A record of zeros, aligned to cache lines."""
     return _on_cache_lines(np.zeros(layout.itemsize + _CACHE_LINE, np.uint8), layout)
 
 
 def make_unset_record(layout: np.dtype) -> Record:
-    """A record whose fields have no value yet: nothing is spent on what is never used."""
+    """A record with uninitialised fields."""
     return _on_cache_lines(np.empty(layout.itemsize + _CACHE_LINE, np.uint8), layout)
 
 
 def as_record(memory: NDArray[Any], layout: np.dtype) -> Record:
-    """The record that lies in some memory; to write one is to write the other."""
+    """A record that is a view of existing memory."""
     record: Record = np.frombuffer(memory, _record_dtype(_Same(layout)))[0]
     return record
 
@@ -61,7 +61,7 @@ def _on_cache_lines(memory: NDArray[np.uint8], layout: np.dtype) -> Record:
 
 
 class _Same:
-    """A layout by identity: those that differ in their alignment alone count as equal for numpy."""
+    """A layout compared by identity: numpy considers layouts with different alignment equal."""
 
     __slots__ = ("layout",)
 
@@ -77,7 +77,7 @@ class _Same:
 
 @cache
 def _record_dtype(same: _Same) -> np.dtype:
-    """A layout whose records, and those inside of them, are `Record`s."""
+    """A layout whose records, including nested ones, are `Record`s."""
     return _make_record_dtype(same.layout)
 
 

@@ -1,7 +1,7 @@
-"""What a function refers to by name, whatever numba has made of it: the kernel's own notion.
+"""References of a function by name, independent of numba's representation.
 
-Shared by what names machine code (`slipgrasp.core.kernel.compilation.fingerprint`) and what names
-the numerics (`slipgrasp.core.kernel.compilation.normal_form`).
+Shared by the fingerprints of machine code (`slipgrasp.core.kernel.compilation.fingerprint`) and the
+name of the numerics (`slipgrasp.core.kernel.compilation.normal_form`).
 """
 
 from __future__ import annotations
@@ -16,15 +16,15 @@ from numba.core.dispatcher import Dispatcher
 
 
 def names_known_to(function: FunctionType) -> dict[str, Any]:
-    """Values of the names that a function takes from its module and from functions around it."""
+    """Values of the names that a function uses from its module and enclosing functions."""
     cells = zip(function.__code__.co_freevars, function.__closure__ or (), strict=True)
     return {**function.__globals__, **{name: cell.cell_contents for name, cell in cells}}
 
 
 def references_of(function: FunctionType) -> Iterator[tuple[str, Any]]:
-    """Every name that a function's code asks for and that has a value, in the order of its code.
+    """Every name in a function's code that has a value, in the order of its code.
 
-    A field of a record that happens to have the name of something else counts with it.
+    A field of a record with the name of another object is included too.
     """
     known = names_known_to(function)
     for code in _codes(function.__code__):
@@ -42,7 +42,7 @@ def _codes(code: CodeType) -> Iterator[CodeType]:
 
 
 def code_lines(code: CodeType, *, documented: bool) -> Iterator[str]:
-    """What of a code object decides what it does; the docstring is its first constant."""
+    """The parts of a code object that determine its behaviour; not its docstring."""
     yield f"{code.co_argcount} {code.co_names} {code.co_varnames} {code.co_code.hex()}"
     for constant in code.co_consts[1 if documented else 0 :]:
         if isinstance(constant, CodeType):
@@ -52,7 +52,7 @@ def code_lines(code: CodeType, *, documented: bool) -> Iterator[str]:
 
 
 def plain(value: Any) -> Any:
-    """The Python function behind what wraps one; anything else as it is."""
+    """The Python function inside a wrapper; other objects are returned unchanged."""
     if isinstance(value, Dispatcher):
         return value.py_func
     if isinstance(value, property):

@@ -48,7 +48,7 @@ _SLIP = "slip"
 _TRIPLE = "wasm32-unknown-unknown"
 _FEATURES = "+simd128,+bulk-memory,+nontrapping-fptoint,+sign-ext"
 _STACK_BYTES = 1 << 20
-# Compilers bring this function along: a product of 128 bits, by which LLVM sees whether the
+# Compilers usually provide this function: a 128-bit product, which LLVM uses to check whether the
 # length of a loop overflows.
 _PRODUCT = """
 define void @__multi3(ptr %out, i64 %a, i64 %a_high, i64 %b, i64 %b_high) {
@@ -86,12 +86,12 @@ class LinkError(SlipgraspError):
 
 
 def build(path: Path, exports: Sequence[str] = ()) -> None:
-    """Writes the file, with all units that are declared so far.
+    """Writes the file with all declared units.
 
     Args:
-        path: Where to; its folder is made.
-        exports: Symbols of the units that its users call; the rest is dropped unless these need
-            it. All of them if empty.
+        path: Output path; its folder is created.
+        exports: Symbols of the exported units; others are dropped unless these need them. All if
+            empty.
 
     Raises:
         LinkError: If the linker is not installed, or fails.
@@ -102,7 +102,7 @@ def build(path: Path, exports: Sequence[str] = ()) -> None:
         objects = [Path(name) / f"{unit.symbol}.o" for unit in units]
         for unit, file in zip(units, objects, strict=True):
             file.write_bytes(object_code(unit))
-            # The compiler asks for the address of what another unit calls.
+            # The compiler needs the addresses of called units.
             if unit.entry is None:
                 unit.load()
         product = Path(name) / "product.o"
@@ -116,10 +116,10 @@ def build(path: Path, exports: Sequence[str] = ()) -> None:
 
 
 def kept_file(exports: Sequence[str] = ()) -> Path:
-    """The file of all units that are declared so far, built unless the cache has it.
+    """The file of all declared units, cached.
 
     Args:
-        exports: As for `build`.
+        exports: As in `build`.
 
     Raises:
         LinkError: If the linker is not installed, or fails.
@@ -135,7 +135,7 @@ def kept_file(exports: Sequence[str] = ()) -> Path:
 
 
 def in_wasmtime() -> Callable[[Unit], Callable[..., Any]]:
-    """The units that are declared so far as wasmtime runs them.
+    """The declared units, run by wasmtime.
 
     Raises:
         MissingPackageError: If wasmtime is not installed.
@@ -145,7 +145,7 @@ def in_wasmtime() -> Callable[[Unit], Callable[..., Any]]:
 
 
 def object_code(unit: Unit) -> bytes:
-    """A unit as an object file for wasm32, kept beside its machine code for this processor."""
+    """A unit as an object file for wasm32, cached with its machine code for this processor."""
     name = f"{unit.name}-wasm32"
     kept = read_code(name)
     if kept is None:
@@ -157,7 +157,7 @@ def object_code(unit: Unit) -> bytes:
 def _lower(unit: Unit) -> bytes:
     compiled = unit.compile()
     text = compiled.library.get_llvm_str()
-    # The name in full has characters of Python's that a symbol may not have.
+    # The qualified name contains characters that a symbol may not have.
     text = text.replace(f'@"{compiled.name}"', f"@{unit.symbol}")
     text = text.replace(f"@{compiled.name}(", f"@{unit.symbol}(")
     machine = _machine()
@@ -166,7 +166,7 @@ def _lower(unit: Unit) -> bytes:
         if not value.is_declaration and value.name != unit.symbol:
             value.linkage = "internal"
     module.verify()
-    # Sees that no unit fails, and drops what numba would tell Python if one did.
+    # Assumes that units never fail, and drops numba's error handling.
     tuning = binding.create_pipeline_tuning_options(speed_level=2)
     tuning.loop_vectorization = tuning.loop_unrolling = False
     builder = binding.create_pass_builder(machine, tuning)
@@ -175,7 +175,7 @@ def _lower(unit: Unit) -> bytes:
 
 
 def _parse(text: str, machine: binding.TargetMachine) -> binding.ModuleRef:
-    """A module for another machine than the one it was made for."""
+    """Retargets a module to another machine."""
     module = binding.parse_assembly(text)
     module.triple, module.data_layout = _TRIPLE, str(machine.target_data)
     return module
@@ -202,10 +202,10 @@ def _link(objects: Sequence[Path], exports: Sequence[str], path: Path) -> None:
 
 
 def describe_memory() -> dict[str, Any]:
-    """What a reader of the memory needs, as plain values.
+    """Description of the memory for its readers, as plain values.
 
-    Sizes and fields of the records, places of the table, statuses of the run, and the signals
-    of a row of the trace in their order.
+    Sizes and fields of the records, positions in the table, statuses of the run, and the signals of
+    a row of the trace in order.
     """
     return {
         **_describe_run(RECORDS, ADVANCE),
@@ -215,8 +215,8 @@ def describe_memory() -> dict[str, Any]:
 
 
 def describe_spatial_memory() -> dict[str, Any]:
-    """The same of spatial hands, whose models Python packs."""
-    # Declared, and compiled, only where spatial hands are wanted.
+    """The same for spatial hands, whose models are packed by Python."""
+    # Declared and compiled only if spatial hands are requested.
     from slipgrasp.core.kernel.spatial.model import MODEL as SPATIAL_MODEL
     from slipgrasp.core.kernel.spatial.run import OUTLET as SPATIAL_OUTLET
     from slipgrasp.core.kernel.spatial.run import PROGRESS as SPATIAL_PROGRESS
@@ -238,9 +238,9 @@ def _describe_run(records: Mapping[str, np.dtype], advance: str) -> dict[str, An
 
 
 def _describe_fields(layout: np.dtype) -> dict[str, list[Any]]:
-    """Offset in bytes, type and shape of every field that is no record itself.
+    """Offset in bytes, type and shape of every field that is not a record.
 
-    Of the slip that has just begun also what says which rows may still change.
+    For a slip in progress, also the fields that determine which rows may still change.
     """
     described = {}
     for name, (inner, offset, *_) in (layout.fields or {}).items():
@@ -255,13 +255,13 @@ def _describe_fields(layout: np.dtype) -> dict[str, list[Any]]:
 
 
 def _custom_section(name: str, content: bytes) -> bytes:
-    """A section of a WebAssembly file that engines pass over: id 0, length, name, content."""
+    """A custom section of a WebAssembly file, which engines ignore: id 0, length, name, content."""
     body = _leb128(len(name)) + name.encode() + content
     return b"\0" + _leb128(len(body)) + body
 
 
 def _leb128(number: int) -> bytes:
-    """An unsigned integer, seven bits a byte, the lowest first."""
+    """An unsigned integer in LEB128: seven bits per byte, the lowest first."""
     encoded = bytearray()
     while number >= 0x80:
         encoded.append(number & 0x7F | 0x80)

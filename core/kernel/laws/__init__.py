@@ -1,1 +1,1 @@
-"""What the control laws of both mechanics share."""
+"""Common parts of the control laws of planar and spatial hands."""

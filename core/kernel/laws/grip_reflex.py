@@ -1,4 +1,4 @@
-"""Grip reflex: PD control with a grip that grows while any contact is felt to slip."""
+"""Grip reflex: PD control with a grip that grows while slip of any contact is detected."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from slipgrasp.core.kernel.compilation.records import Record
 
 @compiled
 def squeeze_harder(model: Record, discrete: Record) -> None:
-    """Adds what one control period of slip adds to the grip."""
+    """Increases the grip for one control period of slip."""
     for i in range(model.num_fingers):
         if discrete.beliefs[i] != 0:
             discrete.added_grip += model.law.grip_rate * model.law.period

@@ -1,4 +1,4 @@
-"""Force of a gripper: what its drive makes of the grip force that is asked for."""
+"""Force of a gripper: response of its drive to the commanded grip force."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from slipgrasp.core.kernel.numerics.elementary import exp
 
 @compiled
 def lag_share(bandwidth: float, period: float) -> float:
-    """Share of the distance to its target that a first-order lag covers in a period.
+    """Fraction of the distance to its target that a first-order lag covers in a period.
 
     Args:
-        bandwidth: Of the lag [Hz].
-        period: Of control [s].
+        bandwidth: Bandwidth of the lag [Hz].
+        period: Control period [s].
     """
     return 1.0 - exp(-2.0 * math.pi * bandwidth * period)
 

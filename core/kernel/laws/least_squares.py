@@ -1,6 +1,7 @@
-"""Recursive least squares with forgetting: how the composite laws learn.
+"""Recursive least squares with forgetting: adaptation of the composite laws.
 
-One measurement Y phi = y after the other. Reference: Slotine & Li, Applied Nonlinear Control, 8.7.
+Measurements Y phi = y are processed one by one. Reference: Slotine & Li, Applied Nonlinear Control,
+8.7.
 """
 
 from __future__ import annotations
@@ -15,34 +16,34 @@ from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Floats, Layout, Record
 from slipgrasp.core.scenario import MAX_UNKNOWNS
 
-SURPRISE = 36.0  # squared error over its variance from which what was known no longer counts
+SURPRISE = 36.0  # squared error over its variance above which previous knowledge is discarded
 LEAST_TRUST = 1e-3
-ACTIVE_BAND = 1e-6  # share of its cone within which a force counts as on it
+ACTIVE_BAND = 1e-6  # fraction of its cone within which a force counts as on it
 
 
 def memory_layout(more: Sequence[tuple[Any, ...]]) -> Layout:
-    """What a composite law remembers from tick to tick, and its intermediate values.
+    """Memory of a composite law between ticks, and its intermediate values.
 
     Args:
-        more: Fields of the mechanics.
+        more: Additional fields of the mechanics.
     """
     fields = [
         ("begun", np.int64),
         ("covariance", np.float64, (MAX_UNKNOWNS, MAX_UNKNOWNS)),
-        ("initial", np.float64, (MAX_UNKNOWNS,)),  # estimates of the tick, before its rows
+        ("initial", np.float64, (MAX_UNKNOWNS,)),  # estimates at the tick, before its rows
         ("estimates", np.float64, (MAX_UNKNOWNS,)),
         ("row", np.float64, (MAX_UNKNOWNS,)),  # of Y
         ("gain", np.float64, (MAX_UNKNOWNS,)),
         ("trust", np.float64),  # in the measured accelerations, 0 to 1
         ("contact_trust", np.float64, (MAX_FINGERS,)),  # in the force of a slipping contact too
-        ("known", np.int64, (MAX_FINGERS,)),  # 1 once a contact has told its friction by a slip
+        ("known", np.int64, (MAX_FINGERS,)),  # 1 after slip has determined its friction
         *more,
     ]
     return np.dtype(fields, align=True)
 
 
 def make_take_row(prefix: str, law: Layout, memory: Layout) -> Any:
-    """Takes one measurement, for the records of a mechanics."""
+    """Processes one measurement, for the records of a mechanics."""
 
     @compiled_apart(
         types.void, law, types.int64, memory, types.float64, types.float64, prefix=prefix
@@ -64,7 +65,8 @@ def make_take_row(prefix: str, law: Layout, memory: Layout) -> Any:
         for j in range(count):
             memory.estimates[j] += scale * memory.gain[j] * error
             for k in range(j + 1):
-                # Both halves alike: forgetting would blow up the least difference between them.
+                # Both halves equally: forgetting would amplify the smallest difference between
+                # them.
                 covariance[j, k] -= scale * memory.gain[j] * memory.gain[k]
                 covariance[k, j] = covariance[j, k]
 
@@ -86,7 +88,7 @@ def _multiply_covariance(count: int, memory: Record) -> float:
 
 @compiled
 def begin_rows(law: Record, count: int, memory: Record) -> None:
-    """Begins a tick at the estimates in ``initial``; at the first one nothing is known."""
+    """Starts a tick with the estimates in ``initial``; initializes the memory at the first tick."""
     if memory.begun == 0:
         memory.begun = 1
         for j in range(count):
@@ -99,7 +101,7 @@ def begin_rows(law: Record, count: int, memory: Record) -> None:
 
 @compiled
 def forget(law: Record, count: int, memory: Record) -> None:
-    """Lets the covariance grow, but none of its variances beyond that of the start."""
+    """Increases the covariance, but no variance beyond its initial value."""
     covariance = memory.covariance
     for j in range(count):
         for k in range(count):
@@ -125,13 +127,13 @@ def weigh_tracking(count: int, covariance: Floats, rates: Floats, memory: Record
 
 @compiled
 def set_rates(model: Record, work: Record, memory: Record, is_probed: Any) -> None:
-    """Rates that bring the estimates to their next values, with the tracking term in ``gain``.
+    """Rates that move the estimates to their next values, with the tracking term in ``gain``.
 
     Args:
         model: Constants of the run.
         work: The rates are written to it.
-        memory: Of the law.
-        is_probed: Whether an unknown rises until its contact slips.
+        memory: Memory of the law.
+        is_probed: Whether an unknown increases until its contact slips.
     """
     for k in range(model.num_unknowns):
         learnt = (memory.estimates[k] - memory.initial[k]) / model.law.period

@@ -1,8 +1,8 @@
-"""A law of one's own: where it answers, and how it is called.
+"""Custom laws: their outputs, and their calls.
 
-Its machine code is not part of the kernel. It is called through its address, or, where that is 0,
-the run pauses until the answer is there (`slipgrasp.core.run.simulation.Simulation.ticks`). What it
-is shown at a tick differs between planar and spatial hands.
+Their machine code is not part of the kernel. It is called through its address, or, if that is 0,
+the run pauses until the command is set (`slipgrasp.core.run.simulation.Simulation.ticks`). The
+inputs differ between planar and spatial hands.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ NOTHING, ASKED, ANSWERED = range(3)
 
 
 def answer_layout(num_joints: int) -> Layout:
-    """What the law answers with."""
+    """Outputs of the law."""
     fields = [
         ("torque", np.float64, (MAX_FINGERS, num_joints)),  # [N m]
         ("estimates", np.float64, (MAX_UNKNOWNS,)),
@@ -33,13 +33,13 @@ def answer_layout(num_joints: int) -> Layout:
 
 
 def own_law_layout(seen: Layout, answer: Layout) -> Layout:
-    """The law in a run, with what it is shown."""
+    """The law in a run, with its inputs."""
     fields = [
-        ("address", np.int64),  # of its code; 0: the run pauses for its answer
+        ("address", np.int64),  # address of its code; 0: the run pauses for the command
         ("memory", np.int64),  # address of its memory
         ("asked", np.int64),  # NOTHING, ASKED or ANSWERED
-        ("first", np.int64),  # 1 where the tick that waits is the first of the run
-        ("stretch", np.int64),  # 1 where it begins a stretch
+        ("first", np.int64),  # 1 if the waiting tick is the first of the run
+        ("stretch", np.int64),  # 1 if it starts a segment
         ("seen", seen),
         ("answer", answer),
     ]
@@ -51,7 +51,7 @@ _PROTOTYPE = ctypes.CFUNCTYPE(ctypes.c_int64, *[ctypes.c_void_p] * 3)
 
 @intrinsic
 def _call_compiled(_typing: Any, address: Any, seen: Any, memory: Any, answer: Any) -> Any:
-    """Calls machine code by its address, with the addresses of two records and a block."""
+    """Calls machine code by address, with the addresses of two records and a block."""
 
     def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         word = ir.IntType(64)
@@ -73,7 +73,7 @@ call_law = _call_interpreted if INTERPRETED else _call_compiled
 
 @compiled
 def ask(own: Record) -> int:
-    """Calls the law; 0 unless it failed. An answer from outside is there already."""
+    """Calls the law; 0 unless it failed. An external command is already set."""
     if own.address == 0:
         return 0
     return call_law(own.address, own.seen, own.memory, own.answer)
@@ -81,7 +81,7 @@ def ask(own: Record) -> int:
 
 @compiled
 def is_answer_finite(model: Record, answer: Record) -> bool:
-    """Whether every number of an answer is finite."""
+    """Whether all numbers of a command are finite."""
     total = 0.0
     for i in range(model.num_fingers):
         for joint in range(answer.torque.shape[1]):
@@ -95,13 +95,13 @@ def is_answer_finite(model: Record, answer: Record) -> bool:
 
 @compiled
 def show_fingers(model: Record, hand: Record, believed: Record, seen: Record) -> None:
-    """Links and friction of the fingers as the controller believes them to be.
+    """Links and friction of the fingers as the controller assumes them.
 
     Args:
         model: Constants of the run.
-        hand: Of which the law believes the links to be.
-        believed: Masses and friction that it believes in.
-        seen: Where this is shown.
+        hand: The law's model of the links.
+        believed: Assumed masses and friction.
+        seen: Output.
     """
     seen.gravity, seen.torque_limit = model.hand.gravity, model.actuators.torque_limit
     for i in range(model.num_fingers):

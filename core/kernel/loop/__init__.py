@@ -1,1 +1,1 @@
-"""Shared by the loops of both mechanics: motions, searches inside a step, energy."""
+"""Common code of both loops: motions, searches inside a step, energy."""

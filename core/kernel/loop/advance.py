@@ -1,4 +1,4 @@
-"""The hybrid loop in resumable pieces: flow, detect, locate, jump."""
+"""The hybrid loop in resumable chunks: flow, detect, locate, jump."""
 
 from __future__ import annotations
 
@@ -51,31 +51,32 @@ def make_advance(
     pace_steps: int,
     least_pace: float,
 ) -> tuple[Any, Any]:
-    """The loop of a mechanics: as a unit, and as a function that calls it.
+    """Creates the loop of a mechanics: a unit, and a function that calls it.
 
     Args:
         layouts: Its records.
         emit: Appends a row for the present state.
         emit_end: Appends the row at the end of the segment.
         emit_due: Appends the rows at output times up to now.
-        begin: Begins a segment of constant parameters; a status.
-        next_stop: The next instant that is known beforehand, at most the end of the segment.
-        pass_instant: The jump at such an instant; a status.
-        take_step: Takes one step within tolerance, not past an instant; its size, 0 if none.
-        cut: The step cut at the first event in it; its size.
+        begin: Starts a segment of constant parameters; returns a status.
+        next_stop: The next known instant, at most the end of the segment.
+        pass_instant: Performs the jump at such an instant; returns a status.
+        take_step: Takes one step within tolerance, not beyond an instant; returns its size, 0 if
+            none.
+        cut: Cuts the step at its first event; returns its size.
         count_step: Adds the step to the accumulators of the metrics.
         emit_inside: Appends the rows inside the step.
-        follow_slip: Keeps states in the beginning of a slip, of which some become rows.
+        follow_slip: Stores states at the start of a slip, some of which become rows.
         leave_slip: Writes those rows.
-        pass_event: What the guards that fired mean; a status.
-        finish_step: What follows a step without an event, told whether it reaches its instant.
-        pace_steps: Number of steps in a row that are looked at for their size.
-        least_pace: A loop whose steps are shorter on the average is too stiff to follow [s].
+        pass_event: Handles the guards that fired; returns a status.
+        finish_step: Completes a step without event; receives whether it reaches its instant.
+        pace_steps: Number of consecutive steps whose sizes are checked.
+        least_pace: Average step size below which a loop is too stiff [s].
     """
 
     @compiled
     def _is_stiff(run: Record) -> bool:
-        """Whether the latest steps were so short that the run would never end."""
+        """Whether the latest steps were so short that the run would practically never end."""
         steps = run.steps - run.pace_steps
         if steps < pace_steps:
             return False
@@ -85,7 +86,7 @@ def make_advance(
 
     @compiled
     def _advance_once(model: Record, run: Record, outlet: Record, t_stop: float) -> int:
-        """One step, cut at the first event in it, and the jump at its end if there is one."""
+        """Takes one step, cut at its first event, and the jump at its end, if any."""
         now, step = run.now, run.step
         until = next_stop(model, run, t_stop)
         if not until > now:
@@ -122,7 +123,7 @@ def make_advance(
         same_ticks: int,
         max_steps: int,
     ) -> int:
-        """What `advance` does, but for the rows of a slip in which the segment ends."""
+        """Implements `advance`, except for rows of a slip at the end of the segment."""
         if run.begun == 0:
             status = begin(model, run, outlet, first, same_ticks)
             if status == RUNNING and run.lost == 1:
@@ -172,14 +173,14 @@ def make_advance(
         Args:
             model: Constants up to ``t_stop``.
             run: The run.
-            outlet: Buffers for rows and phase changes that the caller empties.
+            outlet: Output buffers for rows and phase changes, which the caller empties.
             t_stop: End of the run, or the next timed change [s].
-            first: 1 where the run starts with this segment.
-            same_ticks: 1 where sampled control keeps its ticks from the segment before.
-            max_steps: Budget, so that a call stays short.
+            first: 1 if the run starts with this segment.
+            same_ticks: 1 if sampled control continues the ticks of the previous segment.
+            max_steps: Largest number of steps, which limits the duration of a call.
 
         Returns:
-            RUNNING to be called again, REACHED at ``t_stop``, else why the run ended.
+            RUNNING to be called again, REACHED at ``t_stop``, otherwise why the run ended.
         """
         status = _advance_steps(model, run, outlet, t_stop, first, same_ticks, max_steps)
         if status != RUNNING:
@@ -196,7 +197,7 @@ def make_advance(
         same_ticks: bool,
         max_steps: int,
     ) -> int:
-        """Advances a run as `advance` does; from Python, without the GIL."""
+        """Advances a run like `advance`; from Python, without the GIL."""
         flags = int(first), int(same_ticks)
         status: int = call(advance, model, run, outlet, t_stop, *flags, max_steps)
         return status
@@ -206,20 +207,20 @@ def make_advance(
 
 @compiled
 def count_stall(run: Record) -> None:
-    """Counts the events in a row without progress in time, this one included."""
+    """Counts consecutive events without progress in time, including this one."""
     run.stalls = run.stalls + 1 if run.now - run.last_event < STALLED else 0
     run.last_event = run.now
 
 
 @compiled
 def book_energy(model: Record, run: Record, stored_energy: Any, place: int) -> None:
-    """Adds to the supplied energy what a timed change of mass or inertia brings in.
+    """Adds the energy of a timed change of mass or inertia to the supplied energy.
 
     Args:
-        model: Constants from now on.
-        run: The run, with the row before the change, and kinematics that are up to date.
+        model: The new constants.
+        run: The run, with the row before the change, and updated kinematics.
         stored_energy: Kinetic and potential energy of a state [J].
-        place: Of the supplied energy in the state.
+        place: Index of the supplied energy in the state.
     """
     state = run.step.start
     kinetic, potential = stored_energy(model.hand, model.truth, run.work.kin, state)

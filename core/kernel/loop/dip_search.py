@@ -1,13 +1,12 @@
-"""The search for guards that sink below their level and recover within one step.
+"""Search for guards that fall below their level and recover within one step.
 
-The values of a guard at the slopes of the step show where it may be lowest: a value between two
-others is not below the lines through their neighbours, on either side, also where the law has a
-kink. Only if these lines cross near its level, the continuous extension of the method is asked for
-the least value itself. This costs nothing but comparisons in nearly all steps, and no output time
-has a part in it.
+The values of a guard at the stages of the step show where its minimum may be: a value between two
+others is not below the lines through their neighbours, on either side, even if the law has a kink.
+Only if these lines cross near the level, the minimum is computed from the dense output of the
+method. Nearly all steps therefore only need comparisons, and output times have no influence.
 
-The planar and the spatial kernel share it: `slipgrasp.core.kernel.planar.interior` and
-`slipgrasp.core.kernel.spatial.interior` say which guards are sampled and how one is evaluated.
+Planar and spatial kernels share it: `slipgrasp.core.kernel.planar.interior` and
+`slipgrasp.core.kernel.spatial.interior` define the sampled guards and their evaluation.
 """
 
 from __future__ import annotations
@@ -21,12 +20,12 @@ from slipgrasp.core.kernel.compilation.records import Record
 from slipgrasp.core.kernel.loop.progress import Layouts
 from slipgrasp.core.kernel.numerics.methods import method_of
 
-# A guard is looked at where its least value may come this near to its level, as a share of the
-# range of its values in the step: by the values alone, and by the lines through them.
+# A guard is examined if its minimum may come this close to its level, as a fraction of the range of
+# its values in the step: from the values alone, and from the lines through them.
 NEAR, NEAR_LINES = 0.5, 0.02
 LEAST_FRACTION = 1e-6
 GOLDEN = 0.3819660112501051
-LEAST_WIDTH = 1e-5  # of the search, as a share of the step
+LEAST_WIDTH = 1e-5  # of the search, as a fraction of the step
 
 
 @compiled
@@ -40,10 +39,10 @@ def _search(
     past: float,
     value_inside: Any,
 ) -> float:
-    """Looks for the least value of guard ``j`` in a part of the step by golden sections.
+    """Searches the minimum of guard ``j`` in a part of the step by golden sections.
 
     Returns:
-        The share of the step at which it is below ``past``; 0 if it is not.
+        The fraction of the step at which it is below ``past``; 0 if it is not.
     """
     low, high = max(low, LEAST_FRACTION), min(high, 1.0 - LEAST_FRACTION)
     y0, y3 = value_inside(model, run, h, j, low), value_inside(model, run, h, j, high)
@@ -57,7 +56,7 @@ def _search(
         side = x1 - low
         steepest = max(abs(y1 - y0) / side, abs(y3 - y2) / side, abs(y2 - y1) / (x2 - x1))
         if high - low < LEAST_WIDTH or min(y1, y2) - past > steepest * side:
-            # So steep it is nowhere that it could reach its level between these points.
+            # It is nowhere steep enough to reach its level between these points.
             return 0.0
         if y1 < y2:
             high, x2, y3, y2 = x2, x1, y2, y1
@@ -80,10 +79,10 @@ def _slope(model: Record, run: Record, j: int, k: int) -> float:
 
 @compiled
 def _may_fall_between(model: Record, run: Record, j: int, k: int, near: float) -> bool:
-    """Whether guard ``j`` may sink to ``near`` and recover between node ``k`` and the next.
+    """Whether guard ``j`` may fall to ``near`` and recover between node ``k`` and the next.
 
-    It falls before the first and rises after the second, and the lines of both cross below; where
-    it does only one of that, its line alone decides.
+    It falls before the first and rises after the second, and the two lines cross below; if only one
+    of these holds, its line alone decides.
     """
     method, samples = method_of(model, run.step), run.step.samples
     a, b = method.ordered[k], method.ordered[k + 1]
@@ -102,15 +101,15 @@ def _may_fall_between(model: Record, run: Record, j: int, k: int, near: float) -
 def search_step(
     model: Record, run: Record, h: float, j: int, noise: float, value_inside: Any
 ) -> float:
-    """The share of the step at which guard ``j`` is past its level; 0 if it is nowhere.
+    """The fraction of the step at which guard ``j`` is past its level; 0 if never.
 
     Args:
         model: Constants of the run.
         run: The run, with the step just taken and samples of the guard at its slopes.
         h: Size of the step [s].
-        j: Number of the guard.
-        noise: By how much it must be past its level.
-        value_inside: Its value at a share of the step.
+        j: Index of the guard.
+        noise: Amount by which it must be past its level.
+        value_inside: Its value at a fraction of the step.
     """
     method, samples = method_of(model, run.step), run.step.samples
     least, largest = samples[0, j], samples[0, j]
@@ -133,15 +132,15 @@ def search_step(
 
 @compiled
 def comes_near(model: Record, step: Record, j: int, start: float, end: float, level: float) -> bool:
-    """Whether guard ``j`` comes near its level at the slopes of a step.
+    """Whether guard ``j`` comes close to its level at the stages of a step.
 
     Args:
         model: Constants of the run.
-        step: The step, with samples of the guard at the slopes inside it.
-        j: Number of the guard.
-        start: Value at the start of the step, from now on a sample too.
-        end: Value at its end, likewise.
-        level: Through which it falls.
+        step: The step, with samples of the guard at its inner stages.
+        j: Index of the guard.
+        start: Value at the start of the step, which becomes a sample too.
+        end: Value at the end of the step, which becomes a sample too.
+        level: Level through which it falls.
     """
     method = method_of(model, step)
     step.samples[method.ordered[0], j], step.samples[method.last, j] = start, end
@@ -153,16 +152,16 @@ def comes_near(model: Record, step: Record, j: int, start: float, end: float, le
 
 
 def make_dip_of(layouts: Layouts, band_of: Any, value_inside: Any) -> tuple[Any, Any]:
-    """How a mechanics looks for a guard that is past its level inside the step just taken.
+    """Creates the search of a mechanics for guards past their level inside a step.
 
     Args:
         layouts: Its records.
         band_of: Noise and band of a guard.
-        value_inside: Value of a guard at a share of the step.
+        value_inside: Value of a guard at a fraction of the step.
 
     Returns:
-        The search, for a guard with samples at all slopes; the same where those come near its
-        level, for one whose samples at the ends are missing.
+        The search for a guard with samples at all stages; and for one without samples at the ends,
+        if the others come close to its level.
     """
 
     @compiled_apart(
@@ -171,13 +170,13 @@ def make_dip_of(layouts: Layouts, band_of: Any, value_inside: Any) -> tuple[Any,
         prefix=layouts.prefix,
     )
     def find_least(model: Record, run: Record, h: float, j: int) -> float:
-        """The share of the step at which guard ``j`` is past its level; 0 if it is nowhere."""
+        """The fraction of the step at which guard ``j`` is past its level; 0 if never."""
         noise, _ = band_of(model, run.discrete, run.guards.ends, j)
         return search_step(model, run, h, j, noise, value_inside)
 
     @compiled
     def dip_of(model: Record, run: Record, h: float, j: int) -> float:
-        """The same, where the guard comes near its level at all."""
+        """The same, if the guard comes close to its level at all."""
         guards = run.guards
         if not comes_near(model, run.step, j, guards.starts[j], guards.ends[j], guards.levels[j]):
             return 0.0

@@ -1,11 +1,11 @@
 """The search for extremes of forces inside one step.
 
-Where the slopes of the step were taken its forces are known. Only if one of these values is nearly
-a new extreme of the run, and lies inside the step or at an end where the force turns towards the
-inside, the continuous extension of the method is searched for the extreme itself.
+The forces at the stages of the step are known. Only if one of these values is close to a new
+extreme of the run, and lies inside the step or at an end where the force turns inwards, the extreme
+is computed from the dense output of the method.
 
-The planar and the spatial kernel share it: `slipgrasp.core.kernel.planar.interior` and
-`slipgrasp.core.kernel.spatial.interior` say which guards are forces and how one is evaluated.
+Planar and spatial kernels share it: `slipgrasp.core.kernel.planar.interior` and
+`slipgrasp.core.kernel.spatial.interior` define which guards are forces, and their evaluation.
 """
 
 from __future__ import annotations
@@ -22,21 +22,21 @@ from slipgrasp.core.kernel.loop.progress import Layouts
 from slipgrasp.core.kernel.loop.tally import count_force, count_forces, count_margin
 from slipgrasp.core.kernel.numerics.methods import method_of
 
-# A value is searched around where it comes this near to the extreme so far, as a share of the
-# range of the values in the step.
+# The neighbourhood of a value is searched if it comes this close to the previous extreme, as a
+# fraction of the range of the values in the step.
 NEAR = 0.25
-FLAT = 1e-9  # of 1 and the value: what changes less in a step only repeats its rounding
-WIDTH = 3e-4  # of the search, as a share of the step
-KINK_WIDTH = 1e-5  # the same where the law may have a kink, to which the error is proportional
-ROUND = 1.5  # how much more curved a force may be than its values imply
-BESIDE = 1e-3  # how far from an end of a step it is seen which way a force changes, as a share
+FLAT = 1e-9  # relative to 1 plus the value: smaller changes in a step only repeat rounding errors
+WIDTH = 3e-4  # of the search, as a fraction of the step
+KINK_WIDTH = 1e-5  # the same if the law may have a kink, to which the error is proportional
+ROUND = 1.5  # ratio of the possible curvature of a force to that of its values
+BESIDE = 1e-3  # distance from an end of a step for determining the slope of a force, as a fraction
 
 
 @compiled
 def nears_record(
     model: Record, step: Record, j: int, sign: float, start: float, end: float, record: float
 ) -> bool:
-    """Whether guard ``j`` may have a new extreme in a step; nearly always not, so it is quick.
+    """Whether guard ``j`` may have a new extreme in a step; fast, because it rarely has.
 
     The arguments are those of `least_inside`.
     """
@@ -60,18 +60,18 @@ def least_inside(
     record: float,
     value_inside: Any,
 ) -> float:
-    """The least value of ``sign`` times guard ``j`` inside the step; inf if it is no new extreme.
+    """The minimum of ``sign`` times guard ``j`` inside the step; inf if it is no new extreme.
 
     Args:
         model: Constants of the run.
         run: The run, with the step just taken and samples of the guard at its slopes.
         h: Size of the step [s].
-        j: Number of the guard.
-        sign: 1 for its least value, -1 for its greatest.
+        j: Index of the guard.
+        sign: 1 for its minimum, -1 for its maximum.
         start: Value of the guard at the start of the step.
         end: Value at its end.
-        record: The least value so far in the run.
-        value_inside: Its value at a share of the step.
+        record: The minimum so far in the run.
+        value_inside: Its value at a fraction of the step.
     """
     step, method = run.step, method_of(model, run.step)
     step.samples[0, j], step.samples[method.last, j] = start, end
@@ -87,11 +87,11 @@ def least_inside(
     final = method.num_ordered - 1
     ends = min(sign * start, sign * end)
     share, value = 0.0, np.inf
-    # A kink of the law between two slopes shows in neither; while torques are held, it has none.
+    # Two stages do not show a kink of the law between them; while torques are held, there is none.
     may_turn = model.law.period == 0.0
     width = KINK_WIDTH if may_turn else WIDTH
     if place not in (0, final):
-        # Slopes are taken at states of low order, where a force may seem extreme.
+        # Stages are at states of low order, where a force may seem extreme.
         share = method.nodes[method.ordered[place]]
         value = sign * value_inside(model, run, h, j, share)
         if not value < ends:
@@ -111,12 +111,12 @@ def least_inside(
 
 @compiled
 def _may_turn_inside(model: Record, step: Record, j: int) -> bool:
-    """Whether guard ``j``, extreme at an end of the step, may be more so next to it.
+    """Whether guard ``j``, extreme at an end of the step, may be more extreme next to it.
 
-    A parabola through both ends has its extreme between them where it rises or falls by less than
-    its curvature. The curvature is the largest that any value inside implies, times `ROUND`: the
-    first slopes of a step are taken at states of low order. Of slopes at one time the mean counts:
-    the errors of both slopes of Runge and Kutta's method at half a step cancel each other.
+    A parabola through both ends has its extreme between them if it rises or falls by less than its
+    curvature. The curvature is the largest one implied by any inner value, times `ROUND`, because
+    the first stages are at states of low order. Stages at one time count with their mean: the
+    errors of the two stages of the classical Runge-Kutta method at half a step cancel.
     """
     method, samples = method_of(model, step), step.samples
     start = samples[0, j]
@@ -135,7 +135,7 @@ def _may_turn_inside(model: Record, step: Record, j: int) -> bool:
 
 @compiled
 def _to_vertex(x1: float, x2: float, x3: float, y1: float, y2: float, y3: float) -> float:
-    """Way from ``x1`` to the vertex of the parabola through three points; inf if there is none."""
+    """Distance from ``x1`` to the vertex of the parabola through three points; inf if none."""
     a, b = (x1 - x2) * (y1 - y3), (x1 - x3) * (y1 - y2)
     return 0.5 * ((x1 - x3) * b - (x1 - x2) * a) / (a - b) if a != b else np.inf
 
@@ -154,7 +154,7 @@ def _search(
     width: float,
     value_inside: Any,
 ) -> float:
-    """The least value of ``sign`` times guard ``j`` between two shares, from a point between them.
+    """The minimum of ``sign`` times guard ``j`` between two fractions, from a point between them.
 
     By Brent's method: parabolas through the three best points, golden sections where they do not
     converge (Algorithms for Minimization without Derivatives, 1973, chapter 5).
@@ -187,13 +187,13 @@ def _search(
 def make_count_extremes(
     layouts: Layouts, per_contact: int, count_ways: Any, value_inside: Any
 ) -> Any:
-    """How a mechanics counts the forces of a step.
+    """Creates the accumulation of the forces of a step of a mechanics.
 
     Args:
         layouts: Its records.
         per_contact: Number of guards of a contact.
-        count_ways: How many of these are of phases, for a model.
-        value_inside: Value of a guard at a share of the step.
+        count_ways: Number of the guards of phases among these, for a model.
+        value_inside: Value of a guard at a fraction of the step.
     """
 
     @compiled_apart(
@@ -205,7 +205,7 @@ def make_count_extremes(
     def find_extreme(
         model: Record, run: Record, h: float, j: int, sign: float, start: float, record: float
     ) -> float:
-        """The least value of ``sign`` times guard ``j`` in the step; inf if it is no extreme."""
+        """The minimum of ``sign`` times guard ``j`` in the step; inf if it is no extreme."""
         end = run.guards.ends[j]
         return least_inside(model, run, h, j, sign, start, end, record, value_inside)
 
@@ -213,14 +213,14 @@ def make_count_extremes(
     def _extreme_of(
         model: Record, run: Record, h: float, j: int, sign: float, start: float, record: float
     ) -> float:
-        """The same where one is possible."""
+        """The same if an extreme is possible."""
         if not nears_record(model, run.step, j, sign, start, run.guards.ends[j], record):
             return np.inf
         return find_extreme(model, run, h, j, sign, start, record)
 
     @compiled
     def count_extremes(model: Record, run: Record, h: float) -> None:
-        """Counts the forces in the step of size ``h`` and at its end."""
+        """Accumulates the forces in the step of size ``h`` and at its end."""
         discrete, tally = run.discrete, run.tally
         for i in range(model.num_fingers):
             base, peak = per_contact * i, tally.peak_normal_force[i]

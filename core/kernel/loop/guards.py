@@ -1,7 +1,7 @@
-"""Guards: quantities that are positive inside a phase and fall through their level at its end.
+"""Guards: quantities that are positive during a phase and cross their level at its end.
 
-Those of a contact end with its normal force, the edge of its face, and its finger; before these
-stand those of its phases. Behind all contacts stands the determinant of M~.
+The guards of a contact are those of its phases, followed by its normal force, the edge of its face,
+and its finger. The determinant of M~ follows all contacts.
 """
 
 from __future__ import annotations
@@ -17,17 +17,17 @@ from slipgrasp.core.kernel.compilation.records import Layout, Record
 from slipgrasp.core.kernel.loop.status import LEFT_FACE, PAINLEVE, RUNNING, SEPARATED, SINGULAR
 
 FORCE_BAND, FORCE_NOISE = 4e-10, 1e-11
-# As wide as the edge of a patch (slipgrasp.core.run.schedule): tips that cross theirs together
-# do so at once.
+# As wide as the edge of a patch (slipgrasp.core.run.schedule), so that tips that cross their edges
+# together do so at once.
 SLIP_BAND, SLIP_NOISE = 1e-11, 1e-15
-# Those that end the run cannot fire again.
+# Guards that end the run cannot fire again.
 ENDING_BAND = 1e-12
 WIDEST_BAND = 1e-2  # of a force of 10^7 N
-NEAR_SINGULAR = 0.05  # sin^2 q2, where a finger is nearly straight or folded
+NEAR_SINGULAR = 0.05  # sin^2 q2 of a nearly straight or folded finger
 
 
 def guards_layout(count: int) -> Layout:
-    """Values of all guards, at most ``count``, and what is known of them."""
+    """Values of all guards, at most ``count``, with related data."""
     fields = [
         ("count", np.int64),
         ("values", np.float64, (count,)),
@@ -35,7 +35,7 @@ def guards_layout(count: int) -> Layout:
         ("ends", np.float64, (count,)),  # and at its end
         ("levels", np.float64, (count,)),
         ("fired", np.int64, (count,)),
-        ("infeasible", np.int64),  # 1 where the limits of the grasp force contradict each other
+        ("infeasible", np.int64),  # 1 if the limits of the grasp force contradict each other
     ]
     return np.dtype(fields, align=True)
 
@@ -43,19 +43,19 @@ def guards_layout(count: int) -> Layout:
 def make_guards(
     prefix: str, layouts: Sequence[Layout], update_values: Any, band_of: Any, is_beyond: Any
 ) -> tuple[Any, ...]:
-    """The guards of a mechanics.
+    """Creates the guards of a mechanics.
 
     Args:
-        prefix: Of the symbols of its units.
-        layouts: Model, what stays fixed between jumps, state, workspace, guards.
-        update_values: Writes the values of all guards at the state that the workspace holds.
-        band_of: Noise and band of a guard: within its band a value does not give its sign.
+        prefix: Prefix of the symbols of its units.
+        layouts: Model, discrete state, state, workspace, guards.
+        update_values: Writes the values of all guards at the state of the workspace.
+        band_of: Noise and band of a guard: within its band the sign of a value is uncertain.
         is_beyond: Whether a value is below a level by more than noise.
 
     Returns:
-        What arms them, asks whether any is past its level, finds those that fired at the end of a
-        step, evaluates them there, finds overlooked ones, gives the least distance of the fired
-        ones, passes a step, and keeps those that fired first.
+        Functions that arm them, check whether any is past its level, find those that fired at the
+        end of a step, evaluate them there, find overlooked ones, return the smallest distance of
+        the fired ones, pass a step, and select those that fired first.
     """
     model_type, discrete_type, _, _, guards_type = layouts
     asked = model_type, discrete_type, guards_type
@@ -70,10 +70,10 @@ def make_guards(
 
     @compiled_apart(types.void, *layouts, prefix=prefix)
     def arm(model: Record, discrete: Record, state: Record, work: Record, guards: Record) -> None:
-        """After a jump: a guard that starts inside its band may sink to twice the band first.
+        """After a jump: a guard that starts inside its band may first fall to twice the band.
 
-        Without this, a contact that starts to slip, or rests exactly on its cone, fires again
-        at the same instant by rounding.
+        Otherwise, a contact that starts to slip, or rests exactly on its cone, would fire again at
+        the same instant because of rounding.
         """
         update_values(model, discrete, state, work, guards)
         for j in range(guards.count):
@@ -99,7 +99,7 @@ def make_guards(
     def find_fired(
         model: Record, discrete: Record, state: Record, work: Record, guards: Record
     ) -> int:
-        """1 if any guard is past its level at the end of a step; marks those, which fired in it."""
+        """1 if any guard is past its level at the end of a step; marks those that fired."""
         evaluate_ends(model, discrete, state, work, guards)
         found = 0
         for j in range(guards.count):
@@ -111,16 +111,16 @@ def make_guards(
     def evaluate_ends(
         model: Record, discrete: Record, state: Record, work: Record, guards: Record
     ) -> None:
-        """Values of all guards at the state that ``work`` holds, as those at the end of a step."""
+        """Values of all guards at the state of ``work``, as those at the end of a step."""
         update_values(model, discrete, state, work, guards)
         for j in range(guards.count):
             guards.ends[j] = guards.values[j]
 
     @compiled_apart(types.int64, *asked, prefix=prefix)
     def find_overlooked(model: Record, discrete: Record, guards: Record) -> int:
-        """1 if a guard that did not fire in the whole step is past its level at the event in it.
+        """1 if a guard that did not fire in the whole step is past its level at its event.
 
-        Such guards are marked too: the first event is theirs, or at the same time.
+        Such guards are marked too: theirs is the first event, or one at the same time.
         """
         found = 0
         for j in range(guards.count):
@@ -133,7 +133,7 @@ def make_guards(
     def least_fired(
         model: Record, discrete: Record, state: Record, work: Record, guards: Record
     ) -> float:
-        """The least distance to its level, at this state, among the guards that fired."""
+        """The smallest distance to its level, at this state, among the guards that fired."""
         update_values(model, discrete, state, work, guards)
         least = np.inf
         for j in range(guards.count):
@@ -143,7 +143,7 @@ def make_guards(
 
     @compiled_apart(types.void, *asked, prefix=prefix)
     def pass_step(model: Record, discrete: Record, guards: Record) -> None:
-        """After a step without event: guards that have left their band are back at level 0."""
+        """After a step without event: guards that have left their band return to level 0."""
         for j in range(guards.count):
             guards.starts[j] = guards.ends[j]
             if guards.levels[j] < 0.0:
@@ -153,7 +153,7 @@ def make_guards(
 
     @compiled
     def keep_first_fired(guards: Record, least: float) -> None:
-        """Of the fired guards keeps those at their level here; the others would come later."""
+        """Selects the fired guards that are at their level here; the others would fire later."""
         for j in range(guards.count):
             guards.ends[j] = guards.values[j]
             if guards.values[j] - guards.levels[j] > max(0.0, least):
@@ -165,7 +165,7 @@ def make_guards(
 
 @compiled
 def find_end(model: Record, run: Record, per_contact: int) -> int:
-    """Whether a fired guard ends the run, and which contact or finger is concerned.
+    """Whether a fired guard ends the run, and the contact or finger responsible.
 
     Args:
         model: Constants of the run.

@@ -1,6 +1,6 @@
-"""How much energy a step may lose or make where object or joints turn fast.
+"""Allowed energy error of a step with fast rotation of object or joints.
 
-Near singular poses the kinetic energy depends on the state more than any coordinate of it shows.
+Near singular poses the kinetic energy is more sensitive to the state than any coordinate shows.
 """
 
 from __future__ import annotations
@@ -8,15 +8,15 @@ from __future__ import annotations
 from slipgrasp.core.kernel.compilation.compiler import compiled
 from slipgrasp.core.kernel.compilation.records import Record
 
-FAST_RATE = 4.0  # of the object or a joint, from which on energy counts [rad/s]
-LEAST_LEDGER_STEP = 1e-6  # below it rounding decides [s]
+FAST_RATE = 4.0  # of the object or a joint, above which energy is checked [rad/s]
+LEAST_LEDGER_STEP = 1e-6  # below which rounding dominates [s]
 ENERGY_ROUNDING = 2e-12
 LEDGER_SHARE = 0.002  # of the relative tolerance, for energy
 
 
 @compiled
 def allowed_imbalance(numerics: Record, kinetic: float, supplied: float) -> float:
-    """Energy that one step may lose or make [J].
+    """Allowed energy error of one step [J].
 
     Args:
         numerics: Tolerances of the run.

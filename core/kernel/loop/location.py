@@ -1,4 +1,4 @@
-"""Where in a step the first of the guards that fired is at its level."""
+"""Locates the first event of a step."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from slipgrasp.core.kernel.compilation.records import Record
 from slipgrasp.core.kernel.loop.progress import Layouts
 
 LOCATION_WIDTH = 2e-14
-LOCATION_SHARE = 1e-13  # a value so small, as a share of the value at an end of the step, is zero
+LOCATION_SHARE = 1e-13  # relative size that counts as zero
 
 
 def make_locate(
@@ -25,27 +25,27 @@ def make_locate(
     finish: Any,
     bisect_every: int,
 ) -> Any:
-    """The search of a mechanics.
+    """Creates the search of a mechanics.
 
     Args:
         layouts: Its records.
-        step_to: Takes the step again in another size.
-        least_fired: The least distance of the guards that fired to their levels.
+        step_to: Repeats the step with another size.
+        least_fired: The smallest distance of the fired guards to their levels.
         is_past_band: 1 if one of them is below its level by more than its band.
-        keep_first_fired: Keeps of them those that are at their level.
-        size_of_zero: Values so small are zero, by those at both ends of the step.
-        finish: Takes the step to the event, given the sizes between which it lies.
-        bisect_every: Trials, of which the last is a bisection.
+        keep_first_fired: Selects those that are at their level.
+        size_of_zero: Size of values that count as zero, from those at both ends of the step.
+        finish: Takes the step to the event, between two given sizes.
+        bisect_every: Number of trials of which the last is a bisection.
     """
 
     @compiled_apart(
         types.float64, layouts.model, layouts.progress, types.float64, prefix=layouts.prefix
     )
     def locate(model: Record, run: Record, h: float) -> float:
-        """Size of the step at whose end the first of the fired guards is at its level.
+        """Size of the step that ends when the first of the fired guards is at its level.
 
-        The step is taken again at every trial, so that the root is that of the method itself
-        and not of an interpolant. Regula falsi (Illinois) with bisection as a safeguard.
+        The step is repeated at every trial, so that the root is that of the method itself and not
+        of an interpolant. Regula falsi (Illinois) with bisection as a safeguard.
         """
         discrete, step, work, guards = run.discrete, run.step, run.work, run.guards
         low, high, is_far = 0.0, h, False
@@ -72,7 +72,7 @@ def make_locate(
                 side = 1
             else:
                 high, value_high = at, value
-                # Near a pole a force goes through its whole band within the width.
+                # Near a pole a force crosses its whole band within the width.
                 is_far = is_past_band(model, discrete, guards) == 1
                 value_low *= 0.5 if side == -1 else 1.0
                 side = -1

@@ -1,4 +1,4 @@
-"""Constants of a run that both mechanics have."""
+"""Constants of a run that planar and spatial hands have in common."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from slipgrasp.core.scenario.space import Space
 
 OBJECT_MASS, OBJECT_INERTIA, FRICTION, LINK_MASS = range(4)
 
-# Which entries of TRUTH the controller estimates, and the bounds of its estimates.
+# Estimated entries of TRUTH, and the bounds of the estimates.
 UNKNOWNS = np.dtype(
     [
         ("count", np.int64),
@@ -30,12 +30,12 @@ UNKNOWNS = np.dtype(
 
 
 def facts_layout(space: Space) -> np.dtype:
-    """What is true of a control law, for the kernel of a kind of hands."""
+    """Facts of a control law for the kernel of a kind of hand."""
     return np.dtype([(fact, np.bool_) for fact in facts_read_for(space)], align=True)
 
 
 def facts_table(space: Space) -> np.ndarray:
-    """What is true of every law by its number; those of one's own are the last."""
+    """Facts of every law by its index; custom laws are last."""
     laws, facts = (*CONTROL_LAWS.values(), law_of(OUTSIDE)), facts_read_for(space)
     rows = [tuple(getattr(law, fact) for fact in facts) for law in laws]
     return np.array(rows, facts_layout(space))
@@ -60,7 +60,7 @@ def law_layout(facts: Layout, num_coordinates: int, more: Sequence[tuple[Any, ..
         ("lyapunov_12", np.float64, each),
         ("lyapunov_22", np.float64, each),
         ("couples", np.bool_),  # whether P has entries between different coordinates
-        ("link_mass_ratio", np.float64),  # of the masses believed, over the true ones
+        ("link_mass_ratio", np.float64),  # ratio of assumed to true masses
         ("grip_safety", np.float64),
         ("minimum_normal_force", np.float64),  # [N]
         ("maximum_normal_force", np.float64),  # inf where none [N]
@@ -69,16 +69,16 @@ def law_layout(facts: Layout, num_coordinates: int, more: Sequence[tuple[Any, ..
         ("jaw_stiffness", np.float64),  # [N/m]
         ("jaw_damping", np.float64),  # [N s/m]
         ("force_rate", np.float64),  # [N/s]
-        ("force_share", np.float64),  # of its way that the lag of the force covers in a period
+        ("force_share", np.float64),  # fraction that the lag of the force covers in a period
         ("estimate_norm_bound", np.float64),  # phi_0
         ("slip_stop", np.float64),  # K_f [m/s^2]
         ("probing", np.float64),  # [1/s]
-        ("predicts", np.bool_),  # commands for the state when the torque acts
+        ("predicts", np.bool_),  # commands for the state at the time at which the torque acts
         ("latency", np.float64),  # [s]
         ("forgetting", np.float64),  # per control period
         ("force_variance", np.float64),  # [N^2]
-        ("acceleration_variance", np.float64),  # expected of filtered differences [m^2/s^4]
-        ("slip_level", np.float64),  # measured speed above which slip is sure; -inf: told [m/s]
+        ("acceleration_variance", np.float64),  # assumed, of filtered differences [m^2/s^4]
+        ("slip_level", np.float64),  # above which slip is certain; -inf: phases are known [m/s]
         ("prior_variances", np.float64, (MAX_UNKNOWNS,)),
         *more,
         ("couplings", np.float64, both),  # by e, then e'
@@ -86,10 +86,10 @@ def law_layout(facts: Layout, num_coordinates: int, more: Sequence[tuple[Any, ..
     return np.dtype(fields, align=True)
 
 
-# What is measured, and how well.
+# Measurements and their accuracy.
 SENSORS = np.dtype(
     [
-        ("perfect", np.int64),  # 1: everything below is off, and the law knows its lengths
+        ("perfect", np.int64),  # 1: perfect measurements, and the law knows its lengths
         ("noisy", np.int64),
         ("seed", np.int64),  # of the noise
         ("position_noise", np.float64),  # standard deviations, SI units
@@ -110,7 +110,7 @@ SENSORS = np.dtype(
     align=True,
 )
 
-# What the joints can give.
+# Limits of the joint torques.
 ACTUATORS = np.dtype(
     [
         ("torque_limit", np.float64),  # inf where none [N m]

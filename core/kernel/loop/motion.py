@@ -1,11 +1,11 @@
-"""The desired motion of the object: the paper's, or pieces of any other.
+"""The desired motion of the object: the paper's, or segments of any other.
 
-With s the time since its piece began, a coordinate c of such a piece is
+With s the time since the start of its segment, a coordinate c of such a segment is
 
     polynomials[c] · (1, s, … s^5) + sine[c] sin(psi) + cosine[c] (1 - cos(psi)),
 
-psi = angles · (1, s, s^2). The last piece is a rest and never ends
-(`slipgrasp.core.kernel.loop.pieces` makes them).
+psi = angles · (1, s, s^2). The last segment is a rest without end
+(`slipgrasp.core.kernel.loop.pieces` creates them).
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ def motion_layout(num_coordinates: int) -> Layout:
     """The desired motion of some coordinates, in meters and radians."""
     each = (num_coordinates,)
     fields = [
-        ("coasts", np.bool_),  # whether it is the paper's, by start and acceleration alone
+        ("coasts", np.bool_),  # whether it is the paper's, given by start and acceleration alone
         ("start", np.float64, each),
         ("acceleration", np.float64, each),
-        ("breaks", np.float64, (MAX_PIECES,)),  # ends of the pieces, inf from the last one on [s]
+        ("breaks", np.float64, (MAX_PIECES,)),  # ends of the segments, inf from the last one on [s]
         ("sine", np.float64, each),
         ("cosine", np.float64, each),
         ("angles", np.float64, (MAX_PIECES, 3)),  # [rad, and per power of s]
@@ -40,9 +40,9 @@ def motion_layout(num_coordinates: int) -> Layout:
 
 @compiled
 def pass_breaks(motion: Record, discrete: Record, t: float) -> None:
-    """Makes the segment of the desired motion that holds from ``t`` on the present one.
+    """Makes the segment of the desired motion at ``t`` the present one.
 
-    A break a rounding after ``t`` is at ``t``: times of ticks and of breaks are sums.
+    A break slightly after ``t``, within rounding, is at ``t``: times of ticks and breaks are sums.
     """
     while motion.breaks[discrete.piece] <= t + SAME_TIME:
         discrete.piece += 1
@@ -52,9 +52,9 @@ def pass_breaks(motion: Record, discrete: Record, t: float) -> None:
 def desired_motion(
     motion: Record, piece: int, t: float, coordinate: int
 ) -> tuple[float, float, float]:
-    """Desired position, velocity, acceleration of one coordinate on a piece of the motion.
+    """Desired position, velocity, acceleration of one coordinate on a segment of the motion.
 
-    The piece is given, not found from ``t``, so that values at a break are one-sided.
+    The segment is given, not found from ``t``, so that values at a break are one-sided.
     """
     if motion.coasts:
         return _coast(motion, piece, t, coordinate)
@@ -64,7 +64,7 @@ def desired_motion(
 
 @compiled
 def _coast(motion: Record, piece: int, t: float, coordinate: int) -> tuple[float, float, float]:
-    """Eq. 64: three pieces of constant acceleration, then rest."""
+    """Eq. 64: three segments of constant acceleration, then rest."""
     begin = motion.start[coordinate]
     slope = motion.acceleration[coordinate]
     first, second, third = motion.breaks[0], motion.breaks[1], motion.breaks[2]
@@ -84,7 +84,7 @@ def _coast(motion: Record, piece: int, t: float, coordinate: int) -> tuple[float
 
 @compiled
 def _on_piece(motion: Record, piece: int, s: float, coordinate: int) -> tuple[float, float, float]:
-    """A polynomial by Horner's rule, and what oscillates with the angle psi."""
+    """A polynomial by Horner's rule, plus the oscillation with the angle psi."""
     position, velocity, bend = 0.0, 0.0, 0.0
     for k in range(DEGREE, -1, -1):
         bend = bend * s + velocity

@@ -1,4 +1,4 @@
-"""Rows of the trace and phase changes: how a run writes them, and how its caller takes them."""
+"""Writes rows of the trace and phase changes, and reads them for the caller."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from slipgrasp.core.kernel.loop.progress import OUTPUT_ROUNDING, Layouts
 def make_output(
     layouts: Layouts, evaluate_row: Any, fill_row: Any, add_to_tally: Any, copy_discrete: Any
 ) -> tuple[Any, ...]:
-    """The output of a mechanics.
+    """Creates the output of a mechanics.
 
     Args:
         layouts: Its records.
-        evaluate_row: Evaluates the closed loop for the state in a row; 0 if not all is finite.
+        evaluate_row: Evaluates the closed loop for the state in a row; 0 if it is not finite.
         fill_row: Writes the values of an evaluated row.
         add_to_tally: Adds an evaluated row to the accumulators of the metrics.
-        copy_discrete: Copies what stays fixed between two jumps.
+        copy_discrete: Copies the discrete state between two jumps.
 
     Returns:
-        How it evaluates a state, stores the row just evaluated, writes a row as of another time, or
-        ends the run if it cannot; writes the present state, and the rows that are due; for Python,
-        the last row of a run that keeps none.
+        Functions that evaluate a state, store the evaluated row, write a row with another time, or
+        end the run if it cannot be written; write the present state, and the rows that are due;
+        and, for Python, return the last row of a run without a trace.
     """
     prefix, model_type, state_type, discrete_type, run_type, outlet_type = layouts
     parts = model_type, run_type, outlet_type
@@ -44,13 +44,13 @@ def make_output(
         prefix=prefix,
     )
     def evaluate_at(model: Record, run: Record, discrete: Record, t: float, state: Record) -> int:
-        """Evaluates ``state`` into ``run.row``; 0 if not all is finite."""
+        """Evaluates ``state`` into ``run.row``; 0 if it is not finite."""
         _set_row(model, t, state, discrete, run.row)
         return evaluate_row(model, run.row, run.work)
 
     @compiled_apart(types.void, *parts, prefix=prefix)
     def store_row(model: Record, run: Record, outlet: Record) -> None:
-        """Appends the row just evaluated and counts it in the tally."""
+        """Appends the evaluated row and adds it to the accumulators."""
         row = run.row
         if outlet.keeps_rows == 1:
             fill_row(model, row, run.work)
@@ -76,10 +76,10 @@ def make_output(
         state: Record,
         written: float,
     ) -> int:
-        """Appends a row for ``state`` at ``t``, which it says is ``written``, a rounding beside.
+        """Appends a row for ``state`` at ``t`` with the time ``written``, equal within rounding.
 
         Returns:
-            0 where the row is not finite and is dropped.
+            0 if the row is not finite and is dropped.
         """
         if evaluate_at(model, run, discrete, t, state) == 0:
             return 0
@@ -103,14 +103,14 @@ def make_output(
 
     @compiled
     def emit(model: Record, run: Record, outlet: Record, discrete: Record) -> None:
-        """Appends a row for the present state, as of now."""
+        """Appends a row for the present state and time."""
         emit_or_end(model, run, outlet, discrete, run.now, run.step.start, run.now)
 
     @compiled
     def emit_due(model: Record, run: Record, outlet: Record) -> None:
-        """Rows whose time has come are those of the present state.
+        """Writes the rows that are due at the present state.
 
-        Before the step that leaves it: what was computed for the state is still at hand.
+        Before the step that leaves the state, whose evaluation is still available.
         """
         while True:
             t = next_output(model, run)
@@ -120,7 +120,7 @@ def make_output(
             run.outputs += 1
 
     def last_row(model: Record, run: Record) -> Floats:
-        """The last row of a run that keeps none, ``(1, num_columns)``."""
+        """The last row of a run without a trace, ``(1, num_columns)``."""
         row = run.last_row
         call(evaluate_row, model, row, run.work)
         call(fill_row, model, row, run.work)
@@ -132,24 +132,24 @@ def make_output(
 
 @compiled
 def next_output(model: Record, run: Record) -> float:
-    """When the next row is due [s]."""
+    """Time of the next row [s]."""
     return run.outputs / model.numerics.output_rate
 
 
 @compiled
 def pass_output_times(model: Record, run: Record) -> None:
-    """Marks output times up to now as served, where an event has written its own rows."""
+    """Skips output times up to now, if an event has written its own rows."""
     while next_output(model, run) <= run.now + OUTPUT_ROUNDING:
         run.outputs += 1
 
 
 @compiled
 def log_changes(model: Record, run: Record, outlet: Record) -> bool:
-    """Logs every contact whose phase differs from the remembered one.
+    """Logs every contact whose phase differs from the stored one.
 
     Returns:
-        True if there have been too many changes in the chatter window; in one period of
-        sampled control where that is shorter, for what the controller commands is no chatter.
+        True if there have been too many changes in the chatter window, or in one period of sampled
+        control if that is shorter, because commanded changes are not chatter.
     """
     now = run.now
     chatters = False
@@ -169,7 +169,7 @@ def log_changes(model: Record, run: Record, outlet: Record) -> bool:
 
 @compiled
 def log_change(run: Record, outlet: Record, i: int, before: int, after: int) -> None:
-    """Logs that contact ``i`` has another phase."""
+    """Logs the phase change of contact ``i``."""
     entry = run.num_changes
     outlet.changes[entry, 0], outlet.changes[entry, 1] = run.now, i
     outlet.changes[entry, 2], outlet.changes[entry, 3] = before, after
@@ -181,7 +181,7 @@ def log_change(run: Record, outlet: Record, i: int, before: int, after: int) -> 
 
 @compiled
 def phases_changed(model: Record, run: Record) -> bool:
-    """Whether any phase differs from the remembered one."""
+    """Whether any phase differs from the stored one."""
     for i in range(model.num_fingers):
         if run.discrete.phases[i] != run.old.phases[i]:
             return True
@@ -196,12 +196,12 @@ def rows_in(outlet: Record, num_columns: int) -> Floats:
 
 
 def settled_rows(run: Record, outlet: Record) -> int:
-    """How many rows of the buffer never change: others may yet come between the rest."""
+    """Number of final rows in the buffer; more rows may still be inserted after these."""
     return int(run.slip.since if run.slip.level > 0 else outlet.num_rows)
 
 
 def take_rows(run: Record, outlet: Record, num_columns: int) -> Floats:
-    """The settled rows, which leave the buffer."""
+    """Removes and returns the final rows."""
     count, rows = settled_rows(run, outlet), rows_in(outlet, num_columns)
     taken: Floats = rows[:count].copy()
     outlet.num_rows -= count

@@ -1,4 +1,4 @@
-"""The pieces of a desired motion, from its parameters (docs/model.md, Desired motion)."""
+"""Segments of a desired motion, from its parameters (docs/model.md, Desired motion)."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ COAST, SET_POINTS, CIRCLE, ROTATION, TABLE = (
     _KINDS.index(kind) for kind in ("coast", "set-points", "circle", "rotation", "table")
 )
 
-# The move from 0 to 1 in unit time with the least jerk: powers 3 to 5.
+# The motion from 0 to 1 in unit time with least jerk: powers 3 to 5.
 _MINIMUM_JERK = (10.0, -15.0, 6.0)
 
 
@@ -28,7 +28,7 @@ def pack_motion(path: Record, motion: Record) -> None:
 
     Args:
         path: The trajectory's part of the table of a scenario.
-        motion: Where it is written; all that is read of it is set.
+        motion: Output; all used fields are set.
     """
     for c in range(3):
         motion.start[c] = path.start[c]
@@ -52,7 +52,7 @@ def pack_motion(path: Record, motion: Record) -> None:
 
 @compiled
 def _begin_piece(motion: Record, piece: int, start: float) -> None:
-    """Begins a piece that rests at zero; the one before ends there."""
+    """Starts a segment that rests at zero, and ends the previous one."""
     if piece > 0:
         motion.breaks[piece - 1] = start
     for c in range(3):
@@ -63,7 +63,7 @@ def _begin_piece(motion: Record, piece: int, start: float) -> None:
 
 @compiled
 def _pack_moves(path: Record, motion: Record) -> None:
-    """From set-point to set-point with the least jerk, at rest in between."""
+    """Motions between set-points with least jerk, at rest in between."""
     piece, now, points = 0, 0.0, path.set_points
     begin = path.start
     for i in range(int(points.count)):
@@ -85,7 +85,7 @@ def _pack_moves(path: Record, motion: Record) -> None:
 
 @compiled
 def _rest(motion: Record, piece: int, start: float, pose: np.ndarray) -> None:
-    """Begins a piece that rests at a pose."""
+    """Starts a segment that rests at a pose."""
     _begin_piece(motion, piece, start)
     for c in range(3):
         motion.polynomials[piece, c, 0] = pose[c]
@@ -111,10 +111,10 @@ def _pack_spline(path: Record, motion: Record) -> None:
 
 @compiled
 def _find_speeds(motion: Record, rows: np.ndarray, c: int, last: int) -> None:
-    """Velocities at the rows with which the acceleration does not jump, as coefficients 1.
+    """Velocities at the rows for continuous acceleration, as coefficients 1.
 
-    Their equations are tridiagonal and dominated by the diagonal: Thomas's elimination. The
-    factors of its way back stand where the coefficients 2 will.
+    Their equations are tridiagonal and diagonally dominant, solved by Thomas's algorithm. The
+    factors of back substitution are stored in the place of coefficients 2.
     """
     for k in range(1, last):
         before, here = motion.polynomials[k - 1, c], motion.polynomials[k, c]
@@ -135,7 +135,7 @@ def _find_speeds(motion: Record, rows: np.ndarray, c: int, last: int) -> None:
 
 @compiled
 def _pack_cycles(path: Record, motion: Record) -> None:
-    """Circle, rotation and shake: psi speeds up from rest, runs evenly and brakes alike."""
+    """Circle, rotation and shake: psi accelerates from rest, is uniform, and brakes likewise."""
     speed, ramp = 2.0 * math.pi / path.period, path.acceleration_time
     even = path.cycles * path.period - ramp
     if even <= SAME_TIME:

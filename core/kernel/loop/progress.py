@@ -1,4 +1,4 @@
-"""Everything that changes during a run, in records, so that it can be interrupted and resumed."""
+"""The complete state of a run in records, so that it can be interrupted and resumed."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from slipgrasp.core.kernel.compilation.compiler import compiled
 from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Layout, Record
 from slipgrasp.core.scenario import MAX_CHATTER_CHANGES, MAX_DIAGNOSTICS, MAX_UNKNOWNS
 
-# Warnings, counted with their first time.
+# Warnings with their counts and first times.
 AMBIGUITIES, HOLDS, CLAMPED, SATURATED, FREE_ROTATION, RESTARTS, SOFTENED, TORSION_SPLIT = range(8)
 NUM_WARNINGS = 8
 
@@ -25,11 +25,11 @@ MAX_SLIP_STATES = 108
 ROW_CAPACITY = ROWS_BEFORE_PAUSE + ROWS_PER_STEP + 2 * MAX_SLIP_STATES + ROOM_TO_SPARE
 OUTPUT_ROUNDING = 1e-12
 FIRST_STEP = 5e-4
-AT_POLE = 2  # of ``fired`` below: there the law asks for forces without bound
+AT_POLE = 2  # in ``fired``: the law commands unbounded forces
 
 
 class Layouts(NamedTuple):
-    """Records of a mechanics, by which the units of its loop are compiled."""
+    """Records of a mechanics, for compiling the units of its loop."""
 
     prefix: str  # of the symbols of these units
     model: Layout
@@ -40,10 +40,10 @@ class Layouts(NamedTuple):
 
 
 def slip_states_layout(state: Layout, discrete: Layout, row: Layout, work: Layout) -> Layout:
-    """States in the beginning of a slip, of which some become rows (`slip_rows`)."""
+    """States at the start of a slip, some of which become rows (`slip_rows`)."""
     fields = [
-        ("level", np.int64),  # they lie 2**level times closer than the output times; 0 for none
-        ("next", np.int64),  # number of the next instant, at that distance from each other
+        ("level", np.int64),  # their spacing is 2**-level of the output interval; 0 for none
+        ("next", np.int64),  # index of the next instant at that spacing
         ("since", np.int64),  # rows in the outlet when they began
         ("phases", np.int64, (MAX_FINGERS,)),  # since then
         ("seen", np.int64, (MAX_FINGERS,)),  # rows of the present slip of each contact before
@@ -59,12 +59,12 @@ def slip_states_layout(state: Layout, discrete: Layout, row: Layout, work: Layou
 
 
 def progress_layout(parts: Sequence[tuple[str, Layout]], num_joints: int) -> Layout:
-    """Everything that changes during a run, but for the outlet.
+    """The complete state of a run, except for the output buffers.
 
     Args:
-        parts: Records of the mechanics, by their names: ``step``, whose start is the present state,
-            ``discrete``, ``old``, which is that before the present jump, and others.
-        num_joints: Of a finger.
+        parts: Records of the mechanics by name: ``step``, whose start is the present state,
+            ``discrete``, ``old``, which is the state before the present jump, and others.
+        num_joints: Number of joints of a finger.
     """
     fields = [
         ("now", np.float64),  # simulation time [s]
@@ -75,28 +75,28 @@ def progress_layout(parts: Sequence[tuple[str, Layout]], num_joints: int) -> Lay
         ("tick_origin", np.float64),  # time of tick 0 of sampled control [s]
         ("last_tick", np.float64),  # [s]
         ("last_event", np.float64),  # [s]
-        ("before_time", np.float64),  # just before a jump of the law that no time tells [s]
-        ("location_error", np.float64),  # of the step to the last event, over what is allowed
+        ("before_time", np.float64),  # just before a jump of the law at an unknown time [s]
+        ("location_error", np.float64),  # error over tolerance of the step to the last event
         ("ticks", np.int64),
-        ("outputs", np.int64),  # output times served
+        ("outputs", np.int64),  # output times done
         ("steps", np.int64),
-        ("stalls", np.int64),  # events in a row without progress in time
+        ("stalls", np.int64),  # consecutive events without progress in time
         ("concerned", np.int64),  # contact or finger of the last event, -1 if none
-        ("fired", np.int64),  # 1 where the present step ends at an event, 2 before a pole
-        ("lost", np.int64),  # 1 once a row of the trace has a number that is not finite
-        ("pace_time", np.float64),  # when the steps were last looked at for their size [s]
-        ("pace_steps", np.int64),  # and how many there were
-        ("begun", np.int64),  # 1 once the present stretch has begun
+        ("fired", np.int64),  # 1 if the present step ends at an event, 2 before a pole
+        ("lost", np.int64),  # 1 after a row of the trace had a number that is not finite
+        ("pace_time", np.float64),  # time of the last check of step sizes [s]
+        ("pace_steps", np.int64),  # and number of steps then
+        ("begun", np.int64),  # 1 after the start of the present segment
         ("num_changes", np.int64),  # in the buffer
         ("all_changes", np.int64),
-        ("turns", np.int64),  # of them: a contact stops and slips on another way at once
+        ("turns", np.int64),  # stops followed by slip in another direction
         ("last_stick", np.float64),  # time of the last change to stick; -inf if none [s]
         ("warning_counts", np.int64, (NUM_WARNINGS,)),
         ("warning_times", np.float64, (NUM_WARNINGS,)),  # first of each [s]
         ("pending_rates", np.float64, (MAX_UNKNOWNS,)),  # of sampled control, for the next tick
-        ("acting", np.int64),  # 1 once a torque of sampled control acts
+        ("acting", np.int64),  # 1 after the first torque of sampled control acts
         ("given", np.float64, (MAX_FINGERS, num_joints)),  # of the last command, by the joints
-        ("first_waiting", np.int64),  # place of the oldest command that waits
+        ("first_waiting", np.int64),  # index of the oldest waiting command
         ("num_waiting", np.int64),
         ("due", np.float64, (MAX_WAITING,)),  # when they act [s]
         ("waiting", np.float64, (MAX_WAITING, MAX_FINGERS, num_joints)),  # [N m]
@@ -110,14 +110,14 @@ def tick_columns(num_joints: int) -> int:
 
 
 def outlet_layout(row: Layout, num_joints: int) -> Layout:
-    """What a run writes for the caller to take away.
+    """Output buffers of a run, which the caller empties.
 
     Args:
-        row: One with its values.
-        num_joints: Of a finger.
+        row: Layout of a row.
+        num_joints: Number of joints of a finger.
     """
     fields = [
-        ("keeps_rows", np.int64),  # 0: rows only count in the tally
+        ("keeps_rows", np.int64),  # 0: rows are only accumulated
         ("num_rows", np.int64),
         ("changes", np.float64, (CHANGE_CAPACITY, 4)),  # time, contact, from, to
         ("history", np.float64, (MAX_CHATTER_CHANGES,)),  # times of the latest phase changes [s]
@@ -132,7 +132,7 @@ def outlet_layout(row: Layout, num_joints: int) -> Layout:
 
 @compiled
 def warn(run: Record, code: int) -> None:
-    """Counts a warning and keeps the time of the first."""
+    """Counts a warning and stores its first time."""
     if run.warning_counts[code] == 0:
         run.warning_times[code] = run.now
     run.warning_counts[code] += 1
@@ -140,6 +140,6 @@ def warn(run: Record, code: int) -> None:
 
 @compiled
 def warn_once(run: Record, code: int) -> None:
-    """Gives a warning of what lasts, with the time at which it began."""
+    """Issues a warning of a lasting condition, with its start time."""
     if run.warning_counts[code] == 0:
         warn(run, code)

@@ -1,4 +1,4 @@
-"""Rows of the trace: where every signal stands in one, and what is written alike everywhere."""
+"""Rows of the trace: columns of all signals, and common values."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ from slipgrasp.core.trace.signals import SIGNALS, Signal, TraceShape
 LARGEST = 1e300
 DEPENDENT = 1e-10
 
-# Columns: a number, and how many more per finger, unknown and diagnostic.
+# Columns: a fixed number, and numbers per finger, unknown and diagnostic.
 Columns = tuple[int, int, int, int]
 _Places = namedtuple("_Places", [*(signal.name for signal in SIGNALS), "end"])
 
 
 def place_signals(space: Space) -> Any:
-    """First column of every signal, by its name, and the end of a row of hard fingertips.
+    """First column of every signal by name, and the end of a row with hard fingertips.
 
-    Those of soft ones follow there.
+    Columns of soft fingertips follow.
     """
 
     def columns_before(signals: Sequence[Signal]) -> Columns:
@@ -49,13 +49,13 @@ def _shape(n: int, p: int, d: int, space: Space) -> TraceShape:
 def row_layout(
     state: Layout, discrete: Layout, more: Sequence[tuple[Any, ...]], space: Space
 ) -> Layout:
-    """The state of one row with all that belongs to it, and the row itself.
+    """The state of one row with its derived values, and the row itself.
 
     Args:
         state: The integrated state.
-        discrete: What stays fixed between two jumps.
-        more: Fields of the mechanics.
-        space: The kind of hand.
+        discrete: Discrete state between two jumps.
+        more: Additional fields of the mechanics.
+        space: Kind of hand.
     """
     shape = replace(_shape(MAX_FINGERS, MAX_UNKNOWNS, MAX_DIAGNOSTICS, space), soft=space.has_pads)
     fields = [
@@ -73,20 +73,20 @@ def row_layout(
 
 @compiled
 def column_of(model: Record, place: Columns) -> int:
-    """Column at which a signal begins, by its place."""
+    """First column of a signal, by its index."""
     n, p, d = model.num_fingers, model.num_unknowns, model.num_diagnostics
     return place[0] + place[1] * n + place[2] * p + place[3] * d
 
 
 @compiled
 def set_value(model: Record, row: Record, place: Columns, k: int, value: float) -> None:
-    """Writes entry ``k`` of a signal."""
+    """Writes component ``k`` of a signal."""
     row.values[column_of(model, place) + k] = value
 
 
 @compiled
 def finite(value: float) -> float:
-    """A value that says how large something is, where a singular matrix makes it infinite."""
+    """A magnitude that is infinite for a singular matrix."""
     return value if value < LARGEST else LARGEST
 
 
@@ -95,7 +95,7 @@ def remove_parts(vectors: Floats, length: int, count: int, candidate: int) -> fl
     """Makes a vector orthogonal to ``count`` orthonormal ones.
 
     Returns:
-        The square of what is left of it; 0 where it depends on them.
+        The square of its rest; 0 if it depends on them.
     """
     whole, rest = 0.0, 0.0
     for k in range(length):
@@ -113,10 +113,10 @@ def remove_parts(vectors: Floats, length: int, count: int, candidate: int) -> fl
 
 
 def make_fill_shared(at: Any, true_value: Callable[..., Any]) -> Any:
-    """Writes what every row has: time, energies, unknowns and diagnostics.
+    """Writes the common values of every row: time, energies, unknowns and diagnostics.
 
     Args:
-        at: Places of the signals.
+        at: Columns of the signals.
         true_value: True value of an unknown.
     """
 

@@ -1,4 +1,4 @@
-"""Filters and delays of what the controller measures."""
+"""Filters and delays of the controller's measurements."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ SAME_TIME = 1e-9
 def filter_velocities(
     model: Record, senses: Record, torques: Floats, now: float, size: int, rate_at: Any
 ) -> None:
-    """Velocity differences and the torques, through one low-pass filter of first order.
+    """Filters velocity differences and torques with one first-order low-pass filter.
 
-    It starts as the mean of all differences so far.
+    It starts as the mean of all previous differences.
 
     Args:
         model: Constants of the run.
-        senses: What is measured, with the velocities of this tick.
-        torques: That acted since the tick before [N m].
+        senses: Measurements, with the velocities of this tick.
+        torques: Torques since the previous tick [N m].
         now: Time [s].
         size: Number of coordinates.
-        rate_at: Place of the rate of a coordinate in the state.
+        rate_at: Index of the rate of a coordinate in the state.
     """
     elapsed, seen = now - senses.time, senses.num_filtered
     share = 1.0
@@ -47,7 +47,7 @@ def filter_velocities(
 
 @compiled
 def filtered_share(model: Record, senses: Record) -> float:
-    """Share of a new measurement of forces in their filter, which has seen one more now."""
+    """Weight of a new measurement of forces in their filter, after counting it."""
     senses.num_forces += 1
     share = model.law.period / (model.sensors.force_filter_time + model.law.period)
     return max(share, 1.0 / senses.num_forces)
@@ -55,12 +55,12 @@ def filtered_share(model: Record, senses: Record) -> float:
 
 @compiled
 def slip_delay(sensors: Record, contact: int, event: int) -> float:
-    """How long the next change of a contact must last to be believed [s].
+    """Time for which the next change of a contact must last to be accepted [s].
 
     Args:
         sensors: Delay and its deviation.
-        contact: Number of what has a phase.
-        event: Number of its changes so far.
+        contact: Index of the contact or tangent.
+        event: Number of its previous changes.
     """
     delay = sensors.slip_delay
     if sensors.slip_delay_deviation > 0.0:
@@ -71,7 +71,7 @@ def slip_delay(sensors: Record, contact: int, event: int) -> float:
 
 @compiled
 def trust(model: Record, senses: Record) -> float:
-    """Noise of a filtered difference in the long run, over that of the present one: 0 to 1."""
+    """Long-term ratio of the noise of a filtered difference to that of a single one: 0 to 1."""
     if model.sensors.true_accelerations == 1:
         return 1.0
     period = model.law.period
@@ -80,7 +80,7 @@ def trust(model: Record, senses: Record) -> float:
 
 @compiled
 def trust_in_contact(model: Record, senses: Record, now: float, i: int) -> float:
-    """How much of the filtered force of contact ``i`` dates from its present phase, 0 to 1."""
+    """Fraction of the filtered force of contact ``i`` from its present phase, 0 to 1."""
     if model.sensors.true_accelerations == 1:
         return 1.0
     if model.sensors.filter_time == 0.0:

@@ -1,9 +1,9 @@
-"""Rows inside a slip, so that a short one is seen as well as a long one.
+"""Additional rows inside a slip, so that short slips are resolved as well as long ones.
 
-How long a slip will be is known when it is over. Until then states are kept at instants that halve
-the distance of the output times again and again, every other one is dropped whenever there are too
-many, and at its end as many become rows as it lacks. They lie on the method's own interpolant and
-are evaluated apart: nothing that the run computes, or adds up, knows of them.
+The duration of a slip is known only at its end. Until then states are stored at instants whose
+spacing starts at a small fraction of the output interval; every other state is dropped whenever
+there are too many, and at the end as many become rows as are missing. They are on the method's
+interpolant and are evaluated separately: the run and its integrals do not depend on them.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from slipgrasp.core.kernel.loop.progress import OUTPUT_ROUNDING, Layouts
 from slipgrasp.core.kernel.loop.rows import Columns, column_of
 from slipgrasp.core.kernel.loop.tally import count_row_forces
 
-LEAST_ROWS = 49  # of every slip, beside the one at its beginning
+LEAST_ROWS = 49  # of every slip, in addition to its first row
 LEAST_DISTANCE = 1e-6  # of two instants [s]
 GIVEN_BACK = 1e-10  # [J]
-MAX_ADDED_ROWS = 5000  # in a run: one that chatters has no end of slips
+MAX_ADDED_ROWS = 5000  # in a run: one that chatters has an unlimited number of slips
 
 
 def make_slip_rows(
@@ -35,23 +35,23 @@ def make_slip_rows(
     friction_margin: Any,
     dissipated: Columns,
 ) -> tuple[Any, Any]:
-    """How a mechanics keeps states while contacts slip, and writes rows of them.
+    """Creates the storage of states during slip, and the output of their rows, for a mechanics.
 
     Args:
         layouts: Its records.
-        sample: The state at a share of the step just taken.
-        copy_discrete: Copies what stays fixed between two jumps.
-        evaluate_row: Evaluates a row; 0 where it is not finite.
-        is_past_event: 1 where any guard is past its level.
+        sample: The state at a fraction of the last step.
+        copy_discrete: Copies the discrete state between two jumps.
+        evaluate_row: Evaluates a row; 0 if it is not finite.
+        is_past_event: 1 if any guard is past its level.
         fill_row: Writes the values of an evaluated row.
-        friction_margin: Of a contact [N].
-        dissipated: Place of the energy that friction has dissipated in a row.
+        friction_margin: Friction margin of a contact [N].
+        dissipated: Index of the dissipated energy in a row.
     """
     records = layouts.model, layouts.progress, layouts.outlet
 
     @compiled
     def _evaluate(model: Record, run: Record, row: Record) -> int:
-        """Fills a row for the state in it; 0 where that is not finite, or past an event."""
+        """Fills a row for its state; 0 if that is not finite, or past an event."""
         work = run.slip.work
         if evaluate_row(model, row, work) == 0:
             return 0
@@ -63,12 +63,12 @@ def make_slip_rows(
 
     @compiled_apart(types.void, *records, types.float64, prefix=layouts.prefix)
     def follow_slip(model: Record, run: Record, outlet: Record, h: float) -> None:
-        """Keeps states inside the step just taken while a contact begins its slip."""
+        """Stores states inside the last step while a contact starts to slip."""
         _follow(model, run, outlet, h, sample, copy_discrete)
 
     @compiled_apart(types.void, *records, types.int64, prefix=layouts.prefix)
     def leave_slip(model: Record, run: Record, outlet: Record, at_end: int) -> None:
-        """Writes the rows that a slip lacks: where a phase has changed, or the segment ends."""
+        """Writes the missing rows of a slip, at a phase change or the end of the segment."""
         column = column_of(model, dissipated)
         _leave(model, run, outlet, at_end, column, _evaluate, copy_discrete)
 
@@ -77,14 +77,14 @@ def make_slip_rows(
 
 @compiled
 def _follow(model: Record, run: Record, outlet: Record, h: float, sample: Any, copy: Any) -> None:
-    """Keeps states inside the step just taken, with the ``sample`` and ``copy`` of its kernel."""
+    """Stores states inside the last step, with the ``sample`` and ``copy`` of its kernel."""
     slip, rate = run.slip, model.numerics.output_rate
     if outlet.keeps_rows == 0 or (slip.level == 0 and not _begin(model, run, outlet)):
         return
     wanted, rows = _wanted_rows(model, slip), outlet.num_rows - slip.since
     if rows >= wanted:
         _let_go(model, slip)
-    # A step that has enough of them at twice the distance needs none of those between.
+    # A step with enough states at twice the spacing needs none of those between.
     while slip.level > 0 and h * rate * (1 << (slip.level - 1)) > wanted:
         _drop_every_other(model, slip, copy)
     while slip.level > 0:
@@ -105,7 +105,7 @@ def _follow(model: Record, run: Record, outlet: Record, h: float, sample: Any, c
 
 @compiled
 def _wanted_rows(model: Record, slip: Record) -> int:
-    """How many rows the present slips need from when the states began, if they ended now."""
+    """Number of rows that the present slips need since the first stored state."""
     seen = LEAST_ROWS
     for i in range(model.num_fingers):
         if slip.phases[i] != 0:
@@ -115,7 +115,7 @@ def _wanted_rows(model: Record, slip: Record) -> int:
 
 @compiled
 def _begin(model: Record, run: Record, outlet: Record) -> bool:
-    """Begins where a contact slips that has too few rows yet."""
+    """Starts storing states if a contact slips that has too few rows yet."""
     slip, is_due = run.slip, False
     for i in range(model.num_fingers):
         slip.phases[i] = run.discrete.phases[i]
@@ -124,7 +124,7 @@ def _begin(model: Record, run: Record, outlet: Record) -> bool:
     if not is_due or slip.added >= MAX_ADDED_ROWS or 2.0 * rate * LEAST_DISTANCE > 1.0:
         return False
     slip.level, slip.count, slip.since = 1, 0, outlet.num_rows
-    # Rows at output times inside the step just taken are there already.
+    # Rows at output times inside the last step exist already.
     length = run.row.length
     while slip.since > 0 and outlet.rows[(slip.since - 1) * length] > run.now:
         slip.since -= 1
@@ -136,7 +136,7 @@ def _begin(model: Record, run: Record, outlet: Record) -> bool:
 
 @compiled
 def _drop_every_other(model: Record, slip: Record, copy: Any) -> None:
-    """Twice the distance; once it is that of the output times, these alone are enough."""
+    """Doubles the spacing; at the spacing of the output times, those rows are sufficient."""
     count = 0
     for k in range(slip.count):
         if slip.instants[k] % 2 == 0:
@@ -153,7 +153,7 @@ def _drop_every_other(model: Record, slip: Record, copy: Any) -> None:
 
 @compiled
 def _let_go(model: Record, slip: Record) -> None:
-    """No more of the slips that go on."""
+    """Stops storing states of slips in progress."""
     slip.level = slip.count = 0
     for i in range(model.num_fingers):
         slip.seen[i] = LEAST_ROWS
@@ -169,16 +169,16 @@ def _leave(
     evaluate: Any,
     copy: Any,
 ) -> None:
-    """Writes the rows that a slip lacks: all of one that ends, half of one that goes on.
+    """Writes the missing rows of a slip: all of one that ends, half of one in progress.
 
     Args:
         model: Constants of the run.
         run: The run.
-        outlet: Where the rows are written.
-        at_end: 1 where the stretch ends.
-        lost: Column of the energy that friction has dissipated.
-        evaluate: Fills a row of the run, says whether it has.
-        copy: Copies what stays fixed between jumps.
+        outlet: Output buffers.
+        at_end: 1 at the end of the segment.
+        lost: Column of the energy dissipated by friction.
+        evaluate: Fills a row of the run, and returns whether it succeeded.
+        copy: Copies the discrete state between jumps.
     """
     slip, n = run.slip, model.num_fingers
     if slip.level > 0:
@@ -210,7 +210,7 @@ def _add_rows(
     evaluate: Any,
     copy: Any,
 ) -> int:
-    """Evaluates some of the states, evenly chosen; returns how many are rows now."""
+    """Evaluates some of the states, evenly chosen; returns the number of new rows."""
     slip, row, added = run.slip, run.slip.row, 0
     rate = model.numerics.output_rate * (1 << slip.level)
     for k in range(slip.count):
@@ -228,14 +228,14 @@ def _add_rows(
 
 @compiled
 def _insert(outlet: Record, first: int, row: Record, lost: int) -> int:
-    """Puts a row where its time, which stands first in it, belongs among the latest ones.
+    """Inserts a row by its time, its first column, among the latest ones.
 
-    Not one after the last row: where that is missing, the run ends before it. Nor one beside which
-    friction would give energy back, by column ``lost``: it never does, but where the law has kinks
-    the interpolant is worse than the step.
+    Rows after the last one are rejected, because the run ends before them, and so are rows with
+    decreasing dissipated energy (column ``lost``), which cannot happen, but which the interpolant
+    may show where the law has kinks.
 
     Returns:
-        How many rows that are: 1 or 0.
+        Number of inserted rows: 1 or 0.
     """
     rows, length, place = outlet.rows, row.length, outlet.num_rows
     while place > first and rows[(place - 1) * length] > row.time:

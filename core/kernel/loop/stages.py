@@ -1,4 +1,4 @@
-"""States at which a step takes its slopes, and states inside it."""
+"""States at the stages of a step, and states inside it."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from slipgrasp.core.kernel.numerics.methods import method_of
 
 @compiled
 def set_stage(model: Record, row: int, h: float, step: Record, target: Record) -> None:
-    """The state at which slope ``row`` is taken."""
+    """The state at stage ``row``."""
     size, matrix = model.num_states, method_of(model, step).matrix
     for j in range(size):
         target.x[j] = step.start.x[j]
@@ -34,7 +34,7 @@ def weigh_slopes(weights: Floats, count: int, size: int, step: Record, total: Fl
 
 @compiled
 def fill_terms(model: Record, h: float, step: Record) -> None:
-    """Fills ``terms`` from all slopes, those that only the interpolant needs included."""
+    """Fills ``terms`` from all slopes, including those for the interpolant only."""
     size, method = model.num_states, method_of(model, step)
     for j in range(size):
         difference = step.end.x[j] - step.start.x[j]
@@ -50,7 +50,7 @@ def fill_terms(model: Record, h: float, step: Record) -> None:
 
 @compiled
 def interpolate(model: Record, step: Record, fraction: float, state: Record) -> None:
-    """State inside the step, by the continuous extension of the method."""
+    """State inside the step, from the dense output of the method."""
     size, last = model.num_states, method_of(model, step).num_dense + 2
     for j in range(size):
         state.x[j] = 0.0

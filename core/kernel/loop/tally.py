@@ -1,9 +1,9 @@
-"""Accumulators of the metrics of a run, so that no trace need be kept for them.
+"""Accumulators of the metrics of a run, which therefore needs no trace.
 
-Forces count at both ends of every accepted step and at their extremes inside it
-(`slipgrasp.core.kernel.loop.extreme_search`); integrals are summed over the accepted steps. The
-forces of rows count apart, so that output times have no part in where extremes are searched for:
-rows exceed these by no more than the accuracy with which they are located.
+Forces are evaluated at both ends of every accepted step and at their extremes inside it
+(`slipgrasp.core.kernel.loop.extreme_search`); integrals are sums over the accepted steps. Forces of
+rows are accumulated separately, so that output times do not influence the search for extremes: rows
+exceed these only within the accuracy of the search.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Floats, Layou
 
 
 def tally_layout(num_coordinates: int, more: Sequence[tuple[Any, ...]] = ()) -> Layout:
-    """The accumulators, for an object with some coordinates; ``more`` of one mechanics."""
+    """The accumulators for an object with some coordinates; ``more`` are additional fields."""
     errors = (num_coordinates,)
     fields = [
         ("rows", np.int64),
@@ -28,7 +28,7 @@ def tally_layout(num_coordinates: int, more: Sequence[tuple[Any, ...]] = ()) -> 
         ("slipping", np.int64),  # contacts that slip in the last row
         ("last_slip", np.float64),  # time of the last row with a slipping contact [s]
         ("slip_path", np.float64, (MAX_FINGERS,)),  # [m]
-        ("force", np.float64, (MAX_FINGERS,)),  # normal, where the next step starts [N]
+        ("force", np.float64, (MAX_FINGERS,)),  # normal, at the start of the next step [N]
         ("margins", np.float64, (MAX_FINGERS, 2)),  # of friction in stick, there [N]
         ("peak_normal_force", np.float64, (MAX_FINGERS,)),  # [N]
         ("least_margin", np.float64, (MAX_FINGERS,)),  # in stick; inf if never [N]
@@ -49,7 +49,7 @@ def tally_layout(num_coordinates: int, more: Sequence[tuple[Any, ...]] = ()) -> 
 
 @compiled
 def begin_tally(tally: Record) -> None:
-    """Makes a tally of no row yet from one that is all zero."""
+    """Initializes an all-zero record as accumulators without rows."""
     tally.last_slip = -np.inf
     for i in range(MAX_FINGERS):
         tally.least_margin[i] = tally.row_margin[i] = np.inf
@@ -57,14 +57,14 @@ def begin_tally(tally: Record) -> None:
 
 @compiled
 def count_force(peaks: Floats, i: int, force: float) -> None:
-    """Counts a normal force of contact ``i`` [N]."""
+    """Accumulates a normal force of contact ``i`` [N]."""
     if peaks[i] < force < np.inf:
         peaks[i] = force
 
 
 @compiled
 def count_margin(least: Floats, i: int, margin: float) -> None:
-    """Counts a friction margin of contact ``i`` in stick [N]."""
+    """Accumulates a friction margin of contact ``i`` in stick [N]."""
     if -np.inf < margin < least[i]:
         least[i] = margin
 
@@ -73,15 +73,15 @@ def count_margin(least: Floats, i: int, margin: float) -> None:
 def count_forces(
     model: Record, discrete: Record, values: Floats, tally: Record, per_contact: int, ways: int
 ) -> None:
-    """Counts the contact forces of a state from which the next step starts.
+    """Accumulates the contact forces of a state at the start of the next step.
 
     Args:
         model: Constants of the run.
         discrete: Phases.
-        values: Of the guards at that state.
+        values: Values of the guards at that state.
         tally: The accumulators.
-        per_contact: Number of guards of a contact, of which those of its phases come first.
-        ways: Number of these phases.
+        per_contact: Number of guards of a contact, starting with those of its phases.
+        ways: Number of the guards of phases.
     """
     for i in range(model.num_fingers):
         base = per_contact * i
@@ -97,7 +97,7 @@ def count_forces(
 def count_row_forces(
     model: Record, row: Record, work: Record, tally: Record, friction_margin: Any
 ) -> None:
-    """Counts the contact forces of an evaluated row."""
+    """Accumulates the contact forces of an evaluated row."""
     normal = work.forces.shape[1] - 1
     for i in range(model.num_fingers):
         count_force(tally.row_peak, i, work.forces[i, normal])
@@ -110,7 +110,7 @@ def count_row_forces(
 def add_squared_error(tally: Record, k: int, h: float, error: float, rate: float) -> None:
     """Adds a step of size ``h`` to the integral of the squared error of coordinate ``k``.
 
-    The error is that of the cubic between both ends; the values at the end are kept.
+    The error is a cubic between both ends; the values at the end are stored.
     """
     e0, r0 = tally.end_error[k], tally.end_rate[k]
     tally.end_error[k], tally.end_rate[k] = error, rate
@@ -135,10 +135,10 @@ def add_row(
     violation: float,
     friction_margin: Any,
 ) -> None:
-    """Adds an evaluated row.
+    """Accumulates an evaluated row.
 
-    The first row only assumes stick before the first selection: where a second row at the
-    same time follows, the friction margin of the first does not count.
+    The first row only assumes stick before the first phase selection: if a second row at the same
+    time follows, the friction margin of the first is ignored.
     """
     n = model.num_fingers
     if tally.rows == 0:

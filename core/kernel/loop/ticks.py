@@ -25,20 +25,20 @@ def next_tick(model: Record, run: Record) -> float:
 
 @compiled
 def restart_ticks(run: Record) -> None:
-    """Sampled control begins, or goes on with another period: its first tick is now."""
+    """Starts sampled control, or continues it with another period: its first tick is now."""
     run.tick_origin = run.now
     run.ticks = 0
 
 
 @compiled
 def next_command(run: Record) -> float:
-    """When the next waiting command acts [s], inf if none waits."""
+    """Time at which the next waiting command acts [s], inf if none waits."""
     return run.due[run.first_waiting] if run.num_waiting > 0 else np.inf
 
 
 @compiled
 def take_command(model: Record, run: Record) -> None:
-    """The torque of the oldest waiting command begins to act."""
+    """Applies the torque of the oldest waiting command."""
     place = run.first_waiting
     for i in range(model.num_fingers):
         for joint in range(run.given.shape[1]):
@@ -49,7 +49,7 @@ def take_command(model: Record, run: Record) -> None:
 
 @compiled
 def add_up_impulses(model: Record, run: Record) -> None:
-    """Integrates the torques that will act over the latency from now, once and twice."""
+    """Integrates the torques that will act during the latency, once and twice."""
     impulses, end = run.prediction.impulses, run.now + model.law.latency
     for i in range(model.num_fingers):
         for joint in range(run.given.shape[1]):
@@ -68,7 +68,7 @@ def add_up_impulses(model: Record, run: Record) -> None:
 
 @compiled
 def _limit_torques(model: Record, run: Record, limit_of: Any) -> None:
-    """What the joints give of the commanded torque: limited in rate, then in size."""
+    """Limits the commanded torque of the joints: first its rate, then its size."""
     reach = model.actuators.torque_rate_limit * model.law.period
     limited = False
     for i in range(model.num_fingers):
@@ -87,7 +87,7 @@ def _limit_torques(model: Record, run: Record, limit_of: Any) -> None:
 
 @compiled
 def _act(model: Record, run: Record) -> None:
-    """What the joints give acts from now on, whatever was waiting."""
+    """Applies the limited torque immediately, regardless of waiting commands."""
     run.acting = 1
     run.num_waiting = 0
     for i in range(model.num_fingers):
@@ -97,11 +97,11 @@ def _act(model: Record, run: Record) -> None:
 
 @compiled
 def _let_wait(model: Record, run: Record) -> None:
-    """Puts the command in the queue; those that would act after it are dropped."""
+    """Adds the command to the queue; those that would act after it are dropped."""
     due = run.now + model.law.latency
     periods = model.law.latency / model.law.period
     if abs(periods - nearest(periods)) < SAME_TICK:
-        # The very instant of a tick, not one rounding beside it.
+        # Exactly at a tick, regardless of rounding.
         due = run.tick_origin + (run.ticks - 1 + nearest(periods)) * model.law.period
     size = len(run.due)
     while run.num_waiting > 0:
@@ -117,10 +117,10 @@ def _let_wait(model: Record, run: Record) -> None:
 
 
 def make_estimates(get_estimate: Any, put_estimate: Any) -> tuple[Any, Any]:
-    """How estimates change at ticks: one to a value, or all by their rates.
+    """Creates functions that change estimates at ticks: one to a value, or all by their rates.
 
     Args:
-        get_estimate: The estimate of an unknown of a run.
+        get_estimate: Returns the estimate of an unknown of a run.
         put_estimate: Replaces it.
     """
 
@@ -134,7 +134,7 @@ def make_estimates(get_estimate: Any, put_estimate: Any) -> tuple[Any, Any]:
 
     @compiled
     def advance_estimates(model: Record, run: Record, elapsed: float) -> None:
-        """One Euler step over the period that ends now, projected on the bounds."""
+        """One Euler step over the past period, projected on the bounds."""
         for k in range(model.num_unknowns):
             value = get_estimate(model, run, k) + elapsed * run.pending_rates[k]
             set_estimate(model, run, k, value)
@@ -156,25 +156,25 @@ def make_control_tick(
     settle: Any,
     finish: Any,
 ) -> Any:
-    """The tick of a mechanics, as a unit.
+    """Creates the tick of a mechanics, as a unit.
 
     Args:
         layouts: Its records.
         get_estimate: The estimate of an unknown.
         set_estimate: Sets it, projected on its bounds.
         limit_of: Largest torque of a joint.
-        sense: New estimates, and what is measured.
-        show: Shows a law of one's own this tick.
-        evaluate_law: The command of a built-in law; a status.
-        emit_before: The row of the state before the jump of the torque.
-        learn: The rates of the estimates, where the phases stay those before the tick.
-        settle: Selects the phases under the new torque; a status.
-        finish: The end of the jump, with that status; a status.
+        sense: Updates estimates and measurements.
+        show: Updates the inputs of a custom law.
+        evaluate_law: Computes the command of a built-in law; returns a status.
+        emit_before: Writes the row before the jump of the torque.
+        learn: Computes the rates of the estimates, with the phases before the tick.
+        settle: Selects the phases under the new torque; returns a status.
+        finish: Completes the jump, with that status; returns a status.
     """
 
     @compiled
     def _answer(model: Record, run: Record) -> int:
-        """What a law of one's own answers: torque, estimates within their bounds, diagnostics."""
+        """Outputs of a custom law: torque, estimates within their bounds, diagnostics."""
         answer = run.own.answer
         if ask(run.own) != 0 or not is_answer_finite(model, answer):
             return LAW_FAILED
@@ -189,7 +189,7 @@ def make_control_tick(
 
     @compiled
     def _store_tick(model: Record, run: Record, outlet: Record) -> None:
-        """Appends what the law answered: with it the run can be made again without the law."""
+        """Appends the command of the law, so that the run can be repeated without the law."""
         n, p, joints = model.num_fingers, model.num_unknowns, run.given.shape[1]
         column = outlet.num_ticks * (1 + joints * n + p + model.num_diagnostics)
         outlet.ticks[column] = run.now
@@ -219,7 +219,7 @@ def make_control_tick(
             run: The run.
             outlet: Buffers for rows and phase changes.
             first: 1 at the start of the run.
-            stretch: 1 at the start of a stretch.
+            stretch: 1 at the start of a segment.
         """
         if run.own.asked == ANSWERED:
             first, stretch = run.own.first, run.own.stretch

@@ -9,13 +9,13 @@ from slipgrasp.core.kernel.compilation.records import Floats, Integers
 
 ORTHOGONAL = 1e-15
 MAX_SWEEPS = 30
-INDEPENDENT = 1e-3  # share of a row that the others must not contain
-LESSENED = 0.1  # share of the square of a row from which on too few digits are left
+INDEPENDENT = 1e-3  # fraction of a row that the others must not contain
+LESSENED = 0.1  # fraction of the square of a row below which too few digits are left
 
 
 @compiled
 def factor_dense(matrix: Floats, size: int, order: Integers) -> float:
-    """LU factors of a matrix in its place, rows in ``order``; returns its determinant."""
+    """LU factors of a matrix in place, with rows in ``order``; returns its determinant."""
     determinant = 1.0
     for k in range(size):
         order[k] = k
@@ -48,7 +48,7 @@ def factor_dense(matrix: Floats, size: int, order: Integers) -> float:
 def solve_dense(
     factors: Floats, size: int, order: Integers, right: Floats, solution: Floats
 ) -> None:
-    """Solution of the factored system; ``right`` and ``solution`` are two arrays."""
+    """Solution of the factored system; ``right`` and ``solution`` are different arrays."""
     for k in range(size):
         total = right[order[k]]
         for column in range(k):
@@ -82,7 +82,7 @@ def solve_dense_transposed(
 
 @compiled
 def invert_dense(matrix: Floats, size: int, order: Integers) -> bool:
-    """Puts the inverse in the place of a matrix (Gauss and Jordan); False where it has none."""
+    """Replaces a matrix by its inverse (Gauss-Jordan); False if it is singular."""
     for k in range(size):
         best = k
         for row in range(k + 1, size):
@@ -119,10 +119,10 @@ def invert_dense(matrix: Floats, size: int, order: Integers) -> bool:
 
 @compiled
 def make_rows_orthonormal(rows: Floats, count: int, length: int, kept: Floats) -> bool:
-    """Turns rows into unit vectors that are orthogonal (Gram and Schmidt).
+    """Orthonormalizes rows (Gram-Schmidt).
 
-    What stands in the last column, such as a right side, is combined alike, but does not count.
-    Where rows nearly depend on one another they are left as they are: False. ``kept`` is room.
+    The last column, such as a right-hand side, is transformed too, but is excluded from products.
+    Nearly dependent rows are not changed: False. ``kept`` is a buffer.
     """
     last = rows.shape[1] - 1
     for p in range(count):
@@ -135,7 +135,7 @@ def make_rows_orthonormal(rows: Floats, count: int, length: int, kept: Floats) -
             _put_back(rows, p + 1, length, kept)
             return False
         if after < LESSENED * before:
-            # What is left of little has lost digits: once more.
+            # Small remainders have lost digits: repeated.
             _take_off_rows(rows, p, length)
             after = _squared(rows, p, length)
         inverse = 1.0 / np.sqrt(after)
@@ -147,7 +147,7 @@ def make_rows_orthonormal(rows: Floats, count: int, length: int, kept: Floats) -
 
 @compiled
 def _take_off_rows(rows: Floats, p: int, length: int) -> float:
-    """Takes the parts along the unit rows before it off row ``p``; its square length until then."""
+    """Subtracts the projections of row ``p`` on preceding rows; returns its old squared length."""
     last, before = rows.shape[1] - 1, _squared(rows, p, length)
     for q in range(p):
         part = 0.0
@@ -178,10 +178,10 @@ def _put_back(rows: Floats, count: int, length: int, kept: Floats) -> None:
 
 @compiled
 def make_rows_orthogonal(rows: Floats, count: int, length: int) -> None:
-    """Turns rows pairwise until all are orthogonal (one-sided Jacobi).
+    """Rotates rows pairwise until all are orthogonal (one-sided Jacobi).
 
     The rows of G become those of J G = diag(sigma) V^T, J orthogonal. The last column, such as a
-    right side, is turned with them, but does not count.
+    right-hand side, is rotated too, but is excluded from products.
     """
     last = rows.shape[1] - 1
     for _ in range(MAX_SWEEPS):
@@ -215,12 +215,12 @@ def make_rows_orthogonal(rows: Floats, count: int, length: int) -> None:
 
 @compiled
 def diagonalise(matrix: Floats, vectors: Floats, size: int) -> None:
-    """Makes a symmetric matrix diagonal by turns of two rows and columns each (Jacobi).
+    """Diagonalizes a symmetric matrix by rotations (Jacobi).
 
     Args:
-        matrix: Its diagonal becomes the eigenvalues, in no order.
-        vectors: Their columns are turned with it: from the identity they become the eigenvectors.
-        size: Of both.
+        matrix: Its diagonal becomes the eigenvalues, unordered.
+        vectors: Their columns are rotated too: the identity becomes the eigenvectors.
+        size: Size of both.
     """
     for _ in range(MAX_SWEEPS):
         turned = 0

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from slipgrasp.core.kernel.numerics.methods import pack_method
 
-# Three more slopes after the twelfth serve the interpolant of order 7.
+# Three more slopes after the twelfth are for the interpolant of order 7.
 _DOP853_NODES = (
     0.0,
     0.05260015195876773,
@@ -216,7 +216,7 @@ _DOP853_DENSE = (
     ),
 )
 
-# Order 8: twelve evaluations a step, but steps ten times as long where the motion is smooth.
+# Order 8: twelve evaluations a step, but steps ten times as long for smooth motion.
 DOP853 = pack_method(
     roots=3,
     last=12,

@@ -1,11 +1,11 @@
 """Elementary functions of the kernel: IEEE + - * / and square root, in a fixed order.
 
-The mathematical libraries of two systems differ in their last digits, and a compiler may call
-other ones for other processors. These functions give the same bits wherever doubles are those of
-IEEE 754 and a product and a sum are rounded one after the other (`OPTIONS` of
-`slipgrasp.core.kernel.compilation.compiler` leaves the compiler no choice in that). The bounds are
-those of the largest error found at 10^7 points each (``python -m benchmarks elementary``), rounded
-up; one ulp is the distance of two doubles at the exact value.
+Mathematical libraries differ in their last digits between systems, and compilers may use different
+ones for different processors. These functions give the same bits wherever doubles are those of IEEE
+754 and products and sums are rounded separately (which `OPTIONS` of
+`slipgrasp.core.kernel.compilation.compiler` ensures). The bounds are the largest errors found at
+10^7 points each (``python -m benchmarks elementary``), rounded up; one ulp is the distance of two
+doubles at the exact value.
 
 Sources:
 
@@ -146,19 +146,19 @@ _FAR_TAIL = (
 
 @compiled
 def nearest(x: float) -> float:
-    """The nearest whole number, the even one of two; for abs(x) <= 2^51."""
+    """The nearest integer, the even one of two; for abs(x) <= 2^51."""
     return (x + _ROUNDER) - _ROUNDER
 
 
 @compiled
 def square(x: float) -> float:
-    """One rounded product, which ``x**2`` is not everywhere."""
+    """A single rounded product, unlike ``x**2`` on some systems."""
     return x * x
 
 
 @compiled
 def root(x: float, times: int) -> float:
-    """The square root, taken that many times: x^(1 / 2^times)."""
+    """The repeated square root: x^(1 / 2^times)."""
     for _ in range(times):
         x = np.sqrt(x)
     return x
@@ -166,7 +166,7 @@ def root(x: float, times: int) -> float:
 
 @compiled
 def _exact_sum(a: float, b: float) -> tuple[float, float]:
-    """The rounded sum and what rounding took from it (Knuth)."""
+    """The rounded sum and its rounding error (Knuth)."""
     total = a + b
     part = total - a
     return total, (a - (total - part)) + (b - part)
@@ -174,7 +174,7 @@ def _exact_sum(a: float, b: float) -> tuple[float, float]:
 
 @compiled
 def _exact_product(a: float, b: float) -> tuple[float, float]:
-    """The rounded product and what rounding took from it (Dekker); for sizes below 2^996."""
+    """The rounded product and its rounding error (Dekker); for magnitudes below 2^996."""
     product = a * b
     spread = _SPLITTER * a
     a_high = spread - (spread - a)
@@ -188,7 +188,7 @@ def _exact_product(a: float, b: float) -> tuple[float, float]:
 
 @compiled
 def _polynomial(coefficients: tuple[float, ...], x: float) -> float:
-    """By Horner's rule."""
+    """Evaluates a polynomial by Horner's rule."""
     value = 0.0
     for coefficient in coefficients:
         value = value * x + coefficient
@@ -202,7 +202,7 @@ def _ratio(polynomials: tuple[tuple[float, ...], tuple[float, ...]], x: float) -
 
 @compiled
 def sincos(x: float) -> tuple[float, float]:
-    """Sine and cosine; error below 0.8 ulp for abs(x) <= 2^30, not a number beyond.
+    """Sine and cosine; error below 0.8 ulp for abs(x) <= 2^30, NaN beyond.
 
     Args:
         x: Angle [rad].
@@ -225,7 +225,7 @@ def sincos(x: float) -> tuple[float, float]:
 
 @compiled
 def _reduce(x: float) -> tuple[float, float, float]:
-    """Quarters of a turn in an angle, and what they leave of it as a sum of two numbers."""
+    """Quarter turns in an angle, and the remainder as a sum of two numbers."""
     quarters = nearest(x * _INVERSE_HALF_PI)
     first, first_rest = _exact_product(quarters, _HALF_PI[0])
     second, second_rest = _exact_product(quarters, _HALF_PI[1])
@@ -271,8 +271,8 @@ def _cosine(x: float, rest: float) -> float:
 def atan2(y: float, x: float) -> float:
     """Angle of the point (x, y), -pi to pi [rad]; error below 0.7 ulp.
 
-    For coordinates that are 0 or from 1e-140 to 1e140 in size. It is 0 at the origin, and the
-    sign of a zero does not count.
+    For coordinates that are 0 or have magnitudes from 1e-140 to 1e140. It is 0 at the origin; the
+    sign of a zero is ignored.
     """
     along, across = abs(x), abs(y)
     steep = across > along
@@ -296,8 +296,8 @@ def atan2(y: float, x: float) -> float:
 def _atan_parts(small: float, large: float) -> tuple[float, float, float, float]:
     """Arc tangent of small / large <= 1 as the sum of four numbers.
 
-    It is that of the nearest of 0, 1/2 and 1, as a sum of two, and of
-    u = (small - c large) / (large + c small), as u and what u lacks.
+    It is the sum of that of the nearest of 0, 1/2 and 1 (two numbers), and that of u = (small - c
+    large) / (large + c small) (u and its correction).
     """
     c, centre, centre_rest = 0.0, 0.0, 0.0
     if small >= 0.6875 * large:
@@ -319,7 +319,7 @@ def _atan_parts(small: float, large: float) -> tuple[float, float, float, float]
 def hypot(x: float, y: float) -> float:
     """Length of the vector (x, y); error below 0.501 ulp.
 
-    For parts that are 0 or from 1e-140 to 1e140 in size.
+    For components that are 0 or have magnitudes from 1e-140 to 1e140.
     """
     a, b = abs(x), abs(y)
     large, small = (a, b) if a > b else (b, a)
@@ -354,7 +354,7 @@ def exp(x: float) -> float:
 
 @compiled
 def log(x: float) -> float:
-    """Natural logarithm; error below 0.9 ulp for positive normal numbers, not a number else."""
+    """Natural logarithm; error below 0.9 ulp for positive normal numbers, otherwise NaN."""
     if not LEAST_NORMAL <= x <= LARGEST_NORMAL:
         return np.nan
     bits = np.float64(x).view(np.int64)

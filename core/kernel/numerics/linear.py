@@ -13,16 +13,16 @@ Triple: TypeAlias = tuple[float, float, float]
 Symmetric: TypeAlias = tuple[float, float, float, float, float, float]  # 00, 01, 02, 11, 12, 22
 
 # Factors of the reduced inertia M~ in its moving coordinates: those of the object and of the
-# slipping contacts. Sticking contacts have s'' = 0, their rows and columns drop out. Where all
-# stick, M~ is symmetric and of order 3, and its inverse is formed; otherwise LU factors.
+# slipping contacts. Sticking contacts have s'' = 0, so that their rows and columns are dropped. If
+# all stick, M~ is symmetric and of order 3, and its inverse is computed; otherwise LU factors.
 FACTORS = np.dtype(
     [
         ("order", np.int64),
-        ("coordinates", np.int64, (MAX_COORDINATES,)),  # which moves in each row
+        ("coordinates", np.int64, (MAX_COORDINATES,)),  # moving coordinate of each row
         ("inverse", np.float64, (6,)),  # of order 3: 00, 01, 02, 11, 12, 22
         ("lu", np.float64, (MAX_COORDINATES, MAX_COORDINATES)),
         ("pivots", np.int64, (MAX_COORDINATES,)),
-        ("determinant", np.float64),  # of M~; 0 where a pivot vanishes
+        ("determinant", np.float64),  # of M~; 0 if a pivot vanishes
         ("part", np.float64, (MAX_COORDINATES,)),
     ],
     align=True,
@@ -41,7 +41,7 @@ def cross(
 def factor(matrix: Floats, phases: Integers, n: int, factors: Record) -> None:
     """Factors M~ ``(3 + n, 3 + n)`` in its moving coordinates.
 
-    Where it is singular ``determinant`` is 0 and the factors are not usable.
+    If it is singular, ``determinant`` is 0 and the factors are invalid.
     """
     size = 3
     for i in range(n):
@@ -65,7 +65,7 @@ def _invert(matrix: Floats, factors: Record) -> None:
 
 @compiled
 def _leading_block(matrix: Floats) -> Symmetric:
-    """Of the object: symmetric in every phase."""
+    """The block of the object, symmetric in every phase."""
     return matrix[0, 0], matrix[0, 1], matrix[0, 2], matrix[1, 1], matrix[1, 2], matrix[2, 2]
 
 
@@ -111,7 +111,7 @@ def _apply_inverse(factors: Record, n: int, vector: Floats) -> None:
 
 @compiled
 def _factor_general(matrix: Floats, factors: Record) -> None:
-    """LU factors, rows exchanged by size."""
+    """LU factors with row exchanges."""
     size, lu = factors.order, factors.lu
     for k in range(3):
         factors.coordinates[k] = k
@@ -167,7 +167,7 @@ def solve(factors: Record, n: int, vector: Floats) -> None:
 
 @compiled
 def solve_transposed(factors: Record, n: int, vector: Floats) -> None:
-    """Overwrites ``vector`` ``(3 + n,)`` with M~^-T vector; 0 in stick, where nobody asks."""
+    """Overwrites ``vector`` ``(3 + n,)`` with M~^-T vector; 0 in stick, where it is not used."""
     if factors.order == 3:
         _apply_inverse(factors, n, vector)
         return
@@ -218,7 +218,7 @@ def _largest_column_sum(symmetric: Symmetric | Floats) -> float:
     """The 1-norm of a symmetric 3 x 3 matrix."""
     m01, m02, m12 = abs(symmetric[1]), abs(symmetric[2]), abs(symmetric[4])
     first, second = abs(symmetric[0]) + m01 + m02, m01 + abs(symmetric[3]) + m12
-    # Zero first: where a singular matrix makes a sum no number, it does not count.
+    # Zeros first: NaN sums of a singular matrix are ignored.
     return max(0.0, first, second, m02 + m12 + abs(symmetric[5]))
 
 
@@ -238,16 +238,16 @@ def _inverse_column_sum(factors: Record, n: int, j: int, column: Floats) -> floa
 def orthonormalize(basis: Floats, triangle: Floats, rows: int, count: int) -> float:
     """QR of the first ``count`` columns of ``basis`` by Gram-Schmidt.
 
-    A column that loses most of its length is made orthogonal twice ("twice is enough").
+    A column that loses most of its length is orthogonalized twice ("twice is enough").
 
     Args:
         basis: Its first ``count`` columns become orthonormal.
-        triangle: Upper triangle R is written here.
+        triangle: Output of the upper triangle R.
         rows: Length of the columns.
         count: Number of columns.
 
     Returns:
-        The least ratio of a column's rest to its length: 0 where columns depend on each other.
+        The smallest ratio of a column's rest to its length: 0 if columns are dependent.
     """
     least = 1.0
     for j in range(count):
@@ -279,7 +279,7 @@ def _squared_length(basis: Floats, rows: int, j: int) -> float:
 
 @compiled
 def _remove_projections(basis: Floats, triangle: Floats, rows: int, j: int) -> None:
-    """Makes column j orthogonal to those before it."""
+    """Orthogonalizes column j to those before it."""
     for k in range(j):
         projection = 0.0
         for i in range(rows):

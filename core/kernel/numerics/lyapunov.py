@@ -1,9 +1,9 @@
-"""The matrix P of the Lyapunov function: A^T P + P A = -Q (Eq. 25), solved by hand.
+"""The matrix P of the Lyapunov function, A^T P + P A = -Q (Eq. 25), in closed form.
 
-Gains are diagonal, so that A falls apart into 2-by-2 blocks A_k = [0 1; -K_p -K_v], one per
-coordinate, and P into blocks X of two coordinates each, A_j^T X + X A_k = -Q_jk. Where K_p = 0
-no P > 0 solves Eq. 25: Q does not weigh the position of such a coordinate, whose rows and columns
-in P are 0 (docs/model.md, Lyapunov matrix).
+Gains are diagonal, so that A consists of 2-by-2 blocks A_k = [0 1; -K_p -K_v], one per coordinate,
+and P of blocks X for pairs of coordinates, A_j^T X + X A_k = -Q_jk. If K_p = 0, no P > 0 solves Eq.
+25: Q then does not weigh the position of the coordinate, whose rows and columns in P are 0
+(docs/model.md, Lyapunov matrix).
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from slipgrasp.core.kernel.compilation.records import Floats, Record
 
 @compiled
 def pack_lyapunov(law: Record, k: int, q11: float, q12: float, q22: float) -> None:
-    """Entries of the block of P at one coordinate."""
+    """The block of P for one coordinate."""
     position_gain, velocity_gain = law.position_gains[k], law.velocity_gains[k]
     p11 = p12 = 0.0
     if position_gain > 0.0:
@@ -29,7 +29,7 @@ def pack_lyapunov(law: Record, k: int, q11: float, q12: float, q22: float) -> No
 def pack_coupling(
     law: Record, size: int, j: int, k: int, q11: float, q12: float, q21: float, q22: float
 ) -> None:
-    """The block of P between two coordinates out of ``size``."""
+    """The block of P for two of ``size`` coordinates."""
     a, b = law.position_gains[j], law.velocity_gains[j]
     c, d = law.position_gains[k], law.velocity_gains[k]
     if a == 0.0:
@@ -52,7 +52,7 @@ def pack_coupling(
 
 @compiled
 def coupled_value(law: Record, error: Floats, rate: Floats, size: int) -> float:
-    """What the entries of P between different coordinates add to V of Eq. 44."""
+    """Contribution of entries of P between different coordinates to V of Eq. 44."""
     value = 0.0
     for j in range(size):
         for k in range(size):
@@ -65,7 +65,7 @@ def coupled_value(law: Record, error: Floats, rate: Floats, size: int) -> float:
 
 @compiled
 def add_couplings(law: Record, error: Floats, rate: Floats, size: int, weighted: Floats) -> None:
-    """Adds to E^T P xi what the entries of P between different coordinates give."""
+    """Adds the contribution of entries of P between different coordinates to E^T P xi."""
     for k in range(size):
         for j in range(size):
             if k != j:
@@ -75,7 +75,7 @@ def add_couplings(law: Record, error: Floats, rate: Floats, size: int, weighted:
 
 @compiled
 def error_value(law: Record, room: Record, size: int) -> float:
-    """V of Eq. 44 for the errors in ``room``, without what the estimates add."""
+    """V of Eq. 44 for the errors in ``room``, without the contribution of the estimates."""
     value = 0.0
     for k in range(size):
         e, rate = room.error[k], room.error_rate[k]

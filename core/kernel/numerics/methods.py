@@ -1,4 +1,4 @@
-"""What an explicit Runge-Kutta method is to the stepper, and those for short steps.
+"""Data of an explicit Runge-Kutta method for the stepper, and methods for short steps.
 
 Reference: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.4 to II.6.
 """
@@ -16,14 +16,14 @@ MAX_METHODS = 3
 MAX_SLOPES = 16
 DENSE_ROWS = 4
 
-# One method. Slope 0 is that at the start, slope ``last`` that at the end of the step; slopes
-# after it are needed only for values inside the step.
+# One method. Slope 0 is at the start, slope ``last`` at the end of the step; later slopes are
+# needed only for values inside the step.
 METHOD = np.dtype(
     [
         ("last", np.int64),
         ("num_slopes", np.int64),
         ("num_dense", np.int64),  # rows of ``dense``
-        ("roots", np.int64),  # the step size follows the error to the power -1 / 2^roots
+        ("roots", np.int64),  # exponent of the error in the step size: -1 / 2^roots
         ("nodes", np.float64, (MAX_SLOPES,)),
         ("num_ordered", np.int64),
         ("ordered", np.int64, (MAX_SLOPES,)),  # slopes at different nodes, from start to end
@@ -47,13 +47,13 @@ def pack_method(
     correction: Sequence[float],
     dense: Sparse,
 ) -> np.void:
-    """One `METHOD` from its coefficients.
+    """Creates a `METHOD` from its coefficients.
 
     Args:
-        roots: Square roots of the error in the step size: its power is -1 / 2^roots.
-        last: Number of the slope at the end of the step.
-        nodes: One per slope, those for values inside the step included.
-        matrix: Per slope, the (column, coefficient) pairs that are not zero.
+        roots: Exponent of the error in the step size: -1 / 2^roots.
+        last: Index of the slope at the end of the step.
+        nodes: One per slope, including those for values inside the step.
+        matrix: Nonzero (column, coefficient) pairs per slope.
         error: Weights of the slopes in the error.
         correction: Weights of the slopes in a second error of lower order; empty if none.
         dense: Per term of the interpolant from the third on, like ``matrix``.

@@ -1,9 +1,9 @@
-"""Standard normal numbers from a seed: the noise of any tick alone, in any order.
+"""Standard normal numbers from a seed, for any tick independently, in any order.
 
 Salmon, Moraes, Dror, Shaw, *Parallel random numbers: as easy as 1, 2, 3*, SC11 (2011): Philox
-4x32-10 turns a counter and a key into four words of 32 bits and keeps no state. Two words make
-one number through the quantile of the normal distribution, which takes one uniform number each:
-every normal number has its place in the counter.
+4x32-10 maps a counter and a key to four words of 32 bits without a state. Two words give one number
+through the quantile of the normal distribution, which needs one uniform number each: every normal
+number has a fixed position in the counter.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from slipgrasp.core.kernel.numerics.elementary import inverse_normal
 MAX_CHANNELS = 3 * MAX_COORDINATES
 ROUNDS = 10
 
-# Noise of all that is measured at one tick.
+# Noise of all measurements at one tick.
 NOISE = np.dtype([("numbers", np.float64, (MAX_CHANNELS + 1,))], align=True)
 
 Words: TypeAlias = tuple[int, int, int, int]
@@ -31,7 +31,7 @@ _KEY_STEPS = (0x9E3779B9, 0xBB67AE85)
 
 
 STATE_NOISE, FORCE_NOISE, DELAY_NOISE = range(3)
-"""What numbers are drawn for: each has a stream of its own."""
+"""Purposes of numbers, each with a separate stream."""
 
 
 @compiled_apart(types.void, NOISE, types.int64, types.int64, types.int64, types.int64)
@@ -39,11 +39,11 @@ def draw_noise(noise: Record, seed: int, stream: int, tick: int, count: int) -> 
     """Writes the first ``count`` numbers of a tick.
 
     Args:
-        noise: Where they are written.
-        seed: Of the run, below 2^63.
-        stream: What they are for.
-        tick: Which tick of the run, from 0.
-        count: How many are needed; one more is written where this is odd.
+        noise: Output.
+        seed: Seed of the run, below 2^63.
+        stream: Purpose.
+        tick: Index of the tick in the run, from 0.
+        count: Number of values; one more is written if it is odd.
     """
     key = seed & _WORD, seed >> 32
     for pair in range((count + 1) // 2):
@@ -54,7 +54,7 @@ def draw_noise(noise: Record, seed: int, stream: int, tick: int, count: int) -> 
 
 @compiled_apart(types.float64, types.int64, types.int64, types.int64, types.int64)
 def draw_number(seed: int, stream: int, place: int, event: int) -> float:
-    """The number of one event at one place, such as a contact."""
+    """The number of one event at one index, such as a contact."""
     counter = place, stream, event & _WORD, event >> 32
     words = philox(counter, (seed & _WORD, seed >> 32))
     return _normal(words[0], words[1])
@@ -62,7 +62,7 @@ def draw_number(seed: int, stream: int, place: int, event: int) -> float:
 
 @compiled
 def philox(counter: Words, key: tuple[int, int]) -> Words:
-    """Philox 4x32-10: four words of 32 bits from a counter and a key of such words."""
+    """Philox 4x32-10: four 32-bit words from a counter and a key of such words."""
     a, b, c, d = counter
     first, second = key
     for _ in range(ROUNDS):
@@ -75,7 +75,7 @@ def philox(counter: Words, key: tuple[int, int]) -> Words:
 
 @compiled
 def _wide_product(x: int, y: int) -> tuple[int, int]:
-    """Upper and lower word of the product of two words, which may run over the sign bit."""
+    """Upper and lower word of the product of two words, which may use the sign bit."""
     product = x * y
     return (product >> 32) & _WORD, product & _WORD
 

@@ -1,14 +1,14 @@
-"""Least-norm points under linear constraints: the dual active-set method.
+"""Least-norm points under linear constraints, by the dual active-set method.
 
 Goldfarb and Idnani, *A numerically stable dual method for solving strictly convex quadratic
-programs*, Mathematical Programming 27 (1983), with the identity as Hessian: minimise |x|^2
-where a_k x = b_k for the first rows and a_k x >= b_k for the others. From the free minimum
-x = 0 the most violated row is made to hold, again and again; rows whose multiplier falls to 0
-on the way are let go. The norm grows with every row, so the end comes after finitely many,
-and it is exact: the same problem has the same answer to the last bit.
+programs*, Mathematical Programming 27 (1983), with the identity as Hessian: minimise |x|^2 with a_k
+x = b_k for the first rows and a_k x >= b_k for the others. Starting from the free minimum x = 0,
+the most violated row is added to the active set repeatedly; rows whose multiplier falls to 0 are
+removed. The norm grows with every row, so the method ends after finitely many, and it is exact:
+equal problems have equal solutions to the last bit.
 
-From tick to tick of sampled control the active rows hardly ever change. There those of the tick
-before are tried first, and kept where they are the solution's: the multipliers say so.
+Active rows rarely change between ticks of sampled control. The rows of the previous tick are
+therefore tried first, and accepted if the multipliers confirm them.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Record
 from slipgrasp.core.kernel.numerics.elementary import hypot, square
 
-# Two force components and at most one slip row and eight inequalities per finger; the wrench,
-# and one unknown more for the violation where the rows contradict each other.
+# Two force components, at most one slip row and eight inequalities per finger; the wrench, and one
+# additional unknown for the violation if the rows contradict each other.
 MAX_SIZE = 2 * MAX_FINGERS + 1
 MAX_ROWS = 3 + MAX_FINGERS + 8 * MAX_FINGERS
 MAX_CHANGES = 10 * MAX_ROWS
@@ -42,10 +42,10 @@ QUADRATIC = np.dtype(
         ("basis", np.float64, (MAX_SIZE, MAX_SIZE)),  # Q and R of their normals, column by column
         ("triangle", np.float64, (MAX_SIZE, MAX_SIZE)),
         ("parts", np.float64, (MAX_SIZE,)),  # of a normal in the basis
-        ("step", np.float64, (MAX_SIZE,)),  # what the basis leaves of it
-        ("slopes", np.float64, (MAX_SIZE,)),  # how fast the multipliers fall along the step
-        # 1 at a tick, and only there, so that no row of the trace has a part in the motion: the
-        # rows that were active at the tick before are tried, and those found are remembered.
+        ("step", np.float64, (MAX_SIZE,)),  # rest of it outside the basis
+        ("slopes", np.float64, (MAX_SIZE,)),  # rates of decrease of the multipliers along the step
+        # 1 at a tick only, so that rows of the trace do not affect the motion: the active rows of
+        # the previous tick are tried, and those found are stored.
         ("warm", np.int64),
         ("last_count", np.int64),
         ("last", np.int64, (MAX_SIZE,)),
@@ -59,7 +59,7 @@ def solve_quadratic(problem: Record) -> int:
     """Writes the least-norm point to ``solution``.
 
     Returns:
-        1, or 0 where the rows contradict each other or equalities depend on each other.
+        1, or 0 if the rows contradict each other or equalities are dependent.
     """
     if problem.warm == 0:
         return _solve_cold(problem)
@@ -74,7 +74,7 @@ def solve_quadratic(problem: Record) -> int:
 
 @compiled
 def _solve_as_last(problem: Record) -> bool:
-    """Whether the rows that were active last are those of this solution, which is then found."""
+    """Whether the previous active rows are those of this solution, which is then found."""
     if not problem.equalities <= problem.last_count <= problem.columns:
         return False
     problem.count = 0
@@ -95,7 +95,7 @@ def _solve_as_last(problem: Record) -> bool:
 
 @compiled
 def _solve_active(problem: Record) -> None:
-    """The least-norm point where all active rows hold with equality, and their multipliers.
+    """The least-norm point with equality in all active rows, and their multipliers.
 
     With the normals A^T = Q R it is x = Q y, R^T y = b, and A^T multipliers = x.
     """
@@ -118,7 +118,7 @@ def _solve_active(problem: Record) -> None:
 
 @compiled
 def _solve_cold(problem: Record) -> int:
-    """The solution from the free minimum on; 0 where there is none."""
+    """The solution starting from the free minimum; 0 if there is none."""
     problem.count = 0
     for i in range(problem.columns):
         problem.solution[i] = 0.0
@@ -136,7 +136,7 @@ def _solve_cold(problem: Record) -> int:
 
 @compiled
 def largest_violation(problem: Record) -> float:
-    """How far the solution misses the inequality it misses most; 0 where it misses none."""
+    """The largest violation of an inequality; 0 if all are satisfied."""
     largest = 0.0
     for row in range(problem.equalities, problem.rows):
         largest = max(largest, -_excess(problem, row))
@@ -145,7 +145,7 @@ def largest_violation(problem: Record) -> float:
 
 @compiled
 def _excess(problem: Record, row: int) -> float:
-    """By how much a row holds: a x - b."""
+    """Slack of a row: a x - b."""
     total = -problem.bounds[row]
     for i in range(problem.columns):
         total += problem.normals[row, i] * problem.solution[i]
@@ -154,7 +154,7 @@ def _excess(problem: Record, row: int) -> float:
 
 @compiled
 def _most_violated(problem: Record) -> int:
-    """The inequality violated most, -1 if all hold up to rounding."""
+    """The inequality with the largest violation, -1 if all are satisfied within rounding."""
     largest = 0.0
     for i in range(problem.columns):
         largest = max(largest, abs(problem.solution[i]))
@@ -168,10 +168,10 @@ def _most_violated(problem: Record) -> int:
 
 @compiled
 def _enforce(problem: Record, row: int) -> bool:
-    """Makes a row hold with equality, letting go of those that push the wrong way.
+    """Activates a row, removing active ones with the wrong sign of multiplier.
 
     Returns:
-        Whether it can hold together with the active ones.
+        Whether it is compatible with the active ones.
     """
     multiplier = 0.0
     for _ in range(MAX_SIZE + 1):
@@ -197,12 +197,12 @@ def _enforce(problem: Record, row: int) -> bool:
 
 @compiled
 def _split_normal(problem: Record, row: int) -> float:
-    """Splits a row's normal into its parts in the basis, ``parts``, and the rest, ``step``.
+    """Splits a row's normal into its components in the basis, ``parts``, and the rest, ``step``.
 
     Projecting twice keeps the basis orthogonal to rounding.
 
     Returns:
-        The squared length of the rest, 0 where the normal depends on the active ones.
+        The squared length of the rest, 0 if the normal depends on the active ones.
     """
     size, count = problem.columns, problem.count
     whole, rest = 0.0, 0.0
@@ -236,7 +236,7 @@ def _find_slopes(problem: Record) -> None:
 
 @compiled
 def _first_to_let_go(problem: Record) -> tuple[int, float]:
-    """The active inequality whose multiplier vanishes first along the step, and where."""
+    """The active inequality whose multiplier vanishes first along the step, and its position."""
     first, least = -1, np.inf
     for k in range(problem.equalities, problem.count):
         slope = problem.slopes[k]
@@ -259,7 +259,7 @@ def _append(problem: Record, row: int, multiplier: float, length: float) -> None
 
 @compiled
 def _let_go(problem: Record, gone: int) -> None:
-    """Takes a row out of the active ones; rotations make R triangular again."""
+    """Removes an active row; rotations make R triangular again."""
     last = problem.count - 1
     for k in range(gone, last):
         problem.active[k] = problem.active[k + 1]

@@ -1,4 +1,4 @@
-"""A linearly implicit Runge-Kutta method whose order an inexact Jacobian does not lower.
+"""A linearly implicit Runge-Kutta method that keeps its order with an inexact Jacobian.
 
 (I - h gamma J) k_i = f(y + h sum alpha_ij k_j) + h J sum gamma_ij k_j, of order 3 with an embedded
 one of order 2: ROS34PW2. Reference: Rang and Angermann, New Rosenbrock W-methods of order 3 for
@@ -13,7 +13,7 @@ from slipgrasp.core.kernel.numerics.methods import pack_method
 
 DIAGONAL = 4.3586652150845900e-01  # gamma
 
-# The stages are slopes 1 to 4, slope 5 is that at the end.
+# The stages are slopes 1 to 4; slope 5 is at the end.
 ROS34PW2 = pack_method(
     roots=2,
     last=5,
@@ -43,7 +43,7 @@ ROS34PW2 = pack_method(
     dense=(),
 )
 
-# Gamma below its diagonal: which stages the Jacobian of a stage is applied to.
+# Gamma below its diagonal: stages to which the Jacobian of a stage is applied.
 COUPLING = np.array(
     [
         [0.0, 0.0, 0.0, 0.0],

@@ -1,8 +1,7 @@
 """Fingers of a hand from its description: what lies between the base and each fingertip.
 
-Links that are fixed to each other become one, with their masses added, and joints can be locked or
-follow others, so that three joints of every finger move by themselves
-(`slipgrasp.core.scenario.chain`).
+Links that are fixed to each other are merged, and joints can be locked or coupled to others, so
+that every finger has three independent joints (`slipgrasp.core.scenario.chain`).
 """
 
 from __future__ import annotations
@@ -40,13 +39,13 @@ _LARGEST_END, _LARGEST_EFFORT = 100.0, 1e6  # of what a joint of a scenario may 
 
 
 class Pose(NamedTuple):
-    """A frame in another: rotation matrix and position [m]."""
+    """Pose of a frame relative to another: rotation matrix and position [m]."""
 
     turn: Floats
     place: Floats
 
     def after(self, other: Pose) -> Pose:
-        """The pose of a frame that has the pose ``other`` in this one."""
+        """Composes this pose with a pose ``other`` relative to it."""
         return Pose(self.turn @ other.turn, self.place + self.turn @ other.place)
 
 
@@ -67,7 +66,7 @@ class Body(NamedTuple):
 
 
 class Follows(NamedTuple):
-    """How a joint follows another one: its position is ratio times that of it, and an offset."""
+    """Coupling to another joint: position = ratio times the leader's position + offset."""
 
     leader: str
     ratio: float
@@ -102,7 +101,7 @@ class Joint(NamedTuple):
     follows: Follows | None = None
 
     def moved(self, position: float) -> Pose:
-        """Pose of the link after the joint where that stands still."""
+        """Pose of the link after the joint at a fixed position."""
         if MOVING.get(self.kind) == "prismatic":
             return self.pose.after(Pose(np.eye(3), position * self.axis))
         return self.pose.after(Pose(about_axis(self.axis, np.array(position)), np.zeros(3)))
@@ -110,12 +109,12 @@ class Joint(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class ImportedFinger:
-    """A finger that was read.
+    """An imported finger.
 
     Attributes:
         joints: Its chain.
-        tip: In the frame of the last link [m].
-        parts: Names of the links of the file that each of its links consists of.
+        tip: Position of the tip in the frame of the last link [m].
+        parts: Names of the links of the file that were merged to each link.
     """
 
     joints: tuple[ChainJoint, ...]
@@ -125,7 +124,7 @@ class ImportedFinger:
 
 @dataclass(slots=True)
 class _Group:
-    """Links that move together, in the frame of the first of them."""
+    """Links that move together, in the frame of the first one."""
 
     joint: Joint
     pose: Pose  # of its joint in the group before
@@ -171,14 +170,14 @@ class Description:
         return frozenset(self._bodies)
 
     def finger(self, tip: str) -> ImportedFinger:
-        """The chain from the base to a link whose origin is the fingertip.
+        """Returns the chain from the base to a link whose origin is the fingertip.
 
         Args:
             tip: Name of the link.
 
         Raises:
-            ScenarioError: If there is no such link, or not three of the joints of its chain move by
-                themselves.
+            ScenarioError: If the link does not exist, or its chain does not have three independent
+                joints.
         """
         groups, end = list[_Group](), AT_ORIGIN
         path = self._path_to(tip)
@@ -205,10 +204,10 @@ class Description:
             raise refusal(
                 tip,
                 f"{NUM_JOINTS} joints",
-                f"{len(own)} of the {len(joints)} joints of '{tip}' move by themselves "
-                f"({', '.join(own) or 'none'}), of a chain {NUM_JOINTS} of at most {MAX_LINKS}: "
-                "lock others with --lock JOINT=POSITION, or let them follow these with --couple "
-                "JOINT=LEADER,RATIO",
+                f"{len(own)} of the {len(joints)} joints of '{tip}' are independent "
+                f"({', '.join(own) or 'none'}), but a chain has {NUM_JOINTS} of at most "
+                f"{MAX_LINKS}: lock others with --lock JOINT=POSITION, or couple them to these "
+                "with --couple JOINT=LEADER,RATIO",
             )
         found: list[tuple[int, float, float] | None] = []
         for joint in joints:
@@ -277,15 +276,15 @@ class Description:
 def with_fingers(
     scenario: SpatialScenario, fingers: Sequence[ImportedFinger], base: Pose
 ) -> dict[str, Any]:
-    """A scenario whose fingers are built as imported, as plain values.
+    """Returns a scenario with imported fingers, as plain values.
 
     Args:
-        scenario: Its fingers keep their faces and friction.
-        fingers: One for each of them.
+        scenario: The scenario; its fingers keep their faces and friction.
+        fingers: One finger for each of those in the scenario.
         base: Pose of the hand in the world.
 
     Raises:
-        ScenarioError: If there are more or fewer.
+        ScenarioError: If the numbers of fingers differ.
     """
     count = len(scenario.fingers)
     if len(fingers) != count:
@@ -296,7 +295,7 @@ def with_fingers(
     for i, (given, finger) in enumerate(zip(mapping["fingers"], fingers, strict=True)):
         target = np.add(tip_at_start(scenario, i), scenario.fingers[i].base) - base.place
         given |= finger_mapping(finger, base)
-        # Where a range has no end, the start is looked for within a turn.
+        # Without limits, the initial position is searched within one turn.
         joints = [
             replace(
                 joint,
@@ -313,10 +312,10 @@ def with_fingers(
 
 
 def finger_mapping(finger: ImportedFinger, base: Pose) -> dict[str, Any]:
-    """What a file says of a finger, as plain values of a scenario.
+    """Returns the plain values of a finger for a hand file.
 
     Args:
-        finger: It; its posture is the middle of its ranges.
+        finger: The finger; its posture is the middle of its limits.
         base: Pose of the hand in the world.
     """
     ranges = [range_of(finger.joints[k]) for k in moving(finger.joints)]
@@ -332,7 +331,7 @@ def finger_mapping(finger: ImportedFinger, base: Pose) -> dict[str, Any]:
 
 
 def _chain_joint(group: _Group, leader: tuple[int, float, float] | None) -> ChainJoint:
-    """Joint and link of links that move together."""
+    """Joint and link of a group of links that move together."""
     joint, bodies = group.joint, group.bodies.values()
     mass = sum(body.mass for body in bodies)
     centre = np.zeros(3)

@@ -1,4 +1,4 @@
-"""What a single field cannot say: conditions between the fields of a scenario."""
+"""Validation across fields: conditions that no single field can state."""
 
 from __future__ import annotations
 
@@ -83,20 +83,20 @@ _SPATIAL_CHECKS = (
 
 
 def check_scenario(scenario: Scenario, *, with_law: bool = True) -> None:
-    """Raises if the fields of a scenario do not fit together.
+    """Raises an error if the fields of a scenario are inconsistent.
 
     Args:
         scenario: The scenario.
-        with_law: Whether its laws must be known here; a recording is read without them.
+        with_law: Whether its laws must be loaded; a recording can be read without them.
 
     Raises:
-        ScenarioError: With one entry per wrong field.
+        ScenarioError: With one item per wrong field.
     """
     refuse_other_types(scenario)
     errors = [*check_law(scenario), *check_computed(scenario)] if with_law else []
     unknown = {error.field for error in errors}
     others = list(_contradictions(scenario))
-    # What a law that is not known here needs cannot be said.
+    # The requirements of an unknown law cannot be checked.
     errors += (error for error in others if error.field not in unknown)
     if errors:
         raise ScenarioError(errors)

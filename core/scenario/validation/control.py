@@ -1,4 +1,4 @@
-"""Whether gains fit the hand and control fits the law, and the unknowns can be estimated."""
+"""Checks gains against the hand, control settings against the law, and the unknown parameters."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from slipgrasp.core.scenario.unknowns import parse_unknown
 
 MIN_CONTROL_PERIOD = 1e-4
 MIN_POSITION_GAIN = 1e-3
-LEAST_EIGENVALUE = 1e-9  # share of the greatest
+LEAST_EIGENVALUE = 1e-9  # as a fraction of the largest
 MAX_LATENCY_PERIODS = 100
 ROUNDING = 1e-12
 
 
 def check_gains(scenario: Scenario) -> Iterator[FieldError]:
-    """A list of gains has one number per coordinate, or per unknown."""
+    """Checks that a list of gains has one number per coordinate, or per unknown."""
     n = len(scenario.fingers)
     num_coordinates = scenario.space.num_coordinates(n)
     sizes = {
@@ -46,7 +46,7 @@ def check_gains(scenario: Scenario) -> Iterator[FieldError]:
 
 
 def check_least_gain(scenario: Scenario) -> Iterator[FieldError]:
-    """A tiny K_p makes P12 = Q / (2 K_p) of Eq. 25 huge, and the adaptation with it."""
+    """Checks K_p: tiny values make P12 = Q / (2 K_p) of Eq. 25, and so the adaptation, huge."""
     for name in ("position_gain", "slip_position_gain"):
         gain = getattr(scenario.controller, name)
         for value in gain if isinstance(gain, tuple) else (gain,):
@@ -63,7 +63,7 @@ def check_least_gain(scenario: Scenario) -> Iterator[FieldError]:
 
 
 def check_lyapunov_matrix(scenario: Scenario) -> Iterator[FieldError]:
-    """Q of Eq. 25, given in full, has the size of (e, e'), is symmetric and positive definite."""
+    """Checks that a full Q of Eq. 25 has the size of (e, e') and is symmetric positive definite."""
     rows, key = scenario.controller.lyapunov_matrix, "controller.lyapunov_matrix"
     if not rows:
         return
@@ -101,14 +101,14 @@ def check_lyapunov_matrix(scenario: Scenario) -> Iterator[FieldError]:
             value=float(least),
             limit=f"eigenvalues above {LEAST_EIGENVALUE:g} of the greatest",
             message=(
-                f"{key} has the eigenvalue {least:g} beside {greatest:g}; Q is positive definite, "
-                "raise its diagonal or lower what stands beside it"
+                f"{key} has the eigenvalue {least:g} next to {greatest:g}; Q must be positive "
+                "definite: raise its diagonal or lower the elements next to it"
             ),
         )
 
 
 def check_law(scenario: Scenario) -> Iterator[FieldError]:
-    """Every law is known here."""
+    """Checks that every law is known."""
     names = law_names()
     asked = {LAW: scenario.controller.kind} | {
         f"changes.{i}.value": str(change.value)
@@ -123,14 +123,14 @@ def check_law(scenario: Scenario) -> Iterator[FieldError]:
                 value=shortened(kind),
                 limit=f"one of {', '.join(names)}",
                 message=(
-                    f"{key}: '{shortened(kind)}' is no control law here{near}; "
+                    f"{key}: '{shortened(kind)}' is not a known control law{near}; "
                     f"laws: {', '.join(names)}"
                 ),
             )
 
 
 def check_law_parameters(scenario: Scenario) -> Iterator[FieldError]:
-    """A run has one custom law at most, and its parameters are as it declares them."""
+    """Checks that a run has at most one custom law, with parameters that it declares."""
     own = [kind for kind in kinds_in(scenario) if kind not in CONTROL_LAWS]
     if len(own) > 1:
         yield FieldError(
@@ -138,8 +138,8 @@ def check_law_parameters(scenario: Scenario) -> Iterator[FieldError]:
             value=own[1],
             limit="one custom law",
             message=(
-                f"controller.kind: '{own[1]}' would follow '{own[0]}' in one run, which has "
-                "memory for one custom law; choose one of them"
+                f"controller.kind: '{own[1]}' would follow '{own[0]}' in one run, but a run can "
+                "use only one custom law; choose one of them"
             ),
         )
     law = custom_law(own[0]) if own else None
@@ -157,7 +157,7 @@ def check_law_parameters(scenario: Scenario) -> Iterator[FieldError]:
 
 
 def check_control(scenario: Scenario) -> Iterator[FieldError]:
-    """The control period is 0 or long enough."""
+    """Checks that the control period is 0 or long enough."""
     period = scenario.controller.control_period
     if 0.0 < period < MIN_CONTROL_PERIOD:
         yield FieldError(
@@ -172,7 +172,7 @@ def check_control(scenario: Scenario) -> Iterator[FieldError]:
 
 
 def check_normal_forces(scenario: Scenario) -> Iterator[FieldError]:
-    """No contact must be pressed harder than it may be."""
+    """Checks that no commanded force exceeds the allowed normal force."""
     controller = scenario.controller
     most = controller.maximum_normal_force
     names = ["minimum_normal_force"]
@@ -187,13 +187,13 @@ def check_normal_forces(scenario: Scenario) -> Iterator[FieldError]:
                 limit=f"at most {most:g} N",
                 message=(
                     f"controller.{name} is {force:g} N, more than controller.maximum_normal_force,"
-                    f" {most:g} N; lower it, or raise or leave out the maximum"
+                    f" {most:g} N; lower it, or raise or omit the maximum"
                 ),
             )
 
 
 def check_sampled(scenario: Scenario) -> Iterator[FieldError]:
-    """What only works at the ticks of sampled control is not asked of continuous control."""
+    """Checks that continuous control is not combined with features of sampled control."""
     if scenario.controller.control_period > 0.0:
         return
     for key, value in _needs_ticks(scenario):
@@ -210,7 +210,7 @@ def check_sampled(scenario: Scenario) -> Iterator[FieldError]:
 
 
 def _needs_ticks(scenario: Scenario) -> Iterator[tuple[str, float | bool | str]]:
-    """Keys and values of all that is set although it needs sampled control."""
+    """Keys and values of all settings that need sampled control."""
     controller, sensing = scenario.controller, scenario.sensing
     if law_of(controller.kind).sampled:
         yield "controller.kind", controller.kind
@@ -230,7 +230,7 @@ def _needs_ticks(scenario: Scenario) -> Iterator[tuple[str, float | bool | str]]
 
 
 def check_latency(scenario: Scenario) -> Iterator[FieldError]:
-    """Not more commands are under way than the queue holds."""
+    """Checks that the latency fits into the command queue."""
     controller = scenario.controller
     longest = MAX_LATENCY_PERIODS * controller.control_period
     if 0.0 < longest < controller.latency * (1.0 - ROUNDING):
@@ -246,7 +246,7 @@ def check_latency(scenario: Scenario) -> Iterator[FieldError]:
 
 
 def check_estimates(scenario: Scenario) -> Iterator[FieldError]:
-    """Unknowns exist, each once, within their bounds, and are distinct."""
+    """Checks that the unknowns exist, are distinct, and start within their bounds."""
     seen: set[str] = set()
     kinds: set[str] = set()
     inertia = re.sub(r"\d$", "K", scenario.space.inertias[0])
@@ -282,8 +282,7 @@ def check_estimates(scenario: Scenario) -> Iterator[FieldError]:
                 value=estimate.initial,
                 limit=f"{low:g} … {high:g}",
                 message=(
-                    f"{key}.initial is {estimate.initial:g}, outside its own bounds {low:g} … "
-                    f"{high:g}"
+                    f"{key}.initial is {estimate.initial:g}, outside its bounds {low:g} … {high:g}"
                 ),
             )
     if {"link_mass", "friction"} <= kinds:
@@ -292,7 +291,7 @@ def check_estimates(scenario: Scenario) -> Iterator[FieldError]:
             value=None,
             limit="link masses or friction, not both",
             message=(
-                "estimates: link masses and friction cannot be unknown at once, their product "
-                "makes the regression bilinear; estimate one kind and give the other"
+                "estimates: link masses and friction cannot be estimated together, because their "
+                "product makes the regression bilinear; estimate one kind and set the other"
             ),
         )

@@ -1,4 +1,4 @@
-"""Whether the fingers stand on faces that there are, and reach them."""
+"""Checks that the fingers touch existing faces and reach them."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ MIN_SINE_OF_SECOND_JOINT = 1e-3
 
 
 def check_faces(scenario: PlanarScenario) -> Iterator[FieldError]:
-    """Every finger touches a face that the object has."""
+    """Checks that every finger touches an existing face."""
     names = scenario.object.face_names
     for i, finger in enumerate(scenario.fingers):
         if finger.face not in names:
@@ -37,7 +37,7 @@ def _shape_words(scenario: PlanarScenario) -> str:
 
 
 def check_start_pose(scenario: PlanarScenario) -> Iterator[FieldError]:
-    """Every fingertip starts on its face and within the reach of its finger."""
+    """Checks that every fingertip starts on its face and within reach of its finger."""
     if any(check_outline(scenario)) or any(check_faces(scenario)):
         return
     for i, finger in enumerate(scenario.fingers):
@@ -68,8 +68,8 @@ def _check_reach(i: int, finger: FingerParameters, distance: float) -> Iterator[
             limit=f"{near:g} … {far:g} m",
             message=(
                 f"fingers.{i} cannot reach its contact: it is {distance:.4g} m from the base, the "
-                f"finger reaches {near:g} … {far:g} m; move the base, the start pose or lengthen "
-                "the links"
+                f"finger reaches {near:g} … {far:g} m; move the base or the start pose, or "
+                "lengthen the links"
             ),
         )
     elif math.sqrt(1.0 - cosine**2) < MIN_SINE_OF_SECOND_JOINT:

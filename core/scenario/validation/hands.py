@@ -1,7 +1,7 @@
-"""Whether the kernel of a kind of hands computes what a scenario asks for.
+"""Checks that the kernel of a kind of hand supports a scenario.
 
-What it uses is declared with each parameter (`Quantity.hands`) and with each fact of control laws;
-that the declarations are true is tested for all of them.
+The supported parameters and facts of control laws are declared with them (`Quantity.hands`); a test
+checks all declarations.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from slipgrasp.core.scenario.parameters import values_not_for
 
 
 def check_computed(scenario: Scenario) -> Iterator[FieldError]:
-    """The law and all parameters that are not as usual are those of this kind of hands."""
+    """Checks that the law and all non-default parameters are supported for this kind of hand."""
     hand, kind = scenario.space, scenario.controller.kind
     if not is_computed_for(law_of(kind), hand):
         laws = [name for name in law_names() if is_computed_for(law_of(name), hand)]
@@ -27,13 +27,13 @@ def check_computed(scenario: Scenario) -> Iterator[FieldError]:
 
 
 def not_computed(scenario: Scenario, key: str, shown: str, way_out: str) -> FieldError:
-    """The error for a value that the kernel of this kind of hands does not know.
+    """Returns the error for a value that the kernel of this kind of hand does not support.
 
     Args:
-        scenario: Of such a hand.
+        scenario: A scenario of this kind of hand.
         key: Dotted key.
         shown: Its value.
-        way_out: What to do.
+        way_out: How to correct it.
     """
     hands = f"{scenario.space.name} hands"
     return FieldError(

@@ -1,4 +1,4 @@
-"""Whether an object is a convex polygon around its centre of mass, or round."""
+"""Checks that an object is a convex polygon around its centre of mass, or round."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Vectors = NDArray[np.float64]
 
 
 def check_outline(scenario: Scenario) -> Iterator[FieldError]:
-    """The corners, if given, go once around the centre of mass, turning left at each."""
+    """Checks that the corners go once around the centre of mass, with a left turn at each."""
     if not scenario.object.corners:
         return
     if scenario.object.is_round:
@@ -25,7 +25,7 @@ def check_outline(scenario: Scenario) -> Iterator[FieldError]:
         return
     corners = outline(scenario.object)
     edges = np.roll(corners, -1, axis=0) - corners
-    # Each check takes for granted what the one before has found.
+    # Each check assumes that the previous ones passed.
     for error in (_count_error(edges), _length_error(edges), _turn_error(edges)):
         if error is not None:
             yield error
@@ -40,8 +40,8 @@ def _shape_error(scenario: Scenario) -> FieldError:
         value=len(scenario.object.corners),
         limit="none",
         message=(
-            f"object.corners are given, but object.shape is '{shape}', which has none; leave them "
-            "out or choose the other shape"
+            f"object.corners are given, but object.shape is '{shape}', which has none; omit them "
+            "or choose the other shape"
         ),
     )
 
@@ -69,8 +69,8 @@ def _length_error(edges: Vectors) -> FieldError | None:
         value=float(lengths[k]),
         limit=f"edges of at least {MIN_EDGE:g} m",
         message=(
-            f"object.corners: edge-{k} is {lengths[k]:.3g} m long, at least {MIN_EDGE:g} m are "
-            "needed; move its corners apart or leave one out"
+            f"object.corners: edge-{k} is {lengths[k]:.3g} m long, less than the minimum "
+            f"{MIN_EDGE:g} m; move its corners apart or omit one"
         ),
     )
 
@@ -89,8 +89,8 @@ def _turn_error(edges: Vectors) -> FieldError | None:
     else:
         field = f"object.corners.{k}"
         words = (
-            f"do not turn left at corner {k}; a convex polygon, counterclockwise, turns left at "
-            "every corner: move or leave out this one"
+            f"do not turn left at corner {k}; the corners of a convex polygon, counterclockwise, "
+            "all turn left: move or omit this one"
         )
     return FieldError(
         field=field,
@@ -110,7 +110,7 @@ def _centre_errors(corners: Vectors, edges: Vectors) -> Iterator[FieldError]:
             limit="the centre of mass (0, 0) strictly inside",
             message=(
                 f"object.corners: the centre of mass (0, 0) lies {-depths[k]:.3g} m beyond edge-{k}"
-                "; give the corners as seen from the centre of mass"
+                "; give the corners relative to the centre of mass"
             ),
         )
 

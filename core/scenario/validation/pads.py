@@ -1,4 +1,4 @@
-"""What is not computed yet where fingertips are soft."""
+"""Checks for features that soft fingertips do not support yet."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from slipgrasp.core.scenario.spatial import SpatialScenario
 
 
 def check_pads(scenario: SpatialScenario) -> Iterator[FieldError]:
-    """Soft fingertips go with the cone, known phases and laws that know of their moments."""
+    """Checks that soft fingertips use the cone, known phases and a law that allows for moments."""
     if not scenario.has_soft_fingers:
         return
     controller = scenario.controller
@@ -28,7 +28,7 @@ def check_pads(scenario: SpatialScenario) -> Iterator[FieldError]:
         )
     for law in laws:
         if law.learns and not law.has_memory:
-            way_out = "choose composite, or a law that does not learn"
+            way_out = "choose composite, or a law without adaptation"
             yield _refused(LAW, f"'{law.kind}'", way_out)
 
 

@@ -1,4 +1,4 @@
-"""Whether a scenario of a spatial hand can be: body, faces, reach, motion and control."""
+"""Checks a scenario of a spatial hand: body, faces, reach, motion and control."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ from slipgrasp.core.scenario.validation.outline import check_outline
 UNIT_LENGTH = 1e-6
 LEAST_SINE = 1e-3
 _ENDS, _LIMITS = ("minimum", "maximum"), ("at least", "at most")
-LEAST_RADIUS = 1e-3  # share of the links' lengths, from the yaw axis
+LEAST_RADIUS = 1e-3  # as a fraction of the links' lengths, from the yaw axis
 
 
 def check_body(scenario: SpatialScenario) -> Iterator[FieldError]:
-    """The principal inertias are those of some body, and the start attitude is a rotation."""
+    """Checks that the principal inertias are physical and the start attitude is a rotation."""
     inertias = scenario.object.inertias
     k = max(range(3), key=lambda axis: inertias[axis])
     others = sum(inertias) - inertias[k]
@@ -43,8 +43,9 @@ def check_body(scenario: SpatialScenario) -> Iterator[FieldError]:
             value=inertias[k],
             limit=f"at most {others:g} kg m²",
             message=(
-                f"object.inertias.{k} is {inertias[k]:g} kg m², more than the other two together, "
-                f"{others:g} kg m², which no body has; lower it or raise the others"
+                f"object.inertias.{k} is {inertias[k]:g} kg m², more than the sum of the other "
+                f"two, {others:g} kg m², which is impossible for a rigid body; lower it or raise "
+                "the others"
             ),
         )
     length = math.sqrt(sum(part * part for part in scenario.trajectory.start[3:]))
@@ -54,14 +55,14 @@ def check_body(scenario: SpatialScenario) -> Iterator[FieldError]:
             value=length,
             limit="1",
             message=(
-                f"trajectory.start.3 to .6 are a quaternion of length {length:.7g}, a rotation has "
-                "length 1; divide them by it"
+                f"trajectory.start.3 to .6 are a quaternion of length {length:.7g}, but a rotation "
+                "has length 1; divide them by this length"
             ),
         )
 
 
 def check_spatial_contacts(scenario: SpatialScenario) -> Iterator[FieldError]:
-    """Every fingertip starts on a face that there is and within the reach of its finger."""
+    """Checks that every fingertip starts on an existing face and within reach of its finger."""
     if any(check_outline(scenario)) or any(check_body(scenario)):
         return
     names = scenario.object.face_names
@@ -96,7 +97,7 @@ def check_spatial_contacts(scenario: SpatialScenario) -> Iterator[FieldError]:
 
 
 def _beyond_face(body: SpatialObject, finger: SpatialFinger) -> float:
-    """How far a fingertip starts outside its face [m]; negative inside."""
+    """Distance of the initial contact from its face [m]; negative inside."""
     if body.shape == "sphere":
         return math.hypot(*finger.contact_offset) - 0.5 * math.pi * body.radius
     return -distance_inside(spatial_contact(body, finger).outline, (0.0, 0.0))
@@ -112,7 +113,7 @@ def _check_reach(scenario: SpatialScenario, i: int) -> Iterator[FieldError]:
         limit = f"{near:g} … {far:g} m"
         words = (
             f"fingers.{i} cannot reach its contact: it is {distance:.4g} m from the base, the "
-            f"finger reaches {limit}; move the base, the start pose or lengthen the links"
+            f"finger reaches {limit}; move the base or the start pose, or lengthen the links"
         )
     elif math.sqrt(1.0 - cosine**2) < LEAST_SINE:
         limit = f"inside {near:g} … {far:g} m"
@@ -124,7 +125,7 @@ def _check_reach(scenario: SpatialScenario, i: int) -> Iterator[FieldError]:
         distance, limit = radius, f"at least {LEAST_RADIUS * far:g} m"
         words = (
             f"fingers.{i} starts with its tip {radius:.3g} m from the vertical axis through its "
-            f"base (singular), {limit} are needed; move the base aside"
+            f"base (singular); {limit} is required: move the base"
         )
     else:
         return
@@ -132,7 +133,7 @@ def _check_reach(scenario: SpatialScenario, i: int) -> Iterator[FieldError]:
 
 
 def _check_chain(scenario: SpatialScenario, i: int) -> Iterator[FieldError]:
-    """Three joints that move by themselves, and a start within their ranges."""
+    """Checks that a chain has three independent joints and starts within its limits."""
     finger, field = scenario.fingers[i], f"fingers.{i}.joints"
     found = [*_check_joints(field, finger.joints)]
     if not any(finger.attitude):
@@ -144,15 +145,15 @@ def _check_chain(scenario: SpatialScenario, i: int) -> Iterator[FieldError]:
 def _check_joints(field: str, joints: Sequence[ChainJoint]) -> Iterator[FieldError]:
     own = moving(joints)
     if len(own) != NUM_JOINTS:
-        words = f"{field} has {len(own)} joints that move by themselves; a chain has {NUM_JOINTS}"
+        words = f"{field} has {len(own)} independent joints; a chain needs {NUM_JOINTS}"
         if len(own) > NUM_JOINTS:
             words += (
-                ": lock the others where the hand is imported (--lock JOINT=POSITION), or let them "
-                f"follow these ({field}.{own[-1]}.follows)"
+                ": lock the others when importing the hand (--lock JOINT=POSITION), or couple them "
+                f"to these ({field}.{own[-1]}.follows)"
             )
         yield _error(field, float(len(own)), f"{NUM_JOINTS} joints", words)
     if not any(joint.mass > 0.0 for joint in joints):
-        words = f"{field} have no mass at all; give the last one some"
+        words = f"{field} have no mass; set the mass of the last one"
         yield _error(field, 0.0, "above 0 kg", words)
     for k, joint in enumerate(joints):
         key, (low, high) = f"{field}.{k}", range_of(joint)
@@ -161,10 +162,10 @@ def _check_joints(field: str, joints: Sequence[ChainJoint]) -> Iterator[FieldErr
             yield _error(key, 0.0, "not 0, 0, 0", words)
         if joint.follows is not None and joint.follows not in own:
             limit = ", ".join(map(str, own))
-            words = f"{key}.follows is {joint.follows}, no joint that moves by itself: {limit}"
+            words = f"{key}.follows is {joint.follows}, which is not an independent joint: {limit}"
             yield _error(f"{key}.follows", joint.follows, limit, words)
         if not low < high:
-            words = f"{key}.minimum is {low:g}, not below {key}.maximum, {high:g}"
+            words = f"{key}.minimum is {low:g}, which is not below {key}.maximum, {high:g}"
             yield _error(f"{key}.minimum", low, f"below {high:g}", words)
 
 
@@ -174,8 +175,8 @@ def _check_start(scenario: SpatialScenario, i: int) -> Iterator[FieldError]:
     start = chain_start(*chain, tip_at_start(scenario, i), finger.posture)
     if start is None:
         words = (
-            f"fingers.{i} cannot reach its contact from fingers.{i}.posture, or is singular on the "
-            "way; move the base, the start pose or the posture"
+            f"fingers.{i} cannot reach its contact from fingers.{i}.posture, or passes a "
+            "singularity; move the base, the start pose or the posture"
         )
         yield _error(f"fingers.{i}.posture", None, "near the start", words)
         return
@@ -196,7 +197,7 @@ def _error(field: str, value: float | None, limit: str, message: str) -> FieldEr
 
 
 def check_chain_laws(scenario: SpatialScenario) -> Iterator[FieldError]:
-    """Custom laws are not shown the links of a chain."""
+    """Checks that custom laws are not combined with chains."""
     chains = [i for i, finger in enumerate(scenario.fingers) if finger.kind == "chain"]
     own = [kind for kind in kinds_in(scenario) if law_of(kind).is_own]
     if chains and own:
@@ -205,14 +206,14 @@ def check_chain_laws(scenario: SpatialScenario) -> Iterator[FieldError]:
             value=own[0],
             limit="a built-in law",
             message=(
-                f"controller.kind is '{own[0]}', a custom law, which is not shown the chain of "
-                f"fingers.{chains[0]} yet; choose a built-in law"
+                f"controller.kind is '{own[0]}', a custom law, and custom laws do not support the "
+                f"chain of fingers.{chains[0]} yet; choose a built-in law"
             ),
         )
 
 
 def check_sampled_only(scenario: SpatialScenario) -> Iterator[FieldError]:
-    """Control of spatial hands is sampled."""
+    """Checks that control of spatial hands is sampled."""
     if scenario.controller.control_period == 0.0:
         yield not_computed(
             scenario,

@@ -1,4 +1,4 @@
-"""Whether the desired motion is continuous in position and velocity, and there at all."""
+"""Checks that the desired motion exists and is continuous in position and velocity."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ SAME_POSE = 1e-9
 
 
 def check_trajectory(scenario: Scenario) -> Iterator[FieldError]:
-    """The fields that this kind of motion uses make a smooth motion from the start pose."""
+    """Checks that the parameters of this kind give a smooth motion from the start pose."""
     trajectory = scenario.trajectory
     if trajectory.kind == "set-points":
         if not trajectory.set_points:
@@ -32,7 +32,7 @@ def check_trajectory(scenario: Scenario) -> Iterator[FieldError]:
 
 
 def _check_moves(points: Sequence[AnySetPoint]) -> Iterator[FieldError]:
-    """Moves follow one another."""
+    """Checks that motions do not overlap."""
     for i in range(1, len(points)):
         end = points[i - 1].time + points[i - 1].duration
         if points[i].time < end - SAME_TIME:
@@ -42,14 +42,14 @@ def _check_moves(points: Sequence[AnySetPoint]) -> Iterator[FieldError]:
                 value=points[i].time,
                 limit=f"at least {end:g} s",
                 message=(
-                    f"{key} is {points[i].time:g} s, before the move of set-point {i - 1} is over "
-                    f"at {end:g} s; begin later, or shorten trajectory.set_points.{i - 1}.duration"
+                    f"{key} is {points[i].time:g} s, before the motion to set-point {i - 1} ends "
+                    f"at {end:g} s; start later, or shorten trajectory.set_points.{i - 1}.duration"
                 ),
             )
 
 
 def _check_cycles(trajectory: AnyTrajectory) -> Iterator[FieldError]:
-    """Cycles have the time to speed up and to brake."""
+    """Checks that cycles last long enough to speed up and to brake."""
     ramp, longest = trajectory.acceleration_time, trajectory.cycles * trajectory.period
     if ramp < MIN_RAMP:
         yield FieldError(
@@ -57,8 +57,8 @@ def _check_cycles(trajectory: AnyTrajectory) -> Iterator[FieldError]:
             value=ramp,
             limit=f"at least {MIN_RAMP:g} s",
             message=(
-                f"trajectory.acceleration_time is {ramp:g} s, so that the velocity would jump; a "
-                f"{trajectory.kind} speeds up from rest in at least {MIN_RAMP:g} s"
+                f"trajectory.acceleration_time is {ramp:g} s, which makes the velocity jump; a "
+                f"{trajectory.kind} needs at least {MIN_RAMP:g} s to speed up from rest"
             ),
         )
     if ramp > longest + SAME_TIME:
@@ -69,18 +69,18 @@ def _check_cycles(trajectory: AnyTrajectory) -> Iterator[FieldError]:
             limit=f"at least {least:g}",
             message=(
                 f"trajectory.cycles is {trajectory.cycles:g}, too few to speed up and brake in "
-                f"{ramp:g} s each; at least {least:g} cycles of {trajectory.period:g} s, or an "
-                f"acceleration_time of at most {longest:g} s"
+                f"{ramp:g} s each; give at least {least:g} cycles of {trajectory.period:g} s, or "
+                f"an acceleration_time of at most {longest:g} s"
             ),
         )
 
 
 def _check_table(table: Sequence[Sequence[float]], start: Sequence[float]) -> Iterator[FieldError]:
-    """The rows begin at the start pose and follow one another.
+    """Checks that the rows start at the start pose and are in order.
 
     Args:
         table: Rows of time and pose.
-        start: The start pose, as rows have it.
+        start: The start pose as a row.
     """
     if table[0][0] != 0.0:
         yield FieldError(
@@ -94,15 +94,15 @@ def _check_table(table: Sequence[Sequence[float]], start: Sequence[float]) -> It
     for axis, (value, begin) in enumerate(zip(table[0][1:], start, strict=True)):
         if abs(value - begin) > SAME_POSE:
             key = f"trajectory.table.0.{axis + 1}"
-            # A rotation vector counts from the start attitude, whatever that is.
+            # A rotation vector is relative to the start attitude.
             other = "" if len(start) > 3 <= axis else f", or set trajectory.start.{axis} to it"
             yield FieldError(
                 field=key,
                 value=value,
                 limit=f"{begin:.10g}",
                 message=(
-                    f"{key} is {value:.10g}, but the object starts at {begin:.10g}; let the first "
-                    f"row be the start pose{other}"
+                    f"{key} is {value:.10g}, but the object starts at {begin:.10g}; make the first "
+                    f"row the start pose{other}"
                 ),
             )
     for i in range(1, len(table)):
@@ -114,14 +114,14 @@ def _check_table(table: Sequence[Sequence[float]], start: Sequence[float]) -> It
                 value=table[i][0],
                 limit=f"at least {least:g} s",
                 message=(
-                    f"{key} is {table[i][0]:g} s after a row at {table[i - 1][0]:g} s; times "
-                    f"increase from row to row, by at least {MIN_TABLE_STEP:g} s"
+                    f"{key} is {table[i][0]:g} s after a row at {table[i - 1][0]:g} s; times must "
+                    f"increase from row to row by at least {MIN_TABLE_STEP:g} s"
                 ),
             )
 
 
 def _nothing_to_do(name: str, kind: str, content: str) -> FieldError:
-    """The error for a kind of motion whose list is empty."""
+    """Returns the error for a kind of motion whose list is empty."""
     key = f"trajectory.{name}"
     return FieldError(
         field=key,

@@ -1,4 +1,4 @@
-"""Whether friction and patches make sense on this object, and what happens is within the run."""
+"""Checks friction, patches and the times of events."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ MAX_ROWS = 2_000_000
 
 
 def check_times(scenario: Scenario) -> Iterator[FieldError]:
-    """The trace stays small enough, and changes happen before the end."""
+    """Checks the size of the trace, and that changes happen before the end."""
     simulation = scenario.simulation
     rows = simulation.duration * simulation.output_rate
     if rows > MAX_ROWS:
@@ -20,8 +20,8 @@ def check_times(scenario: Scenario) -> Iterator[FieldError]:
             value=simulation.output_rate,
             limit=f"{MAX_ROWS} samples",
             message=(
-                f"simulation.duration times output_rate asks for {rows:.3g} samples, at most "
-                f"{MAX_ROWS}; lower one of them"
+                f"simulation.duration times output_rate gives {rows:.3g} samples, more than the "
+                f"maximum {MAX_ROWS}; lower one of them"
             ),
         )
     for i, change in enumerate(scenario.changes):
@@ -38,7 +38,7 @@ def check_times(scenario: Scenario) -> Iterator[FieldError]:
 
 
 def check_static_friction(scenario: Scenario) -> Iterator[FieldError]:
-    """What sticks has at least the friction of what slips."""
+    """Checks that static friction is not smaller than sliding friction."""
     for i, finger in enumerate(scenario.fingers):
         least = finger.friction
         if finger.static_friction is not None and finger.static_friction < least:
@@ -48,14 +48,14 @@ def check_static_friction(scenario: Scenario) -> Iterator[FieldError]:
                 limit=f"at least fingers.{i}.friction, {least:g}",
                 message=(
                     f"fingers.{i}.static_friction is {finger.static_friction:g}, less than the "
-                    f"friction {least:g} of slip; raise it, lower fingers.{i}.friction, or leave "
-                    "it out for one coefficient"
+                    f"sliding friction {least:g}; raise it, lower fingers.{i}.friction, or omit it "
+                    "to use one coefficient"
                 ),
             )
 
 
 def check_patches(scenario: Scenario) -> Iterator[FieldError]:
-    """A patch lies on a flat face of the object, and is there for a while before the end."""
+    """Checks that a patch lies on a flat face and exists before the end of the run."""
     names = scenario.object.face_names
     if scenario.object.is_round and scenario.patches:
         yield FieldError(
@@ -64,8 +64,8 @@ def check_patches(scenario: Scenario) -> Iterator[FieldError]:
             limit="a flat face",
             message=(
                 f"patches.0.face is '{scenario.patches[0].face}' of an object whose shape is "
-                f"'{scenario.object.shape}', but patches on curved faces are not computed yet; "
-                "leave patches out or choose another object.shape"
+                f"'{scenario.object.shape}', but curved faces do not support patches yet; omit "
+                "the patches or choose another object.shape"
             ),
         )
     for i, patch in enumerate(scenario.patches):
@@ -88,13 +88,13 @@ def check_patches(scenario: Scenario) -> Iterator[FieldError]:
                 limit=f"after {patch.start_time:g} s",
                 message=(
                     f"{key}.end_time is {patch.end_time:g} s, not after its start_time "
-                    f"{patch.start_time:g} s; leave it out for a patch that stays"
+                    f"{patch.start_time:g} s; omit it for a permanent patch"
                 ),
             )
 
 
 def check_pulses(scenario: Scenario) -> Iterator[FieldError]:
-    """A pulse begins before the end of the run."""
+    """Checks that a pulse begins before the end of the run."""
     for i, pulse in enumerate(scenario.pulses):
         yield from _check_begin(scenario, f"pulses.{i}.time", pulse.time)
 

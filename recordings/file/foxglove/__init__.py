@@ -1,4 +1,4 @@
-"""Topics that Foxglove and Rerun draw: where hand and object are, and what they look like."""
+"""Topics for Foxglove and Rerun: poses and shapes of hand and object."""
 
 from slipgrasp.recordings.file.foxglove.layouts import (
     DISPLAY_RATE,

@@ -1,4 +1,4 @@
-"""What the writer of recordings needs to know of display topics: which samples, laid out how."""
+"""Layouts and sample times of display topics for the writer of recordings."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ if TYPE_CHECKING:
 
 
 DISPLAY_RATE = 50.0
-"""How often hand and object are shown unless asked otherwise [Hz]."""
+"""Default rate of the display topics [Hz]."""
 
 _EARLY = 1e-6
-"""Share of a tick by which a sample may be early: k / rate is rounded, and so is its time."""
+"""Fraction of a tick by which a sample may be early, because of rounding."""
 
 
 class FrameClock:
-    """Picks the first sample at or after each tick, at k / rate for whole k.
+    """Selects the first sample at or after each tick, at k / rate for integer k.
 
-    A sample that is the first after several ticks is picked once. What is picked does not
-    depend on how the samples come in blocks.
+    A sample that is the first after several ticks is selected once. The selection does not depend
+    on the division into blocks.
 
     Args:
         rate: Ticks per second [Hz].
@@ -40,10 +40,10 @@ class FrameClock:
         self._ticks = 0
 
     def take(self, times: NDArray[np.float64]) -> NDArray[np.intp]:
-        """The rows of the next block that are shown.
+        """Selects rows of the next block.
 
         Args:
-            times: Times of the block's samples, none earlier than the one before it [s].
+            times: Times of the block's samples in order [s].
 
         Returns:
             Indices into the block, in order.
@@ -60,20 +60,20 @@ SCENE_TOPIC = "/scene"
 
 
 class DisplayLayout:
-    """Where each number of a display topic's messages lies.
+    """Positions of all numbers in the messages of a display topic.
 
     Args:
         topic: Topic of the channel.
-        descriptor: What protobuf knows of the message.
-        template: The message.
+        descriptor: Protobuf descriptor of the message.
+        template: Template of the message.
         channel: Id of the topic's channel in the file.
 
     Attributes:
         topic: Topic of the channel.
         schema_name: Full name of the protobuf message.
-        schema: Its definition as MCAP wants it: a serialised FileDescriptorSet.
+        schema: Its definition as in MCAP: a serialised FileDescriptorSet.
         channel: Id of the topic's channel in the file.
-        record_type: A whole message record, head and payload.
+        record_type: A complete message record, head and payload.
     """
 
     def __init__(
@@ -91,7 +91,7 @@ class DisplayLayout:
 
         Args:
             records: The records, shape ``(states,)``, changed in place.
-            states: What they show, one message each.
+            states: States to show, one per message.
             first_sequence: Sequence number of the first message.
         """
         fill_heads(records, self.channel, states.times, first_sequence)
@@ -103,9 +103,9 @@ def display_layouts(scenario: Scenario, first_channel: int) -> tuple[DisplayLayo
 
     Args:
         scenario: Hand, object and contacts.
-        first_channel: Id of the first topic's channel; the next one's follows it.
+        first_channel: Id of the channel of the first topic; the others follow.
     """
-    # protobuf's classes take long to import, and only those who write a recording need them.
+    # Deferred, because protobuf's classes take long to import and only writers need them.
     from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
     from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 
@@ -124,7 +124,7 @@ def display_layouts(scenario: Scenario, first_channel: int) -> tuple[DisplayLayo
 
 @cache
 def _file_descriptor_set(file: FileDescriptor) -> bytes:
-    """A file's definitions after those of all files that it refers to, each once."""
+    """The definition of a file after those of all files that it imports, each once."""
     from google.protobuf.descriptor_pb2 import FileDescriptorSet
 
     descriptors = FileDescriptorSet()

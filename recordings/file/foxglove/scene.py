@@ -1,7 +1,7 @@
 """The parts of a hand, its object and its contacts as Foxglove's 3D panel draws them.
 
-Every entity is fixed to a frame and follows it, so the messages hold shapes; only forces, cones,
-slip and colours change.
+Every entity is fixed to a frame, so that messages contain shapes; only forces, cones, slip and
+colours change.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ from slipgrasp.scene.states import States
 Values = NDArray[np.float64]
 
 _FOR_EVER = Duration()
-"""Until the entity is replaced."""
+"""A lifetime until the entity is replaced."""
 
 _COLOURS: dict[Role, palette.Rgb] = {
     Role.OBJECT: palette.OBJECT,
@@ -49,10 +49,10 @@ _COLOURS: dict[Role, palette.Rgb] = {
     Role.CONE: palette.CONE,
 }
 _GLASS = {PLANAR: 1.0, SPATIAL: 0.35}
-"""Opacity of an object and of its cones: one sees into a spatial one, where forces are."""
+"""Opacity of an object and of its cones, which shows forces inside a spatial object."""
 
 _PHASE_COLOURS = np.zeros((1 + max(palette.PHASES) - min(palette.PHASES), 3))
-"""Indexed by phase; backward is -1 and so the last."""
+"""Indexed by phase; backward is -1 and therefore the last."""
 for _phase, _rgb in palette.PHASES.items():
     _PHASE_COLOURS[_phase] = np.array(_rgb) / 255.0
 
@@ -89,7 +89,7 @@ def _colour(blanks: Blanks, paint: parts.Paint, opacity: float) -> Color:
 
 @cache
 def _role_colour(role: Role, opacity: float) -> Color:
-    """A colour to be copied from, not changed."""
+    """A read-only colour."""
     red, green, blue = (channel / 255.0 for channel in _COLOURS[role])
     return Color(r=red, g=green, b=blue, a=opacity)
 
@@ -194,7 +194,7 @@ def _moving_points(blanks: Blanks, points: Moving, count: int) -> list[Point3]:
 
 
 def _pose(centre: Values | None = None, turn: tuple[float, ...] = rotations.UNTURNED) -> Pose:
-    """A fixed place in a frame [m], its origin if not given, and a rotation."""
+    """A fixed pose in a frame [m], by default at its origin."""
     x, y, z = (0.0, 0.0, 0.0) if centre is None else centre.tolist()
     w, qx, qy, qz = turn
     return Pose(position=Vector3(x=x, y=y, z=z), orientation=Quaternion(w=w, x=qx, y=qy, z=qz))

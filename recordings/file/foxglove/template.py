@@ -1,9 +1,9 @@
-"""Protobuf messages of one length, made a thousand at a time from one example.
+"""Protobuf messages of equal length, created in blocks from one example.
 
-protobuf builds one message after the other, which would take longer than the simulation.
-All messages of a display topic are alike but for some numbers, so the library builds a
-single example in which each of those numbers is a placeholder with bits of its own, and
-says where they ended up. From then on numpy copies the example and puts numbers there.
+protobuf creates single messages, which would take longer than the simulation. All messages of a
+display topic are equal except for some numbers, so that the library encodes one example in which
+each of these numbers is a unique placeholder. numpy then copies the example and replaces the
+placeholders.
 """
 
 from __future__ import annotations
@@ -25,22 +25,22 @@ from slipgrasp.recordings.file.packing import to_log_times
 from slipgrasp.scene.states import States
 
 Column = Callable[[States], NDArray[np.float64]]
-"""Takes states, gives numbers for each of them."""
+"""A function from states to one number per state."""
 
 _NUMBER = struct.Struct("<d")
 _PLACEHOLDER = struct.Struct("<II")
 _PLACEHOLDER_END = 0x5A5AC0DE
-"""A number around 1e127: no length, colour or angle."""
+"""A number around 1e127, which is no length, colour or angle."""
 _PLACEHOLDER_MARK = _PLACEHOLDER_END.to_bytes(4, "little")
 _ANY_PLACEHOLDER = re.compile(b"(....)" + re.escape(_PLACEHOLDER_MARK), re.DOTALL)
 
 _SECONDS_BYTES, _NANOSECONDS_BYTES = 2, 5
 _ALWAYS = Timestamp(seconds=(1 << 14) - 1, nanos=(1 << 31) - 1)
-"""The placeholder of all times: the largest numbers of 2 and 5 bytes that its fields can hold."""
+"""Placeholder of all times: the largest numbers of 2 and 5 bytes that its fields allow."""
 
 
 def once(column: Column) -> Column:
-    """A column of which several numbers are parts, evaluated once for the same states."""
+    """A column with several components, evaluated once for the same states."""
     seen: States | None = None
     found = np.empty(0)
 
@@ -54,14 +54,14 @@ def once(column: Column) -> Column:
 
 
 class Blanks:
-    """Hands out placeholders for an example and remembers what belongs there."""
+    """Creates placeholders for an example, and stores their columns."""
 
     def __init__(self) -> None:
         self.columns: list[tuple[Column, int]] = []
         self.count = 0
 
     def number(self, column: Column) -> float:
-        """A placeholder, to be used exactly once, for the numbers ``(n,)`` of a column."""
+        """A placeholder for the numbers ``(n,)`` of a column, to be used exactly once."""
         return self.numbers(lambda states: column(states)[:, None], 1)[0]
 
     def numbers(self, columns: Column, count: int) -> list[float]:
@@ -72,26 +72,26 @@ class Blanks:
         return [number for mark in marks for number in _NUMBER.unpack(mark)]
 
     def vector(self, value: tuple[float, ...] | Column) -> Vector3:
-        """A vector, of placeholders where it moves."""
+        """A vector, with placeholders if it moves."""
         x, y, z = self.numbers(value, 3) if callable(value) else value
         return Vector3(x=x, y=y, z=z)
 
     def quaternion(self, value: tuple[float, ...] | Column) -> Quaternion:
-        """A quaternion (w, x, y, z), of placeholders where it moves."""
+        """A quaternion (w, x, y, z), with placeholders if it moves."""
         w, x, y, z = self.numbers(value, 4) if callable(value) else value
         return Quaternion(w=w, x=x, y=y, z=z)
 
     def time(self) -> Timestamp:
-        """A placeholder, to be used anywhere, for the time of a sample."""
+        """A placeholder for the time of a sample, to be used any number of times."""
         return _ALWAYS
 
 
 class Template:
-    """A message that differs from sample to sample only in its blanks.
+    """A template for messages that differ only in the values of placeholders.
 
     Args:
         example: The message with placeholders.
-        blanks: Whose placeholders they are.
+        blanks: The placeholders.
     """
 
     def __init__(self, example: Message, blanks: Blanks) -> None:
@@ -110,15 +110,15 @@ class Template:
 
     @property
     def size(self) -> int:
-        """Bytes of a message."""
+        """Size of a message [bytes]."""
         return len(self._example)
 
     def fill(self, payloads: NDArray[np.uint8], states: States) -> None:
         """Writes one message per state.
 
         Args:
-            payloads: Where they go, shape ``(states, size)``, changed in place.
-            states: What they show.
+            payloads: Output, shape ``(states, size)``, changed in place.
+            states: States to show.
         """
         payloads[...] = self._example
         numbers: NDArray[Any] = payloads.view(self._numbers)[:, 0]
@@ -148,8 +148,8 @@ def _places_of_times(payload: bytes) -> list[int]:
 def _to_timestamps(times: NDArray[np.float64]) -> NDArray[np.uint8]:
     """The fields of a protobuf timestamp, tags included, shape ``(times, bytes)``.
 
-    Their numbers are written longer than needed where they are small, with zeros at the
-    end, so that all timestamps have one length; every decoder reads that.
+    Small numbers are padded with zeros, so that all timestamps have the same length; every decoder
+    accepts that.
     """
     seconds, nanoseconds = np.divmod(to_log_times(times), np.uint64(10**9))
     second_tag, nanosecond_tag = (
@@ -166,7 +166,7 @@ def _to_timestamps(times: NDArray[np.float64]) -> NDArray[np.uint8]:
 
 
 def _to_varints(values: NDArray[np.uint64], length: int) -> NDArray[np.uint8]:
-    """Numbers in protobuf's variable length, stretched to ``length`` bytes."""
+    """Numbers in protobuf's variable length, padded to ``length`` bytes."""
     shifts = np.arange(0, 7 * length, 7, dtype=np.uint64)
     groups = (values[:, None] >> shifts & np.uint64(0x7F)).astype(np.uint8)
     groups[:, :-1] |= 0x80

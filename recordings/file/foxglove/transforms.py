@@ -11,7 +11,7 @@ from slipgrasp.scene.skeleton import Frame, frames_of
 
 
 def transforms_template(scenario: Scenario) -> Template:
-    """The message that places all frames in each other."""
+    """The message with the poses of all frames."""
     blanks = Blanks()
     transforms = [_transform(blanks, frame) for frame in frames_of(scenario)]
     return Template(FrameTransforms(transforms=transforms), blanks)

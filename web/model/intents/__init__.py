@@ -1,4 +1,4 @@
-"""What a user, or a worker on the user's behalf, asks of a session: one module per concern.
+"""Requests to a session by the user or a worker: one module per concern.
 
 Callbacks put intents into the mailbox of their session and return.
 """

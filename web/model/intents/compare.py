@@ -1,4 +1,4 @@
-"""Intents about the comparison of two runs, and what their worker answers."""
+"""Intents about the comparison of two runs, and the answers of their worker."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from slipgrasp.web.model.view import Pair
 
 @dataclass(frozen=True, slots=True)
 class CompareRuns(LatestIntent):
-    """The user wants to see two runs over each other; their ids are not validated yet.
+    """Requests an overlay of two runs; their ids are not validated yet.
 
     Attributes:
-        a: The one on the screen; empty if it is to stay as it is.
-        b: The ghost; empty for none.
+        a: Run to show; empty to keep the present one.
+        b: Ghost; empty for none.
     """
 
     a: str
@@ -26,21 +26,21 @@ class CompareRuns(LatestIntent):
 
 @dataclass(frozen=True, slots=True)
 class SwapRuns(Intent):
-    """The user swaps the run on the screen and the ghost."""
+    """Swaps the run on the screen and the ghost."""
 
 
 @dataclass(frozen=True, slots=True)
 class EndComparison(Intent):
-    """The user dismisses the ghost."""
+    """Dismisses the ghost."""
 
 
 @dataclass(frozen=True, slots=True)
 class RunsOpened(Intent):
-    """Recordings are there to be compared.
+    """Recordings are loaded for comparison.
 
     Attributes:
-        number: Which request this answers.
-        a: The one to put on the screen; None if that is to stay as it is.
+        number: Number of the request.
+        a: Run to show; None to keep the present one.
         b: The ghost.
     """
 
@@ -51,7 +51,7 @@ class RunsOpened(Intent):
 
 @dataclass(frozen=True, slots=True)
 class CompareUnreadable(Intent):
-    """A recording could not be opened to be compared, with the reason."""
+    """A recording for comparison could not be opened."""
 
     number: int
     message: str

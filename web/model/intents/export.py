@@ -1,4 +1,4 @@
-"""Intents about files that a user takes away, and the answers of the thread that makes them."""
+"""Intents about exported files, and the answers of the export thread."""
 
 from __future__ import annotations
 
@@ -10,21 +10,21 @@ from slipgrasp.web.model.intents.intent import Intent, LatestIntent
 
 @dataclass(frozen=True, slots=True)
 class ExportPicture(Intent):
-    """The user wants the scene as it stands, as a picture."""
+    """Requests an image of the present scene."""
 
 
 @dataclass(frozen=True, slots=True)
 class ExportCharts(Intent):
-    """The user wants the charts as they stand, as a drawing."""
+    """Requests a drawing of the present charts."""
 
 
 @dataclass(frozen=True, slots=True)
 class ExportClip(Intent):
-    """The user wants what is played, as it is played, as a moving picture.
+    """Requests an animation of the present time range at the present speed.
 
     Attributes:
         name: Format of the file.
-        height: Of the picture [px].
+        height: Height [px].
     """
 
     name: str
@@ -33,12 +33,12 @@ class ExportClip(Intent):
 
 @dataclass(frozen=True, slots=True)
 class ExportStill(Intent):
-    """The user wants the instant at the play head as a drawing; its size is not validated yet.
+    """Requests a still image at the play head; its size is not validated yet.
 
     Attributes:
         name: Format of the file.
-        width: Of the picture [px].
-        height: Likewise.
+        width: Width [px].
+        height: Height [px].
     """
 
     name: str
@@ -53,12 +53,12 @@ class ExportPage(Intent):
 
 @dataclass(frozen=True, slots=True)
 class CancelExport(Intent):
-    """The user does not want the file any more."""
+    """Cancels the export."""
 
 
 @dataclass(frozen=True, slots=True)
 class ExportMoved(LatestIntent):
-    """A share of an export is done, 0 to 1."""
+    """Progress of an export, 0 to 1."""
 
     number: int
     share: float
@@ -66,7 +66,7 @@ class ExportMoved(LatestIntent):
 
 @dataclass(frozen=True, slots=True)
 class ExportFinished(Intent):
-    """The file of an export is there."""
+    """The file of an export is complete."""
 
     number: int
     file: ExportFile
@@ -74,7 +74,7 @@ class ExportFinished(Intent):
 
 @dataclass(frozen=True, slots=True)
 class ExportFailed(Intent):
-    """An export came to nothing, with the reason."""
+    """An export failed, with the reason."""
 
     number: int
     message: str

@@ -1,4 +1,4 @@
-"""Intents about how much heavier the object may get."""
+"""Intents about the largest mass with which the object is held."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from slipgrasp.web.model.intents.intent import Intent
 
 @dataclass(frozen=True, slots=True)
 class AskHowHeavy(Intent):
-    """The user wants to know up to which mass the object is held."""
+    """Requests the largest mass with which the object is held."""
 
 
 @dataclass(frozen=True, slots=True)
 class HowHeavyFound(Intent):
-    """The answer.
+    """The result of the search.
 
     Attributes:
-        number: Which request it answers.
-        words: It in a sentence.
+        number: Number of the request.
+        words: Result in a sentence.
     """
 
     number: int

@@ -10,7 +10,7 @@ from slipgrasp.web.model.intents.intent import Intent, LatestIntent
 
 @dataclass(frozen=True, slots=True)
 class TryHints(LatestIntent):
-    """The page is of somebody who may have runs simulated, so hints are to be tried for it."""
+    """The user may start simulations, so that hints can be tried."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,8 +18,8 @@ class HintTried(Intent):
     """The options of a hint were tried.
 
     Attributes:
-        number: Which request this answers.
-        tried: What came of it.
+        number: Number of the request.
+        tried: Result.
     """
 
     number: int

@@ -1,4 +1,4 @@
-"""What every intent is."""
+"""Base class of intents."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ Key = Annotated[str, MaxLen(100)]
 
 @dataclass(frozen=True, slots=True)
 class Intent:
-    """Something that a user, or a worker on the user's behalf, asks of a session."""
+    """A request to a session by the user or a worker."""
 
     @property
     def subject(self) -> object:
-        """What it is about: of one batch, only the latest intent about a subject counts.
+        """Subject of the intent: in a batch, only the latest intent about a subject counts.
 
-        None where every intent counts.
+        None if every intent counts.
         """
         return None
 
 
 @dataclass(frozen=True, slots=True)
 class LatestIntent(Intent):
-    """An intent that makes earlier ones of its kind void."""
+    """An intent that supersedes earlier ones of its kind."""
 
     @property
     def subject(self) -> object:
@@ -37,8 +37,8 @@ class LatestIntent(Intent):
 
 @dataclass(frozen=True, slots=True)
 class Close(Intent):
-    """The viewer is gone."""
+    """The viewer has disconnected."""
 
 
 Send = Callable[[Intent], None]
-"""Takes an intent and returns at once."""
+"""Accepts an intent and returns immediately."""

@@ -1,4 +1,4 @@
-"""What the worker answers about the laws side by side."""
+"""Results of running every law."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from slipgrasp.web.model.laws_view import LawRun
 
 @dataclass(frozen=True, slots=True)
 class LawRunFinished(Intent):
-    """The run with one law is there, or why it is not.
+    """The run with one law, or the reason why there is none.
 
     Attributes:
-        number: Which request it answers.
+        number: Number of the request.
         run: The run.
     """
 

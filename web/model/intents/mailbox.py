@@ -1,4 +1,4 @@
-"""Where the intents of a session wait."""
+"""Queue of the intents of a session."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from slipgrasp.web.model.intents.scenario import SetParameter
 
 
 def coalesce(intents: Sequence[Intent]) -> list[Intent]:
-    """Drops what a later intent of the same batch makes void, in unchanged order.
+    """Removes intents that are superseded by later ones in the batch, without changing the order.
 
-    A control that is dragged sends many values; only its last one is worth a simulation.
+    A dragged control sends many values; only the last one is simulated.
     """
     kept: list[Intent] = []
     seen: set[object] = set()
@@ -22,30 +22,30 @@ def coalesce(intents: Sequence[Intent]) -> list[Intent]:
         if subject in seen:
             continue
         if subject is None:
-            seen.clear()  # It builds on what was asked before it.
+            seen.clear()  # It depends on earlier requests.
         else:
             seen.add(subject)
         if isinstance(intent, SetParameter):
-            seen.discard(Seek)  # It acts where the play head stands then.
+            seen.discard(Seek)  # It acts at the present play head.
         kept.append(intent)
     return kept[::-1]
 
 
 class Mailbox:
-    """Where the intents of one session wait; anyone may send, one loop receives."""
+    """Queue of the intents of a session, with many senders and one receiver."""
 
     def __init__(self) -> None:
         self._queue: queue.SimpleQueue[Intent] = queue.SimpleQueue()
 
     def send(self, intent: Intent) -> None:
-        """Puts an intent in and returns at once."""
+        """Adds an intent and returns immediately."""
         self._queue.put(intent)
 
     def receive(self, timeout: float | None) -> list[Intent]:
-        """Everything that is in it, coalesced.
+        """Returns all waiting intents, coalesced.
 
         Args:
-            timeout: How long to wait for a first intent [s]; None waits without end.
+            timeout: Longest wait for a first intent [s]; None waits indefinitely.
         """
         intents: list[Intent] = []
         try:

@@ -1,4 +1,4 @@
-"""Intents about what is drawn: the picture of the hand, the page around it, and the charts."""
+"""Intents about the view, the page layout, and the charts."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ from slipgrasp.web.model.page_layout import PageLayout
 
 @dataclass(frozen=True, slots=True)
 class FrameHand(Intent):
-    """The user wants to look from the front again, at what is held or at the whole hand."""
+    """Restores the front view, of the object or of the whole hand."""
 
     whole: bool = False
 
 
 @dataclass(frozen=True, slots=True)
 class RestoreLayout(Intent):
-    """The user wants the panels back where they were at first."""
+    """Restores the layout of the panels."""
 
 
 @dataclass(frozen=True, slots=True)
 class CameraMoved(LatestIntent):
-    """The viewer reports where its camera stands [m]."""
+    """The viewer reports the position of its camera [m]."""
 
     position: tuple[float, float, float]
 
@@ -42,24 +42,24 @@ class MeasurePage(LatestIntent):
 
 @dataclass(frozen=True, slots=True)
 class SetAppearance(LatestIntent):
-    """The user chose what is drawn; its numbers are not validated yet."""
+    """Changes display options; numbers are not validated yet."""
 
     appearance: Appearance
 
 
 @dataclass(frozen=True, slots=True)
 class ToggleDark(Intent):
-    """The user wants the page dark if it is bright, and bright if it is dark."""
+    """Toggles between a dark and a light page."""
 
 
 @dataclass(frozen=True, slots=True)
 class ToggleLecture(Intent):
-    """The user lays the page out for a lecture hall, or for work at a desk."""
+    """Toggles the lecture layout."""
 
 
 @dataclass(frozen=True, slots=True)
 class ToggleLine(Intent):
-    """The user wants a line hidden, or back; the keys are not validated yet."""
+    """Hides a line, or shows it again; the keys are not validated yet."""
 
     chart: Annotated[str, MaxLen(40)]
     line: Annotated[str, MaxLen(40)]
@@ -67,33 +67,33 @@ class ToggleLine(Intent):
 
 @dataclass(frozen=True, slots=True)
 class ToggleSignal(Intent):
-    """The user wants a signal in the charts by its name or a part of it, or out of them."""
+    """Adds a signal to the charts, by its name or part of it, or removes it."""
 
     name: Annotated[str, MaxLen(80)]
 
 
 @dataclass(frozen=True, slots=True)
 class DrawAgainst(LatestIntent):
-    """The user wants the chosen signals against another; empty is against none any more."""
+    """Plots the selected signals against another one; empty for none."""
 
     name: Annotated[str, MaxLen(80)]
 
 
 @dataclass(frozen=True, slots=True)
 class PlaceMark(LatestIntent):
-    """The user put the second cursor of the charts to a time [s]."""
+    """Moves the second cursor of the charts to a time [s]."""
 
     time: float
 
 
 @dataclass(frozen=True, slots=True)
 class ToggleMark(Intent):
-    """The user wants the second cursor where the play head stands, or away if there is one."""
+    """Sets the second cursor at the play head, or removes it."""
 
 
 @dataclass(frozen=True, slots=True)
 class LayOutCharts(LatestIntent):
-    """The page opens with a layout of the charts; it is not validated yet."""
+    """The page opens with a layout of the charts, which is not validated yet."""
 
     layout: Annotated[str, MaxLen(MAX_LAYOUT)]
 

@@ -20,61 +20,61 @@ class TogglePlay(Intent):
 
 @dataclass(frozen=True, slots=True)
 class Seek(LatestIntent):
-    """The user put the play head to a time [s]."""
+    """Moves the play head to a time [s]."""
 
     time: float
 
 
 @dataclass(frozen=True, slots=True)
 class Step(Intent):
-    """The user wants the next (1) or the previous (-1) row of the trace."""
+    """Moves to the next (1) or the previous (-1) row of the trace."""
 
     direction: Direction
 
 
 @dataclass(frozen=True, slots=True)
 class JumpToEvent(Intent):
-    """The user wants the next (1) or the previous (-1) event."""
+    """Moves to the next (1) or the previous (-1) event."""
 
     direction: Direction
 
 
 @dataclass(frozen=True, slots=True)
 class GoToNextSlip(Intent):
-    """The user wants the next onset of slip; after the last the first."""
+    """Moves to the next onset of slip; after the last one to the first."""
 
 
 @dataclass(frozen=True, slots=True)
 class GoToEdge(LatestIntent):
-    """The user wants the end (1) or the start (-1) of what is played."""
+    """Moves to the end (1) or the start (-1) of the time range."""
 
     direction: Direction
 
 
 @dataclass(frozen=True, slots=True)
 class SetSpeed(LatestIntent):
-    """The user chose how fast to play, by the name of a speed."""
+    """Selects a playback speed by name."""
 
     name: Annotated[str, MaxLen(10)]
 
 
 @dataclass(frozen=True, slots=True)
 class ChangeSpeed(Intent):
-    """The user wants to play faster (1) or slower (-1)."""
+    """Increases (1) or decreases (-1) the speed."""
 
     direction: Direction
 
 
 @dataclass(frozen=True, slots=True)
 class ChooseWindow(LatestIntent):
-    """The user chose the time range of the run to play and chart."""
+    """Selects the time range to play and chart."""
 
     choice: Literal[WindowChoice.SLIP, WindowChoice.WHOLE]
 
 
 @dataclass(frozen=True, slots=True)
 class ShowWindow(LatestIntent):
-    """The user marked the time range of the run to play and chart, from start to end [s]."""
+    """Selects the time range to play and chart, from start to end [s]."""
 
     start: float
     end: float
@@ -82,4 +82,4 @@ class ShowWindow(LatestIntent):
 
 @dataclass(frozen=True, slots=True)
 class Zoom(Intent):
-    """The user wants a closer look at the time around the play head."""
+    """Zooms in at the play head."""

@@ -9,16 +9,16 @@ from slipgrasp.web.model.intents.intent import Intent, LatestIntent
 
 @dataclass(frozen=True, slots=True)
 class FindPremises(LatestIntent):
-    """The user wants to know what the theorems suppose of the run on the screen."""
+    """Requests the assumptions of the theorems for the run on the screen."""
 
 
 @dataclass(frozen=True, slots=True)
 class PremisesFound(Intent):
-    """The worker has found it.
+    """The result of the worker.
 
     Attributes:
-        ticket: The run that it is true of.
-        sentences: What the theorems suppose and promise, and what the run did.
+        ticket: The run.
+        sentences: The assumptions and bounds, compared with the run.
     """
 
     ticket: int

@@ -1,4 +1,4 @@
-"""Intents about stored runs, and what their worker answers."""
+"""Intents about stored runs, and the answers of their worker."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from slipgrasp.web.model.replay import Replay
 
 @dataclass(frozen=True, slots=True)
 class ListRecordings(LatestIntent):
-    """The user wants to see a page of the stored runs, 0 has the newest."""
+    """Requests a page of the stored runs; 0 is the newest."""
 
     page: Annotated[int, Interval(ge=0, le=1_000_000)]
 
 
 @dataclass(frozen=True, slots=True)
 class FilterRecordings(LatestIntent):
-    """The user wants to see some of the stored runs only, by `slipgrasp.web.model.run_list`."""
+    """Filters the stored runs, see `slipgrasp.web.model.run_list`."""
 
     text: str
     outcome: str
@@ -29,25 +29,25 @@ class FilterRecordings(LatestIntent):
 
 @dataclass(frozen=True, slots=True)
 class ChooseRecording(LatestIntent):
-    """The user points at a stored run; its id is not validated yet, empty for none."""
+    """Selects a stored run; its id is not validated yet, empty for none."""
 
     run_id: Key
 
 
 @dataclass(frozen=True, slots=True)
 class OpenRecording(LatestIntent):
-    """The user wants to see a stored run; its id is not validated yet."""
+    """Opens a stored run; its id is not validated yet."""
 
     run_id: Key
 
 
 @dataclass(frozen=True, slots=True)
 class OpenLink(LatestIntent):
-    """The page was opened with a link; of it only the lengths are checked.
+    """The page was opened with a link, of which only the lengths are checked.
 
     Attributes:
         run: Id of the stored run.
-        time: Which time [s], as it is written in the link; empty if it names none.
+        time: Time in the link [s]; empty if there is none.
     """
 
     run: Annotated[str, MaxLen(200)]
@@ -56,14 +56,14 @@ class OpenLink(LatestIntent):
 
 @dataclass(frozen=True, slots=True)
 class AnnotateRecording(Intent):
-    """The user has written something about a stored run; not validated yet.
+    """Changes the annotations of a stored run; not validated yet.
 
     Attributes:
         run_id: The run.
         revision: The revision that the user saw.
-        name: What to call it.
-        tags: Words to find it by, with commas between them.
-        notes: What else there is to say.
+        name: Name of the run.
+        tags: Tags, separated by commas.
+        notes: Notes.
     """
 
     run_id: str
@@ -75,7 +75,7 @@ class AnnotateRecording(Intent):
 
 @dataclass(frozen=True, slots=True)
 class DeleteRecording(Intent):
-    """The user wants a stored run to be gone, and has confirmed it.
+    """Deletes a stored run after a confirmation.
 
     Attributes:
         run_id: The run.
@@ -91,13 +91,13 @@ class RecordingsListed(Intent):
     """A page of the stored runs.
 
     Attributes:
-        page: Which page.
-        count: How many runs there are on all pages.
-        runs: Those of this page.
-        recent: The newest runs, whatever is listed.
-        chosen_id: The run that the user had chosen, empty for none.
-        chosen: Its present description; None if it is gone.
-        elapsed: How long it took to find out [s].
+        page: Index of the page.
+        count: Number of runs on all pages.
+        runs: Runs of the page.
+        recent: The newest runs, regardless of the filter.
+        chosen_id: The selected run, empty for none.
+        chosen: Its present description; None if it was deleted.
+        elapsed: Duration of the query [s].
     """
 
     page: int
@@ -111,7 +111,7 @@ class RecordingsListed(Intent):
 
 @dataclass(frozen=True, slots=True)
 class RecordingChanged(Intent):
-    """A stored run was changed as asked for.
+    """A stored run was changed.
 
     Attributes:
         run_id: The run.
@@ -124,7 +124,7 @@ class RecordingChanged(Intent):
 
 @dataclass(frozen=True, slots=True)
 class RecordingRefused(Intent):
-    """Something about a stored run was not done: what, and why."""
+    """An operation on a stored run failed: title and reason."""
 
     what: str
     message: str
@@ -132,7 +132,7 @@ class RecordingRefused(Intent):
 
 @dataclass(frozen=True, slots=True)
 class RecordingOpened(Intent):
-    """A recording is there to be shown; ``number`` is that of the request."""
+    """A recording is loaded; ``number`` is that of the request."""
 
     number: int
     replay: Replay

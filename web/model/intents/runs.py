@@ -1,4 +1,4 @@
-"""What the worker answers: runs, and where they are kept."""
+"""Answers of the worker: runs and their storage."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from slipgrasp.web.model.intents.intent import Intent
 
 @dataclass(frozen=True, slots=True)
 class RunFinished(Intent):
-    """A run is there to be shown.
+    """A run is ready.
 
     Attributes:
-        ticket: Which request it answers.
+        ticket: The request.
         result: The run.
-        elapsed: How long it was computed [s].
+        elapsed: Computing time [s].
     """
 
     ticket: int
@@ -27,7 +27,7 @@ class RunFinished(Intent):
 
 @dataclass(frozen=True, slots=True)
 class RunRefused(Intent):
-    """A run could not be made of its scenario."""
+    """A scenario could not be simulated."""
 
     ticket: int
     error: ScenarioError
@@ -35,7 +35,7 @@ class RunRefused(Intent):
 
 @dataclass(frozen=True, slots=True)
 class RunSaved(Intent):
-    """A run is on disk."""
+    """A run was stored."""
 
     ticket: int
     stored: StoredRun
@@ -43,7 +43,7 @@ class RunSaved(Intent):
 
 @dataclass(frozen=True, slots=True)
 class SaveFailed(Intent):
-    """A run could not be written, with the reason."""
+    """A run could not be stored, with the reason."""
 
     ticket: int
     message: str

@@ -1,4 +1,4 @@
-"""Intents about the scenario that is asked for."""
+"""Intents about the edited scenario."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from slipgrasp.web.model.intents.intent import Intent, Key, LatestIntent
 
 @dataclass(frozen=True, slots=True)
 class SetParameter(Intent):
-    """The user moved the control of a parameter; its value is not validated yet."""
+    """A control was moved; its value is not validated yet."""
 
     key: str
     value: Value
@@ -28,14 +28,14 @@ class SetParameter(Intent):
 
 @dataclass(frozen=True, slots=True)
 class ChooseReach(LatestIntent):
-    """The user chose whether controls act from the play head on or on the whole run."""
+    """Selects whether controls act from the play head on or on the whole run."""
 
     reach: Reach
 
 
 @dataclass(frozen=True, slots=True)
 class RemoveChange(Intent):
-    """The user takes back one timed change: that of a parameter at a time [s]."""
+    """Removes a timed change: that of a parameter at a time [s]."""
 
     time: float
     key: Key
@@ -43,16 +43,16 @@ class RemoveChange(Intent):
 
 @dataclass(frozen=True, slots=True)
 class RemoveChanges(Intent):
-    """The user takes back every timed change, push and low-friction patch."""
+    """Removes every timed change, push and low-friction patch."""
 
 
 @dataclass(frozen=True, slots=True)
 class AddDisturbance(Intent):
-    """The user lets something happen to the object at the play head.
+    """Adds a disturbance at the play head.
 
     Attributes:
-        what: What happens.
-        contact: Under which fingertip, where that matters; None is the one nearest to slip.
+        what: Kind of disturbance.
+        contact: Index of the fingertip, if it matters; None is the one closest to slip.
     """
 
     what: Literal[DisturbanceKind.PUSH, DisturbanceKind.LOW_FRICTION_PATCH, DisturbanceKind.POUR]
@@ -61,35 +61,35 @@ class AddDisturbance(Intent):
 
 @dataclass(frozen=True, slots=True)
 class DragObject(LatestIntent):
-    """The user drags the object with a force [N]: a push at the play head, until they let go."""
+    """The user drags the object with a force [N]: a push at the play head until release."""
 
     force: tuple[float, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class LetGo(Intent):
-    """The user lets go of the object: the push with this force [N] stays."""
+    """The user releases the object: the push with this force [N] is kept."""
 
     force: tuple[float, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class RemoveDisturbance(Intent):
-    """The user takes back a push or a low-friction patch, by its place among them."""
+    """Removes a disturbance by its index."""
 
     index: Annotated[int, Interval(ge=0, le=10**6)]
 
 
 @dataclass(frozen=True, slots=True)
 class ChoosePreset(Intent):
-    """The user chose another scenario to start from."""
+    """Selects another scenario to start from."""
 
     name: str
 
 
 @dataclass(frozen=True, slots=True)
 class LoadScenario(Intent):
-    """The user loads a scenario file; neither its name nor its content is validated yet."""
+    """Loads a scenario file; neither its name nor its content is validated yet."""
 
     name: str
     content: bytes
@@ -97,28 +97,28 @@ class LoadScenario(Intent):
 
 @dataclass(frozen=True, slots=True)
 class ResetScenario(Intent):
-    """The user wants the preset back as it comes."""
+    """Restores the original preset."""
 
 
 @dataclass(frozen=True, slots=True)
 class TryOut(Intent):
-    """The user wants to try what the card suggests: the words of one of its buttons."""
+    """Applies a hint of the summary card, given by the label of its button."""
 
     words: Annotated[str, MaxLen(600)]
 
 
 @dataclass(frozen=True, slots=True)
 class ChooseLaw(LatestIntent):
-    """The user wants another control law on the whole run."""
+    """Selects a control law for the whole run."""
 
     law: Annotated[str, MaxLen(80)]
 
 
 @dataclass(frozen=True, slots=True)
 class Undo(Intent):
-    """The user wants back what was asked for before."""
+    """Undoes the last change."""
 
 
 @dataclass(frozen=True, slots=True)
 class Redo(Intent):
-    """The user wants again what was taken back."""
+    """Redoes an undone change."""

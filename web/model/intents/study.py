@@ -1,4 +1,4 @@
-"""Intents about studies, and what their worker answers."""
+"""Intents about studies, and the answers of their worker."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from slipgrasp.web.model.study_map import MapPicture
 
 @dataclass(frozen=True, slots=True)
 class ChooseAxis(Intent):
-    """The user chose which parameter varies along an axis, 0 across and 1 up."""
+    """Selects the parameter of an axis, 0 horizontal and 1 vertical."""
 
     place: int
     key: str
@@ -23,7 +23,7 @@ class ChooseAxis(Intent):
 
 @dataclass(frozen=True, slots=True)
 class SetRange(Intent):
-    """The user set how a parameter varies; nothing of it is validated yet."""
+    """Sets the range of a parameter, which is not validated yet."""
 
     place: int
     axis: AxisDraft
@@ -36,74 +36,74 @@ class SetRange(Intent):
 
 @dataclass(frozen=True, slots=True)
 class ChooseComparison(LatestIntent):
-    """The user chose what is compared, by its name."""
+    """Selects a comparison by name."""
 
     name: str
 
 
 @dataclass(frozen=True, slots=True)
 class StartStudy(LatestIntent):
-    """The user wants the planned study to run."""
+    """Starts the planned study."""
 
 
 @dataclass(frozen=True, slots=True)
 class CancelStudy(LatestIntent):
-    """The user wants the study on the screen to end; what is done stays."""
+    """Cancels the study on the screen; finished runs are stored."""
 
 
 @dataclass(frozen=True, slots=True)
 class ResumeStudy(LatestIntent):
-    """The user wants the study on the screen, which has failed, to go on."""
+    """Continues the failed study on the screen."""
 
 
 @dataclass(frozen=True, slots=True)
 class OpenStudy(LatestIntent):
-    """The user wants to see a study of the store; its id is not validated yet."""
+    """Opens a stored study; its id is not validated yet."""
 
     study_id: str
 
 
 @dataclass(frozen=True, slots=True)
 class OpenStudyRun(LatestIntent):
-    """The user wants to see one run of the study on the screen; the index is not validated."""
+    """Opens one run of the study on the screen; the index is not validated."""
 
     index: Annotated[int, Interval(ge=0, le=10**9)]
 
 
 @dataclass(frozen=True, slots=True)
 class ShowStudyDraft(LatestIntent):
-    """The user wants to plan a study, or to go back to the map."""
+    """Plans a study, or returns to the map."""
 
     is_shown: bool
 
 
 @dataclass(frozen=True, slots=True)
 class SeeStudyDraft(LatestIntent):
-    """The draft has come into the user's sight, or is hidden behind another tab."""
+    """The draft became visible, or was hidden behind another tab."""
 
     is_visible: bool
 
 
 @dataclass(frozen=True, slots=True)
 class SizeMap(LatestIntent):
-    """The user wants the map wide or narrow."""
+    """Changes the width of the map."""
 
     is_wide: bool
 
 
 @dataclass(frozen=True, slots=True)
 class ListStudies(LatestIntent):
-    """The user wants the list of studies anew."""
+    """Updates the list of studies."""
 
 
 @dataclass(frozen=True, slots=True)
 class StudyPriced(Intent):
-    """What a planned study is going to take.
+    """The estimated cost of a planned study.
 
     Attributes:
-        number: Which question it answers.
+        number: Number of the request.
         seconds: Computing time [s].
-        warnings: What stands in the way of it.
+        warnings: Possible obstacles.
     """
 
     number: int
@@ -113,7 +113,7 @@ class StudyPriced(Intent):
 
 @dataclass(frozen=True, slots=True)
 class StudyRefused(Intent):
-    """A planned study cannot run, with the reasons; ``number`` is that of the question."""
+    """A planned study is invalid, with the reasons; ``number`` is that of the request."""
 
     number: int
     messages: tuple[str, ...]
@@ -121,7 +121,7 @@ class StudyRefused(Intent):
 
 @dataclass(frozen=True, slots=True)
 class StudyStarted(Intent):
-    """A study was taken on; ``number`` is that of the request."""
+    """A study was accepted; ``number`` is that of the request."""
 
     number: int
     status: StudyStatus
@@ -129,14 +129,14 @@ class StudyStarted(Intent):
 
 @dataclass(frozen=True, slots=True)
 class StudyMoved(Intent):
-    """How far a study is.
+    """The progress of a study.
 
     Attributes:
-        number: Which request to follow a study it answers.
+        number: Number of the request to follow it.
         status: The study.
-        behind: How many others come first.
-        picture: Its map; None if the one that is shown is still good.
-        has_map: Whether there can be a map of it.
+        behind: Number of studies before it.
+        picture: Its map; None if the present one is up to date.
+        has_map: Whether it can have a map.
     """
 
     number: int
@@ -163,7 +163,7 @@ class StudiesListed(Intent):
 
 @dataclass(frozen=True, slots=True)
 class StudyRunRecorded(Intent):
-    """A run of a study was simulated again, checked and kept."""
+    """A run of a study was simulated again, verified and stored."""
 
     study_id: str
     index: int

@@ -12,11 +12,11 @@ from slipgrasp.web.model.intents.intent import Intent
 
 @dataclass(frozen=True, slots=True)
 class ToggleTour(Intent):
-    """The user begins the tour of the presets, or leaves it."""
+    """Starts or leaves the tour of the presets."""
 
 
 @dataclass(frozen=True, slots=True)
 class VisitStop(Intent):
-    """The user goes to a stop of the tour, by its place; beyond the ends there is none."""
+    """Moves to a stop of the tour by index; invalid indices are ignored."""
 
     place: Annotated[int, Interval(ge=0, le=1000)]
