@@ -28,7 +28,7 @@ from slipgrasp.web.model.view import RunStage, RunStatus, ViewState
 from slipgrasp.web.page.session_directory import SessionDirectory
 from slipgrasp.web.reducers.charts import ChartsReducer
 from slipgrasp.web.reducers.compare import CompareReducer
-from slipgrasp.web.reducers.export import ExportReducer
+from slipgrasp.web.reducers.export import ExportReducer, WritePage
 from slipgrasp.web.reducers.frame_pacing import FramePacer
 from slipgrasp.web.reducers.heavier import HeavierReducer
 from slipgrasp.web.reducers.hints import HintsReducer
@@ -65,6 +65,7 @@ class Services:
         studies: Runs studies, one at a time.
         directory: All sessions by their keys.
         pacer: Lets the sessions that play share the processor.
+        write_page: Writes a run as a page that simulates.
     """
 
     runs: RunService
@@ -73,6 +74,7 @@ class Services:
     studies: StudyService
     directory: SessionDirectory
     pacer: FramePacer
+    write_page: WritePage
 
 
 class Session:
@@ -113,7 +115,9 @@ class Session:
             HeavierReducer(services.runs, self._mailbox.send),
             HintsReducer(services.runs, self._mailbox.send),
             PremisesReducer(self._mailbox.send),
-            ExportReducer(services.recordings, self._mailbox.send, self._deliver),
+            ExportReducer(
+                services.recordings, self._mailbox.send, self._deliver, services.write_page
+            ),
             StudyReducer(services.studies, services.recordings.memory, self._mailbox.send),
         )
         self._gone = threading.Event()
