@@ -19,6 +19,7 @@ from slipgrasp.web.reducers.frame_pacing import FramePacer
 from slipgrasp.web.scene.camera import FIELD_OF_VIEW, frame_box
 from slipgrasp.web.screen import apply_theme
 from slipgrasp.web.session import Services, Session
+from slipgrasp.web.standalone.page_file import write_usual_page
 from slipgrasp.web.workers.open_recordings import OpenRecordings
 from slipgrasp.web.workers.saved_runs import SavedRuns
 
@@ -53,7 +54,14 @@ class Dashboard:
         self.directory = SessionDirectory()
         self.recordings = OpenRecordings(runs.store, runs.memory)
         self._services = Services(
-            runs, SavedRuns(runs), self.recordings, studies, fits, self.directory, FramePacer()
+            runs,
+            SavedRuns(runs),
+            self.recordings,
+            studies,
+            fits,
+            self.directory,
+            FramePacer(),
+            write_usual_page,
         )
         self._first = first
         self._sessions: dict[int, Session] = {}

@@ -29,7 +29,7 @@ from slipgrasp.web.model.view import RunStage, RunStatus, ViewState
 from slipgrasp.web.page.session_directory import SessionDirectory
 from slipgrasp.web.reducers.charts import ChartsReducer
 from slipgrasp.web.reducers.compare import CompareReducer
-from slipgrasp.web.reducers.export import ExportReducer
+from slipgrasp.web.reducers.export import ExportReducer, WritePage
 from slipgrasp.web.reducers.fit import FitReducer
 from slipgrasp.web.reducers.frame_pacing import FramePacer
 from slipgrasp.web.reducers.heavier import HeavierReducer
@@ -69,6 +69,7 @@ class Services:
         fits: Fits recordings, in the same queue.
         directory: All sessions by their keys.
         pacer: Shares the processor among playing sessions.
+        write_page: Writes a run as a page that simulates.
     """
 
     runs: RunService
@@ -78,6 +79,7 @@ class Services:
     fits: FitService
     directory: SessionDirectory
     pacer: FramePacer
+    write_page: WritePage
 
 
 class Session:
@@ -119,7 +121,9 @@ class Session:
             HeavierReducer(services.runs, self._mailbox.send),
             HintsReducer(services.runs, self._mailbox.send),
             PremisesReducer(self._mailbox.send),
-            ExportReducer(services.recordings, self._mailbox.send, self._deliver),
+            ExportReducer(
+                services.recordings, self._mailbox.send, self._deliver, services.write_page
+            ),
             FitReducer(services.fits, self._mailbox.send),
             StudyReducer(services.studies, services.recordings.memory, self._mailbox.send),
         )

@@ -40,6 +40,7 @@ from slipgrasp.web.model.playback import TimeWindow, slip_window
 from slipgrasp.web.model.view import Ghost, RunStage, RunStatus, Shown, ViewState
 from slipgrasp.web.panels.export_panel import ExportPanel
 from slipgrasp.web.reducers.export import ExportReducer, clip_of
+from slipgrasp.web.standalone.page_file import write_usual_page
 from slipgrasp.web.workers.export_worker import ExportWorker
 from slipgrasp.web.workers.open_recordings import OpenRecordings
 from tests.waiting import PATIENCE
@@ -66,7 +67,9 @@ class Office:
     def __init__(self, view: ViewState, recordings: OpenRecordings) -> None:
         self.answers: SimpleQueue[Intent] = SimpleQueue()
         self.delivered: list[ExportFile] = []
-        self.reducer = ExportReducer(recordings, self.answers.put, self.delivered.append)
+        self.reducer = ExportReducer(
+            recordings, self.answers.put, self.delivered.append, write_usual_page
+        )
         self.view = view
 
     def take(self, intent: Intent) -> Exporting:

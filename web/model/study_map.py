@@ -98,7 +98,7 @@ class MapPicture:
     """The map of a study with its finished runs.
 
     Attributes:
-        study: The study; None of a page that simulates.
+        study: The study.
         finished: How many runs are done.
         held: How many of them held.
         across: The horizontal axis.
@@ -111,7 +111,7 @@ class MapPicture:
         note: Varied parameters that are not distinguished; may be empty.
     """
 
-    study: Study | None
+    study: Study
     finished: int
     held: int
     across: MapAxisPicture
@@ -126,7 +126,7 @@ class MapPicture:
 
 def locate(picture: MapPicture, index: int) -> tuple[int, Box] | None:
     """Where a run stands: the place of its panel, and its cell or point; None if nowhere."""
-    if picture.study is None or not 0 <= index < picture.study.num_runs:
+    if not 0 <= index < picture.study.num_runs:
         return None
     values = picture.study.values_of(index)
     x, y = values.get(picture.across.key), values.get(picture.up.key)

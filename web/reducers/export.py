@@ -5,8 +5,9 @@ from __future__ import annotations
 import io
 from collections.abc import Callable
 from dataclasses import replace
-from typing import ClassVar
+from typing import BinaryIO, ClassVar
 
+from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.words.phrases import milliseconds
 from slipgrasp.recordings.clip import Clip
 from slipgrasp.recordings.export import MOVING_FORMATS, STILL_FORMATS
@@ -31,6 +32,8 @@ from slipgrasp.web.reducers.reducer import Reducer
 from slipgrasp.web.workers.export_worker import ExportWorker
 from slipgrasp.web.workers.open_recordings import OpenRecordings
 
+WritePage = Callable[[RunResult, BinaryIO], None]
+
 _PICTURES = {each.name: each for each in (*MOVING_FORMATS, *STILL_FORMATS)}
 
 
@@ -41,6 +44,7 @@ class ExportReducer(Reducer):
         recordings: Memory for drawing runs.
         send: Accepts the answers of its thread.
         deliver: Sends a file to the user.
+        write_page: Writes a run as a page that simulates.
     """
 
     takes: ClassVar[tuple[type[Intent], ...]] = (
@@ -56,10 +60,15 @@ class ExportReducer(Reducer):
     )
 
     def __init__(
-        self, recordings: OpenRecordings, send: Send, deliver: Callable[[ExportFile], None]
+        self,
+        recordings: OpenRecordings,
+        send: Send,
+        deliver: Callable[[ExportFile], None],
+        write_page: WritePage,
     ) -> None:
         self._recordings = recordings
         self._deliver = deliver
+        self._write_page = write_page
         self._worker = ExportWorker(send)
         self.workers = (self._worker,)
 
@@ -104,12 +113,9 @@ class ExportReducer(Reducer):
             return _charts_file(view, shown)
 
     def _page(self, shown: Shown) -> bytes:
-        from slipgrasp.web.standalone.controls import usual_controls
-        from slipgrasp.web.standalone.page_file import write_page
-
         stream = io.BytesIO()
         with self._recordings.memory.reserve(Need.to_write_page(shown.result)):
-            write_page(shown.result, stream, usual_controls(shown.result.scenario))
+            self._write_page(shown.result, stream)
         return stream.getvalue()
 
     def _draw(

@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 
 from slipgrasp.core.run.metrics import HOLD_WINDOW
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.study.definition import Sampling, Study
 from slipgrasp.core.words.endings import end_words
 from slipgrasp.recordings.study.categories import (
     CATEGORIES,
@@ -26,17 +28,19 @@ _CELLS = "<g data-sg-cells></g>"
 _SIDES = (10, 25, 50)
 
 
-def map_data(controls: Sequence[Control]) -> dict[str, Any]:
+def map_data(scenario: Scenario, controls: Sequence[Control]) -> dict[str, Any]:
     """What the page shows before runs are there, and what it calls their ends.
 
     Args:
+        scenario: What varies.
         controls: The sliders, of which two are the axes.
     """
     by_status = {status: category_of(end.outcome, end.code) for status, end in end_words().items()}
     places = sorted({HELD, NOT_HELD, TOO_SHORT, *by_status.values()})
+    study = Study(base=scenario, sampling=Sampling(method="list"))
     return {
         "templates": {
-            f"{across.key} {up.key}": _template(across, up, places)
+            f"{across.key} {up.key}": _template(study, across, up, places)
             for across, up in permutations(controls, 2)
         },
         "size": SIZE,
@@ -53,10 +57,10 @@ def map_data(controls: Sequence[Control]) -> dict[str, Any]:
     }
 
 
-def _template(across: Control, up: Control, places: Sequence[int]) -> str:
+def _template(study: Study, across: Control, up: Control, places: Sequence[int]) -> str:
     """The map as HTML, with all ways in which runs can end in its key."""
     picture = MapPicture(
-        study=None,
+        study=study,
         finished=0,
         held=0,
         across=_axis(across),

@@ -13,7 +13,7 @@ import { SuccessMap } from "./map.js";
 import { cameraMessages, load } from "./page_data.js";
 import { playRun, startPlayback } from "./playback.js";
 import { onIntent } from "./post.js";
-import { readRecording } from "./recording.js";
+import { openRecording, readTables } from "./recording.js";
 import { Rows } from "./rows.js";
 import { SceneFeed } from "./scene_feed.js";
 import { drawCloseUps } from "./viser_view.js";
@@ -148,8 +148,9 @@ async function takeRecording(file) {
   if (!file) return;
   dropped = { name: file.name };
   try {
-    dropped.read = await readRecording(new Uint8Array(await file.arrayBuffer()), data.recording);
-    const set = valuesFor(dropped.read, data);
+    const opened = openRecording(new Uint8Array(await file.arrayBuffer()), data.recording);
+    const set = valuesFor(opened, data);
+    dropped.read = await readTables(opened, data.recording);
     setValues(new Map(data.controls.map(({ key, value }) => [key, set.get(key) ?? value])));
   } catch (error) {
     dropped = { words: `${file.name} cannot be checked here: ${error.message}` };

@@ -15,7 +15,7 @@ from collections.abc import Callable, Sequence
 from html import escape
 from importlib import resources
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.server.viewer.relay import viewer_page, with_head
@@ -32,7 +32,7 @@ from slipgrasp.web.model.intents.playback import (
 from slipgrasp.web.model.playback import WindowChoice
 from slipgrasp.web.page.colours import colours_html
 from slipgrasp.web.page.keys import keys_html
-from slipgrasp.web.standalone.controls import controls_of
+from slipgrasp.web.standalone.controls import Control, controls_of, usual_controls
 from slipgrasp.web.standalone.kernel_data import check_for_page, kernel_file, run_data
 from slipgrasp.web.standalone.look import look_of
 from slipgrasp.web.standalone.map_data import map_data
@@ -89,15 +89,7 @@ def write_page(
     check_for_page(result)
     sliders = controls_of(result.scenario, controls)
     look = look_of(result, sliders)
-    run = run_data(result)
-    recording = recording_data(result, run["columns"])
-    data = {
-        **look.data,
-        "run": run,
-        "command": command,
-        "recording": recording,
-        "map": map_data(sliders),
-    }
+    data = {**look.data, **_data_of(result, sliders), "command": command}
     head = "".join(
         (
             f"<title>{escape(result.name)} – slipgrasp</title>",
@@ -120,6 +112,21 @@ def write_page(
     viewer = _VIEWER.sub(lambda found: share(found[0].decode()).encode(), viewer_page())
     before, end, after = with_head(viewer, head).rpartition(b"</body>")
     stream.write(before + body.encode() + end + after)
+
+
+def write_usual_page(result: RunResult, stream: BinaryIO) -> None:
+    """Writes the page of a run with the usual sliders; see `write_page`."""
+    write_page(result, stream, usual_controls(result.scenario))
+
+
+def _data_of(result: RunResult, sliders: Sequence[Control]) -> dict[str, Any]:
+    """What the scripts need beside the look of the page."""
+    run = run_data(result)
+    return {
+        "run": run,
+        "recording": recording_data(result, run["columns"]),
+        "map": map_data(result.scenario, sliders),
+    }
 
 
 def share_in(folder: Path) -> Share:

@@ -13,23 +13,25 @@ const READERS = {
   sint32: [1, (view, at) => (view.getUint8(at) >> 1) ^ -(view.getUint8(at) & 1)],
 };
 
-/** Documents by name, and per topic its messages, in a file's bytes. */
-export async function readRecording(bytes, given) {
+/** Documents by name, and chunks that are still packed, in a file's bytes. */
+export function openRecording(bytes, { mostChunkBytes }) {
   if (bytes.length > MOST_BYTES) throw new Error(`it has more than ${MOST_BYTES} bytes`);
   if (String.fromCharCode(...bytes.subarray(0, MAGIC.length)) !== MAGIC) throw new Error("it is no MCAP file");
-  const unpack = await makeUnpack();
-  const found = { documents: {}, messages: new Map(given.topics.map(({ channel }) => [channel, []])) };
-  let unpacked = 0;
+  const found = { documents: {}, chunks: [] };
   for (const { opcode, content } of recordsIn(bytes.subarray(MAGIC.length, -MAGIC.length))) {
     if (opcode === METADATA) found.documents[content.text()] = content.texts();
     else if (opcode === ATTACHMENT) takeAttachment(content, found.documents);
-    else if (opcode === CHUNK) {
-      const chunk = chunkOf(content, given.mostChunkBytes);
-      if ((unpacked += chunk.size) > MOST_UNPACKED) throw new Error("it is too long for a page");
-      takeMessages(unpack(chunk), found.messages, given);
-    }
+    else if (opcode === CHUNK) found.chunks.push(chunkOf(content, mostChunkBytes));
   }
-  return { documents: found.documents, ...tablesOf(found.messages, given) };
+  if (found.chunks.reduce((sum, { size }) => sum + size, 0) > MOST_UNPACKED) throw new Error("it is too long for a page");
+  return found;
+}
+
+/** The numbers in the chunks of a recording, and its documents. */
+export async function readTables({ documents, chunks }, given) {
+  const [unpack, messages] = [await makeUnpack(), new Map(given.topics.map(({ channel }) => [channel, []]))];
+  for (const chunk of chunks) takeMessages(unpack(chunk), messages, given);
+  return { documents, ...tablesOf(messages, given) };
 }
 
 class Cursor {

@@ -62,7 +62,9 @@ def _topic(layout: MessageLayout, columns: dict[str, list[int]]) -> dict[str, An
 
 def _fields(layout: MessageLayout, columns: dict[str, list[int]]) -> Iterator[list[Any]]:
     """Offset, protobuf type, first column and number of columns of each field with numbers."""
+    described = layout.payload_type.fields or {}
+    offsets: dict[str, int] = {name: offset for name, (_, offset, *_) in described.items()}
     for field in layout.topic.fields:
         first, width = columns[field.name]
         if width > 0:
-            yield [layout.payload_type.fields[field.name][1], field.kind, first, width]
+            yield [offsets[field.name], field.kind, first, width]
