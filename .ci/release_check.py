@@ -1,8 +1,10 @@
 """Builds a release from what is committed, twice, and installs it into empty environments.
 
-`python .ci/release_check.py [PYTHON …]`: source archive and wheel are built in two folders and have
-to be equal bytes; their metadata and contents are checked; each interpreter installs the wheel and
-runs a preset, whose hash has to be the one in docs/portability.md. Nothing is published.
+`python .ci/release_check.py [PYTHON …]`: the files beside the code are checked
+(release_material.py); source archive and wheel are built in two folders and have to be equal bytes;
+their metadata and contents are checked; each interpreter installs the wheel and runs a preset,
+whose hash has to be the one in docs/data/preset-hashes.csv. Nothing is published.
+`… --build FOLDER` only builds.
 """
 
 from __future__ import annotations
@@ -12,7 +14,6 @@ import hashlib
 import io
 import json
 import os
-import re
 import shutil
 import subprocess
 import sys
@@ -21,14 +22,19 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
+from hash_table import known_hashes
+from release_material import check_forms, check_material
+
 ROOT = Path(__file__).parents[1]
-PAGE = ROOT / "docs" / "portability.md"
 PRESET = "paper-case-1"
 VERSIONS = ("python3.11", "python3.12", "python3.13")
 
 
 def main(interpreters: Sequence[str]) -> None:
     """Checks a release with some interpreters; with those that are installed if none is named."""
+    check_material()
+    check_forms()
+    print("Citation, Zenodo, conda recipe, paper and workflows are in order")
     found = interpreters or [each for name in VERSIONS if (each := shutil.which(name))]
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -102,12 +108,21 @@ def check_installed(interpreter: str, wheel: Path, folder: Path) -> None:
     subprocess.run(install, check=True, cwd=folder)
     run = [python, "-m", "slipgrasp", "run", PRESET, "--json"]
     printed = subprocess.check_output(run, cwd=folder, env=environment, text=True)
-    row = rf"^\| {PRESET} \| ([0-9a-f]{{64}}) \|$"
-    (expected,) = re.findall(row, PAGE.read_text("utf-8"), re.MULTILINE)
-    assert json.loads(printed)["sha256"] == expected, f"{interpreter}: another hash"
+    assert json.loads(printed)["sha256"] == known_hashes()[PRESET], f"{interpreter}: another hash"
     version = subprocess.check_output([python, "--version"], text=True).strip()
-    print(f"{version}: installed, and {PRESET} has the hash of docs/portability.md")
+    print(f"{version}: installed, and {PRESET} has the known hash")
+
+
+def build_into(folder: Path) -> None:
+    """Puts source archive and wheel into a folder."""
+    with tempfile.TemporaryDirectory() as name:
+        for each in build(Path(name)):
+            folder.mkdir(exist_ok=True)
+            shutil.copy(each, folder)
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    if sys.argv[1:2] == ["--build"]:
+        build_into(Path(sys.argv[2]))
+    else:
+        main(sys.argv[1:])

@@ -24,13 +24,13 @@ from benchmarks.replay import (
     Replay,
     compare,
     format_table,
-    mean_torques,
     record_case,
     slip_of,
 )
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario import FingerParameters, Scenario
 from slipgrasp.core.scenario.geometry import contact_frame
+from slipgrasp.recordings.engines.expected import mean_torques
 
 Floats = NDArray[np.float64]
 

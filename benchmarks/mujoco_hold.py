@@ -17,12 +17,10 @@ from benchmarks.mujoco_scene import (
     DEFAULT_CONTACT,
     STIFFNESS,
     build_model,
-    describe_scene,
-    motors,
-    start_coordinates,
 )
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario import Scenario
+from slipgrasp.recordings.engines.mjcf import describe_scene, motors, start_coordinates
 
 Floats = NDArray[np.float64]
 
@@ -112,8 +110,7 @@ def hold_by_actuators(scenario: Scenario, duration: float) -> Hold:
 def hold_by_numpy(scenario: Scenario, duration: float) -> Hold:
     """The law in NumPy, called at every step."""
     law = PdLaw(scenario)
-    angles = law.goal.tolist()
-    text = describe_scene(scenario, angles, STEP, motors(scenario), DEFAULT_CONTACT)
+    text = describe_scene(scenario, law.goal, STEP, motors(scenario), DEFAULT_CONTACT)
     model = mujoco.MjModel.from_xml_string(text)
     start = start_coordinates(scenario, law.goal)
     return Hold(model, mujoco.MjData(model), start, round(duration / STEP), law)

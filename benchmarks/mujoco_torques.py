@@ -9,10 +9,14 @@ import numpy as np
 from mujoco import rollout
 from numpy.typing import NDArray
 
-from benchmarks import mujoco_replay
-from benchmarks.mujoco_scene import describe_scene, motors, start_coordinates
-from benchmarks.replay import mean_torques
 from slipgrasp.core.run.result import RunResult
+from slipgrasp.recordings.engines.expected import mean_torques
+from slipgrasp.recordings.engines.mjcf import (
+    describe_contact,
+    describe_scene,
+    motors,
+    start_coordinates,
+)
 
 Floats = NDArray[np.float64]
 
@@ -59,8 +63,8 @@ def _scene(result: RunResult, step: float) -> tuple[mujoco.MjModel, mujoco.MjDat
     """The scene that `replay_in_mujoco` plays in, at the start."""
     scenario, trace = result.scenario, result.trace
     angles = trace.joint_position[0]
-    contact = mujoco_replay.describe_contact(step)
-    text = describe_scene(scenario, angles.tolist(), step, motors(scenario), contact)
+    contact = describe_contact(step)
+    text = describe_scene(scenario, angles, step, motors(scenario), contact)
     model = mujoco.MjModel.from_xml_string(text)
     data = mujoco.MjData(model)
     data.qpos[:] = start_coordinates(scenario, angles)

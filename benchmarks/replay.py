@@ -18,13 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.geometry import contact_frame
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.scenario.space import PLANAR, SPATIAL
-from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.trace.types import ContactPhase
+from slipgrasp.recordings.engines.expected import interpolate, record_densely
 
 Floats = NDArray[np.float64]
 
@@ -32,7 +31,6 @@ CASES = ("paper-case-1", "paper-case-2")
 STEPS = (1e-3, 5e-4, 2.5e-4, 1e-4, 5e-5)  # of the other engine [s]
 DURATION = 0.3  # [s]
 
-OUTPUT_RATE = 1e4  # [Hz]; between its rows torques bend by less than 1e-5 of their size
 MOVING = 1e-3  # slip speed below which a contact counts as stopped [m/s]
 
 
@@ -63,28 +61,9 @@ def record_case(name: str, duration: float) -> RunResult:
         duration: Simulated time [s].
     """
     scenario = load_scenario(name)
-    values = {"simulation.output_rate": OUTPUT_RATE, "simulation.duration": duration}
     if scenario.space is PLANAR:
-        values["controller.control_period"] = 0.0
-    return simulate(with_values(scenario, values))
-
-
-def mean_torques(result: RunResult, step: float) -> Floats:
-    """Mean joint torque over each step of an engine, shape ``(steps, joints)`` [N m].
-
-    The mean has the impulse of the recorded torque. Two rows at one time (an event, at
-    which the torque jumps) enclose no time and so need no case of their own.
-    """
-    trace, ticks = result.trace, result.ticks
-    if ticks:
-        times, torques = np.append(ticks.times, trace.times[-1]), ticks.commands
-    else:
-        times, torques = trace.times, 0.5 * (trace.joint_torque[1:] + trace.joint_torque[:-1])
-    areas = np.diff(times)[:, None] * torques
-    impulses = np.concatenate((np.zeros((1, torques.shape[1])), np.cumsum(areas, axis=0)))
-    edges = step * np.arange(round(times[-1] / step) + 1)
-    at_edges = np.stack([np.interp(edges, times, column) for column in impulses.T], axis=1)
-    return (at_edges[1:] - at_edges[:-1]) / step
+        scenario = with_values(scenario, {"controller.control_period": 0.0})
+    return record_densely(scenario, duration)
 
 
 def slip_of(scenario: Scenario, object_pose: Floats, tips: Floats) -> Floats:
@@ -139,13 +118,13 @@ def extrapolated_ends(replay: Replay, contacts: int) -> Floats:
 def compare(result: RunResult, replay: Replay, step: float) -> Differences:
     """How far a replay strays from the run whose torques it was given."""
     trace, ends = result.trace, slip_ends(result)
-    pose = _interpolate(trace, trace.object_pose, replay.times)
+    pose = interpolate(trace, trace.object_pose, replay.times)
     pose_error = np.abs(replay.object_pose - pose)
     ways = trace.shape.space.num_positions
     turn = pose_error[:, ways:]
     if trace.shape.space is SPATIAL:
         turn = 2.0 * np.linalg.norm(turn, axis=1)  # of a small difference of unit quaternions
-    slip = _interpolate(trace, trace.slip, replay.times)
+    slip = interpolate(trace, trace.slip, replay.times)
     slip_error = np.abs(replay.slip - slip)
     return Differences(
         step=step,
@@ -165,7 +144,3 @@ def format_table(title: str, rows: Iterable[Differences]) -> str:
         small = "".join(f"{1e6 * value:14.3f}" for value in row[1:5])
         lines.append(f"{1e3 * row.step:14.4f}{small}{1e3 * row.slip_end:14.3f}")
     return "\n".join(lines)
-
-
-def _interpolate(trace: Trace, signal: Floats, times: Floats) -> Floats:
-    return np.stack([np.interp(times, trace.times, column) for column in signal.T], axis=1)

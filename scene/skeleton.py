@@ -128,6 +128,12 @@ def tip_frame(finger: int) -> str:
     return f"finger_{finger}/tip"
 
 
+def finger_of(frame: str) -> int | None:
+    """The finger that a frame belongs to; None if it belongs to none."""
+    kind, _, index = frame.partition("/")[0].partition("_")
+    return int(index) if kind == "finger" else None
+
+
 def contact_name(contact: int) -> str:
     """The frame on the face that a fingertip touches."""
     return f"contact_{contact}"
@@ -267,7 +273,7 @@ def tip_at_start(scenario: Scenario, i: int) -> Values:
 def _slid(finger: int, along: Values, states: States) -> Values:
     """Positions of the slides along some of the axes."""
     slides = states.joint_positions[:, finger]
-    positions = np.zeros((len(slides), 3))
+    positions = np.zeros_like(slides, shape=(len(slides), 3))
     positions[:, : slides.shape[1]] = slides
     return positions * along
 

@@ -27,6 +27,7 @@ from slipgrasp.web.panels.study_panel import StudyPanel
 from slipgrasp.web.panels.tour_panel import TourPanel
 from slipgrasp.web.scene.camera import FrontCamera
 from slipgrasp.web.scene.dragging import ObjectDrag
+from slipgrasp.web.scene.picking import Picking
 from slipgrasp.web.scene.scene import Scene
 
 _BRIGHT_BRAND: Rgb = PHASES[ContactPhase.STICK]
@@ -53,14 +54,14 @@ class Screen:
         key: str,
     ) -> None:
         gui, self._gui = client.gui, client.gui
-        self._scene, self._camera = Scene(client, ObjectDrag(send)), camera
+        self._scene, self._camera = Scene(client, ObjectDrag(send), picking=Picking(send)), camera
         layout = guess_layout(client.camera.image_width, client.camera.image_height)
         sizes = panel_sizes(layout.width, layout.height)
         self._scenario = ScenarioPanel(gui, view.draft, send)
+        self._controls = ControlsPanel(gui, send)
         self._file = ScenarioFilePanel(gui, send)
         self._appearance = AppearancePanel(gui, view.appearance, send)
         self._export = ExportPanel(gui, send)
-        self._controls = ControlsPanel(gui, send)
         # Before the session state, with which a page opens its link: it then has all controls.
         self._controls.update(view)
         self._results = gui.add_panel()

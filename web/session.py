@@ -43,6 +43,7 @@ from slipgrasp.web.reducers.recordings import RecordingsReducer
 from slipgrasp.web.reducers.reducer import Reducer
 from slipgrasp.web.reducers.runs import RunReducer
 from slipgrasp.web.reducers.scenario import ScenarioReducer
+from slipgrasp.web.reducers.selection import SelectionReducer
 from slipgrasp.web.reducers.study import StudyReducer
 from slipgrasp.web.scene.camera import FrontCamera
 from slipgrasp.web.screen import Screen
@@ -101,6 +102,7 @@ class Session:
         self._drawn: ViewState | None = None
         self._reducers: Sequence[Reducer] = (
             ScenarioReducer(),
+            SelectionReducer(),
             RunReducer(
                 services.runs,
                 services.saved,

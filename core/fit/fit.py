@@ -42,7 +42,8 @@ from slipgrasp.core.fit.report import (
     StartReport,
 )
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.core.trace.trace import Floats, rows_from_start
+from slipgrasp.core.trace.signals import Floats
+from slipgrasp.core.trace.trace import rows_from_start
 
 MAX_EVALUATIONS = 10_000
 """Runs of one fit, twins apart: as many as a study lists."""

@@ -18,7 +18,7 @@ from slipgrasp.core.scenario.loading import parameter_definitions, with_values
 from slipgrasp.core.scenario.parameters import Parameter
 from slipgrasp.core.study.definition import expand_key
 from slipgrasp.core.trace.columns import columns_of
-from slipgrasp.core.trace.trace import SIGNALS, Floats
+from slipgrasp.core.trace.signals import SIGNALS, Floats
 
 DELAY = "delay"
 FORCE_BIAS = "force_bias"

@@ -10,7 +10,7 @@ import numpy as np
 
 from slipgrasp.core.fit.objective import Objective
 from slipgrasp.core.fit.optimiser import Minimum, minimise
-from slipgrasp.core.trace.trace import Floats
+from slipgrasp.core.trace.signals import Floats
 
 ParameterClass = Literal["bounded", "only above", "only below", "flat"]
 

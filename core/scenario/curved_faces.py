@@ -36,11 +36,11 @@ def slide(
         Points ``(..., d)`` [m] and axes ``(..., d, d)``.
     """
     start, frame = np.asarray(anchor, float), np.asarray(axes, float)
-    slip = np.asarray(slips, float)
+    slip = np.asanyarray(slips) * 1.0  # floats, or the numbers by which a page traces formulas
     curved = [axis for axis, curvature in enumerate(curvatures) if curvature > 0.0]
     if len(curved) > 1:
         return _slide_on_sphere(start, frame, curvatures[0], slip)
-    turned = np.broadcast_to(frame, (*slip.shape[:-1], *frame.shape)).copy()
+    turned = np.zeros_like(slip, shape=(*slip.shape[:-1], *frame.shape)) + frame
     points = start + slip @ frame[:-1]
     for axis in curved:
         radius, along = 1.0 / curvatures[axis], slip[..., axis, None]
@@ -107,7 +107,7 @@ def turned_by(curvatures: Sequence[float], slips: ArrayLike) -> Floats:
     Returns:
         Parts of one rotation vector, shape ``(..., d - 1)`` [rad].
     """
-    angles = np.asarray(slips, float) * np.asarray(curvatures)[: np.shape(slips)[-1]]
+    angles = np.asanyarray(slips) * np.asarray(curvatures)[: np.shape(slips)[-1]]
     if len(curvatures) < 2 or curvatures[0] == 0.0:
         return angles
     # On a sphere coordinates are 2 R tan(angle / 2).

@@ -23,7 +23,7 @@ from slipgrasp.core.fit.problem import FitProblem
 from slipgrasp.core.run.simulation import Simulation
 from slipgrasp.core.run.simulator import run_to_end
 from slipgrasp.core.study.definition import apply_values
-from slipgrasp.core.trace.trace import Floats
+from slipgrasp.core.trace.signals import Floats
 from slipgrasp.recordings.exceptions import RecordingBusyError, RecordingWriteError
 from slipgrasp.recordings.study.study_row import (
     RunHash,

@@ -19,7 +19,7 @@ from slipgrasp.core.fit.report import FitReport
 from slipgrasp.core.run.provenance import present_provenance
 from slipgrasp.core.study.definition import Sampling, Study
 from slipgrasp.core.trace.columns import columns_of
-from slipgrasp.core.trace.trace import TIME_COLUMN, Floats
+from slipgrasp.core.trace.signals import TIME_COLUMN, Floats
 from slipgrasp.recordings.exceptions import RecordingExistsError
 from slipgrasp.recordings.file.atomic_file import atomic_file
 from slipgrasp.recordings.file.reader import read_recording

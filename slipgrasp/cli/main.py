@@ -25,6 +25,7 @@ from slipgrasp.cli import (
     replay,
     run,
     scenarios,
+    scene,
     serve,
     study,
     verify,
@@ -107,7 +108,7 @@ def _make_parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
     for command in (
         *(run, margin, study, rebuild, import_data, fit, replay, diff, verify),
-        *(export, page, figures, recover, prune, scenarios, hands, laws, serve),
+        *(export, page, scene, figures, recover, prune, scenarios, hands, laws, serve),
     ):
         command.add_command(commands)
     return parser

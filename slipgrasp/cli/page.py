@@ -4,23 +4,27 @@ from __future__ import annotations
 
 import argparse
 import io
-import os
 import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from slipgrasp.cli.arguments import add_scenario, read_scenario
+from slipgrasp.cli.arguments import add_scenario, check_output, read_scenario
 from slipgrasp.cli.progress import Progress, load_simulation
 from slipgrasp.cli.status import CommandError, ExitStatus
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from slipgrasp.core.run.result import RunResult
     from slipgrasp.core.scenario import Scenario
 
 RECORDING_SUFFIX = ".mcap"
+WHY = "why"
 DESCRIPTION = (
     "Write one HTML file that simulates a scenario in the browser: it needs no server, no "
     "network and no installation, and shows the SHA-256 of its run, which 'slipgrasp run --json' "
-    "prints too. SCENARIO may also be a recording (FILE.mcap), whose scenario is simulated again."
+    "prints too. SCENARIO may also be a recording (FILE.mcap), whose scenario is simulated again, "
+    "or 'why': the page 'Why does my object slip?', which asks for five numbers of a gripper."
 )
 EPILOG = (
     "The kernel is compiled to WebAssembly the first time, which takes a minute and needs "
@@ -43,10 +47,16 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     )
     parser.add_argument(
         "--controls",
-        metavar="KEY,KEY,…",
+        metavar="KEY[=LOW:HIGH],…",
         type=lambda text: [word.strip() for word in text.split(",") if word.strip()],
-        help="parameters with sliders, fingers.*.KEY for all fingers at once (default: "
+        help="parameters with sliders, fingers.*.KEY for all fingers at once; LOW and HIGH are the "
+        "ends of a slider (default: "
         "object.mass,fingers.*.friction and, of planar hands, controller.position_gain)",
+    )
+    parser.add_argument(
+        "--shared",
+        action="store_true",
+        help="put what all pages have in common into files beside this one, for a site of many",
     )
     parser.add_argument("--force", action="store_true", help="replace an existing file")
     parser.set_defaults(execute=_execute)
@@ -54,18 +64,58 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
 
 def _execute(arguments: argparse.Namespace) -> ExitStatus:
     output: Path = arguments.output
-    _check_output(output, arguments.force)
+    check_output(output, arguments.force)
+    if arguments.scenario == WHY:
+        return _write_questions(output)
     scenario, command = _scenario_of(arguments)
     load_simulation(scenario.space)
+    with Progress("simulating"):
+        from slipgrasp.core.run.simulator import simulate
+
+        result = simulate(scenario)
+    written = write_page_of(result, output, arguments.controls, command, shared=arguments.shared)
+    print(written)
+    return ExitStatus.COMPLETED
+
+
+def write_page_of(
+    result: RunResult,
+    output: Path,
+    controls: Sequence[str] | None,
+    command: str,
+    *,
+    shared: bool = False,
+) -> str:
+    """Writes the page of a run.
+
+    Args:
+        result: The run.
+        output: The file to write.
+        controls: Keys of the parameters with sliders; None for the usual ones.
+        command: What simulates the same on a command line; empty if nothing does.
+        shared: Whether what all pages have becomes files beside it.
+
+    Returns:
+        What was written, in words.
+    """
     with Progress("loading the dashboard"):
         from slipgrasp.web.standalone.controls import usual_controls
-        from slipgrasp.web.standalone.page_file import write_page
+        from slipgrasp.web.standalone.page_file import share_in, write_page
     content = io.BytesIO()
     with Progress("writing the page"):
-        controls = usual_controls(scenario) if arguments.controls is None else arguments.controls
-        result = write_page(scenario, content, controls, command)
+        chosen = usual_controls(result.scenario) if controls is None else controls
+        share = share_in(output.parent) if shared else str
+        write_page(result, content, chosen, command, share)
     output.write_bytes(content.getvalue())
-    print(f"{output}: {len(content.getvalue()) / 1e6:.2f} MB, SHA-256 of its run {result.sha256}")
+    size = len(content.getvalue()) / 1e6
+    return f"{output}: {size:.2f} MB, SHA-256 of its run {result.sha256}"
+
+
+def _write_questions(output: Path) -> ExitStatus:
+    from slipgrasp.web.standalone.grip_page import grip_page
+
+    output.write_text(grip_page(), encoding="utf-8")
+    print(f"{output}: why does my object slip?")
     return ExitStatus.COMPLETED
 
 
@@ -73,10 +123,7 @@ def _scenario_of(arguments: argparse.Namespace) -> tuple[Scenario, str]:
     """The scenario, and the command that runs it; no command for that of a recording."""
     path = Path(arguments.scenario)
     if path.suffix.lower() != RECORDING_SUFFIX:
-        words = ["slipgrasp", "run", arguments.scenario]
-        words += ["--law", arguments.law] if arguments.law else []
-        words += [word for each in arguments.assignments for word in ("--set", each)]
-        return read_scenario(arguments), shlex.join(words)
+        return read_scenario(arguments), command_of(arguments)
     if arguments.law or arguments.assignments:
         raise CommandError("--law and --set need a preset or a TOML file, not a recording")
     from slipgrasp.recordings.file.reader import read_recording
@@ -85,10 +132,9 @@ def _scenario_of(arguments: argparse.Namespace) -> tuple[Scenario, str]:
         return read_recording(path).scenario, ""
 
 
-def _check_output(output: Path, force: bool) -> None:
-    if output.is_dir() or not output.parent.is_dir():
-        raise CommandError(f"--output '{output}': give the name of a file in an existing folder")
-    if not os.access(output.parent, os.W_OK | os.X_OK):
-        raise CommandError(f"--output '{output}': no permission to write in that folder")
-    if output.exists() and not force:
-        raise CommandError(f"'{output}' exists; --force replaces it")
+def command_of(arguments: argparse.Namespace) -> str:
+    """The command that simulates what the arguments of `add_scenario` name."""
+    words = ["slipgrasp", "run", arguments.scenario]
+    words += ["--law", arguments.law] if arguments.law else []
+    words += [word for each in arguments.assignments for word in ("--set", each)]
+    return shlex.join(words)

@@ -13,8 +13,9 @@ import numpy as np
 import pytest
 
 from benchmarks.mujoco_replay import measure_differences, replay_in_mujoco
-from benchmarks.replay import STEPS, mean_torques, record_case
+from benchmarks.replay import STEPS, record_case
 from slipgrasp.core.scenario.loading import with_values
+from slipgrasp.recordings.engines.expected import mean_torques
 
 pytestmark = pytest.mark.slow
 

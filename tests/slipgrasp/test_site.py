@@ -8,6 +8,8 @@ from urllib.parse import unquote
 
 import pytest
 
+from slipgrasp import load_scenario, simulate
+
 ROOT = Path(__file__).parents[2]
 TARGET = re.compile(r'(?:href|src|srcset)="([^"]+)"')
 ELSEWHERE = ("http:", "https:", "mailto:", "data:", "javascript:")
@@ -58,6 +60,38 @@ def test_nothing_is_fetched_from_elsewhere(site):
     loaded = re.compile(r'<(?:script|link|img|source)\b[^>]*(?:src|href|srcset)="(https?:[^"]+)"')
     for page in site.rglob("*.html"):
         assert loaded.findall(page.read_text(encoding="utf-8")) == [], page.name
+
+
+def test_every_preset_and_every_lesson_has_a_live_page(site):
+    gallery = (site / "docs/gallery.html").read_text(encoding="utf-8")
+    shown = set(re.findall(r'href="live/([\w-]+)\.html"><img', gallery))
+    presets = {path.stem for path in (ROOT / "core/scenario/presets").glob("*.toml")}
+    assert presets - shown == {"wet-patch"}
+    lessons = (site / "docs/lessons.html").read_text(encoding="utf-8")
+    assert len(re.findall(r'href="live/[\w-]+\.html#t=0"', lessons)) == 6
+    start = (site / "README.html").read_text(encoding="utf-8")
+    assert 'href="docs/live/spatial-prism.html"' in start
+
+
+def test_live_pages_share_what_is_equal(site):
+    live = site / "docs/live"
+    assert sum(file.stat().st_size for file in live.iterdir()) < 5e6
+    assert len(list(live.glob("shared-*.js"))) == 6
+
+
+@pytest.mark.browser
+def test_a_live_page_of_the_site_simulates(site, browser):
+    context = browser.new_context(viewport={"width": 800, "height": 800}, offline=True)
+    page = context.new_page()
+    try:
+        page.goto((site / "docs/lessons.html").as_uri())
+        page.get_by_role("link", name="published-law.html").click()
+        page.wait_for_function("document.documentElement.dataset.sgStarted !== undefined")
+        sha256 = simulate(load_scenario("paper-case-2")).sha256
+        assert page.locator("#sg-sha256").text_content() == sha256
+        assert page.get_by_role("slider").count() == 1
+    finally:
+        context.close()
 
 
 @pytest.mark.browser

@@ -17,7 +17,7 @@ from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.words.endings import end_words
 from slipgrasp.server.viewer.server import ViewerServer
-from slipgrasp.web.charts.charts import contact_charts, tracking_charts
+from slipgrasp.web.charts.charts import contact_charts, estimate_charts, tracking_charts
 from slipgrasp.web.model.appearance import Appearance
 from slipgrasp.web.model.sampling import Sampler, locate
 from slipgrasp.web.scene.close_ups import arrays_of
@@ -52,6 +52,10 @@ SCENARIOS = {
     ),
     "motion of pieces": short("shake-test"),
     "spatial hand": short("spatial-prism"),
+    "jaws": short("parallel-gripper"),
+    "round object that is turned": with_values(
+        load_scenario("spatial-bottle"), {"simulation.duration": 1.2}
+    ),
 }
 
 
@@ -137,7 +141,8 @@ def test_charts_show_the_lines_of_the_dashboard():
     result = simulate(short("paper-case-2"))
     charts = {c.key: c for c in (*contact_charts(result), *tracking_charts(result))}
     look = look_of(result, ())
-    for key, told in zip(CHARTS, look.data["charts"], strict=True):
+    charts |= {chart.key: chart for chart in estimate_charts(result)}
+    for key, told in zip((*CHARTS, "estimates-friction"), look.data["charts"], strict=True):
         assert told["key"] == key
         assert told["lines"] == [line.key for line in charts[key].lines]
         assert f"'{key}':(a,o)=>" in look.formulas
@@ -165,6 +170,8 @@ def test_a_slider_of_all_fingers_sets_every_one():
         ("fingers.0.contact_offset", "cannot be a slider here"),
         ("object.shape", "no parameter with one number"),
         ("object.colour", "no parameter with one number"),
+        ("object.mass=3:1", "KEY=LOW:HIGH"),
+        ("object.mass=light:heavy", "KEY=LOW:HIGH"),
     ],
 )
 def test_what_cannot_have_a_slider_is_refused(key, words):
@@ -177,13 +184,17 @@ def test_a_slider_of_a_spatial_hand_sets_what_the_kernel_reads():
     mass, friction = controls_of(prism, usual_controls(prism))
     assert len(mass.places) == 1
     assert len(friction.places) == 2 * len(prism.fingers)  # kinetic and static
+    lift = load_scenario("gripper-lift")
+    (grip,) = controls_of(lift, ["controller.grip_force=4:10"])
+    assert (grip.low, grip.high, grip.step) == (4.0, 10.0, 0.02)
+    assert len(grip.places) == 2  # of the model, and of the run before it begins
     with pytest.raises(ControlError, match="of a spatial hand"):
-        controls_of(prism, ["controller.force_bandwidth"])
+        controls_of(lift, ["controller.force_bandwidth"])
 
 
 def test_what_a_page_cannot_simulate_is_refused():
     with pytest.raises(PageError, match="patches"):
-        write_page(load_scenario("wet-patch"), io.BytesIO(), ())
+        write_page(simulate(load_scenario("wet-patch")), io.BytesIO(), ())
 
 
 def test_every_end_of_a_run_has_words():
@@ -199,9 +210,7 @@ def test_every_end_of_a_run_has_words():
 @pytest.fixture(scope="module")
 def page() -> str:
     stream = io.BytesIO()
-    write_page(
-        load_scenario("paper-case-1"), stream, ("object.mass",), "slipgrasp run paper-case-1"
-    )
+    write_page(simulate(load_scenario("paper-case-1")), stream, ("object.mass",), COMMAND)
     return stream.getvalue().decode()
 
 
@@ -218,9 +227,7 @@ def test_the_file_is_small_and_asks_for_nothing_else(page):
 
 def test_the_file_has_the_same_bytes_again(page):
     stream = io.BytesIO()
-    write_page(
-        load_scenario("paper-case-1"), stream, ("object.mass",), "slipgrasp run paper-case-1"
-    )
+    write_page(simulate(load_scenario("paper-case-1")), stream, ("object.mass",), COMMAND)
     assert stream.getvalue().decode() == page
 
 
@@ -248,6 +255,12 @@ INCOMING = """export type WsWorkerIncoming =
   | { type: "set_server"; server: string }
   | { type: "retry" }
   | { type: "close" };"""
+UNPACKER = """  ZSTD_decompress(
+    dstPtr: number,
+    dstSize: number,
+    srcPtr: number,
+    srcSize: number,
+  ): number;"""
 FIELDS = {
     "SetPositionMessage": {"name", "position", "owner"},
     "SetOrientationMessage": {"name", "wxyz", "owner"},
@@ -260,7 +273,7 @@ FIELDS = {
 }
 CHANGED = (
     f"viser {viser.__version__} changes what its page and its worker say to each other: "
-    "adapt web/standalone/boot.js and scene_feed.js, then this test"
+    "adapt web/standalone/boot.js, recording.js and scene_feed.js, then this test"
 )
 
 
@@ -268,6 +281,8 @@ def test_viser_and_its_worker_say_what_the_page_says():
     source = Path(viser.__file__).parent / "client" / "src" / "WebsocketClientWorker.ts"
     text = source.read_text(encoding="utf-8")
     assert OUTGOING in text and INCOMING in text, CHANGED
+    unpacking = source.with_name("zstd.ts").read_text(encoding="utf-8")
+    assert "globalThis.__viserZstdWasm" in unpacking and UNPACKER in unpacking, CHANGED
     for name, fields in FIELDS.items():
         found = {field.name for field in dataclasses.fields(getattr(_messages, name))}
         assert found == fields, f"{CHANGED}: {name} has {sorted(found)}"

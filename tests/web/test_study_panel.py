@@ -85,7 +85,7 @@ def picture(tmp_path_factory: pytest.TempPathFactory) -> MapPicture:
 
 
 def status_of(state: StudyState, finished: int = 9, **told: float) -> StudyStatus:
-    return StudyStatus(stored=STORED, state=state, finished=finished, outcomes={}, **told)  # type: ignore[arg-type]
+    return StudyStatus(stored=STORED, state=state, finished=finished, outcomes={}, **told)
 
 
 def on_map(picture: MapPicture | None, status: StudyStatus) -> StudyView:

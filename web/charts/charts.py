@@ -274,13 +274,14 @@ def estimate_charts(result: RunResult) -> tuple[Chart, ...]:
     definitions = parameter_definitions(result.scenario)
     unknowns = trace.shape.unknowns
     units = [definitions[key].unit for key in unknowns]
+    firsts = {each.parameter: abs(each.initial) for each in result.scenario.estimates}
 
     def chart(unit: str) -> Chart:
         members = [i for i, other in enumerate(units) if other == unit]
         labels = [key_words(unknowns[i], names) for i in members]
         estimates, truth = trace.estimates[:, members], trace.true_parameters[:, members]
         # The labels of an axis have three digits behind the point.
-        is_small = max(np.abs(estimates).max(), np.abs(truth).max()) < _SMALL and unit != "1"
+        is_small = max(firsts[unknowns[i]] for i in members) < _SMALL and unit != "1"
         scale, prefix = (1e3, "10⁻³ ") if is_small else (1.0, "")
         return Chart(
             f"estimates-{_QUANTITIES.get(unit, unit).lower()}",

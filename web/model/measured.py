@@ -8,7 +8,8 @@ import numpy as np
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.trace.columns import columns_of
-from slipgrasp.core.trace.trace import TIME_COLUMN, Trace
+from slipgrasp.core.trace.signals import TIME_COLUMN
+from slipgrasp.core.trace.trace import Trace
 from slipgrasp.recordings.measured.recording import MeasuredRecording
 
 MOST_SAMPLES = 20_000

@@ -34,6 +34,7 @@ from slipgrasp.web.model.playback import (
 from slipgrasp.web.model.replay import Replay
 from slipgrasp.web.model.run_list import RunList
 from slipgrasp.web.model.sampling import Sample, Sampler, pushed
+from slipgrasp.web.model.selection import Selection
 from slipgrasp.web.model.study import StudyView
 from slipgrasp.web.model.tour import TOUR, Stop
 
@@ -215,6 +216,7 @@ class ViewState:
         hint_trials: Results of simulating the hints.
         exporting: The file that is being exported.
         editing: The state of editing, and earlier drafts.
+        selection: The part of the scenario whose controls are shown.
         appearance: The appearance of the view.
         page_layout: The size of the page; None until the page has reported it.
         restored: How often the layout of the panels was restored.
@@ -243,6 +245,7 @@ class ViewState:
     hint_trials: HintTrials = field(default_factory=HintTrials)
     exporting: Exporting = field(default_factory=Exporting)
     editing: Editing = field(default_factory=Editing)
+    selection: Selection = field(default_factory=Selection)
     appearance: Appearance = field(default_factory=Appearance)
     page_layout: PageLayout | None = None
     restored: int = 0

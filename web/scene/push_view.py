@@ -91,9 +91,10 @@ class PushView:
     def _draw(self, wrench_and_full: Points) -> None:
         force, moment, full = wrench_and_full[:3], wrench_and_full[3:6], wrench_and_full[6]
         arrow = self._sizes.force_length / full * force
-        self._arrow.visible = float(np.linalg.norm(arrow)) > _SHORTEST
+        has_arrow = float(np.linalg.norm(arrow)) > _SHORTEST
+        self._arrow.visible = has_arrow
         # It ends where the force acts, and comes from outside the object.
-        tail = -arrow if self._arrow.visible else np.array([0.0, self._radius, 0.0])
+        tail = -arrow if has_arrow else np.array([0.0, self._radius, 0.0])
         self._arrow.points = np.array([[tail, np.zeros(3)]], dtype=np.float32)
         self._arc.visible = bool(moment.any())
         self._arc.points = joined(_twist(0.7 * self._radius, moment))

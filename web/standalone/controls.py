@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from typing import NamedTuple
 
 import numpy as np
@@ -14,12 +16,13 @@ from slipgrasp.core.scenario.loading import with_values
 from slipgrasp.core.scenario.table import place_of
 from slipgrasp.core.scenario.table import places as table_places
 from slipgrasp.web.model.parameter_names import ParameterNames, names_of
-from slipgrasp.web.model.slider_range import slider_range
+from slipgrasp.web.model.slider_range import SliderRange, round_step, slider_range
 from slipgrasp.web.scene.scene import shape_of
 from slipgrasp.web.standalone.kernel_data import bytes_of
 
 _USUAL = ("object.mass", "fingers.*.friction")
 _ALL = "fingers.*."
+_NUMBER = r"[-+]?[\d.]+(?:e[-+]?\d+)?"
 
 
 class ControlError(SlipgraspError):
@@ -27,9 +30,10 @@ class ControlError(SlipgraspError):
 
 
 def usual_controls(scenario: Scenario) -> tuple[str, ...]:
-    """The parameters that have sliders unless others are chosen."""
+    """The parameters that have sliders unless others are chosen: of a few those that can."""
     planar = isinstance(scenario, PlanarScenario)
-    return (*_USUAL, "controller.position_gain") if planar else _USUAL
+    keys = (*_USUAL, "controller.position_gain") if planar else _USUAL
+    return tuple(key for key in keys if _is_possible(scenario, key))
 
 
 class Control(NamedTuple):
@@ -44,7 +48,7 @@ class Control(NamedTuple):
         step: Step from value to value.
         value: The value of the scenario.
         places: Where the value stands in the table of the scenario; of a spatial hand among the
-            numbers of the model.
+            numbers of the model, and after these among those of the run before it begins.
     """
 
     key: str
@@ -62,7 +66,8 @@ def controls_of(scenario: Scenario, keys: Sequence[str]) -> tuple[Control, ...]:
 
     Args:
         scenario: The scenario.
-        keys: Dotted keys, with ``fingers.*.`` for all fingers at once.
+        keys: Dotted keys, with ``fingers.*.`` for all fingers at once, each maybe with the ends of
+            its slider: ``KEY=LOW:HIGH``.
 
     Raises:
         ControlError: If a parameter does not exist, is not one number, or changes the shape of
@@ -72,12 +77,23 @@ def controls_of(scenario: Scenario, keys: Sequence[str]) -> tuple[Control, ...]:
     return tuple(_control(scenario, key, names) for key in dict.fromkeys(keys))
 
 
-def _control(scenario: Scenario, key: str, names: ParameterNames) -> Control:
+def _is_possible(scenario: Scenario, key: str) -> bool:
+    with suppress(ControlError):
+        return bool(controls_of(scenario, (key,)))
+    return False
+
+
+def _control(scenario: Scenario, chosen: str, names: ParameterNames) -> Control:
+    key, _, ends = chosen.partition("=")
     parameter = names.definitions.get(key.replace(".*.", ".0."))
     if parameter is None or not isinstance(parameter.value, float):
         raise ControlError(f"'{key}' is no parameter with one number; see slipgrasp scenarios")
     value = parameter.value
-    low, high, step = slider_range(parameter, names.definitions, value)
+    low, high, step = (
+        _chosen_range(chosen, ends, value)
+        if ends
+        else slider_range(parameter, names.definitions, value)
+    )
     for end in (low, high):
         _check_end(scenario, key, end)
     found = (
@@ -87,6 +103,19 @@ def _control(scenario: Scenario, key: str, names: ParameterNames) -> Control:
     )
     places = tuple(found)
     return Control(key, names.label(key), parameter.text, low, high, step, value, places)
+
+
+def _chosen_range(chosen: str, ends: str, value: float) -> SliderRange:
+    """The ends that a slider is given, widened to hold its value.
+
+    Raises:
+        ControlError: If they are not two numbers in this order.
+    """
+    found = re.fullmatch(rf"({_NUMBER}):({_NUMBER})", ends)
+    low, high = map(float, found.groups()) if found else (0.0, 0.0)
+    if not low < high:
+        raise ControlError(f"'{chosen}': give the ends of the slider as KEY=LOW:HIGH")
+    return SliderRange(min(low, value), max(high, value), round_step(high - low))
 
 
 def _check_end(scenario: Scenario, key: str, end: float) -> None:
@@ -104,7 +133,7 @@ def _check_end(scenario: Scenario, key: str, end: float) -> None:
 
 
 def _in_model(scenario: Scenario, key: str, values: Sequence[float]) -> Iterator[int]:
-    """Places in the packed model that are the value itself.
+    """Places in the packed model and run that are the value itself.
 
     Raises:
         ControlError: If the kernel of spatial hands reads anything that is computed from it.
@@ -113,11 +142,12 @@ def _in_model(scenario: Scenario, key: str, values: Sequence[float]) -> Iterator
     for value in values:
         other = with_values(scenario, {each: value for each in _keys(scenario, key)})
         engine = make_engine(other, keeps_rows=True)
-        models.append((bytes_of(engine.pack()).view("<f8"), bytes_of(engine.run).tobytes()))
-    (low, before), (high, after) = models
+        packed = bytes_of(engine.pack()), bytes_of(engine.run)
+        models.append(np.concatenate(packed).view("<f8"))
+    low, high = models
     # Bits, for integers among them may look like no number.
     places = np.flatnonzero(low.view(np.int64) != high.view(np.int64))
-    if before != after or any((low[k], high[k]) != tuple(values) for k in places):
+    if any((low[k], high[k]) != tuple(values) for k in places):
         raise ControlError(f"'{key}' cannot be a slider of a spatial hand")
     yield from map(int, places)
 

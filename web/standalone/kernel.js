@@ -97,8 +97,11 @@ export class Run extends AnyRun {
 export class PackedRun extends AnyRun {
   constructor(kernel, { run, columns, segments, values }) {
     super(kernel, segments, columns);
-    this.values = values;
-    writeBytes(kernel, "run", run);
+    const length = segments[0].model.length / 8;
+    this.values = values.filter(([place]) => place < length);
+    const start = new Float64Array(run.slice().buffer);
+    for (const [place, value] of values) if (place >= length) start[place - length] = value;
+    write(kernel, "run", start);
     field(kernel, "outlet", "keeps_rows")[0] = 1n;
     for (const name of ["num_rows", "num_ticks"]) field(kernel, "outlet", name)[0] = 0n;
     field(kernel, "outlet", "history").fill(-Infinity);

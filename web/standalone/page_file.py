@@ -1,19 +1,23 @@
-"""Writes the page: viser's page, the scripts and styles, the kernel and the data, in one file."""
+"""Writes the page: viser's page, the scripts and styles, the kernel and the data, in one file.
+
+Several pages of one site may share what does not depend on their scenarios: `share_in` keeps it in
+scripts beside them, which pages load from ``file://`` too.
+"""
 
 from __future__ import annotations
 
 import base64
 import gzip
+import hashlib
 import json
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from html import escape
 from importlib import resources
+from pathlib import Path
 from typing import BinaryIO
 
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.core.run.simulator import simulate
-from slipgrasp.core.scenario import Scenario
 from slipgrasp.server.viewer.relay import viewer_page, with_head
 from slipgrasp.web.model.intents.playback import (
     ChangeSpeed,
@@ -31,6 +35,8 @@ from slipgrasp.web.page.keys import keys_html
 from slipgrasp.web.standalone.controls import controls_of
 from slipgrasp.web.standalone.kernel_data import check_for_page, kernel_file, run_data
 from slipgrasp.web.standalone.look import look_of
+from slipgrasp.web.standalone.map_data import map_data
+from slipgrasp.web.standalone.recording_data import recording_data
 
 _DASHBOARD, _OWN = "slipgrasp.web.page", "slipgrasp.web.standalone"
 _MODULES = {
@@ -39,12 +45,12 @@ _MODULES = {
         *("names", "overlay", "pace", "projection", "session_state", "viser_view"),
     ),
     _OWN: (
-        *("address", "close_up_run", "page", "page_data", "playback", "post", "rows"),
-        *("scene_feed", "words"),
+        *("address", "close_up_run", "compare", "map", "page", "page_data", "playback", "post"),
+        *("recording", "rows", "scene_feed", "words"),
     ),
 }
 _STYLES = {
-    _DASHBOARD: ("charts", "outcome", "viser", "dashboard", "phone"),
+    _DASHBOARD: ("charts", "outcome", "study", "viser", "dashboard", "phone"),
     _OWN: ("page",),
 }
 _KEYS = (
@@ -52,67 +58,98 @@ _KEYS = (
     *(JumpToEvent(1), GoToNextSlip(), Step(-1), Step(1), TogglePlay()),
     *(ChooseWindow(WindowChoice.WHOLE), Zoom()),
 )
+_VIEWER = re.compile(rb'<script data-p="[^"]*".*?</script>', re.DOTALL)
+
+Share = Callable[[str], str]
+"""What to write instead of HTML that is equal in many pages."""
 
 
 def write_page(
-    scenario: Scenario, stream: BinaryIO, controls: Sequence[str], command: str = ""
-) -> RunResult:
-    """Writes a page that simulates a scenario.
+    result: RunResult,
+    stream: BinaryIO,
+    controls: Sequence[str],
+    command: str = "",
+    share: Share = str,
+) -> None:
+    """Writes a page that simulates the scenario of a run.
 
     Args:
-        scenario: What it simulates first.
+        result: The run that it shows first.
         stream: Where the file goes.
         controls: Dotted keys of the parameters with sliders.
         command: What runs the scenario on a command line; empty if nothing does.
-
-    Returns:
-        The run that the page shows first.
+        share: What becomes of the parts that do not depend on the scenario; they stay in the file
+            unless this puts them elsewhere.
 
     Raises:
-        PageError: If a page cannot simulate the scenario.
+        PageError: If a page cannot simulate or show the run.
         ControlError: If a parameter cannot have a slider.
         LinkError: If the kernel has to be linked and the linker is missing.
     """
-    check_for_page(scenario)
-    sliders = controls_of(scenario, controls)
-    result = simulate(scenario)
+    check_for_page(result)
+    sliders = controls_of(result.scenario, controls)
     look = look_of(result, sliders)
-    data = {**look.data, "run": run_data(result), "command": command}
+    run = run_data(result)
+    recording = recording_data(result, run["columns"])
+    data = {
+        **look.data,
+        "run": run,
+        "command": command,
+        "recording": recording,
+        "map": map_data(sliders),
+    }
     head = "".join(
         (
             f"<title>{escape(result.name)} – slipgrasp</title>",
             f"<script>{_text(_OWN, 'boot.js')}</script>",
-            f"<style>{_styles()}</style>",
+            share(f"<style>{_styles()}</style>"),
             keys_html(_KEYS),
             colours_html(),
         )
     )
     body = "".join(
         (
-            _plain("sg-worker", _worker()),
+            share(_plain("sg-worker", _worker())),
+            share(_plain("sg-kernel", _packed(kernel_file(result.scenario)))),
+            share(_plain("sg-modules", _packed(_modules()))),
             _plain("sg-data", _packed(json.dumps(data, separators=(",", ":")).encode())),
-            _plain("sg-kernel", _packed(kernel_file(scenario))),
-            _plain("sg-modules", _packed(_modules(look.formulas))),
-            f"<script>{_text(_OWN, 'loader.js')}</script>",
+            _plain("sg-formulas", _packed(look.formulas.encode())),
+            f"<script>{_text(_OWN, 'unpack.js')}{_text(_OWN, 'loader.js')}</script>",
         )
     )
-    before, end, after = with_head(viewer_page(), head).rpartition(b"</body>")
+    viewer = _VIEWER.sub(lambda found: share(found[0].decode()).encode(), viewer_page())
+    before, end, after = with_head(viewer, head).rpartition(b"</body>")
     stream.write(before + body.encode() + end + after)
-    return result
 
 
-def _modules(formulas: str) -> bytes:
-    """The scripts by their names, as JSON."""
+def share_in(folder: Path) -> Share:
+    """Puts shared HTML into scripts in the folder of the pages, named by their content."""
+
+    def share(html: str) -> str:
+        # Scripts within what is inserted run, and know themselves as those of a page do.
+        script = (
+            "document.currentScript.replaceWith("
+            f"document.createRange().createContextualFragment({json.dumps(html)}))"
+        )
+        name = f"shared-{hashlib.sha256(script.encode()).hexdigest()[:16]}.js"
+        (folder / name).write_text(script, encoding="utf-8")
+        return f'<script src="{name}"></script>'
+
+    return share
+
+
+def _modules() -> bytes:
+    """The scripts by their names, as JSON, without the formulas."""
     texts = {
         name: _text(package, f"{name}.js") for package, names in _MODULES.items() for name in names
     }
-    return json.dumps({**texts, "formulas": formulas}).encode()
+    return json.dumps(texts).encode()
 
 
 def _worker() -> str:
     """The script of the worker: the kernel's interface and what uses it."""
     kernel = _text(_OWN, "kernel.js").replace("export ", "")
-    return kernel + _text(_OWN, "worker.js")
+    return _text(_OWN, "unpack.js") + kernel + _text(_OWN, "worker.js")
 
 
 def _styles() -> str:

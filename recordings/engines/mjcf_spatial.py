@@ -6,6 +6,7 @@ sphere touches a box in closed form, and a prism only by iterating.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,7 +20,7 @@ from slipgrasp.core.scenario.spatial_geometry import (
 )
 
 if TYPE_CHECKING:
-    from benchmarks.mujoco_scene import Contact
+    from slipgrasp.recordings.engines.mjcf import Contact
 
 Floats = NDArray[np.float64]
 
@@ -32,8 +33,8 @@ def held_object(scenario: SpatialScenario, contact: Contact) -> str:
     body = scenario.object
     faces = {finger.face: spatial_contact(body, finger) for finger in scenario.fingers}
     slabs = "".join(_slab(face, contact) for face in faces.values())
-    return f"""<body><freejoint/>
-      <inertial pos="0 0 0" mass="{body.mass}" diaginertia="{_words(body.inertias)}"/>
+    return f"""<body name="object"><freejoint/>
+      <inertial pos="0 0 0" mass="{body.mass}" diaginertia="{numbers(body.inertias)}"/>
       {slabs}</body>"""
 
 
@@ -44,33 +45,15 @@ def finger(scenario: SpatialScenario, i: int, angles: list[float], contact: Cont
     first, second = (_inertial(own, link) for link in range(2))
     radius = contact.tip_radius
     # The sphere touches the face exactly at the end of the link.
-    inward = rotation(scenario.trajectory.start[3:]) @ _contact(scenario, i).normal
+    inward = rotation(scenario.trajectory.start[3:]) @ contact_of(scenario, i).normal
     tip = np.array([l2, 0.0, 0.0]) - radius * _outer_link(angles).T @ inward
-    return f"""<body pos="{_words(own.base)}">
+    return f"""<body pos="{numbers(own.base)}">
       <joint name="q{i}0" type="hinge" axis="0 0 1"/>
       <joint name="q{i}1" type="hinge" axis="0 -1 0"/>{first}
       <body pos="{l1} 0 0"><joint name="q{i}2" type="hinge" axis="0 -1 0"/>{second}
         <site name="tip{i}" pos="{l2} 0 0"/>
-        <geom type="sphere" size="{radius}" pos="{_words(tip)}" friction="{own.friction} 0 0"
+        <geom type="sphere" size="{radius}" pos="{numbers(tip)}" friction="{own.friction} 0 0"
           condim="3" contype="1" conaffinity="2" {contact.attributes}/></body></body>"""
-
-
-def slips_of(scenario: SpatialScenario, pose: Floats, tips: Floats) -> Floats:
-    """Both slips of each fingertip from its position relative to the object, ``(2 n,)`` [m].
-
-    Args:
-        scenario: The hand.
-        pose: Position and quaternion, ``(7,)`` [m, 1].
-        tips: ``(n, 3)`` fingertips in the inertial frame [m].
-    """
-    local = (tips - pose[:3]) @ rotation(pose[3:])
-    frames = [_contact(scenario, i) for i in range(len(tips))]
-    return np.concatenate(
-        [
-            np.array([frame.tangent_x, frame.tangent_y]) @ (tip - frame.anchor)
-            for tip, frame in zip(local, frames, strict=True)
-        ]
-    )
 
 
 def rotation(quaternion: Floats | tuple[float, ...]) -> Floats:
@@ -79,7 +62,8 @@ def rotation(quaternion: Floats | tuple[float, ...]) -> Floats:
     return np.array(rotation_matrix((w, x, y, z)))
 
 
-def _contact(scenario: SpatialScenario, i: int) -> SpatialContact:
+def contact_of(scenario: SpatialScenario, i: int) -> SpatialContact:
+    """Where a finger touches the object."""
     return spatial_contact(scenario.object, scenario.fingers[i])
 
 
@@ -96,8 +80,8 @@ def _slab(face: SpatialContact, contact: Contact) -> str:
     middle = 0.5 * (low + high)
     axes = np.array([face.tangent_x, face.tangent_y, face.normal])
     place = face.anchor + np.array([*middle, _SLAB]) @ axes
-    return f"""<geom type="box" size="{_words([*(0.5 * (high - low)), _SLAB])}"
-      pos="{_words(place)}" xyaxes="{_words([*face.tangent_x, *face.tangent_y])}"
+    return f"""<geom type="box" size="{numbers([*(0.5 * (high - low)), _SLAB])}"
+      pos="{numbers(place)}" xyaxes="{numbers([*face.tangent_x, *face.tangent_y])}"
       friction="0 0 0" condim="3" contype="2" conaffinity="1" {contact.attributes}/>"""
 
 
@@ -109,5 +93,6 @@ def _inertial(own: SpatialFinger, link: int) -> str:
       diaginertia="{_THIN} {inertia} {inertia}"/>"""
 
 
-def _words(numbers: object) -> str:
-    return " ".join(repr(float(number)) for number in numbers)
+def numbers(values: Iterable[float]) -> str:
+    """Numbers as XML has them."""
+    return " ".join(repr(float(value)) for value in values)

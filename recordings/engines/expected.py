@@ -1,0 +1,84 @@
+"""The torques that drive a scene in another engine, and the motion that is expected of it.
+
+Torques are played open loop: nothing corrects the engine. A squeezed object is an unstable plant,
+which turns away between the tips like a rod that buckles, so only the first tenths of a second
+compare the engines and not this instability.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.loading import with_values
+from slipgrasp.core.trace.trace import Trace
+
+Floats = NDArray[np.float64]
+
+STEP = 1e-4  # of the other engine [s]
+DURATION = 0.2  # [s]
+OUTPUT_RATE = 1e4  # [Hz]; between its rows torques bend by less than 1e-5 of their size
+_ROWS = 30  # stated instants
+# MuJoCo needs at most two thirds of these, for the presets in tests/outside/test_scene_command.py.
+_SHARE_OF_SLIP, _LEAST = 2e-3, 1e-5  # [1, m]
+
+
+def record_densely(scenario: Scenario, duration: float) -> RunResult:
+    """A run whose torques can be played back.
+
+    Args:
+        scenario: The hand and its object.
+        duration: Simulated time [s].
+    """
+    values = {"simulation.output_rate": OUTPUT_RATE, "simulation.duration": duration}
+    return simulate(with_values(scenario, values))
+
+
+def mean_torques(result: RunResult, step: float) -> Floats:
+    """Mean joint torque over each step of an engine, shape ``(steps, joints)`` [N m].
+
+    The mean has the impulse of the recorded torque. Two rows at one time (an event, at
+    which the torque jumps) enclose no time and so need no case of their own.
+    """
+    trace, ticks = result.trace, result.ticks
+    if ticks:
+        times, torques = np.append(ticks.times, trace.times[-1]), ticks.commands
+    else:
+        times, torques = trace.times, 0.5 * (trace.joint_torque[1:] + trace.joint_torque[:-1])
+    areas = np.diff(times)[:, None] * torques
+    impulses = np.concatenate((np.zeros((1, torques.shape[1])), np.cumsum(areas, axis=0)))
+    edges = step * np.arange(round(times[-1] / step) + 1)
+    at_edges = np.stack([np.interp(edges, times, column) for column in impulses.T], axis=1)
+    return (at_edges[1:] - at_edges[:-1]) / step
+
+
+def interpolate(trace: Trace, signal: Floats, times: Floats) -> Floats:
+    """A signal at some times, shape ``(times, columns)``."""
+    return np.stack([np.interp(times, trace.times, column) for column in signal.T], axis=1)
+
+
+def expected_answer(result: RunResult) -> dict[str, Any]:
+    """Torques per step, and slips, forces and phases at stated times, as plain values, SI units."""
+    trace, torques = result.trace, mean_torques(result, STEP)
+    steps = np.linspace(0, len(torques), _ROWS + 1).round().astype(int)[1:]
+    times = STEP * steps
+    signals = ("slip", "normal_force", "tangential_force")
+    largest = float(np.abs(trace.slip).max())
+    return {
+        "scenario": result.name,
+        "step": STEP,
+        "torques": torques.tolist(),
+        "times": times.tolist(),
+        **{name: interpolate(trace, getattr(trace, name), times).tolist() for name in signals},
+        "phase_changes": [
+            {"time": each.time, "contact": each.contact, "to": each.to_phase.name.lower()}
+            for each in result.phase_changes
+        ],
+        "creep": 0.0,
+        "tolerance": {"slip": _SHARE_OF_SLIP * largest + _LEAST},
+    }
