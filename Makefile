@@ -14,7 +14,7 @@ export UV_SYSTEM_CERTS ?= 1
 # What is imported is compiled then and kept; most of what pip brings never is.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: serve check quick test kernel lint benchmark wasm site audit release-check constraints requirements clean
+.PHONY: serve check quick test test-browser test-others programs kernel lint benchmark wasm site audit release-check constraints requirements clean
 .DELETE_ON_ERROR:
 
 serve: $(VENV)/.serve
@@ -28,12 +28,20 @@ check: $(VENV)/.develop
 quick: $(VENV)/.develop
 	$(BIN)/python -m pytest -q -n logical --dist worksteal -m "not slow and not browser"
 
-# All tests; needs Chromium and curl, which it finds or installs.
-test: $(VENV)/.develop
-	@$(BIN)/python tests/ensure_programs.py
-	$(BIN)/python -m pytest -n logical --dist worksteal -m "not browser"
+# All tests; needs Chromium and curl, which it finds or installs. Those in a browser, which can share
+# no process with the others, run beside them: no processor rests while one half waits or has ended.
+test: programs
+	@$(MAKE) --no-print-directory --jobs 2 test-browser test-others
+
+test-browser: $(VENV)/.develop
 	@# By file: collecting all tests once more takes longer than most of these.
 	$(BIN)/python -m pytest -n logical --dist loadfile -m browser $$(grep -rl "mark.browser" tests --include=*.py)
+
+test-others: $(VENV)/.develop
+	$(BIN)/python -m pytest -n logical --dist worksteal -m "not browser"
+
+programs: $(VENV)/.develop
+	@$(BIN)/python tests/ensure_programs.py
 
 # Compiles the simulation of all hands, which otherwise the first run does.
 PREPARE := from slipgrasp.core.run.simulator import prepare_kernel; \

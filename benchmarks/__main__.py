@@ -47,6 +47,7 @@ PARTS = {
     "dashboard": "edits, updates and memory of the dashboard under one and many viewers",
     "reality": "what the model predicts of real slides of a cube; only if named, with --data",
     "fit-coverage": "how often the intervals of fits of 200 synthetic twins hold the truth",
+    "page": "the page that simulates: size, first picture, sliders, and a map of 2 500 runs",
     "replay-seek": "scrubbing through a stored minute in the dashboard",
 }
 SEEDED = (

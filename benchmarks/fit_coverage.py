@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from benchmarks.report import Table, format_share
 from slipgrasp.core.fit.fit import FitOptions, fit
-from slipgrasp.core.fit.problem import FitProblem, Observations
+from slipgrasp.core.fit.problem import DELAY, FitProblem, Observations
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.trace.columns import columns_of
@@ -14,42 +15,72 @@ from slipgrasp.core.trace.columns import columns_of
 SEED = 1
 TWINS = 200
 DURATION = 0.5  # [s]
-NOISE = {"object_pose": 2e-4, "slip": 2e-4}
+POSES = {"object_pose": 2e-4, "slip": 2e-4}
 
-CASES = {
-    "paper-case-1": {
-        "object.mass": 1.13,
-        "fingers.0.friction": 0.27,
-        "fingers.1.friction": 0.23,
-    },
-    "tilted-object": {"object.mass": 1.1, "fingers.0.friction": 0.42},
-}
-"""Scenarios, and the true values of what is free."""
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Case:
+    """What is fitted.
+
+    Attributes:
+        preset: The scenario.
+        truth: True values of what is free; the delay is that of the measurement.
+        noise: Signals, and the standard deviations of their noise.
+    """
+
+    preset: str
+    truth: dict[str, float]
+    noise: dict[str, float] = field(default_factory=lambda: POSES)
+
+    @property
+    def name(self) -> str:
+        """The preset, and what is measured beyond poses and slips."""
+        late = ", late" if DELAY in self.truth else ""
+        return self.preset + (f", forces{late}" if set(self.noise) - set(POSES) else "")
+
+
+CASES = (
+    Case(
+        preset="paper-case-1",
+        truth={"object.mass": 1.13, "fingers.0.friction": 0.27, "fingers.1.friction": 0.23},
+    ),
+    Case(preset="tilted-object", truth={"object.mass": 1.1, "fingers.0.friction": 0.42}),
+    Case(preset="spatial-prism", truth={"object.mass": 1.1, "fingers.0.friction": 0.35}),
+    Case(
+        preset="paper-case-1",
+        truth={"object.mass": 1.13, "fingers.0.friction": 0.27, DELAY: 3e-3},
+        noise={**POSES, "normal_force": 0.1},
+    ),
+    Case(
+        preset="gripper-lift",
+        truth={"object.mass": 0.9, "fingers.0.friction": 0.5},
+        noise={"object_pose": 2e-4, "tangential_force": 0.1},
+    ),
+)
 
 
 def run(_docs: Path | None = None, seed: int = SEED, twins: int = TWINS) -> list[Table]:
     """The table ``fit-coverage``."""
     rows: list[tuple[str, ...]] = []
-    for name, truth in CASES.items():
-        report = fit(make_problem(name, truth), FitOptions(starts=1, seed=seed, twins=twins))
+    for case in CASES:
+        report = fit(make_problem(case), FitOptions(starts=1, seed=seed, twins=twins))
         assert report.coverage is not None
         for key, covered in report.coverage.covered.items():
             found = report.parameters[key]
-            rows.append((name, key, found.kind, str(covered), format_share(covered, twins)))
+            rows.append((case.name, key, found.kind, str(covered), format_share(covered, twins)))
     heads = ("scenario", "parameter", "class", f"of {twins}", "share (95 % interval)")
     return [Table("fit-coverage", heads, tuple(rows), page="fit.md")]
 
 
-def make_problem(name: str, truth: dict[str, float]) -> FitProblem:
-    """A fit of a run with these values, whose data have no noise: its twins are around the truth.
-
-    Args:
-        name: A preset.
-        truth: What is free, and its true values.
-    """
-    base = with_values(load_scenario(name), {"simulation.duration": DURATION})
-    true = with_values(base, truth)
-    trace = simulate(true).trace
-    columns = {c.name: (c.unit, c.values) for c in columns_of(trace) if not c.holds_phases}
-    data = Observations.choose(trace.times, columns, NOISE)
-    return FitProblem.make(true, [*truth], data)
+def make_problem(case: Case) -> FitProblem:
+    """A fit of a run with the true values, whose data have no noise: its twins are around it."""
+    values = {key: value for key, value in case.truth.items() if key != DELAY}
+    base = with_values(load_scenario(case.preset), {"simulation.duration": DURATION})
+    true = with_values(base, values)
+    run = simulate(true)
+    columns = {c.name: (c.unit, c.values) for c in columns_of(run.trace) if not c.holds_phases}
+    data = Observations.choose(run.trace.times, columns, case.noise)
+    nuisance = [DELAY] if DELAY in case.truth else []
+    problem = FitProblem.make(true, [*values], data, nuisance)
+    measured = problem.sample(run, [*case.truth.values()])
+    return problem.with_data(replace(data, values=measured))

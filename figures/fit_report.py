@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from slipgrasp.core.fit.fit import sampled_at
 from slipgrasp.core.fit.problem import FitProblem
 from slipgrasp.core.fit.report import FitReport, FittedParameter
-from slipgrasp.core.trace.trace import Floats
+from slipgrasp.core.trace.signals import Floats
 from slipgrasp.core.words.parameter_words import unit_after
 from slipgrasp.figures.files import save_figure
 from slipgrasp.figures.style import PAGE_WIDTH, add_axes, new_figure, paint, paper_style

@@ -14,7 +14,7 @@ from slipgrasp.core.exceptions import FieldError, ScenarioError
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario.field_errors import nearest
 from slipgrasp.core.trace.columns import Column, columns_of
-from slipgrasp.core.trace.trace import SIGNALS
+from slipgrasp.core.trace.signals import SIGNALS
 from slipgrasp.figures.panels import finger_colour, lighter
 from slipgrasp.figures.phases import shade
 from slipgrasp.figures.slip_times import Window, whole_run

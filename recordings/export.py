@@ -229,13 +229,6 @@ class TextStream(Protocol):
         ...
 
 
-def csv_columns(result: RunResult) -> list[str]:
-    """Names of the columns of a CSV file, in order."""
-    from slipgrasp.core.trace.columns import short_columns
-
-    return [column.name for column in short_columns(result.trace)]
-
-
 def _premise_columns(result: RunResult) -> list[Column]:
     from slipgrasp.core.run.premises import find_premises
 

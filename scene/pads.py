@@ -35,17 +35,6 @@ class Pad(NamedTuple):
         spin = states.spin[:, self.contact]
         return self.radius * np.stack([np.cos(spin), np.sin(spin)], axis=1)
 
-    def left_by_moment(self, limit: Values, states: States) -> Values:
-        """Tangential force that the limit surface allows beside the present moment [N].
-
-        Args:
-            limit: Mu F_n, shape ``(n, ...)`` [N].
-            states: The instants.
-        """
-        share = states.torsional_moment[:, self.contact] / self.eccentricity
-        share = share.reshape(-1, *[1] * (limit.ndim - 1))
-        return np.sqrt(np.maximum(limit**2 - share**2, 0.0))
-
 
 def pad_of(scenario: Scenario, i: int) -> Pad | None:
     """The pad of contact ``i``; None of a hard one."""

@@ -128,6 +128,12 @@ def tip_frame(finger: int) -> str:
     return f"finger_{finger}/tip"
 
 
+def finger_of(frame: str) -> int | None:
+    """The finger that a frame belongs to; None if it belongs to none."""
+    kind, _, index = frame.partition("/")[0].partition("_")
+    return int(index) if kind == "finger" else None
+
+
 def contact_name(contact: int) -> str:
     """The frame on the face that a fingertip touches."""
     return f"contact_{contact}"

@@ -9,6 +9,7 @@ DASHBOARD_PATH = "/dashboard"
 DOCS_PATH = f"{API_PATH}/docs"
 UPLOAD_PATH = f"{API_PATH}/recordings"
 STUDIES_PATH = f"{API_PATH}/studies"
+FITS_PATH = f"{API_PATH}/fits"
 ESTIMATE_PATH = f"{STUDIES_PATH}/estimate"
 SESSIONS_PATH = f"{DASHBOARD_PATH}/sessions"
 
@@ -39,3 +40,8 @@ def run_path(run_id: str) -> str:
 def study_path(study_id: str) -> str:
     """Where a study is found."""
     return from_outside(f"{STUDIES_PATH}/{study_id}")
+
+
+def fit_path(fit_id: str) -> str:
+    """Where a fit is found."""
+    return from_outside(f"{FITS_PATH}/{fit_id}")

@@ -19,9 +19,11 @@ from starlette.concurrency import run_in_threadpool
 from starlette.middleware import Middleware
 
 from slipgrasp.core.run.provenance import program_version
+from slipgrasp.recordings.fit.fit_store import FitStore
 from slipgrasp.recordings.store.store import RecordingStore
 from slipgrasp.recordings.study.study_store import StudyStore
 from slipgrasp.server.addresses import API_PATH, ESTIMATE_PATH, STUDIES_PATH, UPLOAD_PATH
+from slipgrasp.server.fits.service import FitService
 from slipgrasp.server.http.access import AccessGuard
 from slipgrasp.server.http.body_limit import BodyLimit
 from slipgrasp.server.http.connections import (
@@ -38,10 +40,12 @@ from slipgrasp.server.http.log_limit import log_config
 from slipgrasp.server.http.openapi import DescribedApi, operation_id
 from slipgrasp.server.http.protocol import GuardedProtocol
 from slipgrasp.server.http.root_path import RootPath
+from slipgrasp.server.jobs.queue import JobQueue
 from slipgrasp.server.reading import RecordingReads
 from slipgrasp.server.routes import (
     diff,
     docs,
+    fits,
     health,
     recordings,
     retention,
@@ -137,14 +141,24 @@ async def _live(settings: Settings, lifespan: Lifespan | None, app: FastAPI) -> 
         app.state.recording_reads = RecordingReads(service.memory)
         service.start()
         studies_kept = StudyStore(settings.data_directory, store)
-        study_service = StudyService(
-            studies_kept, settings, app.state.stopping.is_set, service.is_recovered.wait
-        )
+        # A study may write a recording again that a killed service left.
+        queue = JobQueue(settings, service.is_recovered.wait)
+        study_service = StudyService(studies_kept, settings, queue, app.state.stopping.is_set)
         app.state.study_service = study_service
         app.state.event_slots = EventSlots(settings.max_event_streams)
         study_service.start()
+        fits_kept = FitStore(settings.data_directory, store)
+        fit_service = FitService(
+            fits_kept, settings, queue, service.memory, app.state.stopping.is_set
+        )
+        app.state.fit_service = fit_service
+        fit_service.start()
         retention_service = RetentionService(
-            store, studies_kept, settings.retention, service.is_recovered.wait
+            store,
+            studies_kept,
+            settings.retention,
+            service.is_recovered.wait,
+            find_used=fits_kept.used_recordings,
         )
         app.state.retention_service = retention_service
         retention_service.start()
@@ -209,6 +223,7 @@ def _api() -> APIRouter:
         studies,
         study_events,
         study_results,
+        fits,
         diff,
         docs,
     ):

@@ -16,7 +16,7 @@ from slipgrasp.core.executors.limits import machine_memory
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.chosen_laws import diagnostics_of
-from slipgrasp.core.trace.trace import TraceShape
+from slipgrasp.core.trace.signals import TraceShape
 from slipgrasp.recordings.export import ROWS_PER_GROUP
 from slipgrasp.recordings.file.size import RecordingSize, size_of_run
 from slipgrasp.server.exceptions import MemoryBusyError, MemoryHeldError, MemoryLimitError
@@ -47,6 +47,8 @@ MOST_DRAWN_WHOLE = 20_000
 SPARE_SAMPLES = 5000
 """Samples of a run in addition to the output rate: at events and in slips."""
 
+NUMBER_BYTES = 8
+
 COLUMN_BYTES = 10
 """A number of a column that is read, with the spare length of its array [bytes]."""
 
@@ -55,6 +57,9 @@ MOST_EXPORTED_WHOLE = 100_000
 
 GROUP_COST = 8.0
 """Peak memory of this, per byte of the rows that are written together."""
+
+PAGE_BYTES = 60_000_000
+"""Writing a page that simulates."""
 
 READ_COST = 2.3
 DIFF_COST = 2.0
@@ -119,6 +124,11 @@ class Need:
         )
 
     @classmethod
+    def to_read_numbers(cls, count: int) -> Need:
+        """Reading measured data."""
+        return cls(_unpacked(READ_COST * NUMBER_BYTES * count), "this recording")
+
+    @classmethod
     def to_read_signals(cls, size: RecordingSize, num_columns: int, share: float) -> Need:
         """Reading some columns of a part of a recording.
 
@@ -171,6 +181,11 @@ class Need:
     def to_work_on(cls, *runs: RunResult) -> Need:
         """Comparing or drawing runs that are in memory."""
         return cls(round(WORK_COST * sum(map(size_of_run, runs))), "this work")
+
+    @classmethod
+    def to_write_page(cls, run: RunResult) -> Need:
+        """Writing a page that simulates the scenario of a run that is in memory."""
+        return cls(PAGE_BYTES + cls.to_work_on(run).num_bytes, "this page")
 
     @classmethod
     def for_rows(cls, count: int) -> Need:

@@ -21,6 +21,8 @@ from slipgrasp.recordings.file.size import read_size
 from slipgrasp.recordings.store.stored_run import StoredRun
 from slipgrasp.recordings.study.results import StudyResults
 from slipgrasp.server.budget import MemoryBudget, Need
+from slipgrasp.server.fits.schemas import FitCreate
+from slipgrasp.server.fits.service import FitService
 from slipgrasp.server.http.downloads import DownloadRequest
 from slipgrasp.server.http.events import EventSlots
 from slipgrasp.server.http.file_cache import FileCache
@@ -166,6 +168,17 @@ async def read_study_body(request: Request) -> Any:
     return await read_values(request, (JSON_TYPE,), MAX_STUDY_VALUES)
 
 
+async def get_fit_service(request: Request) -> FitService:
+    """The service for fits of the application that answers."""
+    service: FitService = request.app.state.fit_service
+    return service
+
+
+async def read_fit_create(request: Request) -> FitCreate:
+    """The body of a request for a fit."""
+    return await read_body(request, FitCreate, (JSON_TYPE,))
+
+
 async def read_run_create(request: Request) -> RunCreate:
     """The body of a request for a run."""
     return await read_body(request, RunCreate, (JSON_TYPE,))
@@ -267,6 +280,8 @@ RunsQueryDep = Annotated[RunsQuery, Query()]
 SettingsDep = Annotated[Settings, Depends(get_settings)]
 StudyServiceDep = Annotated[StudyService, Depends(get_study_service)]
 StudyResultsDep = Annotated[StudyResults, Depends(open_study_results)]
+FitServiceDep = Annotated[FitService, Depends(get_fit_service)]
+FitCreateDep = Annotated[FitCreate, Depends(read_fit_create)]
 StudyBodyDep = Annotated[Any, Depends(read_study_body)]
 FileCacheDep = Annotated[FileCache, Depends(get_file_cache)]
 WaitPreferenceDep = Annotated[WaitPreference, Depends(read_wait_preference)]

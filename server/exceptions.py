@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from slipgrasp.core.exceptions import FieldError, SlipgraspError
-from slipgrasp.server.addresses import run_path, study_path
+from slipgrasp.server.addresses import run_path
 
 RECOVERY_RETRY_AFTER = 2
 NOT_READY_RETRY_AFTER = 5
@@ -142,23 +142,23 @@ class RunUnrecordableError(SlipgraspError):
         )
 
 
-class StudyUnfinishedError(SlipgraspError):
-    """Something that can be done with a study only once its file is complete."""
+class JobUnfinishedError(SlipgraspError):
+    """Something that can be done with a study or a fit only once it has ended."""
 
-    def __init__(self, study_id: str) -> None:
+    def __init__(self, noun: str, job_id: str, path: str) -> None:
         super().__init__(
-            f"study '{study_id}' is not finished; wait for its end, or end it where it is with "
-            f"POST {study_path(study_id)}/cancel"
+            f"{noun} '{job_id}' is not finished; wait for its end, or end it where it is with "
+            f"POST {path}/cancel"
         )
 
 
-class StudyEndedError(SlipgraspError):
-    """A study that is to go on and has nothing left to do."""
+class JobEndedError(SlipgraspError):
+    """A study or a fit that is to go on and has nothing left to do."""
 
-    def __init__(self, study_id: str, state: str) -> None:
+    def __init__(self, noun: str, job_id: str, state: str) -> None:
         super().__init__(
-            f"study '{study_id}' is {state} and cannot go on, only one that has failed can; "
-            "send it again as a new study"
+            f"{noun} '{job_id}' is {state} and cannot go on, only one that has failed can; "
+            f"send it again as a new {noun}"
         )
 
 

@@ -17,7 +17,7 @@ _M_TRIM_THRESHOLD, _M_MMAP_THRESHOLD, _M_ARENA_MAX = -1, -3, -8
 LARGE_BYTES = 1_000_000
 """A larger block is the system's again at once when it is freed."""
 
-KEPT_BYTES = 16_000_000
+KEPT_BYTES = 4_000_000
 """How much freed memory at the end of the heap is kept for what comes next."""
 
 MAX_HEAPS = 2

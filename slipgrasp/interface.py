@@ -27,9 +27,11 @@ from slipgrasp.core.study.definition import Study
 from slipgrasp.core.study.loading import load_study, study_from_mapping
 from slipgrasp.core.study.margin import Margin, MarginError, find_margin
 from slipgrasp.core.trace.frames import MissingPackageError
+from slipgrasp.core.trace.signals import SIGNALS
 from slipgrasp.core.trace.ticks import Ticks
-from slipgrasp.core.trace.trace import SIGNALS, Trace
+from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.trace.types import ContactPhase, Outcome, PhaseChange, Reason, RunWarning
+from slipgrasp.notebook import show
 from slipgrasp.recordings.compare.comparison import Comparison, IncomparableError, compare
 from slipgrasp.recordings.compare.verification import Verification, verify
 from slipgrasp.recordings.exceptions import RecordingError

@@ -32,6 +32,7 @@ def create_dashboard_app(settings: Settings, first: Source | None = None) -> Fas
             Dashboard,
             app.state.run_service,
             app.state.study_service,
+            app.state.fit_service,
             first,
         )
         try:

@@ -8,6 +8,7 @@ import warnings
 import numpy as np
 import viser
 
+from slipgrasp.server.fits.service import FitService
 from slipgrasp.server.runs.service import RunService
 from slipgrasp.server.studies.service import StudyService
 from slipgrasp.server.viewer.server import ViewerServer
@@ -32,6 +33,7 @@ class Dashboard:
     Args:
         runs: Simulates and saves.
         studies: Runs studies.
+        fits: Fits recordings.
         first: The recording that every page shows first; a run of the first preset if None.
 
     Attributes:
@@ -43,6 +45,7 @@ class Dashboard:
         self,
         runs: RunService,
         studies: StudyService,
+        fits: FitService,
         first: Source | None = None,
     ) -> None:
         # A viewer may leave in the middle of a frame; viser drops the rest and warns each time.
@@ -50,7 +53,7 @@ class Dashboard:
         self.directory = SessionDirectory()
         self.recordings = OpenRecordings(runs.store, runs.memory)
         self._services = Services(
-            runs, SavedRuns(runs), self.recordings, studies, self.directory, FramePacer()
+            runs, SavedRuns(runs), self.recordings, studies, fits, self.directory, FramePacer()
         )
         self._first = first
         self._sessions: dict[int, Session] = {}

@@ -16,6 +16,7 @@ from slipgrasp.web.panels.charts_panel import ChartsPanel
 from slipgrasp.web.panels.compare_panel import ComparePanel
 from slipgrasp.web.panels.controls_panel import ControlsPanel
 from slipgrasp.web.panels.export_panel import ExportPanel
+from slipgrasp.web.panels.fit_panel import FitPanel
 from slipgrasp.web.panels.outcome_panel import OutcomePanel
 from slipgrasp.web.panels.playback_panel import PlaybackPanel
 from slipgrasp.web.panels.recordings_panel import RecordingsPanel
@@ -26,6 +27,7 @@ from slipgrasp.web.panels.study_panel import StudyPanel
 from slipgrasp.web.panels.tour_panel import TourPanel
 from slipgrasp.web.scene.camera import FrontCamera
 from slipgrasp.web.scene.dragging import ObjectDrag
+from slipgrasp.web.scene.picking import Picking
 from slipgrasp.web.scene.scene import Scene
 
 _BRIGHT_BRAND: Rgb = PHASES[ContactPhase.STICK]
@@ -52,14 +54,14 @@ class Screen:
         key: str,
     ) -> None:
         gui, self._gui = client.gui, client.gui
-        self._scene, self._camera = Scene(client, ObjectDrag(send)), camera
+        self._scene, self._camera = Scene(client, ObjectDrag(send), picking=Picking(send)), camera
         layout = guess_layout(client.camera.image_width, client.camera.image_height)
         sizes = panel_sizes(layout.width, layout.height)
         self._scenario = ScenarioPanel(gui, view.draft, send)
+        self._controls = ControlsPanel(gui, send)
         self._file = ScenarioFilePanel(gui, send)
         self._appearance = AppearancePanel(gui, view.appearance, send)
         self._export = ExportPanel(gui, send)
-        self._controls = ControlsPanel(gui, send)
         # Before the session state, with which a page opens its link: it then has all controls.
         self._controls.update(view)
         self._results = gui.add_panel()
@@ -73,6 +75,8 @@ class Screen:
             self._compare = ComparePanel(gui, send)
         with self._results.add_tab("Study", viser.Icon.GRID_DOTS):
             self._study = StudyPanel(gui, send, self._widen_results)
+        with self._results.add_tab("Fit", viser.Icon.TARGET):
+            self._fit_panel = FitPanel(gui, send)
         self._player = gui.add_panel()
         with self._player.add_tab("Playback", viser.Icon.PLAYER_PLAY):
             self._session_state = SessionStatePanel(gui, key)
@@ -96,6 +100,7 @@ class Screen:
             self._recordings,
             self._compare,
             self._study,
+            self._fit_panel,
             self._playback,
             self._charts,
             self._export,
@@ -128,11 +133,10 @@ class Screen:
 
     def _draw(self, shown: Shown, view: ViewState) -> None:
         """Draws the run at the play head, and the ghost."""
-        ghost = view.ghost.shown if view.ghost is not None else None
-        drawn = (shown.ticket, ghost, view.appearance)
+        pale = view.ghost.run if view.ghost is not None else None
+        drawn = (shown.ticket, pale, view.appearance)
         if drawn != self._drawn:
             self._drawn = drawn
-            pale = ghost.result if ghost is not None else None
             layout = self._scene.show(shown.result, pale, view.appearance)
             low, high = layout.corners(lenses=view.appearance.lenses)
             self._camera.show(low, high, layout.plane)

@@ -15,6 +15,7 @@ from itertools import chain
 
 import viser
 
+from slipgrasp.server.fits.service import FitService
 from slipgrasp.server.runs.service import RunService
 from slipgrasp.server.studies.service import StudyService
 from slipgrasp.server.viewer.server import has_unsent
@@ -29,6 +30,7 @@ from slipgrasp.web.page.session_directory import SessionDirectory
 from slipgrasp.web.reducers.charts import ChartsReducer
 from slipgrasp.web.reducers.compare import CompareReducer
 from slipgrasp.web.reducers.export import ExportReducer
+from slipgrasp.web.reducers.fit import FitReducer
 from slipgrasp.web.reducers.frame_pacing import FramePacer
 from slipgrasp.web.reducers.heavier import HeavierReducer
 from slipgrasp.web.reducers.hints import HintsReducer
@@ -41,6 +43,7 @@ from slipgrasp.web.reducers.recordings import RecordingsReducer
 from slipgrasp.web.reducers.reducer import Reducer
 from slipgrasp.web.reducers.runs import RunReducer
 from slipgrasp.web.reducers.scenario import ScenarioReducer
+from slipgrasp.web.reducers.selection import SelectionReducer
 from slipgrasp.web.reducers.study import StudyReducer
 from slipgrasp.web.scene.camera import FrontCamera
 from slipgrasp.web.screen import Screen
@@ -63,6 +66,7 @@ class Services:
         saved: The runs that are stored already.
         recordings: Opens recordings, and accounts for their memory.
         studies: Runs studies, one at a time.
+        fits: Fits recordings, in the same queue.
         directory: All sessions by their keys.
         pacer: Lets the sessions that play share the processor.
     """
@@ -71,6 +75,7 @@ class Services:
     saved: SavedRuns
     recordings: OpenRecordings
     studies: StudyService
+    fits: FitService
     directory: SessionDirectory
     pacer: FramePacer
 
@@ -97,6 +102,7 @@ class Session:
         self._drawn: ViewState | None = None
         self._reducers: Sequence[Reducer] = (
             ScenarioReducer(),
+            SelectionReducer(),
             RunReducer(
                 services.runs,
                 services.saved,
@@ -114,6 +120,7 @@ class Session:
             HintsReducer(services.runs, self._mailbox.send),
             PremisesReducer(self._mailbox.send),
             ExportReducer(services.recordings, self._mailbox.send, self._deliver),
+            FitReducer(services.fits, self._mailbox.send),
             StudyReducer(services.studies, services.recordings.memory, self._mailbox.send),
         )
         self._gone = threading.Event()

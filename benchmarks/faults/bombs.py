@@ -25,7 +25,7 @@ from benchmarks.memory import peak_memory
 from benchmarks.report import Table
 from slipgrasp.core.run.provenance import present_provenance
 from slipgrasp.core.scenario.loading import load_scenario
-from slipgrasp.core.trace.trace import TraceShape
+from slipgrasp.core.trace.signals import TraceShape
 from slipgrasp.core.trace.types import ContactPhase, PhaseChange
 from slipgrasp.recordings.exceptions import RecordingError
 from slipgrasp.recordings.file.chunks import ChunkWriter

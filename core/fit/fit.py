@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -29,6 +30,7 @@ from slipgrasp.core.fit.profile import (
     profile,
     rise_at,
 )
+from slipgrasp.core.fit.progress import FitProgress, ProgressReports, Watch
 from slipgrasp.core.fit.report import (
     ContactInformation,
     Coverage,
@@ -40,7 +42,8 @@ from slipgrasp.core.fit.report import (
     StartReport,
 )
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.core.trace.trace import Floats, rows_from_start
+from slipgrasp.core.trace.signals import Floats
+from slipgrasp.core.trace.trace import rows_from_start
 
 MAX_EVALUATIONS = 10_000
 """Runs of one fit, twins apart: as many as a study lists."""
@@ -48,7 +51,9 @@ MAX_EVALUATIONS = 10_000
 _MOST_BETTER = 10
 _AT_LIMIT = 1e-6
 
-Watch = Callable[[str, float], None]
+
+def watch_nothing(progress: FitProgress) -> None:
+    """Ignores the progress."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -77,7 +82,7 @@ class FitOptions:
             ("seed", self.seed, 0, 2**53 - 1),
         ):
             if not low <= value <= high:
-                raise FitError(f"--{name} is {value}; allowed: {low} … {high}")
+                raise FitError(f"{name} is {value}; allowed: {low} … {high}", name)
 
 
 def fit(
@@ -86,7 +91,7 @@ def fit(
     *,
     evaluate: Evaluate = evaluate_here,
     evaluate_twin: Evaluate = evaluate_here,
-    watch: Watch = lambda stage, share: None,
+    watch: Watch = watch_nothing,
 ) -> FitReport:
     """Fits the free parameters of a problem.
 
@@ -95,7 +100,7 @@ def fit(
         options: How it is made; the defaults if None.
         evaluate: Gives the sampled signals at values of the parameters.
         evaluate_twin: The same for the fits of twins.
-        watch: Called with the stage and the share of it that is done.
+        watch: Called with the progress, after every run.
 
     Raises:
         FitError: If it needs too many runs, or a signal is not one of runs.
@@ -103,15 +108,16 @@ def fit(
     """
     options = options or FitOptions()
     options.check()
-    counted = _Counted(evaluate)
+    reports = ProgressReports(problem, watch)
+    counted = _Counted(evaluate, reports)
     objective = Objective(problem, counted)
-    minima = _search(objective, options, watch)
+    minima = _search(objective, options, reports)
     starts = _start_report(minima)
     objective, best = _refine(objective, minima[0])
-    best, profiles, threshold = _profiles(objective, best, watch)
-    models = _compare(problem, objective, best, options, counted, watch)
+    best, profiles, threshold = _profiles(objective, best, reports)
+    models = _compare(problem, objective, best, options, counted, reports)
     twin = Objective(problem, evaluate_twin, weights=objective.weights)
-    coverage = _cover(twin, best, options, threshold, watch) if options.twins else None
+    coverage = _cover(twin, best, options, threshold, reports) if options.twins else None
     run = run_at(problem, problem.values_at(best.shares))
     return replace(
         _report(objective, best, profiles, threshold, run),
@@ -126,8 +132,9 @@ def fit(
 class _Counted:
     """Counts the runs, and ends a fit that needs too many."""
 
-    def __init__(self, evaluate: Evaluate) -> None:
+    def __init__(self, evaluate: Evaluate, reports: ProgressReports) -> None:
         self._evaluate = evaluate
+        self._reports = reports
         self._seen: set[tuple[float, ...]] = set()
 
     @property
@@ -140,18 +147,20 @@ class _Counted:
         if self.count > MAX_EVALUATIONS:
             raise FitError(
                 f"the fit needs more than {MAX_EVALUATIONS} runs; free fewer parameters, give "
-                "narrower ranges, or use fewer --starts"
+                "narrower ranges, or use fewer starts"
             )
+        self._reports.count(self.count)
         return self._evaluate(problem, values)
 
 
-def _search(objective: Objective, options: FitOptions, watch: Watch) -> list[Minimum]:
+def _search(objective: Objective, options: FitOptions, reports: ProgressReports) -> list[Minimum]:
     """The minima that the starts lead to, lowest first."""
     points = start_points(objective.problem.start, options.starts, options.seed)
     minima = []
     for number, point in enumerate(points):
-        watch("searching", number / len(points))
+        reports.enter("searching", number / len(points))
         minima.append(minimise(objective, point))
+        reports.improve(min(minima, key=lambda minimum: minimum.chi_squared))
     return sorted(minima, key=lambda minimum: minimum.chi_squared)
 
 
@@ -173,7 +182,7 @@ def _refine(objective: Objective, best: Minimum) -> tuple[Objective, Minimum]:
 
 
 def _profiles(
-    objective: Objective, best: Minimum, watch: Watch
+    objective: Objective, best: Minimum, reports: ProgressReports
 ) -> tuple[Minimum, list[Profile], float]:
     """All profiles, from the lowest minimum that they lead to."""
     for _ in range(_MOST_BETTER):
@@ -181,10 +190,12 @@ def _profiles(
         threshold = THRESHOLD_95 * scale
         profiles: list[Profile] = []
         count = len(best.shares)
+        reports.improve(best, threshold)
         try:
             for index in range(count):
-                watch("profiles", index / count)
-                profiles.append(profile(objective, best, index, threshold))
+                reports.enter("profiles", index / count)
+                note = partial(reports.add_point, index)
+                profiles.append(profile(objective, best, index, threshold, note))
         except BetterMinimumError as better:
             best = minimise(objective, better.minimum.shares)
             continue
@@ -196,7 +207,11 @@ def _profiles(
 
 
 def _cover(
-    objective: Objective, best: Minimum, options: FitOptions, threshold: float, watch: Watch
+    objective: Objective,
+    best: Minimum,
+    options: FitOptions,
+    threshold: float,
+    reports: ProgressReports,
 ) -> Coverage:
     """Fits twins, and counts the intervals that hold the truth."""
     problem = objective.problem
@@ -205,7 +220,7 @@ def _cover(
     noise = problem.data.sigmas * np.sqrt(threshold / THRESHOLD_95)
     covered = dict.fromkeys((parameter.key for parameter in problem.parameters), 0)
     for number in range(options.twins):
-        watch("twins", number / options.twins)
+        reports.enter("twins", number / options.twins)
         generator = np.random.default_rng([options.seed, number])
         data = truth + noise * generator.standard_normal(truth.shape)
         twin = objective.with_data(data)
@@ -221,14 +236,14 @@ def _compare(
     best: Minimum,
     options: FitOptions,
     evaluate: Evaluate,
-    watch: Watch,
+    reports: ProgressReports,
 ) -> tuple[ModelComparison, ...]:
     """Fits the other models from the best run, and predicts the other data with each."""
     if not options.added:
         return ()
     compared = [_judged(problem, best, (), options)]
     for number, added in enumerate(options.added):
-        watch("other models", number / len(options.added))
+        reports.enter("other models", number / len(options.added))
         free = FitProblem.make(problem.scenario, added, problem.data).parameters
         known = len(problem.parameters) - sum(p.nuisance for p in problem.parameters)
         parameters = (*problem.parameters[:known], *free, *problem.parameters[known:])

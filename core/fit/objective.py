@@ -11,7 +11,7 @@ from slipgrasp.core.fit.problem import JUMPY_UNITS, MISSING_SIGMAS, FitProblem, 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.study.definition import apply_values
-from slipgrasp.core.trace.trace import Floats
+from slipgrasp.core.trace.signals import Floats
 
 OUTLIER_SIGMAS = 4.0
 """Residuals count linearly instead of squared beyond this (Huber)."""

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
 from slipgrasp.core.fit.objective import OUTLIER_SIGMAS, Objective
-from slipgrasp.core.trace.trace import Floats
+from slipgrasp.core.trace.signals import Floats
 
 DIFFERENCE_STEP = 1e-4
 """Step of the differences as a share of the range: times of events make residuals rough below."""
@@ -66,15 +67,17 @@ def minimise(
     def residuals(shares: Floats) -> Floats:
         return objective.residuals(filled(shares))
 
-    def jacobian(shares: Floats) -> Floats:
+    def differences(shares: Floats) -> Floats:
         return _differences(residuals, shares)
+
+    jacobian: Any = differences  # scipy's code has a name as default, and no annotation
 
     if not free:
         return Minimum(whole, objective.chi_squared(whole), np.empty((0, 0)))
     found = least_squares(
         residuals,
         np.clip(whole[free], 1e-9, 1.0 - 1e-9),
-        jacobian,  # pyright: ignore[reportArgumentType]
+        jacobian,
         bounds=(0.0, 1.0),
         loss="huber",
         f_scale=OUTLIER_SIGMAS,

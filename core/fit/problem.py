@@ -18,7 +18,7 @@ from slipgrasp.core.scenario.loading import parameter_definitions, with_values
 from slipgrasp.core.scenario.parameters import Parameter
 from slipgrasp.core.study.definition import expand_key
 from slipgrasp.core.trace.columns import columns_of
-from slipgrasp.core.trace.trace import SIGNALS, Floats
+from slipgrasp.core.trace.signals import SIGNALS, Floats
 
 DELAY = "delay"
 FORCE_BIAS = "force_bias"
@@ -38,7 +38,15 @@ _FRICTION = re.compile(r"fingers\.(\d+)\.(static_)?friction")
 
 
 class FitError(SlipgraspError):
-    """A fit that cannot be asked for; the sentence names field, value, limit and remedy."""
+    """A fit that cannot be asked for; the sentence names field, value, limit and remedy.
+
+    Attributes:
+        field: The wrong input, with which the sentence begins; empty if it is no single one.
+    """
+
+    def __init__(self, message: str, field: str = "") -> None:
+        self.field = field
+        super().__init__(message)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -87,11 +95,15 @@ class Observations:
         sigmas: dict[str, float] = {}
         for name, sigma in noise.items():
             if not (math.isfinite(sigma) and sigma > 0.0):
-                raise FitError(f"--signals {name}:{sigma:g}: the noise must be a number above 0")
+                message = f"signals {name[:60]}:{sigma:g}: the noise must be a number above 0"
+                raise FitError(message, "signals")
             for column in _columns_named(name, columns):
                 sigmas[column] = sigma
         if not sigmas:
-            raise FitError("no signal is chosen; give one with its noise, such as object_pose:3e-4")
+            message = (
+                "signals: no signal is chosen; give one with its noise, such as object_pose:3e-4"
+            )
+            raise FitError(message, "signals")
         last = np.append(np.diff(times) > 0.0, True)
         chosen = [columns[name] for name in sigmas]
         return cls(
@@ -113,7 +125,8 @@ def _columns_named(name: str, columns: Mapping[str, tuple[str, Floats]]) -> list
         if found:
             return found
     measured = ", ".join(columns)
-    raise FitError(f"signal '{name[:60]}' was not measured; the data have {measured}")
+    message = f"signals: '{name[:60]}' was not measured; the data have {measured[:2000]}"
+    raise FitError(message, "signals")
 
 
 def _belongs(column: str, prefix: str, per: str) -> bool:
@@ -203,10 +216,10 @@ class FitProblem:
         wanted += _nuisances(data, nuisance)
         twice = [p.key for i, p in enumerate(wanted) if p.key in {q.key for q in wanted[:i]}]
         if twice:
-            raise FitError(f"{twice[0]} is free twice; leave one out")
+            raise FitError(f"free: {twice[0]} is free twice; leave one out", "free")
         if not 1 <= len(wanted) <= _MOST_FREE:
-            message = f"{len(wanted)} parameters are free; allowed: 1 … {_MOST_FREE}"
-            raise FitError(message)
+            message = f"free: {len(wanted)} parameters are free; allowed: 1 … {_MOST_FREE}"
+            raise FitError(message, "free")
         return cls(scenario=_as_long(scenario, data), parameters=tuple(wanted), data=data)
 
     def with_data(self, data: Observations) -> FitProblem:
@@ -249,10 +262,9 @@ class FitProblem:
         sampled = np.empty(self.data.values.shape)
         for k, name in enumerate(self.data.names):
             if name not in columns:
-                raise FitError(
-                    f"runs of this scenario have no {name}{nearest(name, columns)}; leave it out "
-                    "of --signals"
-                )
+                near = nearest(name, columns)
+                message = f"signals: runs of this scenario have no {name}{near}; leave it out"
+                raise FitError(message, "signals")
             values_of_run = np.asarray(columns[name], np.float64)
             sampled[:, k] = np.interp(at, run.trace.times, values_of_run)
             sampled[:, k] += extra.get(f"{FORCE_BIAS}.{name}", 0.0)
@@ -268,8 +280,9 @@ def _free(scenario: Scenario, text: str) -> list[FreeParameter]:
         parameter = definitions.get(one)
         if parameter is None or parameter.kind != "number":
             what = "no parameter" if parameter is None else f"a {parameter.kind}"
-            message = f"--free {key[:60]}: {one[:60]} is {what}{nearest(one, definitions)}"
-            raise FitError(f"{message}; 'slipgrasp scenarios parameters' lists the numbers")
+            message = f"free {key[:60]}: {one[:60]} is {what}{nearest(one, definitions)}"
+            message += "; 'slipgrasp scenarios parameters' lists the numbers"
+            raise FitError(message, "free")
         low, high = _limits(parameter, limits) if equals else _usual_limits(parameter)
         found.append(_parameter(scenario, parameter, low, high))
     return found
@@ -294,7 +307,8 @@ def _usual_limits(parameter: Parameter) -> tuple[float, float]:
         return float(low), float(high)
     if parameter.minimum is None or parameter.maximum is None:
         raise FitError(
-            f"--free {parameter.key}: it has no range; give one as {parameter.key}=LOW..HIGH"
+            f"free {parameter.key}: it has no range; give one as {parameter.key}=LOW..HIGH",
+            "free",
         )
     return parameter.minimum, parameter.maximum
 
@@ -303,15 +317,13 @@ def _limits(parameter: Parameter, text: str) -> tuple[float, float]:
     try:
         low, high = map(float, text.split(".."))
     except ValueError:
-        message = (
-            f"--free {parameter.key}={text[:40]}: a range is written LOW..HIGH, such as 0.5..2"
-        )
-        raise FitError(message) from None
+        message = f"free {parameter.key}={text[:40]}: a range is written LOW..HIGH, such as 0.5..2"
+        raise FitError(message, "free") from None
     least = -math.inf if parameter.minimum is None else parameter.minimum
     most = math.inf if parameter.maximum is None else parameter.maximum
     if not least <= low < high <= most:
-        message = f"--free {parameter.key}={text[:40]} is no range within {parameter.limit}"
-        raise FitError(message)
+        message = f"free {parameter.key}={text[:40]} is no range within {parameter.limit}"
+        raise FitError(message, "free")
     return low, high
 
 
@@ -320,7 +332,7 @@ def _nuisances(data: Observations, wanted: Sequence[str]) -> list[FreeParameter]
     unknown = [name for name in wanted if name not in NUISANCES]
     if unknown:
         allowed = ", ".join(NUISANCES)
-        raise FitError(f"--nuisance {unknown[0][:40]}: allowed are {allowed}")
+        raise FitError(f"nuisance {unknown[0][:40]}: allowed are {allowed}", "nuisance")
     if DELAY in wanted:
         most = MOST_PERIODS_LATE * data.period
         found.append(_nuisance(DELAY, "s", most))
@@ -330,7 +342,7 @@ def _nuisances(data: Observations, wanted: Sequence[str]) -> list[FreeParameter]
                 most = LARGEST_BIAS_SHARE * float(np.abs(data.values[:, k]).max())
                 found.append(_nuisance(f"{FORCE_BIAS}.{name}", unit, max(most, data.sigmas[k])))
         if not any(p.key.startswith(FORCE_BIAS) for p in found):
-            raise FitError("--nuisance force_bias needs a force among --signals")
+            raise FitError("nuisance: force_bias needs a force among the signals", "nuisance")
     return found
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
@@ -9,7 +10,7 @@ import numpy as np
 
 from slipgrasp.core.fit.objective import Objective
 from slipgrasp.core.fit.optimiser import Minimum, minimise
-from slipgrasp.core.trace.trace import Floats
+from slipgrasp.core.trace.signals import Floats
 
 ParameterClass = Literal["bounded", "only above", "only below", "flat"]
 
@@ -56,7 +57,13 @@ class Profile:
         return "only below" if self.high is None else "bounded"
 
 
-def profile(objective: Objective, best: Minimum, index: int, threshold: float) -> Profile:
+def profile(
+    objective: Objective,
+    best: Minimum,
+    index: int,
+    threshold: float,
+    note: Callable[[float, float], None] = lambda share, rise: None,
+) -> Profile:
     """The profile of a parameter, from the minimum to the threshold on both sides.
 
     Args:
@@ -64,12 +71,13 @@ def profile(objective: Objective, best: Minimum, index: int, threshold: float) -
         best: Its minimum.
         index: The parameter.
         threshold: Rise of chi-squared at the ends of the interval.
+        note: Called with every share and the rise there.
 
     Raises:
         BetterMinimumError: If there is a lower minimum.
     """
     step = _first_step(best, index, threshold)
-    side = _Side(objective, best, index, threshold)
+    side = _Side(objective, best, index, threshold, note)
     high, above = side.search(step)
     low, below = side.search(-step)
     points = {float(best.shares[index]): 0.0, **above, **below}
@@ -105,7 +113,15 @@ class _Side:
     of two frictions which only their ratio decides, a search from elsewhere would not find it.
     """
 
-    def __init__(self, objective: Objective, best: Minimum, index: int, threshold: float) -> None:
+    def __init__(
+        self,
+        objective: Objective,
+        best: Minimum,
+        index: int,
+        threshold: float,
+        note: Callable[[float, float], None],
+    ) -> None:
+        self._note = note
         self._objective = objective
         self._best = best
         self._index = index
@@ -142,7 +158,9 @@ class _Side:
         rise = found.chi_squared - self._best.chi_squared
         if rise < -_BETTER:
             raise BetterMinimumError(found)
-        return max(rise, 0.0), found
+        rise = max(rise, 0.0)
+        self._note(share, rise)
+        return rise, found
 
     def _predicted(self, share: float, path: list[Floats]) -> Floats:
         """Where the other parameters are expected, by the last two points of the path."""

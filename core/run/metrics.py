@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 
 from slipgrasp.core.kernel.compilation.records import Record
 from slipgrasp.core.scenario.space import PLANAR, Space, space_of_errors
-from slipgrasp.core.trace.trace import Trace, TraceShape
+from slipgrasp.core.trace.signals import TraceShape
+from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.trace.types import ContactPhase, Outcome, PhaseChange
 
 HOLD_WINDOW = 0.5

@@ -19,7 +19,7 @@ from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.theorem_hand import PlanarTheoremHand, TheoremHand
 from slipgrasp.core.scenario import PlanarScenario, Scenario
 from slipgrasp.core.trace.columns import Column
-from slipgrasp.core.trace.trace import Signal
+from slipgrasp.core.trace.signals import Signal
 
 Floats = NDArray[np.float64]
 

@@ -23,8 +23,9 @@ from slipgrasp.core.scenario import Change, Scenario
 from slipgrasp.core.scenario.chosen_laws import custom_law_in, diagnostics_of
 from slipgrasp.core.scenario.custom_laws import OUTSIDE, Diagnostic, LawIdentity
 from slipgrasp.core.scenario.validation import check_scenario
+from slipgrasp.core.trace.signals import TraceShape
 from slipgrasp.core.trace.ticks import Ticks
-from slipgrasp.core.trace.trace import Trace, TraceShape
+from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.trace.types import ContactPhase, Outcome, PhaseChange, Reason
 from slipgrasp.core.words.endings import describe_end
 from slipgrasp.core.words.interruptions import describe_law_failure

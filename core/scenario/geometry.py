@@ -124,37 +124,6 @@ def _edge_frame(body: ObjectParameters, edge: int, offset: float) -> ContactFram
     return ContactFrame(anchor, (tx, ty), (ty, -tx), -0.5 * length - offset, 0.5 * length - offset)
 
 
-def joint_points(
-    finger: FingerParameters, joint_positions: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Where the base, the joints and the tip of a finger stand, shape ``(..., joints + 1, 2)`` [m].
-
-    Args:
-        finger: Base and link lengths.
-        joint_positions: Joint angles, each relative to the link before, ``(..., joints)`` [rad];
-            positions of slides [m].
-    """
-    if finger.kind == "slides":
-        return slide_points(finger.base, joint_positions)
-    angles = np.cumsum(joint_positions, axis=-1)
-    directions = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
-    links = np.asarray(finger.link_lengths)[:, None] * directions
-    base = np.broadcast_to(np.asarray(finger.base), (*angles.shape[:-1], 1, 2))
-    return np.concatenate([base, base + np.cumsum(links, axis=-2)], axis=-2)
-
-
-def slide_points(base: tuple[float, ...], positions: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Where the zero of slides, the carriage on the first and the tip stand, ``(..., 3, d)`` [m].
-
-    Args:
-        base: Their zero, d coordinates [m].
-        positions: Of the slides, shape ``(..., d)`` [m].
-    """
-    tip = np.asarray(positions)
-    carriage = tip * (np.arange(len(base)) == 0)
-    return np.asarray(base) + np.stack([np.zeros_like(tip), carriage, tip], axis=-2)
-
-
 def tip_distance(scenario: PlanarScenario, index: int) -> float:
     """Distance from the base of a finger to its contact point in the start pose [m]."""
     return math.hypot(*planar_tip_at_start(scenario, index))

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipgrasp.core.scenario import Scenario
-from slipgrasp.core.scenario.chain import chain_points, chain_positions, chain_start
+from slipgrasp.core.scenario.chain import chain_points, chain_start
 from slipgrasp.core.scenario.curved_faces import FARTHEST, coordinates_on_sphere, slide
-from slipgrasp.core.scenario.geometry import Point, base_corners, slide_points
+from slipgrasp.core.scenario.geometry import Point, base_corners
 from slipgrasp.core.scenario.spatial import SpatialFinger, SpatialObject, SpatialScenario
 
 Vector = tuple[float, float, float]
@@ -200,46 +200,6 @@ def tip_at_start(scenario: SpatialScenario, index: int) -> Vector:
     return (x + start[0] - base[0], y + start[1] - base[1], z + start[2] - base[2])
 
 
-def joint_angles(finger: SpatialFinger, tips: Floats) -> Floats:
-    """Joint positions that put a fingertip somewhere: inverse kinematics on a fixed branch.
-
-    Args:
-        finger: Base, link lengths and branch.
-        tips: Where the tip is, shape ``(..., 3)`` [m].
-
-    Returns:
-        Yaw and the two pitches, shape ``(..., 3)`` [rad], NaN where it is out of reach; positions
-        of slides [m].
-    """
-    if finger.kind == "slides":
-        return np.asarray(tips) - np.asarray(finger.base)
-    if finger.kind == "chain":
-        return _chain_angles(finger, np.asarray(tips) - np.asarray(finger.base))
-    dx, dy, dz = np.moveaxis(np.asarray(tips) - np.asarray(finger.base), -1, 0)
-    radius, (first, second) = np.hypot(dx, dy), finger.link_lengths
-    cosine = (radius**2 + dz**2 - first**2 - second**2) / (2.0 * first * second)
-    with np.errstate(invalid="ignore"):
-        sine = (-1.0 if finger.elbow == "up" else 1.0) * np.sqrt(1.0 - cosine**2)
-    bend = np.arctan2(sine, cosine)
-    pitch = np.arctan2(dz, radius) - np.arctan2(second * sine, first + second * cosine)
-    return np.stack([np.arctan2(dy, dx), pitch, bend], axis=-1)
-
-
-def _chain_angles(finger: SpatialFinger, targets: Floats) -> Floats:
-    """The same of a chain, one tip after the other, each from the joints of the one before."""
-    chain = finger.attitude, finger.joints, finger.tip
-    found, seed = list[Floats](), None
-    for target in targets.reshape(-1, 3).tolist():
-        if seed is None:
-            start = chain_start(*chain, target, finger.posture)
-            positions = None if start is None else start[1]
-        else:
-            positions = chain_positions(*chain, target, seed)
-        found.append(np.full(3, np.nan) if positions is None else positions)
-        seed = None if positions is None else tuple(positions.tolist())
-    return np.reshape(found, targets.shape)
-
-
 def first_seeds(scenario: SpatialScenario) -> list[tuple[float, ...]]:
     """Joint positions from which those of chains at the start are looked for; 0 of others."""
     seeds = []
@@ -263,7 +223,7 @@ def spatial_joint_points(finger: SpatialFinger, joint_positions: Floats) -> Floa
             ``(..., 3)`` [rad]; positions of slides [m].
     """
     if finger.kind == "slides":
-        return slide_points(finger.base, joint_positions)
+        return _slide_points(finger.base, joint_positions)
     if finger.kind == "chain":
         points, _ = chain_points(finger.attitude, finger.joints, finger.tip, joint_positions)
         return np.asarray(finger.base) + points
@@ -274,6 +234,13 @@ def spatial_joint_points(finger: SpatialFinger, joint_positions: Floats) -> Floa
     links = np.asarray(finger.link_lengths)[:, None] * directions
     base = np.broadcast_to(np.asarray(finger.base), (*angles.shape[:-1], 1, 3))
     return np.concatenate([base, base + np.cumsum(links, axis=-2)], axis=-2)
+
+
+def _slide_points(base: Vector, positions: Floats) -> Floats:
+    """Zero of slides, carriage on the first, and tip, shape ``(..., 3, 3)`` [m]."""
+    tip = np.asarray(positions)
+    carriage = tip * np.array([1.0, 0.0, 0.0])
+    return np.asarray(base) + np.stack([np.zeros_like(tip), carriage, tip], axis=-2)
 
 
 def cross(a: Vector, b: Vector) -> Vector:

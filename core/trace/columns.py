@@ -12,14 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from slipgrasp.core.scenario.field_errors import template_key, template_keys
-from slipgrasp.core.trace.trace import (
-    SIGNALS,
-    Floats,
-    Phases,
-    Signal,
-    Trace,
-    TraceShape,
-)
+from slipgrasp.core.trace.signals import SIGNALS, Floats, Phases, Samples, Signal, TraceShape
 from slipgrasp.core.trace.types import ContactPhase
 
 _SHORT = (
@@ -63,13 +56,13 @@ class Column:
         return [_PHASE_LABELS[value] for value in self.values.tolist()]
 
 
-def columns_of(trace: Trace) -> list[Column]:
+def columns_of(trace: Samples) -> list[Column]:
     """All columns that a trace has, in the order of `SIGNALS`; the first is the time."""
     present = (signal for signal in SIGNALS if signal.name not in trace.absent)
     return [column for signal in present for column in _columns_of(trace, signal)]
 
 
-def short_columns(trace: Trace) -> list[Column]:
+def short_columns(trace: Samples) -> list[Column]:
     """The columns of the short table (CSV): what the hand does, contact by contact."""
     by_name = {signal.name: signal for signal in SIGNALS}
     groups = [[list(_columns_of(trace, by_name[name])) for name in group] for group in _SHORT]
@@ -122,7 +115,7 @@ def units_of(signal: Signal, shape: TraceShape) -> list[str]:
     return [*units[:1] * (shape.width(signal) - len(units)), *units]
 
 
-def _columns_of(trace: Trace, signal: Signal) -> Iterator[Column]:
+def _columns_of(trace: Samples, signal: Signal) -> Iterator[Column]:
     values = getattr(trace, signal.name)
     labels, units = labels_of(signal, trace.shape), units_of(signal, trace.shape)
     table = values.reshape(len(values), len(labels))

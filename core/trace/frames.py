@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from slipgrasp.core.exceptions import SlipgraspError
 from slipgrasp.core.scenario.space import Space
 from slipgrasp.core.trace.columns import Column, columns_of, labels_of, units_of
-from slipgrasp.core.trace.trace import SIGNALS, Signal, Trace, TraceShape
+from slipgrasp.core.trace.signals import SIGNALS, Samples, Signal, TraceShape
 from slipgrasp.core.trace.types import ContactPhase
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ def import_optional(package: str) -> Any:
         raise MissingPackageError(package) from None
 
 
-def trace_to_pandas(trace: Trace) -> pandas.DataFrame:
+def trace_to_pandas(trace: Samples) -> pandas.DataFrame:
     """A trace as a table; see `slipgrasp.core.trace.trace.Trace.to_pandas`."""
     pandas = import_optional("pandas")
     time, *columns = columns_of(trace)
@@ -49,7 +49,7 @@ def trace_to_pandas(trace: Trace) -> pandas.DataFrame:
     return frame
 
 
-def trace_to_xarray(trace: Trace) -> xarray.Dataset:
+def trace_to_xarray(trace: Samples) -> xarray.Dataset:
     """A trace as labelled arrays; see `slipgrasp.core.trace.trace.Trace.to_xarray`."""
     xarray = import_optional("xarray")
     there = (signal for signal in SIGNALS if trace.shape.has(signal))
@@ -67,7 +67,7 @@ def _values(pandas: Any, column: Column, space: Space) -> Any:
     return pandas.Categorical(column.phase_labels(), categories=words)
 
 
-def _labels(trace: Trace) -> dict[str, list[str] | list[int]]:
+def _labels(trace: Samples) -> dict[str, list[str] | list[int]]:
     """What the entries along each dimension but time are called."""
     shape = trace.shape
     there = (s for s in SIGNALS if s.per and shape.has(s))
@@ -84,7 +84,7 @@ def _dimension(signal: Signal, shape: TraceShape) -> str:
     return signal.per
 
 
-def _variable(trace: Trace, signal: Signal) -> tuple[Any, ...]:
+def _variable(trace: Samples, signal: Signal) -> tuple[Any, ...]:
     dimensions = ("time", _dimension(signal, trace.shape)) if signal.per else ("time",)
     return (dimensions, getattr(trace, signal.name), _attributes(signal, trace.shape))
 

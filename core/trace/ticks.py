@@ -7,7 +7,7 @@ from itertools import accumulate
 
 import numpy as np
 
-from slipgrasp.core.trace.trace import Floats, TraceShape
+from slipgrasp.core.trace.signals import Floats, TraceShape
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

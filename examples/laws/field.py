@@ -128,13 +128,16 @@ def _ask_for_step(seen, growth, force):
     n, limit = len(seen.slip), seen.model.torque_limit
     count = n if np.isinf(limit) else 5 * n
     rows, bounds = np.zeros((count, n, 2)), np.zeros(count)
+    # Numbers one by one: a slice that is assigned takes seconds to compile.
     for i in range(n):
-        rows[i, i] = seen.contact_normal[i]
+        for axis in range(2):
+            rows[i, i, axis] = seen.contact_normal[i, axis]
         if seen.believed_phase[i] != 0:
             bounds[i] = growth * (force[i] * seen.contact_normal[i]).sum()
     for k in range(n, count):
         i, joint, sign = (k - n) // 4, (k - n) // 2 % 2, 1.0 - 2.0 * ((k - n) % 2)
-        rows[k, i] = -sign * seen.jacobian[i, :, joint]
+        for axis in range(2):
+            rows[k, i, axis] = -sign * seen.jacobian[i, axis, joint]
         bounds[k] = sign * seen.joint_torque[i, joint] - limit
     return rows, bounds
 
@@ -163,9 +166,10 @@ def _react(seen, memory, out):
                 memory.internal[i, 1] += (step[i] * seen.contact_normal[i]).sum()
         memory.next_step[0] = seen.time + seen.parameters.pause
     carry(seen, squeeze, out)
-    memory.force[:n] = squeeze
     out.steps[0] = memory.steps[0]
     for i in range(n):
+        for axis in range(2):
+            memory.force[i, axis] = squeeze[i, axis]
         normal = (squeeze[i] * seen.contact_normal[i]).sum()
         out.grip[0] = normal if i == 0 else max(out.grip[0], normal)
 

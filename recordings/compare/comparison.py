@@ -14,7 +14,7 @@ from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario.parameters import ParameterDifference, parameter_differences
 from slipgrasp.core.trace.columns import columns_of
 from slipgrasp.core.trace.frames import import_optional
-from slipgrasp.core.trace.trace import SIGNALS
+from slipgrasp.core.trace.signals import SIGNALS
 from slipgrasp.recordings.compare.accuracy import Accuracy
 from slipgrasp.recordings.compare.alignment import MatchedRows, match_rows
 from slipgrasp.recordings.compare.differences import (

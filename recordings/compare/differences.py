@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.trace.columns import Column, columns_of
-from slipgrasp.core.trace.trace import TIME_COLUMN
+from slipgrasp.core.trace.signals import TIME_COLUMN
 from slipgrasp.core.trace.types import ContactPhase
 from slipgrasp.recordings.compare.accuracy import Accuracy
 from slipgrasp.recordings.compare.alignment import MatchedRows, Pair, match_phase_changes

@@ -9,7 +9,7 @@ import numpy as np
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.trace.columns import columns_of
-from slipgrasp.core.trace.trace import TIME_COLUMN, Floats
+from slipgrasp.core.trace.signals import TIME_COLUMN, Floats
 from slipgrasp.recordings.compare.comparison import IncomparableError
 from slipgrasp.recordings.measured.recording import MeasuredRecording
 

@@ -11,7 +11,8 @@ import numpy as np
 from slipgrasp.core.run.metrics import Metrics, metrics_of_trace
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.trace.columns import Column, columns_of
-from slipgrasp.core.trace.trace import TIME_COLUMN, Trace
+from slipgrasp.core.trace.signals import TIME_COLUMN
+from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.trace.types import Outcome, PhaseChange
 from slipgrasp.recordings.compare.alignment import match_rows
 

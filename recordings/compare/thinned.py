@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.trace.columns import columns_of
-from slipgrasp.core.trace.trace import TIME_COLUMN, Trace
+from slipgrasp.core.trace.signals import TIME_COLUMN
+from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.trace.types import ContactPhase, PhaseChange
 from slipgrasp.recordings.compare.alignment import match_rows
 from slipgrasp.recordings.file.pieces import Piece, joined, read_pieces

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from slipgrasp.core.trace.signals import TraceShape
 from slipgrasp.core.trace.ticks import Ticks
-from slipgrasp.core.trace.trace import Trace, TraceShape
+from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.trace.types import PhaseChange
 from slipgrasp.recordings.file.container import ChannelBlock, McapContainer
 from slipgrasp.recordings.file.foxglove import DisplayLayout, FrameClock

@@ -13,8 +13,9 @@ from slipgrasp.core.run.metrics import HOLD_WINDOW, METRICS, Metrics, metrics_of
 from slipgrasp.core.run.provenance import Provenance
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.trace.signals import SIGNALS, Signal, TraceShape
 from slipgrasp.core.trace.ticks import Ticks
-from slipgrasp.core.trace.trace import SIGNALS, Signal, Trace, TraceShape
+from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.trace.types import ContactPhase, Outcome, PhaseChange
 from slipgrasp.core.words.interruptions import describe_cut_off
 from slipgrasp.recordings.exceptions import (

@@ -34,11 +34,11 @@ from slipgrasp.core.scenario.custom_laws import LAW_PARAMETERS, Diagnostic, LawI
 from slipgrasp.core.scenario.field_errors import template_keys
 from slipgrasp.core.scenario.loading import scenario_from_mapping
 from slipgrasp.core.scenario.parameters import Parameter, iterate_parameters
-from slipgrasp.core.trace.trace import TraceShape
+from slipgrasp.core.trace.signals import TraceShape
 from slipgrasp.core.trace.types import Outcome, Reason, RunWarning
 from slipgrasp.recordings.file.schemas import format_of
 from slipgrasp.recordings.file.state_hash import digest_of
-from slipgrasp.recordings.file.versions import SOFT_FORMAT
+from slipgrasp.recordings.file.versions import SOFT_FORMATS
 
 PROFILE = "slipgrasp"
 STUDY_PROFILE = "slipgrasp-study"
@@ -114,7 +114,7 @@ def read_shape(start: Mapping[str, str]) -> TraceShape:
     slides = tuple(map(int, parse_json(start.get("slides", "[]"))))
     if not set(slides) <= set(range(num_contacts * space.joints_per_finger)):
         raise ValueError("slides that the hand does not have")
-    soft = int(start["format"]) == SOFT_FORMAT
+    soft = int(start["format"]) in SOFT_FORMATS
     return TraceShape(num_contacts, unknowns, diagnostics, space, slides, soft)
 
 

@@ -10,6 +10,7 @@ from typing import BinaryIO
 import numpy as np
 
 from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.trace.signals import SIGNALS
 from slipgrasp.core.trace.ticks import Ticks
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.trace.types import PhaseChange
@@ -122,9 +123,8 @@ def joined(parts: list[Trace]) -> Trace:
     """Traces of one shape one after the other."""
     first = parts[0]
     arrays = {
-        name: np.concatenate([getattr(part, name) for part in parts])
-        for name in first.__slots__
-        if isinstance(getattr(first, name), np.ndarray)
+        signal.name: np.concatenate([getattr(part, signal.name) for part in parts])
+        for signal in SIGNALS
     }
     return Trace(shape=first.shape, absent=first.absent, **arrays)
 

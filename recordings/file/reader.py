@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from slipgrasp.core.run.claims import contradictions_of
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario.validation.control import MIN_CONTROL_PERIOD
-from slipgrasp.core.trace.trace import TraceShape
+from slipgrasp.core.trace.signals import TraceShape
 from slipgrasp.recordings.exceptions import (
     AlteredRecordingError,
     ContradictoryRecordingError,

@@ -13,15 +13,16 @@ from functools import cache
 from typing import Literal
 
 from slipgrasp.core.scenario.space import PLANAR, SPATIAL
-from slipgrasp.core.trace.trace import SIGNALS, Signal, TraceShape
+from slipgrasp.core.trace.signals import SIGNALS, Signal, TraceShape
 from slipgrasp.recordings.file.state_hash import HASH_BYTES
 from slipgrasp.recordings.file.versions import (
     FIRST_FORMAT_WITH,
     FIRST_FORMAT_WITH_TICKS,
     FORMATS,
     PLANAR_FORMAT,
+    PLANAR_FORMATS,
     SOFT_FORMAT,
-    SPATIAL_FORMATS,
+    SOFT_FORMATS,
 )
 
 TIME_SIGNAL = SIGNALS[0]
@@ -73,11 +74,11 @@ class Topic:
 
 def signals_in(version: int) -> tuple[Signal, ...]:
     """The signals that a format holds."""
+    lacks = {"path": version in PLANAR_FORMATS, "pad": version not in SOFT_FORMATS}
     return tuple(
         signal
         for signal in SIGNALS
-        if FIRST_FORMAT_WITH.get(signal.name, 1) <= version
-        and (signal.per != "path" or version in SPATIAL_FORMATS)
+        if FIRST_FORMAT_WITH.get(signal.name, 1) <= version and not lacks.get(signal.per, False)
     )
 
 
@@ -89,7 +90,7 @@ def _topic(group: str, version: int) -> Topic:
 
 def _field(signal: Signal, version: int) -> Field:
     kind = "sint32" if signal.holds_phases else "double"
-    space = SPATIAL if version in SPATIAL_FORMATS else PLANAR
+    space = PLANAR if version in PLANAR_FORMATS else SPATIAL
     unit, text = signal.unit_in(space), signal.text_in(space)
     unit += f"; of slides {signal.slides_unit}" if signal.slides_unit else ""
     return Field(signal.name, kind, signal.per != "", f"{text} [{unit}]" if unit else text)

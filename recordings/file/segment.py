@@ -17,7 +17,8 @@ from typing import BinaryIO
 import numpy as np
 from mcap.records import Chunk
 
-from slipgrasp.core.trace.trace import SIGNALS, Trace
+from slipgrasp.core.trace.signals import SIGNALS
+from slipgrasp.core.trace.trace import Trace
 from slipgrasp.recordings.file.packing import MessageLayout
 from slipgrasp.recordings.file.reader import Reading, TopicColumns, open_recording
 from slipgrasp.recordings.file.scan import ChannelMessages

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from os import PathLike
 
 from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.trace.signals import TraceShape
 from slipgrasp.core.trace.ticks import Ticks
-from slipgrasp.core.trace.trace import TraceShape
 from slipgrasp.recordings.file.reader import Reading, open_recording
 from slipgrasp.recordings.file.schemas import PHASE_CHANGES, SAMPLE_TOPICS, TICKS
 from slipgrasp.recordings.file.versions import FIRST_FORMAT_WITH_STEP_METRICS

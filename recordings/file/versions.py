@@ -4,18 +4,21 @@ from __future__ import annotations
 
 from slipgrasp.core.scenario.space import PLANAR, SPATIAL
 
-PLANAR_FORMAT, SPATIAL_FORMAT, SOFT_FORMAT = 7, 8, 9
-FORMATS = {PLANAR: PLANAR_FORMAT, SPATIAL: SPATIAL_FORMAT}
-"""What is written of planar and of spatial hands, the least that holds it.
+PLANAR_FORMATS, SPATIAL_FORMATS, SOFT_FORMATS = (1, 2, 3, 4, 5, 7), (6, 8), (9,)
+"""Of planar hands, spatial hands, and spatial hands with soft fingertips, in the order of time.
 
-Of spatial hands with soft fingertips it is `SOFT_FORMAT`.
+A kind of hand gets a new format when the reader before could not read a file correctly.
 """
 
-SPATIAL_FORMATS = (6, SPATIAL_FORMAT, SOFT_FORMAT)
-"""All formats of spatial hands."""
+PLANAR_FORMAT, SPATIAL_FORMAT, SOFT_FORMAT = (
+    formats[-1] for formats in (PLANAR_FORMATS, SPATIAL_FORMATS, SOFT_FORMATS)
+)
+"""The formats that are written."""
 
-FORMAT_VERSION = SOFT_FORMAT
-"""The newest that is read; raised when the reader before could not read a file correctly."""
+FORMATS = {PLANAR: PLANAR_FORMAT, SPATIAL: SPATIAL_FORMAT}
+
+FORMAT_VERSION = max(PLANAR_FORMAT, SPATIAL_FORMAT, SOFT_FORMAT)
+"""The newest that is read."""
 
 FIRST_FORMAT_WITH_SHA256 = 3
 """Samples were hashed with BLAKE2b before, which takes longer where processors have SHA-256."""
@@ -32,10 +35,6 @@ FIRST_FORMAT_WITH = {
     "controllability": 4,
     "commanded_torque": 5,
     "diagnostics": 5,
-    "slip_path": 6,
-    "spin": SOFT_FORMAT,
-    "spin_velocity": SOFT_FORMAT,
-    "torsional_moment": SOFT_FORMAT,
 }
 """Signals and metrics that not every format holds, and since when.
 

@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 from slipgrasp.core.run.provenance import Provenance, present_provenance
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.trace.signals import SIGNALS, TraceShape
 from slipgrasp.core.trace.ticks import Ticks
-from slipgrasp.core.trace.trace import SIGNALS, Trace, TraceShape
+from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.trace.types import PhaseChange
 from slipgrasp.recordings.exceptions import (
     RecordingError,

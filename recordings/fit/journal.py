@@ -23,7 +23,7 @@ from slipgrasp.core.fit.problem import FitProblem
 from slipgrasp.core.run.simulation import Simulation
 from slipgrasp.core.run.simulator import run_to_end
 from slipgrasp.core.study.definition import apply_values
-from slipgrasp.core.trace.trace import Floats
+from slipgrasp.core.trace.signals import Floats
 from slipgrasp.recordings.exceptions import RecordingBusyError, RecordingWriteError
 from slipgrasp.recordings.study.study_row import (
     RunHash,
@@ -163,7 +163,7 @@ class JournaledRuns:
     Args:
         journal: The journal.
         as_rows: Whether the runs are rows of the study.
-        should_stop: Asked before every run; True ends the fit, to be continued.
+        should_stop: Asked before and during every run; True ends the fit, to be continued.
     """
 
     def __init__(self, journal: Journal, *, as_rows: bool, should_stop: Any) -> None:
@@ -178,11 +178,18 @@ class JournaledRuns:
         found = self._journal.find(key)
         if found is not None:
             return found
-        if self._should_stop():
-            raise FitStoppedError(len(self._journal.rows))
+        self._check_stop()
         sampled, row = self._simulate(problem, values)
         self._journal.add(key, sampled, row if self._as_rows else None)
         return sampled
+
+    def _watch(self, simulation: Simulation) -> None:
+        if not simulation.finished:
+            self._check_stop()
+
+    def _check_stop(self) -> None:
+        if self._should_stop():
+            raise FitStoppedError(len(self._journal.rows))
 
     def _simulate(
         self, problem: FitProblem, values: tuple[float, ...]
@@ -192,7 +199,7 @@ class JournaledRuns:
             simulation = Simulation(apply_values(problem.scenario, chosen))
         except ScenarioError:
             return np.full(problem.data.values.shape, np.nan), None
-        run_to_end(simulation, lambda simulation: None, wall_limit=WALL_LIMIT)
+        run_to_end(simulation, self._watch, wall_limit=WALL_LIMIT)
         state = RunHash()
         state.take(simulation)
         number = len(self._journal.rows)

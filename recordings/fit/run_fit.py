@@ -12,13 +12,14 @@ from pathlib import Path
 
 import numpy as np
 
-from slipgrasp.core.fit.fit import FitOptions, Watch, fit
+from slipgrasp.core.fit.fit import FitOptions, fit, watch_nothing
 from slipgrasp.core.fit.problem import FitProblem, Observations
+from slipgrasp.core.fit.progress import Watch
 from slipgrasp.core.fit.report import FitReport
 from slipgrasp.core.run.provenance import present_provenance
 from slipgrasp.core.study.definition import Sampling, Study
 from slipgrasp.core.trace.columns import columns_of
-from slipgrasp.core.trace.trace import TIME_COLUMN, Floats
+from slipgrasp.core.trace.signals import TIME_COLUMN, Floats
 from slipgrasp.recordings.exceptions import RecordingExistsError
 from slipgrasp.recordings.file.atomic_file import atomic_file
 from slipgrasp.recordings.file.reader import read_recording
@@ -68,8 +69,9 @@ def run_fit(
     options: FitOptions | None = None,
     *,
     overwrite: bool = False,
-    watch: Watch = lambda stage, share: None,
+    watch: Watch = watch_nothing,
     should_stop: Callable[[], bool] = lambda: False,
+    also_write: Callable[[FitReport], None] = lambda report: None,
 ) -> FitReport:
     """Fits, and writes every run as a row of a study, and the report as JSON beside it.
 
@@ -80,8 +82,9 @@ def run_fit(
         path: The study to write, ``FIT.mcap``; the report is ``FIT.json``.
         options: How the fit is made; the defaults if None.
         overwrite: Whether existing files, and what is left of another fit, are replaced.
-        watch: Called with the stage and the share of it that is done.
-        should_stop: Asked before every run; True ends the fit, to be continued.
+        watch: Called with the progress, after every run.
+        should_stop: Asked before and during every run; True ends the fit, to be continued.
+        also_write: Writes other files of the report before the journal is deleted.
 
     Raises:
         FitError: If the fit is not possible.
@@ -109,6 +112,7 @@ def run_fit(
         )
         _write_study(problem, file, journal.rows, overwrite=overwrite)
         write_report(report, report_path(file), overwrite=overwrite)
+        also_write(report)
         journal.delete()
     return report
 

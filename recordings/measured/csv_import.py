@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from slipgrasp.core.trace.trace import TIME_COLUMN, Floats
+from slipgrasp.core.trace.signals import TIME_COLUMN, Floats
 from slipgrasp.recordings.file.atomic_file import atomic_file
 from slipgrasp.recordings.measured.recording import (
     MAX_GAPS,
@@ -245,9 +245,9 @@ def _numbers(column: pyarrow.Array, source: _Source, first_row: int) -> Floats:
     import pyarrow
     from pyarrow import compute
 
-    trimmed = compute.utf8_trim_whitespace(column)  # pyright: ignore[reportAttributeAccessIssue]
-    is_empty = compute.equal(trimmed, "")  # pyright: ignore[reportAttributeAccessIssue]
-    filled = compute.if_else(is_empty, "nan", trimmed)  # pyright: ignore[reportAttributeAccessIssue]
+    trimmed = compute.call_function("utf8_trim_whitespace", [column])
+    is_empty = compute.call_function("equal", [trimmed, ""])
+    filled = compute.call_function("if_else", [is_empty, "nan", trimmed])
     try:
         return np.asarray(filled.cast(pyarrow.float64()))
     except pyarrow.ArrowInvalid:

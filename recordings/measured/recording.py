@@ -11,7 +11,6 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from os import PathLike
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,13 +19,12 @@ from numpy.typing import NDArray
 from pydantic import TypeAdapter, ValidationError
 
 from slipgrasp.core.run.provenance import program_version
-from slipgrasp.core.trace.trace import TIME_COLUMN, Floats
+from slipgrasp.core.trace.signals import TIME_COLUMN, Floats
 from slipgrasp.recordings.exceptions import (
     DamagedRecordingError,
     ForeignRecordingError,
     NewerRecordingError,
 )
-from slipgrasp.recordings.file.atomic_file import atomic_file
 from slipgrasp.recordings.file.container import ChannelBlock, McapContainer
 from slipgrasp.recordings.file.documents import MEASURED_PROFILE, parse_json
 from slipgrasp.recordings.file.packing import MessageLayout, to_log_times
@@ -206,21 +204,6 @@ def _layout(columns: Sequence[MeasuredColumn]) -> MessageLayout:
         fields.append(Field(column.name, "double", False, f"From {column.source}. [{column.unit}]"))
     topic = Topic(MEASURED_TOPIC, "Measured", tuple(fields))
     return MessageLayout(topic, _CHANNEL, [1] * len(fields))
-
-
-def write_measured(
-    recording: MeasuredRecording, path: str | PathLike[str], *, overwrite: bool = False
-) -> None:
-    """Writes a measured recording, completely or not at all.
-
-    Raises:
-        RecordingError: If it cannot be written.
-    """
-    with atomic_file(Path(path), overwrite=overwrite) as stream:
-        outline = recording.outline
-        writer = MeasuredWriter(stream, outline.title, outline.columns)
-        writer.write(recording.times, recording.values)
-        writer.finish(outline.sampling)
 
 
 def is_measured(path: str | PathLike[str]) -> bool:

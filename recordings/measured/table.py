@@ -9,7 +9,7 @@ from typing import BinaryIO
 
 import numpy as np
 
-from slipgrasp.core.trace.trace import TIME_COLUMN
+from slipgrasp.core.trace.signals import TIME_COLUMN
 from slipgrasp.recordings.measured.recording import MeasuredRecording
 
 ROWS_AT_ONCE = 1000

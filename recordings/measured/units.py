@@ -10,7 +10,7 @@ from slipgrasp.core.scenario.field_errors import nearest
 from slipgrasp.core.scenario.field_types import MAX_FINGERS
 from slipgrasp.core.scenario.space import PLANAR, SPATIAL
 from slipgrasp.core.trace.columns import labels_of, units_of
-from slipgrasp.core.trace.trace import SIGNALS, TraceShape
+from slipgrasp.core.trace.signals import SIGNALS, TraceShape
 from slipgrasp.recordings.exceptions import RecordingError
 
 _PREFIXES = {"": 1.0, "m": 1e-3, "u": 1e-6, "µ": 1e-6, "k": 1e3}

@@ -54,7 +54,7 @@ CATEGORIES: tuple[Category, ...] = (
 """All of them, in the order in which a legend lists them."""
 
 HELD = 0
-_NOT_HELD, _TOO_SHORT = 1, 2
+NOT_HELD, TOO_SHORT = 1, 2
 
 
 def categorize(results: StudyResults) -> NDArray[np.int8]:
@@ -65,17 +65,17 @@ def categorize(results: StudyResults) -> NDArray[np.int8]:
     held = results.numbers("held", count)
     known: dict[tuple[str, str | None], int] = {}
     for pair in set(zip(words, reasons, strict=True)):
-        known[pair] = _place(*pair)
+        known[pair] = category_of(*pair)
     places = [known[pair] for pair in zip(words, reasons, strict=True)]
     categories = np.array(places, dtype=np.int8)
     categories[held == 1.0] = HELD
-    categories[results.too_short(count)] = _TOO_SHORT
+    categories[results.too_short(count)] = TOO_SHORT
     return categories
 
 
-def _place(outcome: str, reason: str | None) -> int:
-    """The category with the reason, else the first with the outcome."""
+def category_of(outcome: str, reason: str | None) -> int:
+    """The category with the reason, else the first with the outcome; of what is not held."""
     if outcome == Outcome.COMPLETED:
-        return _NOT_HELD
+        return NOT_HELD
     of_outcome = [place for place, each in enumerate(CATEGORIES) if each.outcome == outcome]
     return next((k for k in of_outcome if CATEGORIES[k].reason == reason), of_outcome[0])

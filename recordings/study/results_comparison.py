@@ -5,16 +5,14 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass
 from itertools import combinations, product
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slipgrasp.recordings.study.map_axes import compared_keys
+from slipgrasp.recordings.study.result_table import ResultTable
 from slipgrasp.recordings.study.results_summary import spread_of
-
-if TYPE_CHECKING:
-    from slipgrasp.recordings.study.results import StudyResults
 
 _UNKNOWN = -1
 
@@ -81,7 +79,7 @@ class CombinationComparison:
 
 
 def compare_combinations(
-    results: StudyResults, keys: tuple[str, ...] | None = None
+    results: ResultTable, keys: tuple[str, ...] | None = None
 ) -> CombinationComparison | None:
     """Compares what the values of some keys did where all else was equal.
 
@@ -111,7 +109,7 @@ def compare_combinations(
 
 
 def rows_by_combination(
-    results: StudyResults, keys: tuple[str, ...], count: int
+    results: ResultTable, keys: tuple[str, ...], count: int
 ) -> list[tuple[dict[str, Any], NDArray[np.intp]]]:
     """The rows of each combination of crossed values.
 
@@ -135,7 +133,7 @@ def rows_by_combination(
     ]
 
 
-def _sample_of_rows(results: StudyResults, keys: tuple[str, ...], count: int) -> NDArray[np.intp]:
+def _sample_of_rows(results: ResultTable, keys: tuple[str, ...], count: int) -> NDArray[np.intp]:
     """A number per row, equal where all but the compared keys are equal; shape ``(rows,)``."""
     others = [key for key in results.study.keys if key not in keys]
     columns = [results.values(key, 0, count) for key in ("sample", *others)]
@@ -154,7 +152,7 @@ def _held_by_sample(
 
 
 def _combination(
-    results: StudyResults,
+    results: ResultTable,
     values: dict[str, Any],
     rows: NDArray[np.intp],
     codes: NDArray[np.int_],

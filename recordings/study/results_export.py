@@ -8,18 +8,17 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, BinaryIO, TextIO
 
 from slipgrasp.recordings.study.result_columns import ResultColumn
+from slipgrasp.recordings.study.result_table import ResultTable
 
 if TYPE_CHECKING:
     import pyarrow
-
-    from slipgrasp.recordings.study.results import StudyResults
 
 ROWS_AT_ONCE = 1000
 MOST_ROWS_AT_ONCE = 50 * ROWS_AT_ONCE
 """So many rows make a group of a Parquet file."""
 
 
-def write_csv(results: StudyResults, stream: TextIO, num_rows: int | None = None) -> None:
+def write_csv(results: ResultTable, stream: TextIO, num_rows: int | None = None) -> None:
     """Writes the results as comma-separated values, SI units, with a header line.
 
     Numbers have as many digits as it takes to read back the same bits; truth values are
@@ -47,7 +46,7 @@ def _word(cell: Any) -> str:
     return repr(cell) if isinstance(cell, float) else json.dumps(cell)
 
 
-def write_json(results: StudyResults, stream: TextIO, num_rows: int | None = None) -> None:
+def write_json(results: ResultTable, stream: TextIO, num_rows: int | None = None) -> None:
     """Writes the results as one JSON object.
 
     It has ``title``, ``base`` (name of the preset, if it is one), ``runs`` (how many the
@@ -74,7 +73,7 @@ def write_json(results: StudyResults, stream: TextIO, num_rows: int | None = Non
     stream.write("\n]}\n")
 
 
-def write_parquet(results: StudyResults, stream: BinaryIO, num_rows: int | None = None) -> None:
+def write_parquet(results: ResultTable, stream: BinaryIO, num_rows: int | None = None) -> None:
     """Writes the results as a Parquet file.
 
     Each column has its SI unit as ``unit`` in the metadata of its field. Varied values of
@@ -108,7 +107,7 @@ def write_parquet(results: StudyResults, stream: BinaryIO, num_rows: int | None 
             writer.write_batch(pyarrow.record_batch(arrays, schema=schema))
 
 
-def _cells(results: StudyResults, column: ResultColumn, start: int, end: int) -> list[Any]:
+def _cells(results: ResultTable, column: ResultColumn, start: int, end: int) -> list[Any]:
     cells = results.values(column.name, start, end)
     if column.kind != "value":
         return cells
@@ -125,7 +124,7 @@ def _arrow_type(column: ResultColumn) -> pyarrow.DataType:
     return pyarrow.bool_() if column.kind == "boolean" else pyarrow.string()
 
 
-def _pieces(results: StudyResults, num_rows: int | None) -> Iterator[list[dict[str, Any]]]:
+def _pieces(results: ResultTable, num_rows: int | None) -> Iterator[list[dict[str, Any]]]:
     """The first rows, some at a time; those that come meanwhile are left out."""
     count = results.num_rows if num_rows is None else num_rows
     for start in range(0, count, ROWS_AT_ONCE):

@@ -4,15 +4,12 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slipgrasp.core.study.knowledge import knowledge_in
-
-if TYPE_CHECKING:
-    from slipgrasp.recordings.study.results import StudyResults
+from slipgrasp.recordings.study.result_table import ResultTable
 
 _SHARES = (0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0)
 
@@ -73,7 +70,7 @@ class StudySummary:
     metrics_by_outcome: dict[str, dict[str, Spread]]
 
 
-def summarize(results: StudyResults) -> StudySummary:
+def summarize(results: ResultTable) -> StudySummary:
     """Counts the outcomes and finds the spread of the metrics."""
     count = results.num_rows
     words = results.values("outcome", 0, count)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
@@ -72,7 +72,11 @@ class Expired:
 
 
 def find_expired(
-    runs: RecordingStore, studies: StudyStore, retention: Retention, now: datetime
+    runs: RecordingStore,
+    studies: StudyStore,
+    retention: Retention,
+    now: datetime,
+    used: Collection[str] = (),
 ) -> list[Expired]:
     """The runs that may go, newest first; nothing is changed.
 
@@ -81,9 +85,10 @@ def find_expired(
         studies: The studies whose recordings are among them.
         retention: What stays.
         now: From when ages count.
+        used: Ids of runs that stay, whatever their age.
     """
     marks = _Marks(studies)
-    unmarked = [run for run in runs.list() if not marks.has(run)]
+    unmarked = [run for run in runs.list() if run.id not in used and not marks.has(run)]
     expired, num_kept, bytes_kept = [], 0, 0
     full: Rule | None = None
     for run in unmarked:

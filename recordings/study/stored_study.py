@@ -2,23 +2,13 @@
 
 from __future__ import annotations
 
-import json
-import logging
-from dataclasses import asdict, dataclass, replace
-from functools import cache
+from dataclasses import dataclass, replace
 from pathlib import Path
-from threading import Lock
-from typing import Any
-
-from pydantic import TypeAdapter, ValidationError
 
 from slipgrasp.core.study.definition import MAX_RUNS, KeptRecordings
-from slipgrasp.recordings.file.atomic_file import atomic_file
-from slipgrasp.recordings.store.run_files import checked_time, read_document
+from slipgrasp.recordings.store.sidecars import Sidecars
 from slipgrasp.recordings.study.documents import StudyEnd
 from slipgrasp.recordings.study.reader import open_study
-
-_logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -86,59 +76,18 @@ def told_by_file(path: Path, made: StoredStudy) -> StoredStudy:
     )
 
 
-class StudySidecars:
-    """The sidecars of a folder of studies; one is written at a time.
+class StudySidecars(Sidecars[StoredStudy]):
+    """The sidecars of a folder of studies.
 
     Args:
         folder: Where they lie.
     """
 
     def __init__(self, folder: Path) -> None:
-        self._folder = folder
-        self._lock = Lock()
-
-    def path_of(self, study_id: str) -> Path:
-        """Where the sidecar of a study lies, if there is one."""
-        return self._folder / f"{study_id}.json"
-
-    def read(self, study_id: str) -> StoredStudy | None:
-        """What the sidecar of a study tells; None if it is missing, or not usable.
-
-        The log says what is wrong with one that is not usable.
-        """
-        document = read_document(self.path_of(study_id))
-        if not document:
-            return None
-        facts = {**document, "id": study_id, "created": checked_time(document.get("created"))}
-        try:
-            stored: StoredStudy = _reader().validate_python({**facts, "finding": ""})
-        except ValidationError as error:
-            finding = error.errors(include_url=False)[0]
-            where = ".".join(map(str, finding["loc"]))
-            _logger.warning("the sidecar of study %s: %s: %s", study_id, where, finding["msg"])
-            return None
-        return stored if _is_possible(stored) else None
-
-    def write(self, stored: StoredStudy) -> None:
-        """Writes the sidecar of a study.
-
-        Raises:
-            RecordingBusyError: If another process is at it.
-            RecordingWriteError: If it cannot be written; then the old one is still there.
-        """
-        document = asdict(stored)
-        del document["finding"]
-        text = json.dumps(document, ensure_ascii=False, indent=1).encode()
-        with self._lock, atomic_file(self.path_of(stored.id), overwrite=True) as stream:
-            stream.write(text)
+        super().__init__(folder, StoredStudy, _is_possible)
 
 
 def _is_possible(stored: StoredStudy) -> bool:
     """Whether its numbers are such as a study can have."""
     num_ended = 0 if stored.end is None else stored.end.runs
     return 1 <= stored.num_runs <= MAX_RUNS and 0 <= num_ended <= stored.num_runs
-
-
-@cache
-def _reader() -> TypeAdapter[Any]:
-    return TypeAdapter(StoredStudy)

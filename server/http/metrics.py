@@ -39,6 +39,7 @@ _GAUGES: Mapping[str, tuple[str, Callable[[State], float]]] = {
         "Studies that wait or run",
         lambda state: state.study_service.num_unfinished,
     ),
+    "fits_unfinished": ("Fits that wait or run", lambda state: state.fit_service.num_unfinished),
     "disk_free_bytes": (
         "What is free on the disk of the data folder",
         lambda state: shutil.disk_usage(state.settings.data_directory).free,

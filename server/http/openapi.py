@@ -17,6 +17,7 @@ _VALIDATION_ERRORS = ("HTTPValidationError", "ValidationError")
 _TAGS = {
     "runs": "Simulate a scenario; search, change and download what was recorded.",
     "studies": "Many runs from one request, and what came out of them.",
+    "fits": "Parameters of a scenario from a recording, with intervals.",
     "recordings": "Recordings that come from elsewhere.",
     "diff": "Differences between two runs.",
     "scenarios": "What can be simulated, and what can be set.",

@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-import asyncio
-import time
-from collections.abc import AsyncIterator, Awaitable, Callable
 from functools import partial
 from typing import Annotated, Any
 
-from anyio import CapacityLimiter, to_thread
 from fastapi import APIRouter, Query, Response
 from starlette.concurrency import run_in_threadpool
 
@@ -21,12 +17,9 @@ from slipgrasp.server.dependencies import (
     StudyServiceDep,
 )
 from slipgrasp.server.http.errors import ProblemPublic
-from slipgrasp.server.http.events import HEARTBEAT, EventStream, encode_event
-from slipgrasp.server.studies.progress import StudyState, StudyStatus
+from slipgrasp.server.http.job_events import has_nothing_new, stream_events
+from slipgrasp.server.studies.progress import StudyStatus
 from slipgrasp.server.studies.schemas import StudyPublic
-
-LOOK_EVERY = 0.25
-ROWS_AT_ONCE = 100
 
 _EVENTS: dict[int | str, dict[str, Any]] = {
     200: {
@@ -61,100 +54,19 @@ async def stream_study_events(
     """
     live = await run_in_threadpool(service.find_live, study_id)
     look = live.status if live is not None else partial(service.status, study_id)
-    status = await run_in_threadpool(look)
-    seen = int(last_event_id) if last_event_id else None
-    if status.state.has_ended and seen is not None and seen > status.finished:
+    if await has_nothing_new(look, last_event_id):
         return Response(status_code=204)
-    if seen is not None:
-        # Events that were not sent yet follow.
-        seen = min(seen, status.finished)
     slots.check()
     results = None
     if rows:
         results = live.results if live else await run_in_threadpool(service.results, study_id)
-    events = StudyEvents(look, results, seen, settings.event_heartbeat, slots.makers)
-    return EventStream(events.pieces(partial(_pause, stopping)), slots)
+    rows_from = None if results is None else partial(_rows_from, results)
+    heartbeat = settings.event_heartbeat
+    return await stream_events(look, _public, rows_from, last_event_id, heartbeat, stopping, slots)
 
 
-async def _pause(stopping: asyncio.Event, seconds: float) -> bool:
-    """Waits; returns True early if the server ends."""
-    try:
-        async with asyncio.timeout(seconds):
-            return await stopping.wait()
-    except TimeoutError:
-        return False
-
-
-class StudyEvents:
-    """Sends the events of a study to one client until it has ended.
-
-    The id of an event is the number of runs that were done, so that a client that lost its
-    connection continues there.
-
-    Args:
-        look: Gives how far the study is.
-        results: Its rows, if they are to be sent too.
-        seen: How many runs the client knows of; None if it is new.
-        heartbeat: After how much silence a comment is sent [s].
-        makers: The threads that make rows text.
-    """
-
-    def __init__(
-        self,
-        look: Callable[[], StudyStatus],
-        results: StudyResults | None,
-        seen: int | None,
-        heartbeat: float,
-        makers: CapacityLimiter,
-    ) -> None:
-        self._look = look
-        self._results = results
-        self._seen = seen or 0
-        self._state = None if seen is None else StudyState.RUNNING
-        self._heartbeat = heartbeat
-        self._makers = makers
-
-    async def pieces(self, pause: Callable[[float], Awaitable[bool]]) -> AsyncIterator[bytes]:
-        """The encoded events.
-
-        Args:
-            pause: Waits so many seconds, or less; True if the service is about to end.
-        """
-        spoken = time.monotonic()
-        while True:
-            status = await run_in_threadpool(self._look)
-            async for event in self._news(status):
-                spoken = time.monotonic()
-                yield event
-            if status.state.has_ended:
-                return
-            if time.monotonic() - spoken >= self._heartbeat:
-                spoken = time.monotonic()
-                yield HEARTBEAT
-            if await pause(LOOK_EVERY):
-                return
-
-    async def _news(self, status: StudyStatus) -> AsyncIterator[bytes]:
-        is_further = status.finished > self._seen
-        while self._results is not None and status.finished > self._seen:
-            # Made text there too: many rows for many clients would hold up the event loop.
-            yield await to_thread.run_sync(
-                self._next_rows, self._results, status.finished, limiter=self._makers
-            )
-        if status.state.has_ended:
-            # One more than the number of runs: after this id there is nothing to send.
-            yield encode_event("end", _public(status), status.finished + 1)
-        elif is_further or status.state is not self._state:
-            # With its rows a run has been reported under its id already.
-            is_new = is_further and self._results is None
-            told = status.finished if is_new else None
-            yield encode_event("progress", _public(status), told)
-        self._seen, self._state = max(status.finished, self._seen), status.state
-
-    def _next_rows(self, results: StudyResults, end: int) -> bytes:
-        rows, _ = results.rows(self._seen, min(ROWS_AT_ONCE, end - self._seen))
-        self._seen += len(rows)
-        return encode_event("rows", {"rows": rows}, self._seen)
+def _rows_from(results: StudyResults, start: int, limit: int) -> list[dict[str, Any]]:
+    return results.rows(start, limit)[0]
 
 
 def _public(status: StudyStatus) -> dict[str, Any]:

@@ -14,6 +14,7 @@ from slipgrasp.recordings.exceptions import QueryError, RecordingError
 from slipgrasp.recordings.study.map_axes import choose_axes, numeric_keys
 from slipgrasp.recordings.study.results import StudyResults
 from slipgrasp.recordings.study.results_export import MOST_ROWS_AT_ONCE
+from slipgrasp.server.addresses import study_path
 from slipgrasp.server.budget import MemoryBudget, Need
 from slipgrasp.server.dependencies import (
     DownloadRequestDep,
@@ -22,7 +23,7 @@ from slipgrasp.server.dependencies import (
     StudyResultsDep,
     StudyServiceDep,
 )
-from slipgrasp.server.exceptions import InvalidRequestError, StudyUnfinishedError, printable
+from slipgrasp.server.exceptions import InvalidRequestError, JobUnfinishedError, printable
 from slipgrasp.server.http.conditions import file_tag, tag_of
 from slipgrasp.server.http.downloads import (
     BINARY,
@@ -227,7 +228,7 @@ def read_study_file(study_id: str, service: StudyServiceDep, asked: DownloadRequ
         )
         return download.answer(asked)
     except FileNotFoundError:
-        raise StudyUnfinishedError(study_id) from None
+        raise JobUnfinishedError("study", study_id, study_path(study_id)) from None
 
 
 def _utf8(write: Callable[[TextIO, int], None]) -> Callable[[BinaryIO, int], None]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from datetime import timedelta
 
 from slipgrasp.recordings.exceptions import RecordingError
@@ -36,6 +36,7 @@ class RetentionService:
             recovered: only then it is known what there is.
         period: How long from one look to the next [s].
         clock: From when ages count; the wall clock as far as it is trusted if None.
+        find_used: Returns the ids of runs that stay, since a fit needs them.
     """
 
     def __init__(
@@ -46,12 +47,14 @@ class RetentionService:
         wait_for_recordings: Callable[[float], bool],
         period: float = PERIOD,
         clock: TrustedClock | None = None,
+        find_used: Callable[[], Collection[str]] = tuple,
     ) -> None:
         self.retention = retention
         self._runs = runs
         self._studies = studies
         self._wait_for_recordings = wait_for_recordings
         self._period = period
+        self._find_used = find_used
         self._clock = clock or TrustedClock(runs)
         self._is_first_look = True
         self._closing = threading.Event()
@@ -75,7 +78,8 @@ class RetentionService:
         Args:
             retention: What would stay.
         """
-        return find_expired(self._runs, self._studies, retention, self._clock.now())
+        used = self._find_used()
+        return find_expired(self._runs, self._studies, retention, self._clock.now(), used)
 
     def next_to_go(self) -> list[Expired]:
         """The runs that the next look deletes by the server's own rules, newest first."""

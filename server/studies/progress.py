@@ -2,35 +2,21 @@
 
 from __future__ import annotations
 
-import threading
 import time
 from collections import Counter, deque
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from enum import StrEnum
 from typing import Self
 
 from slipgrasp.core.study.cost import StudyCost
+from slipgrasp.recordings.study.documents import StudyEnd
 from slipgrasp.recordings.study.results import StudyResults
 from slipgrasp.recordings.study.study_row import StudyRow
 from slipgrasp.recordings.study.study_store import StoredStudy
+from slipgrasp.server.jobs.job import Job, ShouldStop, StudyState
 
 RATE_WINDOW = 10.0
 MARK_EVERY = 0.25
-
-
-class StudyState(StrEnum):
-    """The state of a study."""
-
-    QUEUED = "queued"
-    RUNNING = "running"
-    COMPLETED = "completed"
-    CANCELLED = "cancelled"
-    FAILED = "failed"
-
-    @property
-    def has_ended(self) -> bool:
-        """Whether the study has ended."""
-        return self not in (StudyState.QUEUED, StudyState.RUNNING)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -99,12 +85,13 @@ class _Pace:
         return (count - before) / max(now - then, 1e-3)
 
 
-class LiveStudy:
+class LiveStudy(Job):
     """A study from its creation, or the service's start, to its end.
 
     Args:
         stored: The study in the store.
         results: Its rows so far.
+        run: Runs what is left of it.
         cost: Its estimated cost; None if unknown.
         warnings: Warnings about it.
     """
@@ -113,55 +100,24 @@ class LiveStudy:
         self,
         stored: StoredStudy,
         results: StudyResults,
+        run: Callable[[LiveStudy, ShouldStop], StudyEnd | None],
         cost: StudyCost | None = None,
         warnings: tuple[str, ...] = (),
     ) -> None:
+        super().__init__(stored.id)
         self.stored = stored
         self.study = results.study
         self.results = results
+        self._run = run
         self._cost = cost
         self._warnings = warnings
-        self._lock = threading.Lock()
-        self._state = StudyState.QUEUED
         self._outcomes = Counter(results.summary().outcomes)
         self._finished = results.num_rows
-        self._message = ""
         self._pace = _Pace()
-        self._cancelled = threading.Event()
 
-    @property
-    def id(self) -> str:
-        """Its id in the store."""
-        return self.stored.id
-
-    @property
-    def is_cancelled(self) -> bool:
-        """Whether its end was requested."""
-        return self._cancelled.is_set()
-
-    @property
-    def is_waiting(self) -> bool:
-        """Whether it waits for its turn."""
-        with self._lock:
-            return self._state is StudyState.QUEUED
-
-    @property
-    def has_ended(self) -> bool:
-        """Whether the study has ended."""
-        with self._lock:
-            return self._state.has_ended
-
-    def cancel(self) -> None:
-        """Requests its end; finished runs are kept."""
-        self._cancelled.set()
-
-    def begin(self, *also: StudyState) -> bool:
-        """Starts it, and returns whether it was waiting, or in one of the other given states."""
-        with self._lock:
-            its_turn = self._state in (StudyState.QUEUED, *also)
-            if its_turn:
-                self._state, self._message = StudyState.RUNNING, ""
-            return its_turn
+    def perform(self, should_stop: ShouldStop) -> StudyEnd | None:
+        """Runs what is left of it; finished runs are kept."""
+        return self._run(self, should_stop)
 
     def take(self, row: StudyRow) -> None:
         """Adds a finished run; they come in order."""
@@ -171,16 +127,6 @@ class LiveStudy:
             self._pace.note(now, self._finished)
             self._finished += 1
             self._outcomes[row.outcome.value] += 1
-
-    def end(self, state: StudyState, message: str) -> None:
-        """Sets how it ended, or that it waits for another service.
-
-        Args:
-            state: How it ended.
-            message: The reason, if it is not complete.
-        """
-        with self._lock:
-            self._state, self._message = state, message
 
     def status(self) -> StudyStatus:
         """Its progress."""

@@ -20,9 +20,10 @@ from slipgrasp.recordings.study.results import StudyResults
 from slipgrasp.recordings.study.results_comparison import CombinationComparison
 from slipgrasp.recordings.study.results_summary import StudySummary
 from slipgrasp.server.addresses import study_path
+from slipgrasp.server.jobs.job import StudyState
 from slipgrasp.server.paging import Limit, Offset
 from slipgrasp.server.runs.scenarios import find_preset
-from slipgrasp.server.studies.progress import StudyState, StudyStatus
+from slipgrasp.server.studies.progress import StudyStatus
 
 CHECKED_RUNS = 100
 

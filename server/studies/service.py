@@ -6,86 +6,67 @@ next service continues after the last row.
 
 from __future__ import annotations
 
-import logging
 import threading
 from collections import OrderedDict
 from collections.abc import Callable
+from functools import partial
 
 from slipgrasp.core.processors import available_processors
 from slipgrasp.core.study.checks import find_warnings
 from slipgrasp.core.study.cost import StudyCost, estimate_cost
 from slipgrasp.core.study.definition import Study
 from slipgrasp.core.study.loading import check_members
-from slipgrasp.recordings.exceptions import RecordingError, StorageFullError
+from slipgrasp.recordings.exceptions import StorageFullError
 from slipgrasp.recordings.store.stored_run import StoredRun
 from slipgrasp.recordings.study.results import StudyResults, read_results
 from slipgrasp.recordings.study.study_store import StoredStudy, StudyStore
-from slipgrasp.server.exceptions import (
-    IdempotencyKeyReusedError,
-    ServiceBusyError,
-    ServiceEndingError,
-    StudyEndedError,
-    StudyUnfinishedError,
-)
+from slipgrasp.server.addresses import study_path
+from slipgrasp.server.jobs.job import Job
+from slipgrasp.server.jobs.queue import JobQueue
+from slipgrasp.server.jobs.service import JobService
 from slipgrasp.server.request_keys import UNKEYED, KeyedRequest
 from slipgrasp.server.settings import Settings
-from slipgrasp.server.studies.progress import LiveStudy, StudyState, StudyStatus
-from slipgrasp.server.studies.queue import StudyQueue
+from slipgrasp.server.studies.progress import LiveStudy, StudyStatus
 from slipgrasp.server.studies.recorder import StudyRecorder
+from slipgrasp.server.studies.runner import StudyRunner
 
-MAX_CHECKS = 4
 MAX_OPENED = 4
 MAX_OPENED_ROWS = 1_000_000
 """Number of ended studies in memory, and the total number of their runs."""
 
-_logger = logging.getLogger(__name__)
 
-
-class StudyService:
+class StudyService(JobService[StoredStudy, StudyStatus]):
     """Accepts studies, runs one at a time, and returns their results.
 
     Args:
         store: The store of studies.
         settings: The limits.
+        queue: Runs studies in turn; its own if None.
         is_ending: Whether the service is about to end, so that long work stops.
-        wait_for_recordings: Waits for some time, and returns whether all recordings that a killed
-            service left are recovered: a study may write one of them again.
     """
+
+    noun = "study"
+    path_of = study_path
+    live_type = LiveStudy
 
     def __init__(
         self,
         store: StudyStore,
         settings: Settings,
+        queue: JobQueue | None = None,
         is_ending: Callable[[], bool] = lambda: False,
-        wait_for_recordings: Callable[[float], bool] = lambda _seconds: True,
     ) -> None:
+        super().__init__(store, queue or JobQueue(settings), settings, is_ending)
         self.store = store
-        self._settings = settings
-        self._is_ending = is_ending
-        self._queue = StudyQueue(store, settings, wait_for_recordings)
+        self._runner = StudyRunner(store, settings)
         self._recorder = StudyRecorder(store, settings.retry_after, is_ending)
-        self._creating = threading.Lock()
         self._opening = threading.Lock()
-        self._checks = threading.BoundedSemaphore(MAX_CHECKS)
         self._opened: OrderedDict[str, StudyResults] = OrderedDict()
-        self._broken: dict[str, str] = {}
-        self._restored = threading.Event()
-
-    def start(self) -> None:
-        """Continues studies of an earlier service, if no other service can be running them."""
-        if self._settings.exclusive:
-            threading.Thread(target=self._restore, name="studies", daemon=True).start()
-        else:
-            self._restored.set()
 
     def close(self) -> None:
-        """Leaves unfinished studies to the next service."""
+        """Leaves unfinished studies to the next service, and ends all workers."""
         self._queue.close()
-
-    @property
-    def num_unfinished(self) -> int:
-        """The number of studies that wait or run."""
-        return sum(not live.has_ended for live in self._queue.all().values())
+        self._runner.close()
 
     def estimate(self, study: Study) -> tuple[StudyCost, tuple[str, ...]]:
         """The estimated cost of a study, and reasons why it may fail."""
@@ -119,51 +100,28 @@ class StudyService:
             ServiceEndingError: If the service ends before every run is checked.
             RecordingWriteError: If nothing can be saved.
         """
-        self._restored.wait()
-        if (known := self._find_made(request)) is not None:
-            return known
-        study, cost, warnings = self._checked(make_study)
-        with self._creating:
-            if (known := self._find_made(request)) is not None:
-                return known
-            self._queue.check_capacity()
-            stored = self.store.create(
-                study, idempotency_key=request.key, request_digest=request.digest
-            )
-            live = LiveStudy(stored, StudyResults(study), cost, warnings)
-            self._queue.add(live)
-        return live.status()
 
-    def status(self, study_id: str) -> StudyStatus:
-        """The progress of a study.
+        def check() -> tuple[Study, StudyCost, tuple[str, ...]]:
+            study = make_study()
+            check_members(study, self._refuse_when_ending)
+            return study, *self.estimate(study)
 
-        Raises:
-            StudyNotFoundError: If there is none.
-        """
-        live = self.find_live(study_id)
-        return live.status() if live is not None else self._status_of(self.store.get(study_id))
+        return self._accept(request, check, partial(self._store_new, request))
+
+    def _store_new(
+        self, request: KeyedRequest, checked: tuple[Study, StudyCost, tuple[str, ...]]
+    ) -> LiveStudy:
+        study, cost, warnings = checked
+        stored = self.store.create(
+            study, idempotency_key=request.key, request_digest=request.digest
+        )
+        return LiveStudy(stored, StudyResults(study), self._runner, cost, warnings)
 
     def find_live(self, study_id: str) -> LiveStudy | None:
         """A study that waits, runs, or has failed; None otherwise."""
-        self._restored.wait()
-        return self._queue.find(study_id)
-
-    def list(self, offset: int, limit: int) -> tuple[list[StudyStatus], int]:
-        """The studies, newest first, and their number.
-
-        Args:
-            offset: Number of the newest studies to skip.
-            limit: Largest number of studies.
-        """
-        self._restored.wait()
-        # In this order: a study that ends meanwhile is reported by its runner.
-        live = self._queue.all()
-        stored, count = self.store.list(offset, limit)
-        statuses = [
-            live[study.id].status() if study.id in live else self._status_of(study)
-            for study in stored
-        ]
-        return statuses, count
+        live = self._find_live(study_id)
+        assert live is None or isinstance(live, LiveStudy)
+        return live
 
     def results(self, study_id: str) -> StudyResults:
         """The rows of a study, which grow as long as it runs.
@@ -190,98 +148,24 @@ class StudyService:
         rows = sum(results.num_rows for results in self._opened.values())
         return len(self._opened) > MAX_OPENED or rows > MAX_OPENED_ROWS
 
-    def cancel(self, study_id: str) -> StudyStatus:
-        """Ends a study; finished runs are kept, and ended studies are not changed.
-
-        Raises:
-            StudyNotFoundError: If there is none.
-        """
-        live = self.find_live(study_id)
-        if live is None:
-            return self.status(study_id)
-        self._queue.cancel(live)
-        return live.status()
-
-    def resume(self, study_id: str) -> StudyStatus:
-        """Continues a study that has failed, after its last row.
-
-        Waiting and running studies are not changed.
-
-        Raises:
-            StudyNotFoundError: If there is none.
-            StudyEndedError: If it has ended otherwise.
-            ServiceBusyError: If too many studies are waiting.
-            RecordingError: If its file is damaged.
-        """
-        with self._creating:
-            status = self.status(study_id)
-            if not status.state.has_ended:
-                return status
-            if status.state is not StudyState.FAILED:
-                raise StudyEndedError(study_id, status.state)
-            self._queue.check_capacity()
-            # The file may have rows whose writing was not confirmed.
-            live = LiveStudy(status.stored, read_results(self.store.file_of(study_id)))
-            self._broken.pop(study_id, None)
-            self._queue.add(live)
-            return live.status()
-
-    def delete(self, study_id: str) -> None:
-        """Deletes a study permanently; recordings of its runs are kept.
-
-        Raises:
-            StudyNotFoundError: If there is none.
-            StudyUnfinishedError: If it has not ended.
-        """
-        live = self.find_live(study_id)
-        if live is not None and not live.has_ended:
-            raise StudyUnfinishedError(study_id)
-        self.store.delete(study_id)
-        self._queue.forget(study_id)
+    def delete(self, job_id: str) -> None:
+        """Deletes a study permanently; recordings of its runs are kept."""
+        super().delete(job_id)
         with self._opening:
-            self._opened.pop(study_id, None)
+            self._opened.pop(job_id, None)
 
     def record_run(self, study_id: str, index: int) -> tuple[StoredRun, bool]:
         """The recording of a run, and whether it was created now; see `StudyRecorder.record`."""
         results = self.results(study_id)
         return self._recorder.record(self.status(study_id).stored, results, index)
 
-    def _status_of(self, stored: StoredStudy) -> StudyStatus:
-        return StudyStatus.of(stored, stored.finding or self._broken.get(stored.id, ""))
+    def _ended_status(self, stored: StoredStudy, finding: str) -> StudyStatus:
+        return StudyStatus.of(stored, finding)
 
-    def _refuse_when_ending(self, share: float) -> None:
-        """Called repeatedly during long work, with the share that is done."""
-        if self._is_ending():
-            raise ServiceEndingError
+    def _live_status(self, live: Job) -> StudyStatus:
+        assert isinstance(live, LiveStudy)
+        return live.status()
 
-    def _find_made(self, request: KeyedRequest) -> StudyStatus | None:
-        stored = self.store.find_by_key(request.key) if request.key else None
-        if stored is None:
-            return None
-        if stored.request_digest != request.digest:
-            raise IdempotencyKeyReusedError(f"study '{stored.id}'")
-        return self.status(stored.id)
-
-    def _checked(self, make_study: Callable[[], Study]) -> tuple[Study, StudyCost, tuple[str, ...]]:
-        if not self._checks.acquire(blocking=False):
-            busy_with = "studies are being checked already"
-            raise ServiceBusyError(MAX_CHECKS, self._settings.retry_after, busy_with)
-        try:
-            study = make_study()
-            check_members(study, self._refuse_when_ending)
-            return study, *self.estimate(study)
-        finally:
-            self._checks.release()
-
-    def _restore(self) -> None:
-        try:
-            for stored in self.store.unfinished():
-                try:
-                    results = read_results(self.store.file_of(stored.id))
-                except RecordingError as error:
-                    _logger.error("study %s cannot go on: %s", stored.id, error)
-                    self._broken[stored.id] = f"it cannot go on: {error}"
-                else:
-                    self._queue.add(LiveStudy(stored, results))
-        finally:
-            self._restored.set()
+    def _continued(self, stored: StoredStudy) -> LiveStudy:
+        # The file may have rows whose writing was not confirmed.
+        return LiveStudy(stored, read_results(self.store.file_of(stored.id)), self._runner)

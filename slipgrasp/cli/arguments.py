@@ -164,16 +164,21 @@ def names_a_file(source: str) -> bool:
     return bool(path.suffix) or path.parent != Path() or path.exists()
 
 
-def check_output(output: Path, force: bool) -> None:
+def check_output(output: Path, force: bool, option: str = "--output") -> None:
     """Refuses a file that cannot be written, or that exists.
+
+    Args:
+        output: The file.
+        force: Whether one that exists is replaced.
+        option: What names it on the command line.
 
     Raises:
         CommandError: If it cannot be written, or exists and is not to be replaced.
     """
     if output.is_dir() or not output.parent.is_dir():
-        raise CommandError(f"--output '{output}': give the name of a file in an existing folder")
+        raise CommandError(f"{option} '{output}': give the name of a file in an existing folder")
     if not os.access(output.parent, os.W_OK | os.X_OK):
-        raise CommandError(f"--output '{output}': no permission to write in that folder")
+        raise CommandError(f"{option} '{output}': no permission to write in that folder")
     if output.exists() and not force:
         raise CommandError(f"'{output}' exists; --force replaces it")
 

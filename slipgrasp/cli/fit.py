@@ -125,17 +125,18 @@ def _add_search(parser: argparse.ArgumentParser) -> None:
 def _execute(arguments: argparse.Namespace) -> ExitStatus:
     with Progress("reading the data"):
         scenario = read_scenario(arguments)
-        problem, options = _read(arguments, scenario)
+        with _naming_options():
+            problem, options = _read(arguments, scenario)
     load_simulation(scenario.space)
     from slipgrasp.recordings.fit.journal import FitStoppedError
 
     try:
         with Interrupt() as interrupt, Progress("fitting") as progress:
-            report = _fit(arguments, problem, options, progress, interrupt)
+            page = arguments.output.with_suffix(".html")
+            report = _fit(arguments, problem, options, page, progress, interrupt)
     except FitStoppedError as stopped:
         complain(f"stopped after {stopped.runs} runs; the same command continues")
         return ExitStatus.ENDED_EARLY
-    page = _write_page(arguments, problem, report)
     if arguments.json:
         files = {"study": str(arguments.output), "report": str(page)}
         print(json.dumps({**report.to_mapping(), **files}, allow_nan=False))
@@ -144,13 +145,25 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
     return ExitStatus.COMPLETED if report.explains else ExitStatus.DIFFERENT
 
 
+@contextmanager
+def _naming_options() -> Iterator[None]:
+    """Errors within it begin with the option that is wrong."""
+    from slipgrasp.core.fit.problem import FitError
+
+    try:
+        yield
+    except FitError as error:
+        raise CommandError(f"--{error}" if error.field else str(error)) from error
+
+
 def _read(arguments: argparse.Namespace, scenario: Scenario) -> tuple[FitProblem, FitOptions]:
     from slipgrasp.core.fit.fit import FitOptions
     from slipgrasp.core.fit.problem import FitProblem
+    from slipgrasp.recordings.fit.request import read_noise, split
 
-    noise = _noise(arguments.signals)
+    noise = read_noise(arguments.signals)
     data = _observations(arguments.data, arguments, noise)
-    problem = FitProblem.make(scenario, _split(arguments.free), data, _split(arguments.nuisance))
+    problem = FitProblem.make(scenario, split(arguments.free), data, split(arguments.nuisance))
     held_out = tuple(
         (Path(each).name, _observations(each, arguments, noise)) for each in arguments.held_out
     )
@@ -159,26 +172,10 @@ def _read(arguments: argparse.Namespace, scenario: Scenario) -> tuple[FitProblem
         seed=arguments.seed,
         twins=arguments.twins,
         held_out=held_out,
-        added=tuple(tuple(_split(each)) for each in arguments.compare),
+        added=tuple(tuple(split(each)) for each in arguments.compare),
     )
     options.check()
     return problem, options
-
-
-def _split(text: str) -> list[str]:
-    return [part.strip() for part in text.split(",") if part.strip()]
-
-
-def _noise(text: str) -> dict[str, float]:
-    noise: dict[str, float] = {}
-    for part in _split(text):
-        name, _, value = part.partition(":")
-        try:
-            noise[name.strip()] = float(value)
-        except ValueError:
-            message = f"--signals needs SIGNAL:NOISE, such as slip:2e-4, not '{part[:60]}'"
-            raise CommandError(message) from None
-    return noise
 
 
 def _observations(
@@ -208,28 +205,27 @@ def _fit(
     arguments: argparse.Namespace,
     problem: FitProblem,
     options: FitOptions,
+    page: Path,
     progress: Progress,
     interrupt: Interrupt,
 ) -> FitReport:
     from slipgrasp.recordings.fit.run_fit import run_fit
+
+    def write_page(report: FitReport) -> None:
+        progress.update(1.0, "drawing the report")
+        from slipgrasp.figures.fit_report import write_fit_page
+
+        write_fit_page(problem, report, page)
 
     return run_fit(
         problem,
         arguments.output,
         options,
         overwrite=arguments.force,
-        watch=lambda stage, share: progress.update(share, stage),
+        watch=lambda now: progress.update(now.share, now.stage),
         should_stop=lambda: interrupt.requested,
+        also_write=write_page,
     )
-
-
-def _write_page(arguments: argparse.Namespace, problem: FitProblem, report: FitReport) -> Path:
-    with Progress("drawing the report"):
-        from slipgrasp.figures.fit_report import write_fit_page
-
-        page: Path = arguments.output.with_suffix(".html")
-        write_fit_page(problem, report, page)
-    return page
 
 
 def _lines(report: FitReport) -> Iterator[str]:
@@ -263,18 +259,10 @@ def _model_name(added: Sequence[str]) -> str:
 
 
 def _line(parameter: FittedParameter) -> str:
-    from slipgrasp.core.words.parameter_words import unit_after
+    from slipgrasp.core.words.fit_words import interval_words
 
-    unit = unit_after(parameter.unit)
-    value, low, high = (
-        "" if number is None else f"{number:.6g}"
-        for number in (parameter.value, parameter.low, parameter.high)
+    words = interval_words(
+        parameter.kind, parameter.value, parameter.low, parameter.high, parameter.unit
     )
-    ends = {
-        "bounded": f"{value}{unit}, 95 % interval {low} … {high}{unit}",
-        "only above": f"at most {high}{unit}; the data do not bound it below",
-        "only below": f"at least {low}{unit}; the data do not bound it above",
-        "flat": "the data do not bound it",
-    }
     note = f" ({parameter.note})" if parameter.note else ""
-    return f"{parameter.key:<24} {parameter.kind:<11} {ends[parameter.kind]}{note}"
+    return f"{parameter.key:<24} {parameter.kind:<11} {words}{note}"

@@ -1,4 +1,4 @@
-"""``slipgrasp hands``: the fingers of a hand that a URDF file describes, for scenarios."""
+"""``slipgrasp hands``: the fingers of a hand that a URDF or MJCF file describes, for scenarios."""
 
 from __future__ import annotations
 
@@ -10,7 +10,14 @@ from typing import TYPE_CHECKING
 from slipgrasp.cli.status import CommandError, ExitStatus
 
 if TYPE_CHECKING:
-    from slipgrasp.core.scenario.urdf import Description, Follows, ImportedFinger, Pose
+    from slipgrasp.core.scenario.hand_files.description import (
+        Body,
+        Description,
+        Follows,
+        ImportedFinger,
+        Joint,
+        Pose,
+    )
 
 _MOST_BYTES = 10_000_000
 _COUPLING = "JOINT=LEADER,RATIO[,OFFSET]"
@@ -24,25 +31,26 @@ above its tables, and with as many [[fingers]], each with its face and friction.
 
 def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Adds the command to the parser."""
-    text = "make the fingers of a scenario from the URDF file of a hand"
+    text = "make the fingers of a scenario from the URDF or MJCF file of a hand"
     parser = commands.add_parser("hands", help=text, description=f"{text.capitalize()}.")
     parts = parser.add_subparsers(metavar="COMMAND", required=True)
     command = parts.add_parser(
         "import",
-        help="from a URDF file",
+        help="from a URDF or MJCF file",
         description="Reads what lies between the base of a hand and its fingertips, joins links "
         "that are fixed to each other, and writes how the fingers are built, in numbers. A "
         "scenario file in the same folder uses the result with the line 'hand = \"FILE.toml\"'; "
         "with --scenario a whole scenario is written. Three joints of each finger move by "
         "themselves; others are locked or follow them.",
     )
-    command.add_argument("file", metavar="FILE.urdf", type=Path, help="description of the hand")
+    command.add_argument("file", metavar="FILE", type=Path, help="URDF or MJCF file of the hand")
     command.add_argument(
         "--tips",
         metavar="LINK",
         nargs="+",
         required=True,
-        help="links whose origins are the fingertips, in the order of the fingers of the scenario",
+        help="links (URDF), bodies or sites (MJCF) whose origins are the fingertips, in the order "
+        "of the fingers of the scenario",
     )
     command.add_argument(
         "--scenario",
@@ -75,7 +83,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         action="append",
         default=[],
         help="a joint that follows another one: its position is RATIO times that of LEADER, and "
-        "OFFSET; as the mimic joints of the file",
+        "OFFSET; as the mimic joints of a URDF file and the joint equalities of an MJCF file",
     )
     command.set_defaults(execute=_import)
 
@@ -83,10 +91,10 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
 def _import(arguments: argparse.Namespace) -> ExitStatus:
     import numpy as np
 
-    from slipgrasp.core.scenario.urdf import Description, pose_of
+    from slipgrasp.core.scenario.hand_files.description import Description, pose_of
 
     locked, coupled = map(_locked, arguments.lock), map(_coupled, arguments.couple)
-    hand = Description(_text_of(arguments.file), dict(locked), dict(coupled))
+    hand = Description(*_read(arguments), dict(locked), dict(coupled))
     fingers = [hand.finger(tip) for tip in arguments.tips]
     base = pose_of(np.array(arguments.base_pose[:3]), np.array(arguments.base_pose[3:]))
     if arguments.scenario is None:
@@ -104,10 +112,19 @@ def _import(arguments: argparse.Namespace) -> ExitStatus:
     return ExitStatus.COMPLETED
 
 
+def _read(arguments: argparse.Namespace) -> tuple[dict[str, Body], list[Joint]]:
+    """Links and joints of the file, which is MJCF where its root says so."""
+    from slipgrasp.core.scenario.hand_files.mjcf import read_mjcf
+    from slipgrasp.core.scenario.hand_files.urdf import read_urdf
+
+    text = _text_of(arguments.file)
+    return read_mjcf(arguments.file, arguments.tips) if "<mujoco" in text else read_urdf(text)
+
+
 def _hand_toml(arguments: argparse.Namespace, fingers: Sequence[ImportedFinger], base: Pose) -> str:
     """The fingers alone."""
+    from slipgrasp.core.scenario.hand_files.description import finger_mapping
     from slipgrasp.core.scenario.loading import fingers_to_toml
-    from slipgrasp.core.scenario.urdf import finger_mapping
 
     use = _USE.format(file=arguments.file.name, name=arguments.output.name)
     comment = "".join(f"# {line}\n" for line in use.splitlines())
@@ -117,12 +134,12 @@ def _hand_toml(arguments: argparse.Namespace, fingers: Sequence[ImportedFinger],
 def _scenario_toml(name: str, fingers: Sequence[ImportedFinger], base: Pose) -> str:
     """A scenario with these fingers."""
     from slipgrasp.core.scenario import SpatialScenario
+    from slipgrasp.core.scenario.hand_files.description import with_fingers
     from slipgrasp.core.scenario.loading import (
         load_scenario,
         scenario_from_mapping,
         scenario_to_toml,
     )
-    from slipgrasp.core.scenario.urdf import with_fingers
 
     scenario = load_scenario(name)
     if not isinstance(scenario, SpatialScenario):
@@ -166,7 +183,7 @@ def _locked(text: str) -> tuple[str, float]:
 
 
 def _coupled(text: str) -> tuple[str, Follows]:
-    from slipgrasp.core.scenario.urdf import Follows
+    from slipgrasp.core.scenario.hand_files.description import Follows
 
     name, _, given = text.partition("=")
     leader, *numbers = given.split(",")

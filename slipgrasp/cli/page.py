@@ -13,6 +13,9 @@ from slipgrasp.cli.progress import Progress, load_simulation
 from slipgrasp.cli.status import CommandError, ExitStatus
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from slipgrasp.core.run.result import RunResult
     from slipgrasp.core.scenario import Scenario
 
 RECORDING_SUFFIX = ".mcap"
@@ -66,17 +69,46 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
         return _write_questions(output)
     scenario, command = _scenario_of(arguments)
     load_simulation(scenario.space)
+    with Progress("simulating"):
+        from slipgrasp.core.run.simulator import simulate
+
+        result = simulate(scenario)
+    written = write_page_of(result, output, arguments.controls, command, shared=arguments.shared)
+    print(written)
+    return ExitStatus.COMPLETED
+
+
+def write_page_of(
+    result: RunResult,
+    output: Path,
+    controls: Sequence[str] | None,
+    command: str,
+    *,
+    shared: bool = False,
+) -> str:
+    """Writes the page of a run.
+
+    Args:
+        result: The run.
+        output: The file to write.
+        controls: Keys of the parameters with sliders; None for the usual ones.
+        command: What simulates the same on a command line; empty if nothing does.
+        shared: Whether what all pages have becomes files beside it.
+
+    Returns:
+        What was written, in words.
+    """
     with Progress("loading the dashboard"):
         from slipgrasp.web.standalone.controls import usual_controls
         from slipgrasp.web.standalone.page_file import share_in, write_page
     content = io.BytesIO()
     with Progress("writing the page"):
-        controls = usual_controls(scenario) if arguments.controls is None else arguments.controls
-        share = share_in(output.parent) if arguments.shared else str
-        result = write_page(scenario, content, controls, command, share)
+        chosen = usual_controls(result.scenario) if controls is None else controls
+        share = share_in(output.parent) if shared else str
+        write_page(result, content, chosen, command, share)
     output.write_bytes(content.getvalue())
-    print(f"{output}: {len(content.getvalue()) / 1e6:.2f} MB, SHA-256 of its run {result.sha256}")
-    return ExitStatus.COMPLETED
+    size = len(content.getvalue()) / 1e6
+    return f"{output}: {size:.2f} MB, SHA-256 of its run {result.sha256}"
 
 
 def _write_questions(output: Path) -> ExitStatus:
@@ -91,13 +123,18 @@ def _scenario_of(arguments: argparse.Namespace) -> tuple[Scenario, str]:
     """The scenario, and the command that runs it; no command for that of a recording."""
     path = Path(arguments.scenario)
     if path.suffix.lower() != RECORDING_SUFFIX:
-        words = ["slipgrasp", "run", arguments.scenario]
-        words += ["--law", arguments.law] if arguments.law else []
-        words += [word for each in arguments.assignments for word in ("--set", each)]
-        return read_scenario(arguments), shlex.join(words)
+        return read_scenario(arguments), command_of(arguments)
     if arguments.law or arguments.assignments:
         raise CommandError("--law and --set need a preset or a TOML file, not a recording")
     from slipgrasp.recordings.file.reader import read_recording
 
     with Progress("reading the recording"):
         return read_recording(path).scenario, ""
+
+
+def command_of(arguments: argparse.Namespace) -> str:
+    """The command that simulates what the arguments of `add_scenario` name."""
+    words = ["slipgrasp", "run", arguments.scenario]
+    words += ["--law", arguments.law] if arguments.law else []
+    words += [word for each in arguments.assignments for word in ("--set", each)]
+    return shlex.join(words)

@@ -5,14 +5,22 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from slipgrasp.cli.arguments import add_data_directory, add_scenario, read_scenario, store_in
+from slipgrasp.cli.arguments import (
+    add_data_directory,
+    add_scenario,
+    check_output,
+    read_scenario,
+    store_in,
+)
 from slipgrasp.cli.interrupt import Interrupt
+from slipgrasp.cli.page import command_of, write_page_of
 from slipgrasp.cli.progress import Progress, load_simulation
 from slipgrasp.cli.status import CommandError, ExitStatus, complain
 
@@ -41,7 +49,13 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     )
     add_scenario(parser)
     parser.add_argument("--output", metavar="FILE.mcap", type=Path, help="file to write")
-    parser.add_argument("--force", action="store_true", help="replace an existing --output file")
+    parser.add_argument(
+        "--page",
+        metavar="FILE.html",
+        type=Path,
+        help="also write an HTML file that simulates the scenario in a browser ('slipgrasp page')",
+    )
+    parser.add_argument("--force", action="store_true", help="replace existing files")
     parser.add_argument(
         "--display-rate",
         metavar="HZ",
@@ -67,6 +81,8 @@ def _display_rate(text: str) -> float:
 
 def _execute(arguments: argparse.Namespace) -> ExitStatus:
     scenario = read_scenario(arguments)
+    if arguments.page is not None:
+        check_output(arguments.page, arguments.force, "--page")
     place = _find_place(arguments)
     result, recording = _simulate(scenario, place, arguments.display_rate)
     if arguments.json:
@@ -77,6 +93,9 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
         from slipgrasp.cli.summary import summarize
 
         print(summarize(result, recording, _try_hint(result)))
+    if arguments.page is not None:
+        written = write_page_of(result, arguments.page, None, command_of(arguments))
+        print(written, file=sys.stderr if arguments.json else sys.stdout)
     return ExitStatus.ENDED_EARLY if recording is None else ExitStatus.of(result.outcome)
 
 

@@ -8,12 +8,12 @@ from slipgrasp.core.fit.fit import FitOptions, fit
 
 @pytest.mark.slow
 def test_nearly_all_intervals_of_twins_hold_the_truth(kernel):
-    truth = fit_coverage.CASES["paper-case-1"]
-    problem = fit_coverage.make_problem("paper-case-1", truth)
+    case = fit_coverage.CASES[0]
+    problem = fit_coverage.make_problem(case)
     report = fit(problem, FitOptions(starts=1, seed=2, twins=12))
 
     assert report.coverage is not None
-    for key, value in truth.items():
+    for key, value in case.truth.items():
         assert report.best[key] == pytest.approx(value, rel=1e-6)
         # Fewer than 9 of 12 have a probability of 0.2 %.
         assert report.coverage.covered[key] >= 9

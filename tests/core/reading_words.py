@@ -659,7 +659,7 @@ def is_far_from_the_truth(result: RunResult, found: re.Match[str]) -> None:
     scenario, law = result.scenario, law_of(result, result.end_time)
     for place, told in re.findall(rf"estimates\.(\d+)\.initial nearer to {NUMBER}", found[0]):
         estimate = scenario.estimates[int(place)]
-        true = float(parameter_definitions(scenario)[estimate.parameter].value)  # type: ignore[arg-type]
+        true = float(parameter_definitions(scenario)[estimate.parameter].value)
         assert near(told, true)
         assert (
             estimate.initial <= 0.0 or max(estimate.initial / true, true / estimate.initial) > 1.29

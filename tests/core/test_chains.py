@@ -10,16 +10,13 @@ from slipgrasp.core.exceptions import ScenarioError
 from slipgrasp.core.run.verdict import describe_run
 from slipgrasp.core.scenario.loading import scenario_from_mapping, with_values
 from slipgrasp.core.scenario.space import SPATIAL
-from slipgrasp.core.scenario.spatial_geometry import (
-    joint_angles,
-    spatial_joint_points,
-    tip_at_start,
-)
+from slipgrasp.core.scenario.spatial_geometry import spatial_joint_points, tip_at_start
 from slipgrasp.core.scenario.unknowns import name_unknown
 from slipgrasp.core.trace.columns import columns_of
 from slipgrasp.core.trace.types import Outcome
 from tests.core.reading_words import check_cause, check_headline
 from tests.core.test_slides import gripper
+from tests.references.spatial_scenarios import hand_of_scenario
 
 pytestmark = pytest.mark.slow
 
@@ -56,10 +53,11 @@ def with_split_joints(scenario):
 def as_chains(scenario, **values):
     """The same hand, its fingers written as chains."""
     mapping = scenario.to_mapping()
-    for i, (finger, given) in enumerate(zip(scenario.fingers, mapping["fingers"], strict=True)):
-        tip = np.add(tip_at_start(scenario, i), finger.base)
+    tips = [np.add(tip_at_start(scenario, i), f.base) for i, f in enumerate(scenario.fingers)]
+    starts = hand_of_scenario(scenario).fingers.joint_positions(np.array(tips))
+    for start, given in zip(starts, mapping["fingers"], strict=True):
         # Near where it starts, for Newton's method to do the rest.
-        posture = tuple((joint_angles(finger, tip) + 0.05).tolist())
+        posture = tuple((start + 0.05).tolist())
         joints = [dict(joint) for joint in YAW_AND_PITCHES]
         given |= {"kind": "chain", "joints": joints, "tip": (1.0, 0.0, 0.0), "posture": posture}
     for estimate in mapping.get("estimates", ()):

@@ -10,7 +10,7 @@ from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.trace.columns import columns_of, short_columns
 from slipgrasp.core.trace.frames import MissingPackageError
-from slipgrasp.core.trace.trace import SIGNALS
+from slipgrasp.core.trace.signals import SIGNALS
 from slipgrasp.core.trace.types import ContactPhase
 
 

@@ -255,7 +255,7 @@ def names_of(**options):
 
 @pytest.mark.slow
 def test_the_kernel_that_python_runs_has_the_names_of_the_compiled_one():
-    compiled = tuple(compute_name(space) for space in SPACES)
+    compiled = tuple(map(numerics_name, SPACES))
     assert names_of(SLIPGRASP_KERNEL="python") == compiled
     assert compiled[0] != compiled[1]
 
@@ -316,7 +316,7 @@ def test_a_recording_verifies_bit_for_bit_after_words_are_edited_and_code_is_mov
 
 @pytest.mark.slow
 def test_a_number_of_the_kernel_or_an_operator_beside_it_gives_another_name(tree):
-    compiled = tuple(compute_name(space) for space in SPACES)
+    compiled = tuple(map(numerics_name, SPACES))
     tree("core/kernel/numerics/noise.py", "+ 0.5) * 2.0**-52", "+ 0.25) * 2.0**-52")
     plane, space = names_of(path=tree.folder)
     assert plane != compiled[0] and space != compiled[1]

@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from slipgrasp.core.run.simulation import Simulation
-from slipgrasp.core.run.simulator import run_to_end, simulate
+from slipgrasp.core.run.simulator import run_to_end
 from slipgrasp.core.scenario.loading import scenario_from_mapping, with_values
 from tests.core.drawn_hands_in_space import draw_hand_in_space
 from tests.core.drawn_motions import MOTIONS, draw_motion
@@ -15,7 +15,7 @@ from tests.core.drawn_scenarios import KINDS, draw_scenario
 
 pytestmark = pytest.mark.slow
 
-RATES = (7.0, 630.0, 1000.0, 10_000.0)  # beside 200 Hz
+RATES = (7.0, 630.0, 1000.0, 10_000.0)
 SEEDS = range(12)
 
 
@@ -36,7 +36,13 @@ def planar(kind, seed):
 
 
 def at_rate(scenario, rate):
-    return simulate(with_values(scenario, {"simulation.output_rate": rate}))
+    """The run, and its extremes of the steps alone, without those of the samples."""
+    simulation = Simulation(with_values(scenario, {"simulation.output_rate": rate}))
+    run_to_end(simulation, lambda _: None)
+    tally = simulation._run.tally
+    return simulation.result(), [
+        tally[each].copy() for each in ("peak_normal_force", "least_margin")
+    ]
 
 
 def course_of(run):
@@ -50,51 +56,38 @@ def instants_of(run):
 
 
 @pytest.mark.parametrize("kind", MOTIONS)
-@pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize("draw", [planar, spatial])
-def test_no_bit_of_a_run_depends_on_the_output_rate(draw, kind, seed):
-    scenario = draw(kind, seed)
-    plain = simulate(scenario)
-    for rate in RATES:
-        other = at_rate(scenario, rate)
-        assert course_of(other) == course_of(plain)
-        assert instants_of(other) == instants_of(plain)
-        assert_array_equal(other.ticks.commands, plain.ticks.commands)
-        assert_array_equal(other.ticks.estimates, plain.ticks.estimates)
-        assert_array_equal(other.trace.object_pose[-1], plain.trace.object_pose[-1])
-
-
-@pytest.mark.parametrize("kind", MOTIONS)
-@pytest.mark.parametrize("draw", [planar, spatial])
-def test_the_extremes_that_steps_show_are_the_same_to_the_bit_at_every_output_rate(draw, kind):
-    """So samples have no part in where extremes are looked for."""
-    for seed in SEEDS:
-        plain, fine = (tally_of(draw(kind, seed), rate) for rate in (200.0, 10_000.0))
-        for name in ("peak_normal_force", "least_margin"):
-            assert_array_equal(plain[name], fine[name])
-
-
-def tally_of(scenario, rate):
-    simulation = Simulation(with_values(scenario, {"simulation.output_rate": rate}))
-    run_to_end(simulation, lambda _: None)
-    return simulation._run.tally
-
-
-@pytest.mark.parametrize("kind", MOTIONS)
-@pytest.mark.parametrize("draw", [planar, spatial])
-def test_samples_at_one_instant_are_the_same_at_every_output_rate(draw, kind):
-    """Of samples inside a step too, which are no end of any step."""
+def test_no_bit_of_a_run_depends_on_the_output_rate(draw, kind, subtests):
+    """Nor do the extremes that steps show, or samples of one instant, inside a step too."""
     compared = 0
     for seed in SEEDS:
         scenario = draw(kind, seed)
-        plain, fine = simulate(scenario).trace, at_rate(scenario, 10_000.0).trace
-        mine, other = at_output_times(plain.times), at_output_times(fine.times)
-        _, at, there = np.intersect1d(plain.times[mine], fine.times[other], return_indices=True)
-        compared += len(at)
-        for signal in ("object_pose", "slip", "object_velocity", "tracking_error"):
-            here, again = getattr(plain, signal)[mine[at]], getattr(fine, signal)[other[there]]
-            assert_allclose(here, again, rtol=1e-7, atol=1e-9)
+        plain, extremes = at_rate(scenario, 200.0)
+        for rate in RATES:
+            with subtests.test(seed=seed, rate=rate):
+                other, others_extremes = at_rate(scenario, rate)
+                assert_same_run(other, plain)
+                assert_array_equal(others_extremes, extremes)
+                compared += compare_samples(plain.trace, other.trace)
     assert compared > 100
+
+
+def assert_same_run(other, plain):
+    assert course_of(other) == course_of(plain)
+    assert instants_of(other) == instants_of(plain)
+    assert_array_equal(other.ticks.commands, plain.ticks.commands)
+    assert_array_equal(other.ticks.estimates, plain.ticks.estimates)
+    assert_array_equal(other.trace.object_pose[-1], plain.trace.object_pose[-1])
+
+
+def compare_samples(plain, fine):
+    """How many samples two traces have at one instant, and the same in them."""
+    mine, other = at_output_times(plain.times), at_output_times(fine.times)
+    _, at, there = np.intersect1d(plain.times[mine], fine.times[other], return_indices=True)
+    for signal in ("object_pose", "slip", "object_velocity", "tracking_error"):
+        here, again = getattr(plain, signal)[mine[at]], getattr(fine, signal)[other[there]]
+        assert_allclose(here, again, rtol=1e-7, atol=1e-9)
+    return len(at)
 
 
 def at_output_times(times):

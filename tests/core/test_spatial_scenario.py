@@ -21,13 +21,12 @@ from slipgrasp.core.scenario.space import PLANAR, SPATIAL
 from slipgrasp.core.scenario.spatial_geometry import (
     cross,
     distance_inside,
-    joint_angles,
     rotation_matrix,
     spatial_contact,
-    spatial_joint_points,
     tip_at_start,
 )
 from slipgrasp.core.scenario.unknowns import name_unknown
+from tests.references.spatial_scenarios import hand_of_scenario
 
 PRISM = load_scenario("spatial-prism")
 TILTED = with_values(
@@ -78,24 +77,10 @@ def test_the_middle_of_a_side_is_half_its_height_and_width_from_its_edges():
     assert math.isclose(distance_inside(outline, (0.0, 0.18)), 0.1 * math.sqrt(3.0) - 0.18)
 
 
-@pytest.mark.parametrize("scenario", [PRISM, TILTED])
-@pytest.mark.parametrize("elbow", ["up", "down"])
-def test_inverse_kinematics_put_the_tip_on_the_contact(scenario, elbow):
-    for i in range(3):
-        finger = with_values(scenario, {f"fingers.{i}.elbow": elbow}).fingers[i]
-        tip = np.add(tip_at_start(scenario, i), finger.base)
-        angles = joint_angles(finger, tip)
-        points = spatial_joint_points(finger, angles)
-        assert_allclose(points[0], finger.base)
-        assert_allclose(points[-1], tip, atol=1e-14)
-        assert_allclose(np.linalg.norm(np.diff(points, axis=0), axis=1), 1.0)
-        assert (angles[2] < 0.0) == (elbow == "up")
-
-
 def test_every_finger_of_the_prism_starts_in_the_pose_of_the_paper():
-    for i, finger in enumerate(PRISM.fingers):
-        angles = joint_angles(finger, np.add(tip_at_start(PRISM, i), finger.base))
-        assert_allclose(np.degrees(angles[1:]), [60.0, -90.0], atol=5e-3)
+    tips = [np.add(tip_at_start(PRISM, i), f.base) for i, f in enumerate(PRISM.fingers)]
+    angles = hand_of_scenario(PRISM).fingers.joint_positions(np.array(tips))
+    assert_allclose(np.degrees(angles[:, 1:]), np.tile([60.0, -90.0], (3, 1)), atol=5e-3)
 
 
 def test_the_start_attitude_turns_the_contacts():

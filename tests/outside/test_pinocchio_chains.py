@@ -9,8 +9,9 @@ import pytest
 from slipgrasp.core.kernel.compilation.records import make_record
 from slipgrasp.core.kernel.spatial import chain
 from slipgrasp.core.kernel.spatial.chain_packing import pack_chain
+from slipgrasp.core.scenario.hand_files.description import Description
+from slipgrasp.core.scenario.hand_files.urdf import read_urdf
 from slipgrasp.core.scenario.spatial import SpatialFinger
-from slipgrasp.core.scenario.urdf import Description
 from tests.state_evaluation import from_python
 
 pytestmark = pytest.mark.slow
@@ -191,7 +192,7 @@ def assert_same(ours, theirs):
 def test_a_random_chain_moves_as_in_pinocchio(seed, followers):
     rng = np.random.default_rng([seed, followers])
     hand, q, rates = random_hand(rng, followers), rng.uniform(-2.0, 2.0, 3), rng.normal(size=3)
-    finger, ours = by_kernel(Description(hand.text).finger("tip"), q, rates)
+    finger, ours = by_kernel(Description(*read_urdf(hand.text)).finger("tip"), q, rates)
     model = pinocchio.buildModelFromXML(hand.text)
     forces, theirs = by_pinocchio(model, "tip", hand.coupling, q, rates)
     assert_same(ours, theirs)

@@ -15,7 +15,7 @@ import pytest
 
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
-from slipgrasp.core.trace.trace import SIGNALS
+from slipgrasp.core.trace.signals import SIGNALS
 from slipgrasp.recordings.file.schemas import SAMPLE_TOPICS, signals_of
 from slipgrasp.recordings.file.writer import write_recording
 from tests.recordings.reading_display import shown_rows

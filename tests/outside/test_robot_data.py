@@ -11,8 +11,14 @@ from slipgrasp import simulate
 from slipgrasp.cli.main import main
 from slipgrasp.core.exceptions import ScenarioError
 from slipgrasp.core.scenario.chain import chain_points
+from slipgrasp.core.scenario.hand_files.description import (
+    AT_ORIGIN,
+    Description,
+    Follows,
+    finger_mapping,
+)
+from slipgrasp.core.scenario.hand_files.urdf import read_urdf
 from slipgrasp.core.scenario.loading import load_scenario
-from slipgrasp.core.scenario.urdf import AT_ORIGIN, Description, Follows, finger_mapping
 from slipgrasp.core.trace.types import Outcome
 from tests.outside.test_pinocchio_chains import assert_same, by_kernel, by_pinocchio
 
@@ -43,7 +49,7 @@ def model_of(text, kept, positions):
 def assert_alike(text, tip, names, locked, coupled, coupling, seed):
     rng = np.random.default_rng(seed)
     q, rates = rng.uniform(-0.5, 0.5, 3), rng.normal(size=3)
-    read = Description(text, locked, coupled).finger(tip)
+    read = Description(*read_urdf(text), locked, coupled).finger(tip)
     _, ours = by_kernel(read, q, rates)
     model = model_of(text, [name for name in names if name not in locked], locked)
     _, theirs = by_pinocchio(model, tip, coupling, q, rates)
@@ -84,7 +90,7 @@ def test_a_finger_of_allegro_whose_last_joints_are_coupled_moves_as_in_pinocchio
 
 def test_all_four_joints_of_a_finger_of_allegro_are_too_many():
     with pytest.raises(ScenarioError, match=r"lock others with --lock .*, or let them follow"):
-        Description(file_of(ALLEGRO).read_text()).finger(FINGERS[0][1])
+        Description(*read_urdf(file_of(ALLEGRO).read_text())).finger(FINGERS[0][1])
 
 
 TRAY = """
@@ -122,7 +128,7 @@ def tray(folder):
     """
     file, tips = file_of(ALLEGRO), [FINGERS[k][1] for k in (0, 2, 3)]
     couples = {f"joint_{k + 3}.0": Follows(f"joint_{k + 2}.0", 1.0, 0.0) for k in (0, 8, 12)}
-    hand = Description(file.read_text(), {}, couples)
+    hand = Description(*read_urdf(file.read_text()), {}, couples)
     ends = np.array([middle_of(hand.finger(tip)) for tip in tips])
     normal = np.cross(ends[1] - ends[0], ends[2] - ends[0])
     turn, _ = Rotation.align_vectors([[0.0, 0.0, 1.0]], [normal / np.linalg.norm(normal)])

@@ -11,7 +11,7 @@ from mcap.stream_reader import StreamReader
 
 from slipgrasp.core.run.provenance import program_version
 from slipgrasp.core.scenario.loading import scenario_from_mapping
-from slipgrasp.core.trace.trace import SIGNALS
+from slipgrasp.core.trace.signals import SIGNALS
 from slipgrasp.recordings.file.versions import PLANAR_FORMAT
 from slipgrasp.recordings.file.writer import write_recording
 

@@ -6,7 +6,7 @@ import struct
 from pathlib import Path
 
 from slipgrasp.core.run.premises import premise_signals
-from slipgrasp.core.trace.trace import SIGNALS
+from slipgrasp.core.trace.signals import SIGNALS
 from slipgrasp.recordings.file.schemas import OWN_TOPICS, SAMPLE_TOPICS, TICKS
 from slipgrasp.recordings.file.state_hash import state_hash
 from slipgrasp.recordings.file.versions import PLANAR_FORMAT, SPATIAL_FORMAT

@@ -9,7 +9,7 @@ from mcap.reader import make_reader
 from PIL import Image
 
 from slipgrasp.core.run.simulator import simulate
-from slipgrasp.core.scenario.geometry import contact_frame, joint_points, outline
+from slipgrasp.core.scenario.geometry import contact_frame, outline
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.trace.types import ContactPhase
 from slipgrasp.figures.animation import write_gif
@@ -24,6 +24,7 @@ from slipgrasp.recordings.file.writer import write_recording
 from slipgrasp.recordings.palette import OBJECT_EDGE, PHASES
 from slipgrasp.recordings.still import Still
 from slipgrasp.web.charts.replay_page import write_html
+from tests.planar_joints import joint_points
 from tests.recordings.reading_figures import axes_of, titles
 
 

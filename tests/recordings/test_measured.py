@@ -20,7 +20,6 @@ from slipgrasp.recordings.measured.recording import (
     is_measured,
     read_measured,
     read_outline,
-    write_measured,
 )
 from slipgrasp.recordings.measured.table import MEASURED_TABLES
 from slipgrasp.recordings.measured.units import ImportDataError
@@ -112,11 +111,12 @@ def test_equal_tables_give_equal_files_and_their_samples_read_back_to_the_same_b
     text = "t_s,x_m\n" + "".join(f"{t!r},{x!r}\n" for t, x in rows)
     found = imported(tmp_path, text)
     first = (tmp_path / "data.mcap").read_bytes()
-    write_measured(found, tmp_path / "again.mcap")
+    (tmp_path / "again").mkdir()
+    imported(tmp_path / "again", text)
 
     assert np.array_equal(found.times, times)
     assert np.array_equal(found.column("x"), values)
-    assert (tmp_path / "again.mcap").read_bytes() == first
+    assert (tmp_path / "again" / "data.mcap").read_bytes() == first
     assert read_outline(tmp_path / "data.mcap") == found.outline
 
 

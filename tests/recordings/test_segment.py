@@ -12,7 +12,7 @@ import pytest
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
-from slipgrasp.core.trace.trace import SIGNALS
+from slipgrasp.core.trace.signals import SIGNALS
 from slipgrasp.recordings.exceptions import DamagedRecordingError, RecordingError
 from slipgrasp.recordings.file.reader import read_recording
 from slipgrasp.recordings.file.segment import Segment, read_outline, read_segment

@@ -63,7 +63,7 @@ class Slide(NamedTuple):
 
             events = [lambda t, y, i=i: to_corner(t, y, i) for i in range(2)]
             for event in events:
-                event.terminal, event.direction = True, -1.0  # pyright: ignore
+                event.terminal, event.direction = True, -1.0
             found = solve_ivp(
                 lambda _t, y, faces=faces: self._rate(y, faces),
                 (t, duration),

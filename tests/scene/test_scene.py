@@ -10,7 +10,6 @@ from numpy.testing import assert_allclose
 from scipy.spatial.transform import Rotation
 
 from slipgrasp.core.run.simulator import simulate
-from slipgrasp.core.scenario.geometry import joint_points
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.scenario.spatial_geometry import friction_outline, spatial_joint_points
 from slipgrasp.core.trace.types import ContactPhase
@@ -20,6 +19,7 @@ from slipgrasp.scene.skeleton import contacts_of, frames_of, world_poses
 from slipgrasp.scene.states import states_at, states_of
 from tests.core.test_chains import with_split_joints
 from tests.held_polygon import held_polygon
+from tests.planar_joints import joint_points
 
 
 @pytest.fixture(scope="module")
@@ -246,18 +246,6 @@ def test_the_hand_of_a_pad_on_jaws_that_do_not_turn_keeps_its_direction_in_the_w
         assert_allclose(np.linalg.norm(end, axis=1), parts.PAD_POINTER * 0.015)
         turned = np.einsum("nij,nj->ni", poses[name][1], end)
         assert_allclose(turned, turned[:1].repeat(len(turned), axis=0), atol=1e-5)
-
-
-def test_beside_the_moment_of_a_pad_friction_is_as_large_as_the_tangential_force_in_slip(pivot):
-    states = states_of(pivot.trace)
-    for i, contact in enumerate(contacts_of(pivot.scenario)):
-        slips = states.phases[:, i] != ContactPhase.STICK
-        limit = states.friction[:, i] * states.normal_force[:, i]
-        left = contact.pad.left_by_moment(limit, states)
-        size = np.linalg.norm(states.tangential_force[:, i], axis=1)
-        assert slips.sum() > 100
-        assert_allclose(left[slips], size[slips], rtol=1e-6)
-        assert (left >= size * (1.0 - 1e-6)).all()
 
 
 def test_hard_fingertips_have_no_pads(runs):

@@ -21,9 +21,10 @@ QUICK: dict[str, Any] = {
     },
     "recordings": "none",
 }
+# Of many runs and no long ones: a service simulates some of them for its estimate.
 LONG: dict[str, Any] = {
     **QUICK,
-    "set": {"simulation.duration": 30.0, "simulation.max_step": 0.001},
+    "set": {"simulation.duration": 10.0, "simulation.max_step": 0.001},
     "sampling": {"method": "latin-hypercube", "runs": 1000, "seed": 3},
 }
 

@@ -77,7 +77,7 @@ def test_the_examples_in_python_print_what_the_page_says(served, direct) -> None
                 exec(compile(code, str(PAGE), "exec"), names)
             check(example, printed.getvalue())
     finally:
-        names["api"].close()  # type: ignore[attr-defined]
+        names["api"].close()
 
 
 def test_the_examples_in_the_shell_print_what_the_page_says(served, direct, tmp_path) -> None:

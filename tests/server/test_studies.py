@@ -271,7 +271,7 @@ def test_one_study_runs_at_a_time_and_those_that_wait_are_bounded(occupied):
 
     assert waiting["state"] == "queued" and waiting["rate"] is None
     assert refused.status_code == 503 and refused.headers["retry-after"] == "5"
-    assert "1 studies are waiting already" in refused.json()["detail"]
+    assert "1 studies or fits are waiting already" in refused.json()["detail"]
     client.post(f"/studies/{study['id']}/cancel")
     assert finished(client, waiting)["state"] == "completed"
 

@@ -17,7 +17,7 @@ from slipgrasp.recordings.file.state_hash import state_hash
 from slipgrasp.recordings.study.results import read_results
 from slipgrasp.server.budget import SMALL_BYTES, Need
 from tests.server.serving import patient_settings, serve
-from tests.server.studying import LONG, create, finished, until
+from tests.server.studying import LONG, QUICK, create, finished, until
 
 pytestmark = pytest.mark.slow
 
@@ -226,7 +226,8 @@ def test_of_requests_for_one_recording_at_once_one_makes_it(studying, finished_s
 
 def test_a_recording_in_the_making_is_given_up_when_the_server_is_to_stop(tmp_path, caplog):
     settings = patient_settings(tmp_path, study_executor="inline")
-    body = {**LONG, "sampling": {"method": "random", "runs": 1}}
+    values = {"simulation.duration": 30.0, "simulation.max_step": 0.001}
+    body = {**QUICK, "set": values, "sampling": {"method": "random", "runs": 1}}
     with serve(settings) as running, running.client() as client:
         study = finished(client, create(client, body))
         running.app.state.stopping.set()

@@ -10,7 +10,7 @@ from functools import partial
 import pytest
 
 from slipgrasp.core.executors import ExecutorError, make_executor
-from slipgrasp.server.studies.queue import WarmExecutor
+from slipgrasp.server.studies.runner import WarmExecutor
 
 INLINE = partial(make_executor, "inline")
 

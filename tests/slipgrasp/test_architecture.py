@@ -18,8 +18,9 @@ PAGES = (
 )
 KINDS = (
     *("parameter", "thing that is drawn", "signal", "chart", "metric", "control law"),
-    *("export format", "job that grows with a run", "REST filter"),
-    *("integration method", "executor", "outcome", "figure", "panel", "CLI command", "preset"),
+    *("export format", "job that grows with a run", "REST route", "REST filter"),
+    *("integration method", "executor", "guard that ends a run", "outcome", "finger kind"),
+    *("figure", "panel", "CLI command", "preset"),
 )
 
 

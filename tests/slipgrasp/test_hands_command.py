@@ -132,6 +132,9 @@ def test_what_cannot_be_imported_is_refused_in_one_sentence(folder, capsys):
     (folder / "hand.urdf").write_text("<!DOCTYPE robot><robot/>")
     assert imported(folder) == 2
     assert "no document type" in capsys.readouterr().err
+    (folder / "hand.urdf").write_text(urdf().replace('mass value="0.26689"', "mass"))
+    assert imported(folder) == 2
+    assert "there is no 'value' of 'mass' in 'inertial'" in capsys.readouterr().err
     (folder / "hand.urdf").write_text("<robot>")
     assert imported(folder) == 2
     assert "cannot be read as URDF" in capsys.readouterr().err

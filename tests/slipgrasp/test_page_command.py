@@ -1,5 +1,6 @@
 """``slipgrasp page`` as its users meet it; the page itself: tests/web/test_page_in_a_browser.py."""
 
+import json
 import re
 
 import pytest
@@ -31,6 +32,18 @@ def test_a_recording_is_simulated_again(slipgrasp):
 
     assert done.returncode == 0, done.stderr
     assert result.sha256 in done.stdout
+
+
+def test_a_run_writes_its_page_too(slipgrasp):
+    done = slipgrasp(
+        "run", "paper-case-1", "--set", "object.mass=1.1", "--json", "--page", "hold.html"
+    )
+
+    assert done.returncode == 0, done.stderr
+    sha256 = json.loads(done.stdout)["sha256"]
+    assert f"SHA-256 of its run {sha256}" in done.stderr
+    page = (slipgrasp.folder / "hold.html").read_text(encoding="utf-8")
+    assert "<title>paper-case-1 · mass 1.1 kg" in page
 
 
 @pytest.mark.parametrize(

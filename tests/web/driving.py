@@ -34,6 +34,29 @@ def control(page: Page, label: str) -> Locator:
     return row.get_by_role("slider")
 
 
+def select_part(page: Page, name: str) -> None:
+    """Shows the controls of a part of the scenario."""
+    parts = page.get_by_role("group", name="Part of the scenario")
+    parts.get_by_role("button", name=name, exact=True).click()
+    expect(parts.get_by_role("button", name=name, exact=True)).to_have_attribute(
+        "aria-pressed", "true"
+    )
+
+
+def choose_law(page: Page, name: str) -> None:
+    """Chooses a control law for the whole run."""
+    laws = page.get_by_role("group", name="Control law", exact=True)
+    laws.get_by_role("button", name=name, exact=True).click()
+
+
+def unfold_changes(page: Page) -> None:
+    """Shows the list of changes during the run."""
+    fold = page.locator("details.sg-listed")
+    fold.wait_for()
+    if fold.get_attribute("open") is None:
+        fold.locator("summary").click()
+
+
 def set_number(page: Page, label: str, value: str) -> None:
     """Pastes a number over the one in the field with a label."""
     overwrite(number_field(page, label), value)

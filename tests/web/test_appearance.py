@@ -48,7 +48,7 @@ class Camera:
 
 @pytest.fixture
 def reducer() -> PictureReducer:
-    return PictureReducer(FrontCamera(Camera()))  # pyright: ignore[reportArgumentType]
+    return PictureReducer(FrontCamera(Camera()))
 
 
 @pytest.mark.parametrize(

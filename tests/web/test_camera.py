@@ -35,7 +35,7 @@ def viewer() -> StandIn:
 
 @pytest.fixture
 def camera(viewer: StandIn) -> FrontCamera:
-    camera = FrontCamera(viewer)  # pyright: ignore[reportArgumentType]
+    camera = FrontCamera(viewer)
     camera.measure(WIDE)
     camera.show(LOW, HIGH)
     return camera

@@ -28,7 +28,7 @@ from slipgrasp.web.model.view import RunStage, RunStatus, ViewState
 from slipgrasp.web.panels.controls_panel import ControlsPanel
 from slipgrasp.web.panels.scenario_panel import changes_html
 from tests.web.conftest import Visitors
-from tests.web.driving import choose_case_2, pause_at
+from tests.web.driving import choose_case_2, choose_law, pause_at
 from tests.web.reducing import after, at
 
 pytestmark = pytest.mark.slow
@@ -213,8 +213,7 @@ def test_a_law_chosen_on_the_page_shows_what_it_can_do_and_back_is_the_run_befor
     first = card(FIRST.base)
 
     def choose(kind: str) -> None:
-        page.get_by_label("control law", exact=True).first.click()
-        page.get_by_role("option", name=kind, exact=True).click()
+        choose_law(page, kind)
         page.get_by_role("status").filter(has_text=f"{kind} on the whole run").wait_for()
 
     def shows(told: tuple[str, str]) -> None:

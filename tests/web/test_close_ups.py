@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import itertools
 from base64 import b64encode
-from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
-from playwright.sync_api import Browser, Page
+from playwright.sync_api import Page
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulator import simulate
@@ -23,9 +22,7 @@ from slipgrasp.web.model.sampling import Sampler
 from slipgrasp.web.page.routes import STATIC_PATH
 from slipgrasp.web.scene.close_ups import arrays_of, facts_of, packed
 from slipgrasp.web.scene.layout import lay_out
-from tests.server.serving import RunningServer
 from tests.waiting import wait_until
-from tests.web.conftest import Visitors, visitors_of
 from tests.web.driving import FRAMES, choose_scenario, pause_at
 from tests.web.packets import unpacked
 
@@ -266,21 +263,14 @@ def test_patches_and_the_ghost_are_drawn_while_they_are_there(
     np.testing.assert_allclose(pale, slip / lay_out(prism).reach, atol=2e-3)
 
 
-@pytest.fixture
-def visitors(browser: Browser, dashboard: RunningServer) -> Iterator[Visitors]:
-    with visitors_of(browser, dashboard) as each:
-        yield each
-
-
 def seen(page: Page) -> dict[str, Any]:
     page.evaluate(FRAMES)
     return page.evaluate(SEEN)
 
 
 def shows(page: Page, preset: str, time: float) -> None:
-    if preset != "paper-case-1":
-        choose_scenario(page, preset)
-        page.locator(".sg-origin", has_text=preset).wait_for()
+    choose_scenario(page, preset)
+    page.locator(".sg-origin", has_text=preset).wait_for()
     pause_at(page, time)
 
 
@@ -301,9 +291,9 @@ def captions(result: RunResult, time: float) -> list[list[str]]:
 @pytest.mark.slow
 @pytest.mark.parametrize(("preset", "time"), [("paper-case-1", 0.05), ("spatial-prism", 0.05)])
 def test_close_ups_are_upright_apart_and_on_screen_from_wherever_one_looks(
-    visitors: Visitors, preset: str, time: float
+    seen_page: Page, preset: str, time: float
 ) -> None:
-    page = visitors.open_to_look()
+    page = seen_page
     shows(page, preset, time)
     result = simulate(load_scenario(preset))
     expected = captions(result, time)
@@ -332,8 +322,8 @@ def test_close_ups_are_upright_apart_and_on_screen_from_wherever_one_looks(
 
 @pytest.mark.browser
 @pytest.mark.slow
-def test_captions_are_those_of_the_view_while_the_run_plays(visitors: Visitors) -> None:
-    page = visitors.open()
+def test_captions_are_those_of_the_view_while_the_run_plays(seen_page: Page) -> None:
+    page = seen_page
     shows(page, "paper-case-1", 0.0)
     page.get_by_role("button", name="Play", exact=True).dispatch_event("click")
     told: set[str] = set()
@@ -350,8 +340,8 @@ def test_captions_are_those_of_the_view_while_the_run_plays(visitors: Visitors) 
 
 @pytest.mark.browser
 @pytest.mark.slow
-def test_a_close_up_enlarges_by_mouse_or_keyboard_and_says_more(visitors: Visitors) -> None:
-    page = visitors.open_to_look()
+def test_a_close_up_enlarges_by_mouse_or_keyboard_and_says_more(seen_page: Page) -> None:
+    page = seen_page
     shows(page, "parallel-gripper", 0.5)
     buttons = page.get_by_role("button", name="Enlarge the close-up of")
     assert buttons.count() == 2
@@ -370,10 +360,9 @@ def test_a_close_up_enlarges_by_mouse_or_keyboard_and_says_more(visitors: Visito
 
 @pytest.mark.browser
 @pytest.mark.slow
-def test_words_of_a_close_up_can_be_selected_without_turning_the_camera(
-    visitors: Visitors,
-) -> None:
-    page = visitors.open_to_look()
+def test_words_of_a_close_up_can_be_selected_without_turning_the_camera(seen_page: Page) -> None:
+    page = seen_page
+    shows(page, "paper-case-1", 0.05)
     page.evaluate(FRAMES)
     place = "window.__viserMutable.camera.position.toArray()"
     before = page.evaluate(place)

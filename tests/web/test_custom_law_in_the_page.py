@@ -21,13 +21,22 @@ from slipgrasp.web.model.draft import Draft
 from slipgrasp.web.model.intents.scenario import SetParameter, Undo
 from slipgrasp.web.model.laws import with_law, without_law_change
 from slipgrasp.web.model.playback import Playback, TimeWindow, WindowChoice
+from slipgrasp.web.model.selection import LAW_PART, Selection
 from slipgrasp.web.model.study import StudyView
 from slipgrasp.web.model.study_draft import offers_of
 from slipgrasp.web.model.view import RunStage, RunStatus, ViewState
 from slipgrasp.web.panels.controls_panel import ControlsPanel
 from slipgrasp.web.panels.study_panel import draft_html
 from tests.web.conftest import PATIENCE, SMALL
-from tests.web.driving import control, number_field, overwrite, pause, pause_at
+from tests.web.driving import (
+    choose_law,
+    control,
+    number_field,
+    overwrite,
+    pause,
+    pause_at,
+    unfold_changes,
+)
 from tests.web.reducing import after
 from tests.web.serving_process import ServerProcess
 
@@ -63,7 +72,13 @@ def replace_duration(draft: Draft) -> Draft:
 
 def view_at(time: float, draft: Draft) -> ViewState:
     playback = Playback(time=time, window=TimeWindow(0.0, 0.3), speed=1.0, playing=False)
-    return ViewState(draft, RunStatus(RunStage.PREVIEW), WindowChoice.SLIP, playback=playback)
+    return ViewState(
+        draft,
+        RunStatus(RunStage.PREVIEW),
+        WindowChoice.SLIP,
+        playback=playback,
+        selection=Selection(LAW_PART),
+    )
 
 
 def asked_force(draft: Draft, time: float) -> float:
@@ -176,8 +191,8 @@ def test_a_law_that_the_server_was_started_with_has_controls_signals_and_branche
 ) -> None:
     page = law_page
     pause_at(page, 0.0)
-    page.get_by_label("control law", exact=True).first.click()
-    page.get_by_role("option", name="squeeze", exact=True).click()
+    choose_law(page, "squeeze")
+    unfold_changes(page)
     expect(control(page, "grip [N]")).to_have_attribute("aria-valuenow", "30")
     page.get_by_role("tab", name="Estimates", exact=True).click()
     head = page.locator("[data-sg-chart=law-grip]")

@@ -18,6 +18,7 @@ from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.recordings import export
 from slipgrasp.recordings.clip import Clip
 from slipgrasp.recordings.store.store import RecordingStore
+from slipgrasp.server.budget import PAGE_BYTES
 from slipgrasp.server.viewer.server import ViewerServer
 from slipgrasp.web.charts.drawn import ChartedRun, DrawnChart, drawn_charts
 from slipgrasp.web.charts.figure import ChartsHeading, charts_svg, draw_charts_figure
@@ -30,6 +31,7 @@ from slipgrasp.web.model.intents.export import (
     ExportFailed,
     ExportFinished,
     ExportMoved,
+    ExportPage,
     ExportPicture,
     ExportStill,
 )
@@ -157,6 +159,24 @@ def test_a_clip_tells_how_far_it_is_and_arrives(office: Office) -> None:
     (file,) = office.delivered
     assert file.name == f"{STEM}-clip.html"
     assert file.content.lstrip().lower().startswith(b"<!doctype html")
+
+
+def test_the_page_that_simulates_arrives(office: Office) -> None:
+    assert office.take(ExportPage()).busy_with == "Writing the page"
+    office.finish()
+    (file,) = office.delivered
+    assert file.name == f"{STEM}-page.html"
+    assert b'id="sg-kernel"' in file.content
+
+
+def test_a_page_that_needs_more_than_the_budget_is_refused_in_words(
+    short: RunResult, store: RecordingStore
+) -> None:
+    office = Office(view_of(short), recordings_in(store, limit=PAGE_BYTES))
+    office.take(ExportPage())
+    office.finish()
+    assert office.delivered == []
+    assert "this page needs" in office.view.exporting.message
 
 
 def test_a_still_is_the_play_head_in_the_size_that_was_asked_for(office: Office) -> None:

@@ -35,7 +35,7 @@ def test_the_first_lesson_by_keyboard(visitors: Visitors) -> None:
     expect(welcome).to_be_hidden()
     squeeze = page.get_by_text(re.compile("At the end the (left|right) fingertip presses with"))
     expect(squeeze).to_be_hidden()
-    tab_to(page, page.locator("summary", has_text="Forces, margins, tracking"))
+    tab_to(page, page.locator("summary", has_text="Knowledge, forces, margins, tracking"))
     page.keyboard.press("Enter")
     expect(squeeze).to_contain_text("23.7 N")
 
@@ -79,6 +79,8 @@ def test_the_first_lesson_by_keyboard(visitors: Visitors) -> None:
     page.keyboard.press("ArrowRight")
     wait_until(lambda: float(mass.get_attribute("aria-valuenow") or "nan") > before, "no change")
     expect(card).not_to_contain_text("47.2 mm")
+    tab_to(page, page.locator(".sg-listed > summary"))
+    page.keyboard.press("Enter")
     ghost = page.get_by_role("button", name="dismiss ghost")
     expect(ghost).to_be_visible()
     page.keyboard.press("x")

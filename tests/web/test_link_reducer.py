@@ -91,4 +91,4 @@ def test_a_link_is_forgotten_once_the_user_wants_something_else(case_2: RunResul
     playback = followed.arrive().playback
     assert playback is not None and playback.time != 2.5
     late = Followed(case_2, OpenLink(RUN, "2.5"))
-    assert late.arrive(number=NUMBER + 1).playback.time != 2.5  # pyright: ignore
+    assert late.arrive(number=NUMBER + 1).playback.time != 2.5

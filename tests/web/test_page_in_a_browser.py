@@ -5,19 +5,27 @@ from __future__ import annotations
 import io
 import re
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from PIL import Image
-from playwright.sync_api import Browser, Page
+from playwright.sync_api import Browser, Page, expect
 
+import slipgrasp
+from benchmarks.page import CELLS_OF_MAP
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
-from slipgrasp.web.standalone.controls import usual_controls
+from slipgrasp.core.trace.trace import Trace
+from slipgrasp.recordings.file.writer import write_recording
+from slipgrasp.recordings.study.categories import categorize
+from slipgrasp.web.standalone.controls import Control, controls_of, usual_controls
+from slipgrasp.web.standalone.kernel_data import run_data
 from slipgrasp.web.standalone.page_file import share_in, write_page
+from tests.recordings.studying import make_study, run_study
 from tests.waiting import wait_until
-from tests.web.conftest import PATIENCE, hide_warning
+from tests.web.conftest import LARGE, PATIENCE, hide_warning
 from tests.web.test_accessibility import AXE, violations
 from tests.web.test_standalone_page import MOST_BYTES
 
@@ -33,8 +41,8 @@ Open = Callable[..., Page]
 def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("page") / "case-1.html"
     with path.open("wb") as stream:
-        scenario = load_scenario("paper-case-1")
-        write_page(scenario, stream, usual_controls(scenario), "slipgrasp run paper-case-1")
+        case = simulate(load_scenario("paper-case-1"))
+        write_page(case, stream, usual_controls(case.scenario), "slipgrasp run paper-case-1")
     return path
 
 
@@ -122,8 +130,9 @@ def test_a_slider_of_all_fingers_is_read_from_the_address(open_page: Open) -> No
 def test_a_run_that_ends_early_says_how(open_page: Open, tmp_path: Path) -> None:
     scenario = with_values(load_scenario("paper-case-1"), {"simulation.max_steps": 50})
     path = tmp_path / "limited.html"
+    result = simulate(scenario)
     with path.open("wb") as stream:
-        result = write_page(scenario, stream, ["object.mass"])
+        write_page(result, stream, ["object.mass"])
     page = open_page(path=path)
     assert sha256_of(page) == result.sha256
     card = page.locator(".sg-outcome").first.inner_text()
@@ -133,8 +142,9 @@ def test_a_run_that_ends_early_says_how(open_page: Open, tmp_path: Path) -> None
 
 def test_a_spatial_hand_is_simulated_too(open_page: Open, tmp_path: Path) -> None:
     scenario, path = load_scenario("spatial-prism"), tmp_path / "prism.html"
+    result = simulate(scenario)
     with path.open("wb") as stream:
-        result = write_page(scenario, stream, usual_controls(scenario))
+        write_page(result, stream, usual_controls(scenario))
     assert path.stat().st_size <= MOST_BYTES
     page = open_page(path=path)
     assert sha256_of(page) == result.sha256
@@ -148,9 +158,9 @@ def test_a_spatial_hand_is_simulated_too(open_page: Open, tmp_path: Path) -> Non
 
 def test_pages_that_share_files_simulate(open_page: Open, tmp_path: Path) -> None:
     for name in ("paper-case-2", "spatial-prism"):
-        scenario, path = load_scenario(name), tmp_path / f"{name}.html"
+        result, path = simulate(load_scenario(name)), tmp_path / f"{name}.html"
         with path.open("wb") as stream:
-            result = write_page(scenario, stream, ["object.mass"], share=share_in(tmp_path))
+            write_page(result, stream, ["object.mass"], share=share_in(tmp_path))
         assert path.stat().st_size < 1e5
         assert sha256_of(open_page(path=path)) == result.sha256
     # One kernel per kind of hand; viewer, styles, worker and modules.
@@ -166,3 +176,93 @@ def test_axe_finds_nothing_wrong(open_page: Open, size: str, scheme: str) -> Non
     page.add_script_tag(path=AXE)
     wait_until(lambda: violations(page) == [], lambda: violations(page))
     assert page.evaluate("document.documentElement.scrollWidth") <= SIZES[size][0]
+
+
+def test_an_exported_notebook_still_simulates(browser: Browser, tmp_path: Path) -> None:
+    result = simulate(load_scenario("paper-case-1"))
+    path = tmp_path / "notebook.html"
+    path.write_text(f"<!doctype html>{slipgrasp.show(result)._repr_html_()}", encoding="utf-8")
+    context = browser.new_context(viewport=LARGE, offline=True)
+    context.set_default_timeout(PATIENCE)
+    page = context.new_page()
+    page.goto(path.as_uri())
+    inside = page.frame_locator("iframe")
+    expect(inside.locator("#sg-sha256")).to_have_text(result.sha256, timeout=PATIENCE)
+    inside.get_by_role("slider", name="object mass [kg]").focus()
+    page.keyboard.press("ArrowRight")
+    expected = native_sha256(object__mass=1.01)
+    expect(inside.locator("#sg-sha256")).to_have_text(expected, timeout=PATIENCE)
+    context.close()
+
+
+def compared(page: Page, path: Path) -> str:
+    """What the page says of a recording."""
+    with page.expect_file_chooser() as chooser:
+        page.get_by_role("button", name="Check a recording").click()
+    chooser.value.set_files(path)
+    words = page.locator("#sg-compared")
+    expect(words).to_contain_text(path.name, timeout=PATIENCE)
+    return words.text_content() or ""
+
+
+def test_a_recording_is_simulated_again_and_compared_bit_by_bit(
+    open_page: Open, tmp_path: Path
+) -> None:
+    page, heavy = open_page("#t=0.05"), {"object.mass": 1.07}
+    result = simulate(with_values(load_scenario("paper-case-1"), heavy))
+    rows = result.trace.to_rows()
+    slip = run_data(result)["columns"]["slip"][0]
+    rows.view(np.int64)[400, slip + 1] ^= 1
+    altered = replace(result, trace=Trace.from_rows(result.trace.shape, rows))
+    other = simulate(with_values(load_scenario("paper-case-1"), {"simulation.duration": 1.0}))
+    for name, run in {"same": result, "altered": altered, "other": other}.items():
+        write_recording(run, tmp_path / f"{name}.mcap")
+    (tmp_path / "text.mcap").write_text("no recording" * 10)
+    cut = (tmp_path / "same.mcap").read_bytes()
+    (tmp_path / "cut.mcap").write_bytes(cut[: len(cut) // 2])
+
+    words = compared(page, tmp_path / "same.mcap")
+    assert words == f"same.mcap is equal to this run bit by bit: SHA-256 {result.sha256}"
+    assert sha256_of(page) == result.sha256
+    assert page.url.endswith("object.mass=1.07")
+    time = np.format_float_positional(result.trace.times[400], trim="-")
+    assert f"differs first in slip_1 at {time} s: " in compared(page, tmp_path / "altered.mcap")
+    assert "simulation.duration is 1, here 7" in compared(page, tmp_path / "other.mcap")
+    assert "it is no MCAP file" in compared(page, tmp_path / "text.mcap")
+    assert "it ends within a record" in compared(page, tmp_path / "cut.mcap")
+
+
+def test_a_map_has_the_cells_of_a_study_and_each_opens_its_run(
+    open_page: Open, tmp_path: Path
+) -> None:
+    base = with_values(
+        load_scenario("paper-case-1"),
+        {"controller.grasp_force": "none", "simulation.duration": 0.62},
+    )
+    path, keys = tmp_path / "map.html", ("object.mass", "fingers.*.friction")
+    with path.open("wb") as stream:
+        write_page(simulate(base), stream, keys)
+    page = open_page("#t=0.05", path=path)
+    page.get_by_role("tab", name="Map").click()
+    page.get_by_label("cells").select_option("10")
+    page.get_by_role("button", name="Compute").click()
+    page.get_by_text("100 of 100 runs").wait_for()
+    found = page.evaluate(CELLS_OF_MAP)
+
+    mass, friction = controls_of(base, keys)
+    cells = [(middle(mass, k % 10), middle(friction, k // 10)) for k in range(100)]
+    runs = [
+        {"object.mass": m, "fingers.0.friction": mu, "fingers.1.friction": mu} for m, mu in cells
+    ]
+    study = make_study(base=base.to_mapping(), sampling={"method": "list"}, runs=runs)
+    results = run_study(study, tmp_path / "study.mcap")
+    assert found == categorize(results).tolist()
+    assert len(set(found)) > 1
+
+    page.locator("rect[data-sg-intent*='\"cell\":73}']").click()
+    expected = simulate(with_values(base, runs[73])).sha256
+    wait_until(lambda: sha256_of(page) == expected, "the page opens the run of the cell")
+
+
+def middle(control: Control, k: int) -> float:
+    return control.low + (k + 0.5) * (control.high - control.low) / 10

@@ -21,8 +21,10 @@ from tests.web.driving import (
     pause,
     pause_at,
     picture,
+    select_part,
     set_number,
     slip_at_end,
+    unfold_changes,
 )
 
 pytestmark = [
@@ -42,6 +44,7 @@ def first_scenario(page: Page) -> None:
     page.get_by_text("2.59 mm left").wait_for()
     pause(page)
     page.get_by_text("Saved as").wait_for()
+    unfold_changes(page)
     leave_field(page)
 
 
@@ -98,7 +101,7 @@ def test_a_control_acts_from_the_play_head_on_leaves_a_ghost_and_is_undone(
     note(page, "Ghost:").wait_for(state="detached")
     page.keyboard.press("Control+z")
     shows(page, MASS, "1")
-    note(page, "during the run").wait_for(state="detached")
+    expect(page.locator(".sg-listed > summary")).to_contain_text("No changes during the run")
     page.keyboard.press("Control+Shift+z")
     shows(page, MASS, "1.2345")
     page.get_by_role("button", name="Take this change back").click()
@@ -114,7 +117,7 @@ def test_the_object_is_dragged_to_push_it(page: Page) -> None:
     pushed.wait_for()
     words = pushed.inner_text()
     found = re.search(r"push \((\S+), (\S+)\) N", words)
-    assert found and "\n0.08 s push" in words
+    assert found and words.startswith("0.08 s push")
     to_the_right, up = map(float, found.groups())
     assert to_the_right > 1.0 and abs(up) < 0.1 * to_the_right
     page.keyboard.press("Control+z")
@@ -135,7 +138,7 @@ def test_a_push_a_low_friction_patch_and_a_pour_happen_at_the_play_head_and_are_
     ):
         page.get_by_role("button", name=button, exact=True).click()
         note(page, words).wait_for()
-    page.get_by_text("Push at 0.08 s", exact=True).click()
+    select_part(page, "push 0.08 s")
     set_number(page, "force y [N]", "-12")
     note(page, "push (0, -12) N for 0.05 s").wait_for()
     wait_until(lambda: slip_at_end(page) != slip_before, "the chart did not change")

@@ -194,7 +194,7 @@ def test_a_slider_of_a_spatial_hand_sets_what_the_kernel_reads():
 
 def test_what_a_page_cannot_simulate_is_refused():
     with pytest.raises(PageError, match="patches"):
-        write_page(load_scenario("wet-patch"), io.BytesIO(), ())
+        write_page(simulate(load_scenario("wet-patch")), io.BytesIO(), ())
 
 
 def test_every_end_of_a_run_has_words():
@@ -210,9 +210,7 @@ def test_every_end_of_a_run_has_words():
 @pytest.fixture(scope="module")
 def page() -> str:
     stream = io.BytesIO()
-    write_page(
-        load_scenario("paper-case-1"), stream, ("object.mass",), "slipgrasp run paper-case-1"
-    )
+    write_page(simulate(load_scenario("paper-case-1")), stream, ("object.mass",), COMMAND)
     return stream.getvalue().decode()
 
 
@@ -229,9 +227,7 @@ def test_the_file_is_small_and_asks_for_nothing_else(page):
 
 def test_the_file_has_the_same_bytes_again(page):
     stream = io.BytesIO()
-    write_page(
-        load_scenario("paper-case-1"), stream, ("object.mass",), "slipgrasp run paper-case-1"
-    )
+    write_page(simulate(load_scenario("paper-case-1")), stream, ("object.mass",), COMMAND)
     assert stream.getvalue().decode() == page
 
 
@@ -259,6 +255,12 @@ INCOMING = """export type WsWorkerIncoming =
   | { type: "set_server"; server: string }
   | { type: "retry" }
   | { type: "close" };"""
+UNPACKER = """  ZSTD_decompress(
+    dstPtr: number,
+    dstSize: number,
+    srcPtr: number,
+    srcSize: number,
+  ): number;"""
 FIELDS = {
     "SetPositionMessage": {"name", "position", "owner"},
     "SetOrientationMessage": {"name", "wxyz", "owner"},
@@ -271,7 +273,7 @@ FIELDS = {
 }
 CHANGED = (
     f"viser {viser.__version__} changes what its page and its worker say to each other: "
-    "adapt web/standalone/boot.js and scene_feed.js, then this test"
+    "adapt web/standalone/boot.js, recording.js and scene_feed.js, then this test"
 )
 
 
@@ -279,6 +281,8 @@ def test_viser_and_its_worker_say_what_the_page_says():
     source = Path(viser.__file__).parent / "client" / "src" / "WebsocketClientWorker.ts"
     text = source.read_text(encoding="utf-8")
     assert OUTGOING in text and INCOMING in text, CHANGED
+    unpacking = source.with_name("zstd.ts").read_text(encoding="utf-8")
+    assert "globalThis.__viserZstdWasm" in unpacking and UNPACKER in unpacking, CHANGED
     for name, fields in FIELDS.items():
         found = {field.name for field in dataclasses.fields(getattr(_messages, name))}
         assert found == fields, f"{CHANGED}: {name} has {sorted(found)}"

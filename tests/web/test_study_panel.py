@@ -12,7 +12,8 @@ import pytest
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.study.knowledge import describe_knowledge_in
 from slipgrasp.recordings.study.study_store import StoredStudy
-from slipgrasp.server.studies.progress import StudyState, StudyStatus
+from slipgrasp.server.jobs.job import StudyState
+from slipgrasp.server.studies.progress import StudyStatus
 from slipgrasp.server.viewer.server import ViewerServer
 from slipgrasp.web.charts.study_map import draw_map
 from slipgrasp.web.model.draft import Draft
@@ -84,7 +85,7 @@ def picture(tmp_path_factory: pytest.TempPathFactory) -> MapPicture:
 
 
 def status_of(state: StudyState, finished: int = 9, **told: float) -> StudyStatus:
-    return StudyStatus(stored=STORED, state=state, finished=finished, outcomes={}, **told)  # type: ignore[arg-type]
+    return StudyStatus(stored=STORED, state=state, finished=finished, outcomes={}, **told)
 
 
 def on_map(picture: MapPicture | None, status: StudyStatus) -> StudyView:

@@ -18,7 +18,7 @@ from slipgrasp.recordings.store.store import RecordingStore
 from slipgrasp.recordings.study.study_store import StudyStore
 from slipgrasp.recordings.study.writer import StudyWriter
 from slipgrasp.server.budget import DEFAULT_BYTES, MemoryBudget
-from slipgrasp.server.studies.progress import StudyState
+from slipgrasp.server.jobs.job import StudyState
 from slipgrasp.server.studies.service import StudyService
 from slipgrasp.web.model.draft import Draft
 from slipgrasp.web.model.intents.intent import Intent

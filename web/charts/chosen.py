@@ -7,7 +7,8 @@ from html import escape
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.trace.columns import Column, columns_of
-from slipgrasp.core.trace.trace import SIGNALS, Trace
+from slipgrasp.core.trace.signals import SIGNALS
+from slipgrasp.core.trace.trace import Trace
 from slipgrasp.recordings.palette import FINGERS
 from slipgrasp.web.charts.charts import Chart, Line
 from slipgrasp.web.model.charts_view import ChartsView

@@ -118,8 +118,8 @@ def cursor_html(cursors: Cursors) -> str:
     """How far the play head is from the second cursor, or how to set one, in one line."""
     if cursors.mark is None:
         return (
-            f"<div class='sg-cursors'>Shift+click in a chart over time, or {keys_of(ToggleMark())} "
-            "at the play head, sets a second cursor.</div>"
+            f"<div class='sg-cursors'>Shift+click, or {keys_of(ToggleMark())}, sets a second "
+            "cursor.</div>"
         )
     elapsed = digits_of(1e3 * (cursors.time - cursors.mark), 100.0, signed=True)
     return (

@@ -8,7 +8,6 @@ from html import escape
 import numpy as np
 from numpy.typing import NDArray
 
-from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.verdict import headline_of
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.words.phrases import length_words
@@ -127,7 +126,7 @@ def laws_html(runs: Sequence[LawRun], present: str, *, dark: bool) -> str:
 def _button(index: int, run: LawRun, present: str, dark: bool) -> str:
     stroke = "━" if index < len(FINGERS) else "╍"
     swatch = f"<span style='color:{css(legible(colour_of(index), dark=dark))}'>{stroke}</span>"
-    words = f"{swatch} <b>{escape(run.kind)}</b> {escape(_went(run.result) or run.problem)}"
+    words = f"{swatch} <b>{escape(run.kind)}</b> {escape(law_run_words(run))}"
     if run.result is None:
         return f"<div class='sg-law sg-law-refused'>{words}</div>"
     return (
@@ -137,9 +136,11 @@ def _button(index: int, run: LawRun, present: str, dark: bool) -> str:
     )
 
 
-def _went(result: RunResult | None) -> str:
+def law_run_words(run: LawRun) -> str:
+    """How the run with a law went, or why there is none."""
+    result = run.result
     if result is None:
-        return ""
+        return run.problem
     slipped = max(result.metrics.slip_path)
     slip = f"slipped {length_words(slipped)}" if slipped > 0.0 else "no slip"
     force = max(result.metrics.peak_normal_force)

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 from slipgrasp.core.run.metrics import METRICS
 from slipgrasp.core.scenario.space import PLANAR, SPATIAL
-from slipgrasp.core.trace.trace import SIGNALS
+from slipgrasp.core.trace.signals import SIGNALS
 from slipgrasp.core.words.parameter_words import key_words, unit_words
 from slipgrasp.recordings.compare.differences import SignalDifference
 

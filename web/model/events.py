@@ -24,6 +24,7 @@ from slipgrasp.core.words.parameter_words import key_words
 from slipgrasp.web.model.disturbances import disturbance_words, disturbances_of
 from slipgrasp.web.model.draft import Draft
 from slipgrasp.web.model.laws import law_change_words, main_changes
+from slipgrasp.web.model.selection import PATCH, PUSH
 
 PHASE_WORDS = {
     ContactPhase.STICK: "sticks",
@@ -79,12 +80,14 @@ class RunEvent:
         kind: What.
         text: What happens, in words.
         phase: The phase that a contact has from then on; None if no contact is concerned.
+        part: The part of the scenario that it belongs to; empty if there is none.
     """
 
     time: float
     kind: EventKind
     text: str
     phase: ContactPhase | None = None
+    part: str = ""
 
 
 def phases_in(scenario: Scenario) -> tuple[ContactPhase, ...]:
@@ -191,10 +194,12 @@ def _timed_changes(result: RunResult) -> Iterator[RunEvent]:
 
 def _disturbances(result: RunResult) -> Iterator[RunEvent]:
     """Pushes as they begin, low-friction patches as they come and go."""
+    counts = {PUSH: 0, PATCH: 0}
     for disturbance in disturbances_of(result.scenario):
-        is_push = disturbance.place == "pulses"
-        kind = EventKind.PUSH if is_push else EventKind.LOW_FRICTION_PATCH
-        yield RunEvent(disturbance.time, kind, disturbance_words(disturbance))
+        place = disturbance.place
+        part, counts[place] = f"{place}.{counts[place]}", counts[place] + 1
+        kind = EventKind.PUSH if place == PUSH else EventKind.LOW_FRICTION_PATCH
+        yield RunEvent(disturbance.time, kind, disturbance_words(disturbance), part=part)
         end_time = disturbance.values.get("end_time")
         if end_time is not None:
             face = str(disturbance.values["face"]).replace("-", " ")

@@ -100,11 +100,21 @@ def panel_sizes(width: int, height: int, *, lecture: bool = False) -> PanelSizes
     if lecture:
         wide = max(round(0.36 * width), 280)
         return PanelSizes(wide, wide, 0, max(round(0.45 * height), 130))
-    results = min(max(round(0.27 * width), 280), 400)
-    scenario = min(max(round(0.22 * width), 250), 320)
-    chart = min(max((height - 340) // 3 - 48, 130), 190)
-    study = min(max(round(0.4 * width), results), 620)
+    type_size = type_scale(width)
+    results = min(max(round(0.27 * width), 280), round(400 * type_size))
+    scenario = min(max(round(0.22 * width), 250), round(320 * type_size))
+    chart = min(max((height - 340) // 3 - 48, 130), round(190 * type_size))
+    study = min(max(round(0.4 * width), results), round(620 * type_size))
     return PanelSizes(results, study, scenario, chart)
+
+
+def type_scale(width: int) -> float:
+    """Size of the type on a page, in that on a usual one; `dashboard.css` sets it.
+
+    Args:
+        width: Width of the page [px].
+    """
+    return min(max(0.6 + 0.000275 * width, 1.0), 1.3125)
 
 
 def guess_layout(width: int, height: int) -> PageLayout:

@@ -36,6 +36,8 @@ def with_ghost(view: ViewState, recording: Replay, ticket: int) -> ViewState:
     view = replace(view, ghost=ghost, comparing=Comparing())
     if view.shown is None or view.playback is None or view.choice is not WindowChoice.SLIP:
         return view
+    if ghost.run is None:
+        return view
     own, other = slip_window(view.shown.result), slip_window(recording.result)
     whole = whole_window(view.shown.result)
     window = TimeWindow(
@@ -52,7 +54,12 @@ def without_ghost(view: ViewState) -> ViewState:
 def can_swap(view: ViewState) -> bool:
     """Whether either run could take the other's place: both are kept somewhere."""
     pale = view.ghost.shown.replay if view.ghost else None
-    return pale is not None and _recording_on_screen(view) is not None
+    return (
+        view.ghost is not None
+        and view.ghost.run is not None
+        and pale is not None
+        and (_recording_on_screen(view) is not None)
+    )
 
 
 def swapped(view: ViewState, ticket: int) -> ViewState:
@@ -64,7 +71,7 @@ def swapped(view: ViewState, ticket: int) -> ViewState:
     """
     recording = _recording_on_screen(view)
     pale = view.ghost.shown.replay if view.ghost else None
-    if recording is None or pale is None:
+    if recording is None or pale is None or not can_swap(view):
         return view
     choice, playback = view.choice, view.playback
     view = show_replay(view, pale)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 from slipgrasp.core.scenario import PLANAR, Scenario, Space
 from slipgrasp.core.scenario.custom_laws import LAW_PARAMETERS, custom_laws
@@ -15,11 +16,12 @@ from slipgrasp.web.model.disturbances import Disturbance, disturbance_parameters
 from slipgrasp.web.model.draft import is_of_law
 from slipgrasp.web.model.row_text import is_of_rows, row_parameters
 
-CONTROLLER = "Controller"
+LAW_TITLE = "Control law"
 """Title of the group with the main settings of the control law."""
 
-_ESTIMATES = "Initial estimates"
-_MAIN = ("object", "fingers", "estimates", "controller")
+MOST_MAIN = 6
+"""Most controls that are shown of a selected part."""
+_MAIN = ("object", "fingers", "controller")
 # Changeable, but of use only to those who know why.
 _DETAILS = (
     "recognition_time",
@@ -35,17 +37,23 @@ _DETAILS = (
     "force_bandwidth",
     "joint_damping",
     "joint_friction",
+    "static_friction",
+    "control_period",
+    "lyapunov_weight",
+    "distribution",
     "initial_deviation",
     "slip_position_gain",
     "estimate_norm_bound",
     "minimum",
     "maximum",
 )
+# The main ones of a part, the most wanted first; others follow in the order of the scenario.
+_FIRST = ("mass", "friction", "kind")
 _NOUNS = {"pulses": "Push", "patches": "Low-friction patch"}
 _FOLDED_TITLES = {
-    "controller": "Controller in detail",
-    "object": "Shape of the object",
-    "estimates": "Unknowns and their bounds",
+    "controller": "Control law in detail",
+    "object": "Object in detail",
+    "estimates": "Estimated parameters and their bounds",
     "trajectory": "Desired motion",
     "sensing": "Sensing",
     "actuation": "Actuation",
@@ -87,66 +95,98 @@ class Group:
 
     Attributes:
         title: What the group is called.
-        is_open: Whether it is unfolded at first.
+        part: The part of the scenario that shows it when selected; empty for details.
         entries: Its controls, in order.
     """
 
     title: str
-    is_open: bool
+    part: str
     entries: tuple[Entry, ...]
 
 
 def group_parameters(
     definitions: Mapping[str, Parameter], names: Sequence[str]
 ) -> tuple[Group, ...]:
-    """All parameters of a scenario: open groups with the main ones, then folded ones.
+    """All parameters of a scenario: the main ones of each part, then the details.
 
     Args:
         definitions: Every parameter by key.
         names: What the fingers are called.
     """
-    groups: dict[tuple[str, bool], list[Entry]] = {}
-    for title, is_open, entry in _placed(definitions, names):
-        groups.setdefault((title, is_open), []).append(entry)
+    groups: dict[tuple[str, str], list[Entry]] = {}
+    for title, part, entry in _placed(definitions, names):
+        groups.setdefault((title, part), []).append(entry)
     ordered = sorted(groups.items(), key=lambda item: not item[0][1])
-    return tuple(Group(title, opened, tuple(entries)) for (title, opened), entries in ordered)
+    return tuple(Group(title, part, tuple(entries)) for (title, part), entries in ordered)
 
 
 def _placed(
     definitions: Mapping[str, Parameter], names: Sequence[str]
-) -> Iterator[tuple[str, bool, Entry]]:
+) -> Iterator[tuple[str, str, Entry]]:
     single = (parameter for parameter in definitions.values() if not is_of_rows(parameter.key))
     rows = row_parameters(_space_of(definitions))
-    for parameter in sorted((*single, *rows.values()), key=_rank):
-        is_open = _is_main(parameter)
+    counts: dict[str, int] = {}
+    for parameter in sorted((*single, *rows.values()), key=partial(_rank, definitions)):
+        part = _part_of(parameter, definitions) if _is_main(parameter) else ""
+        counts[part] = counts.get(part, 0) + _is_used(parameter, definitions)
+        if counts[part] > MOST_MAIN:
+            part = ""
         label = control_label(parameter, definitions, names)
+        if part and parameter.key.startswith("estimates."):
+            estimated = definitions[_estimated_key(parameter, definitions)]
+            label = f"estimated {control_label(estimated, definitions, names)}"
         as_text = parameter.kind == "number-or-list" and parameter.optional
         entry = Entry(parameter, label, as_text)
-        yield _title(parameter.key, is_open, names), is_open, entry
+        yield _title(parameter.key, part, names), part, entry
         if parameter.kind == "number-or-list" and not parameter.optional:
             each = key_words(parameter.key.partition(".")[2], names) + ", each"
             entry = Entry(parameter, each + unit_words(parameter.unit), True)
-            yield _title(parameter.key, False, names), False, entry
+            yield _title(parameter.key, "", names), "", entry
 
 
-def _rank(parameter: Parameter) -> int:
-    head = parameter.key.partition(".")[0]
-    return _MAIN.index(head) if head in _MAIN else len(_MAIN)
+def _rank(definitions: Mapping[str, Parameter], parameter: Parameter) -> tuple[int, int, int]:
+    """Parts in their order; of each, what is wanted most, estimates last."""
+    key = parameter.key
+    part = _part_of(parameter, definitions)
+    head, last = part.partition(".")[0], key.rpartition(".")[2]
+    place = _MAIN.index(head) if head in _MAIN else len(_MAIN)
+    wanted = _FIRST.index(last) if last in _FIRST else len(_FIRST)
+    return place, int(key.startswith("estimates.")), wanted
+
+
+def _part_of(parameter: Parameter, definitions: Mapping[str, Parameter]) -> str:
+    """The part that a parameter belongs to; an estimate belongs to that of its parameter."""
+    key = parameter.key
+    if key.startswith("estimates."):
+        key = _estimated_key(parameter, definitions)
+    head, _, rest = key.partition(".")
+    return f"fingers.{rest.partition('.')[0]}" if head == "fingers" else head
+
+
+def _estimated_key(parameter: Parameter, definitions: Mapping[str, Parameter]) -> str:
+    """Key of the parameter that an estimate is of."""
+    return str(definitions[f"{parameter.key.rpartition('.')[0]}.parameter"].value)
 
 
 def _is_main(parameter: Parameter) -> bool:
     head, last = parameter.key.partition(".")[0], parameter.key.rpartition(".")[2]
-    return parameter.changeable and head in _MAIN and last not in _DETAILS
+    return parameter.changeable and head in (*_MAIN, "estimates") and last not in _DETAILS
 
 
-def _title(key: str, is_open: bool, names: Sequence[str]) -> str:
-    head, _, rest = key.partition(".")
+def _is_used(parameter: Parameter, definitions: Mapping[str, Parameter]) -> bool:
+    """True unless the part is of a kind that lacks the parameter."""
+    kind = definitions.get(kind_key(parameter.key))
+    return not parameter.used_by or kind is None or kind.value in parameter.used_by
+
+
+def _title(key: str, part: str, names: Sequence[str]) -> str:
+    head, _, rest = (part or key).partition(".")
     if head == "fingers":
         finger = f"{names[int(rest.partition('.')[0])].capitalize()} finger"
-        return finger if is_open else f"Build of the {finger.lower()}"
-    if not is_open:
+        return finger if part else f"{finger} in detail"
+    if not part:
         return _FOLDED_TITLES[head]
-    return _ESTIMATES if head == "estimates" else head.capitalize()
+    return LAW_TITLE if head == "controller" else head.capitalize()
 
 
 def law_groups(base: Scenario) -> tuple[Group, ...]:
@@ -164,7 +204,9 @@ def law_groups(base: Scenario) -> tuple[Group, ...]:
         given = base.controller.parameters if kind == base.controller.kind else {}
         controller = replace(base.controller, kind=kind, parameters=given)
         parameters = iterate_parameters(controller, "controller.")
-        return Group(kind, True, tuple(entry(each) for each in parameters if is_of_law(each.key)))
+        return Group(
+            kind, "controller", tuple(entry(each) for each in parameters if is_of_law(each.key))
+        )
 
     return tuple(group(law.name) for law in custom_laws() if law.parameters)
 
@@ -177,7 +219,7 @@ def disturbance_title(disturbance: Disturbance) -> str:
 def disturbance_groups(
     disturbances: Sequence[Disturbance], names: Sequence[str], space: Space
 ) -> tuple[Group, ...]:
-    """A group for everything that happens to the object; folded, or the controls below would leap.
+    """A group for each push and each low-friction patch.
 
     Args:
         disturbances: What happens.
@@ -190,8 +232,8 @@ def disturbance_groups(
         label = key_words(own, names) + unit_words(parameter.unit)
         entries.setdefault(f"{place}.{index}", []).append(Entry(parameter, label))
     return tuple(
-        Group(disturbance_title(disturbance), is_open=False, entries=tuple(own))
-        for disturbance, own in zip(disturbances, entries.values(), strict=True)
+        Group(disturbance_title(disturbance), part, tuple(own))
+        for disturbance, (part, own) in zip(disturbances, entries.items(), strict=True)
     )
 
 

@@ -11,6 +11,7 @@ from slipgrasp.core.run.result import RunResult
 from slipgrasp.recordings.exceptions import RecordingNotFoundError
 from slipgrasp.recordings.file.atomic_file import PART_SUFFIX
 from slipgrasp.recordings.file.reader import read_recording, read_unfinished
+from slipgrasp.recordings.measured.recording import MeasuredRecording
 from slipgrasp.recordings.store.store import RecordingStore
 
 Source = str | Path
@@ -27,6 +28,7 @@ class Replay:
         result: The run.
         run_id: Its id in the store, empty for a file.
         is_unfinished: Whether it is still being written, or was never finished.
+        measured: The measured data that it holds; None if it holds a run.
     """
 
     name: str
@@ -34,6 +36,7 @@ class Replay:
     result: RunResult
     run_id: str = ""
     is_unfinished: bool = False
+    measured: MeasuredRecording | None = None
 
     @property
     def label(self) -> str:

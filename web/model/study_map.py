@@ -98,7 +98,7 @@ class MapPicture:
     """The map of a study with the runs that are done so far.
 
     Attributes:
-        study: The study.
+        study: The study; None of a page that simulates.
         finished: How many runs are done.
         held: How many of them held.
         across: The horizontal axis.
@@ -111,7 +111,7 @@ class MapPicture:
         note: Varied parameters that are not distinguished; empty if there are none.
     """
 
-    study: Study
+    study: Study | None
     finished: int
     held: int
     across: MapAxisPicture
@@ -126,7 +126,7 @@ class MapPicture:
 
 def locate(picture: MapPicture, index: int) -> tuple[int, Box] | None:
     """Where a run stands: the place of its panel, and its cell or point; None if nowhere."""
-    if not 0 <= index < picture.study.num_runs:
+    if picture.study is None or not 0 <= index < picture.study.num_runs:
         return None
     values = picture.study.values_of(index)
     x, y = values.get(picture.across.key), values.get(picture.up.key)

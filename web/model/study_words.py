@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from slipgrasp.core.words.parameter_words import unit_after
-from slipgrasp.server.studies.progress import StudyState, StudyStatus
+from slipgrasp.server.jobs.job import StudyState
+from slipgrasp.server.studies.progress import StudyStatus
 from slipgrasp.web.model.replay import moment_words
 
 _LONGEST_TITLE = 44

@@ -11,11 +11,13 @@ from slipgrasp.core.exceptions import FieldError, ScenarioError
 from slipgrasp.core.run.premises import has_premises
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.recordings.compare.comparison import Comparison
+from slipgrasp.recordings.compare.measured import Distances
 from slipgrasp.web.model.appearance import Appearance
 from slipgrasp.web.model.charts_view import ChartsView
 from slipgrasp.web.model.draft import Draft, error_words
 from slipgrasp.web.model.editing import Editing
 from slipgrasp.web.model.export import Exporting
+from slipgrasp.web.model.fit import FitView
 from slipgrasp.web.model.hints import HintTrials
 from slipgrasp.web.model.laws_view import LawsView
 from slipgrasp.web.model.pace import pace_of
@@ -32,6 +34,7 @@ from slipgrasp.web.model.playback import (
 from slipgrasp.web.model.replay import Replay
 from slipgrasp.web.model.run_list import RunList
 from slipgrasp.web.model.sampling import Sample, Sampler, pushed
+from slipgrasp.web.model.selection import Selection
 from slipgrasp.web.model.study import StudyView
 from slipgrasp.web.model.tour import TOUR, Stop
 
@@ -50,11 +53,13 @@ class Comparing:
         pair: The compared runs; None without findings.
         findings: Their differences; None if they cannot be compared.
         message: Why the latest request failed, or the runs cannot be compared.
+        distances: How far measured data are from the run; None if the other is a run.
     """
 
     pair: Pair | None = None
     findings: Comparison | None = None
     message: str = ""
+    distances: Distances | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,6 +135,11 @@ class Shown:
         object.__setattr__(self, "sampler", Sampler(self.result.trace))
 
     @property
+    def is_measured(self) -> bool:
+        """Whether it holds measured data, which have no hand and no phases."""
+        return self.replay is not None and self.replay.measured is not None
+
+    @property
     def name(self) -> str:
         """The name of its recording, or its preset with the differences from it."""
         return self.replay.name if self.replay else self.result.name
@@ -177,6 +187,11 @@ class Ghost:
     label: str
     is_chosen: bool = False
 
+    @property
+    def run(self) -> RunResult | None:
+        """The run; None if it is measured data."""
+        return None if self.shown.is_measured else self.shown.result
+
 
 @dataclass(frozen=True, eq=False)
 class ViewState:
@@ -201,10 +216,12 @@ class ViewState:
         hint_trials: Results of simulating the hints.
         exporting: The file that is being exported.
         editing: The state of editing, and earlier drafts.
+        selection: The part of the scenario whose controls are shown.
         appearance: The appearance of the view.
         page_layout: The size of the page; None until the page has reported it.
         restored: How often the layout of the panels was restored.
         study: The planned study, and the one whose progress is shown.
+        fit: The fit on the screen.
         premises: The assumptions of the theorems for a run, once requested.
         tour: Index of the last stop of the tour; None outside the tour.
         drag: The present drag of the object; None without one.
@@ -228,10 +245,12 @@ class ViewState:
     hint_trials: HintTrials = field(default_factory=HintTrials)
     exporting: Exporting = field(default_factory=Exporting)
     editing: Editing = field(default_factory=Editing)
+    selection: Selection = field(default_factory=Selection)
     appearance: Appearance = field(default_factory=Appearance)
     page_layout: PageLayout | None = None
     restored: int = 0
     study: StudyView = field(default_factory=StudyView)
+    fit: FitView = field(default_factory=FitView)
     premises: ShownPremises | None = None
     tour: int | None = None
     drag: Drag | None = None
@@ -265,7 +284,8 @@ class ViewState:
     @cached_property
     def ghost_sample(self) -> Sample | None:
         """The instant of the ghost, at the play head."""
-        return self._sample_of(self.ghost.shown if self.ghost else None)
+        has_hand = self.ghost is not None and self.ghost.run is not None
+        return self._sample_of(self.ghost.shown if self.ghost and has_hand else None)
 
     def _sample_of(self, shown: Shown | None) -> Sample | None:
         if shown is None or self.playback is None:

@@ -1,5 +1,5 @@
 // What the user does with elements that panels have marked:
-//   data-sg-intent='{"kind": …}'   a click, Enter or Space asks for it
+//   data-sg-intent='{"kind": …}'   a click, Enter or Space asks for it, or for each of a list
 //   data-sg-change='{"kind": …}'   a new value of an input or select asks for it, "$value" replaced
 //   data-sg-track                  a strip over the whole window: press and drag puts the play
 //                                  head there, and the wheel zooms at the pointer
@@ -20,6 +20,7 @@ export function startGestures() {
   document.addEventListener("click", onClick);
   document.addEventListener("keydown", onKey);
   document.addEventListener("change", onValue);
+  document.addEventListener("sg-contact", ({ detail }) => post({ kind: "select", part: `fingers.${detail}` }));
   document.addEventListener("pointerdown", onPress);
   document.addEventListener("wheel", onWheel, { passive: false });
   onChange(() => (zoomed = null));
@@ -28,7 +29,7 @@ export function startGestures() {
 
 function onClick(event) {
   const element = event.target.closest?.("[data-sg-intent]");
-  if (element && !element.disabled) post(JSON.parse(element.dataset.sgIntent));
+  if (element && !element.disabled) ask(element);
 }
 
 function onKey(event) {
@@ -37,7 +38,11 @@ function onKey(event) {
   if (!element.matches?.("[data-sg-intent]:not(button, a)")) return;
   if (event.key !== "Enter" && event.key !== " ") return;
   event.preventDefault();
-  post(JSON.parse(element.dataset.sgIntent));
+  ask(element);
+}
+
+function ask(element) {
+  for (const intent of [JSON.parse(element.dataset.sgIntent)].flat()) post(intent);
 }
 
 function onValue(event) {

@@ -61,6 +61,11 @@ from slipgrasp.web.model.intents.scenario import (
     TryOut,
     Undo,
 )
+from slipgrasp.web.model.intents.selection import (
+    FindParameters,
+    Select,
+    ToggleAllParameters,
+)
 from slipgrasp.web.model.intents.study import OpenStudyRun, SeeStudyDraft
 from slipgrasp.web.model.intents.tour import ToggleTour, VisitStop
 
@@ -96,6 +101,9 @@ _LOOKING: tuple[type[Intent], ...] = (
     SwapRuns,
     EndComparison,
     FindPremises,
+    Select,
+    FindParameters,
+    ToggleAllParameters,
 )
 _WORKING: tuple[type[Intent], ...] = (
     Undo,

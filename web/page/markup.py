@@ -13,9 +13,10 @@ _CHOSEN = "$value"
 """Stands for the value that a user chose or typed."""
 
 
-def click_attribute(intent: Intent) -> str:
-    """The attribute of an element that asks for something when it is clicked."""
-    return _attribute("data-sg-intent", posted(intent))
+def click_attribute(*intents: Intent) -> str:
+    """The attribute of an element that asks for one or more things when it is clicked."""
+    asked = [posted(intent) for intent in intents]
+    return _attribute("data-sg-intent", asked[0] if len(asked) == 1 else asked)
 
 
 def clickable(hint: str, intent: Intent) -> str:
@@ -48,5 +49,5 @@ def visible_attribute(intent: type[Intent], **fields: str) -> str:
     return _attribute("data-sg-visible", {"kind": KINDS[intent], **fields})
 
 
-def _attribute(name: str, asked: dict[str, Any]) -> str:
+def _attribute(name: str, asked: dict[str, Any] | list[dict[str, Any]]) -> str:
     return f'{name}="{escape(json.dumps(asked, ensure_ascii=False))}"'

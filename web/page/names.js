@@ -23,6 +23,7 @@ export function startNames() {
     lookedAt = now;
     if (root && !heading.isConnected) root.append(heading);
     document.querySelectorAll("label[for]").forEach(nameControl);
+    document.querySelectorAll(`${FOLDER} > :first-child`).forEach(nameFolder);
     document.querySelectorAll("button:not([aria-label])").forEach(nameButton);
   });
 }
@@ -37,6 +38,20 @@ function nameControl(label) {
     if (control.labels?.length) continue;
     if (control.getAttribute("aria-label") !== name) control.setAttribute("aria-label", name);
   }
+}
+
+/** viser's folders open by a click alone; here they are buttons for the keyboard and screen readers, too. */
+function nameFolder(title) {
+  const isOpen = title.nextElementSibling?.getAttribute("aria-hidden") === "false";
+  title.setAttribute("aria-expanded", String(isOpen));
+  if (title.getAttribute("role") === "button") return;
+  title.setAttribute("role", "button");
+  title.tabIndex = 0;
+  title.addEventListener("keydown", (event) => {
+    if (event.key !== "Enter" && event.key !== " ") return;
+    event.preventDefault();
+    title.click();
+  });
 }
 
 function nameButton(button) {

@@ -10,12 +10,16 @@ const SCALE = 1.5; // height of the scale below a lens, in the size of the text
 const LARGE = 1.6; // size of an enlarged close-up, as far as there is space, in that of the area
 const LARGEST_RING = 0.6; // of a ring around a contact, in the radius of a close-up
 const LEAST_RING = 4; // px
+// What a newcomer cannot know, beside the first close-up, where a page shows it.
+const EXPLAINED = ["◁ friction cone", "→ contact force", "▬ slip so far", "○ what is enlarged"];
 const STYLE = `
 .sg-overlay { position: absolute; inset: 0; width: 100%; height: 100%; overflow: hidden;
   z-index: 2; pointer-events: none; font-family: system-ui, sans-serif; }
 .sg-overlay text { fill: var(--sg-ink); stroke: var(--sg-page); stroke-width: 3px;
   stroke-linejoin: round; paint-order: stroke; text-anchor: middle; white-space: pre;
   font-variant-numeric: tabular-nums; pointer-events: auto; user-select: text; cursor: text; }
+.sg-overlay .sg-first { display: none; }
+.sg-overlay .sg-first text { text-anchor: end; pointer-events: none; }
 .sg-overlay [role=button] { pointer-events: auto; cursor: pointer; outline-offset: 3px; }
 `;
 
@@ -28,6 +32,7 @@ export class Overlay {
     make("style", {}, this.element).textContent = STYLE;
     addDefinitions(this.element);
     host.append(this.element);
+    this.explanation = new Explanation(this);
     this.drawn = "";
     this.run = null;
     // What is pressed here neither turns the camera nor drags the object.
@@ -63,6 +68,7 @@ export class Overlay {
       const ring = ringOf(objectToClip, contacts[i].anchor, reach, size);
       closeUp.lead(points[i], this.placed.places[i].end, Math.min(ring, LARGEST_RING * this.placed.radius));
     });
+    this.explanation.draw(this.placed, held, free, picture.font);
     if (this.large !== null) this.large.draw(states[this.large.index], picture.time, free, picture.font);
   }
 
@@ -98,6 +104,7 @@ export class Overlay {
     const button = target.closest?.("[role=button]");
     if (!button || !getSelection().isCollapsed) return;
     const index = Number(button.dataset.contact);
+    this.element.dispatchEvent(new CustomEvent("sg-contact", { detail: index, bubbles: true }));
     this.enlarge(button.dataset.close !== undefined || this.large?.index === index ? null : index);
   }
 
@@ -121,6 +128,28 @@ export class Overlay {
     } else if (before !== null) {
       this.closeUps[before.index]?.button.focus();
     }
+  }
+}
+
+/** What the first close-up shows, in words beside it, where nothing else is. */
+class Explanation {
+  constructor(overlay) {
+    this.element = make("g", { class: "sg-first" }, overlay.element);
+    this.lines = EXPLAINED.map(() => text(this.element));
+  }
+
+  draw({ places, radius }, held, free, font) {
+    const { x, y } = places[0];
+    const right = x - radius - 0.8 * font;
+    const [left, half] = [right - 9 * font, 3 * font];
+    const isOnObject =
+      left < held.right && right > held.left && y - half < held.bottom && y + half > held.top;
+    const isOnOther = places.some(
+      (each, i) => i > 0 && Math.abs(each.y - y) < 2 * radius && each.x < x && each.x + radius > left,
+    );
+    const fits = left > free.left && !isOnObject && !isOnOther;
+    set(this.element, { visibility: fits ? null : "hidden" });
+    this.lines.forEach((line, k) => write(line, EXPLAINED[k], right, y + 1.5 * (k - 1.5) * font, 0.9 * font));
   }
 }
 

@@ -16,6 +16,7 @@ from slipgrasp.core.scenario.space import PLANAR, Space
 from slipgrasp.core.words.parameter_words import estimate_words, key_words, unit_words
 from slipgrasp.recordings.compare.comparison import Comparison
 from slipgrasp.recordings.compare.differences import PhaseDifference, SignalDifference
+from slipgrasp.recordings.compare.measured import Distances, SignalDistance
 from slipgrasp.recordings.palette import PHASES
 from slipgrasp.recordings.store.stored_run import StoredRun
 from slipgrasp.web.model.colours import css
@@ -147,7 +148,7 @@ def compare_html(view: ViewState) -> str:
 
 def _run_html(letter: str, name: str, shown: Shown) -> str:
     """The run of a letter, and its outcome."""
-    headline = headline_of(shown.result)
+    headline = "Measured data" if shown.is_measured else headline_of(shown.result)
     return (
         f"<div class='sg-run {'' if letter == 'A' else 'sg-pale'}'><span>{letter}</span>"
         f"<div><b>{escape(name)}</b><br>{escape(headline)}</div></div>"
@@ -176,6 +177,8 @@ def _button(words: str, is_offered: bool, intent: Intent) -> str:
 def _body_html(view: ViewState, shown: Shown) -> str:
     """The differences; those of another pair stay, dimmed, until then."""
     findings, is_current = view.comparing.findings, view.comparing.pair == pair_of(view)
+    if view.comparing.distances is not None and is_current:
+        return distances_html(view.comparing.distances)
     if findings is None:
         return "" if is_current else "<p>Comparing …</p>"
     names = shown.result.scenario.finger_names
@@ -410,6 +413,28 @@ def _signal_row(column: SignalDifference, names: Sequence[str]) -> str:
     words = column_words(column, names) + (f" [{scale.unit}]" if scale.unit else "")
     apart = (_times(scale, value) for value in (column.max, column.rms))
     return _row_html(escape(words), _cells(*apart, _moment(column.time_of_max)))
+
+
+def distances_html(found: Distances) -> str:
+    """How far measured data are from the run on the screen, signal by signal."""
+    rows = (_distance_row(distance) for distance in found.signals.values())
+    samples = max(distance.samples for distance in found.signals.values())
+    start, end = found.span
+    words = f"At {samples} measured times, {time_words(start)} to {time_words(end)}."
+    if found.only_measured:
+        words += f" The run has no {', '.join(found.only_measured)}."
+    title = "Run minus measured"
+    table = _table_html(title, ("mean", "rms", "largest", "at"), rows)
+    return f"{table}<p class='sg-small'>{escape(words)}</p>"
+
+
+def _distance_row(distance: SignalDistance) -> str:
+    scale = scale_of(distance.unit)
+    unit = f" [{scale.unit}]" if scale.unit else ""
+    mean = _times(scale, distance.mean, signed=True)
+    apart = (_times(scale, value) for value in (distance.rms, distance.max))
+    cells = _cells(mean, *apart, _moment(distance.time_of_max))
+    return _row_html(escape(f"{distance.name}{unit}"), cells)
 
 
 def _extent_html(findings: Comparison) -> str:

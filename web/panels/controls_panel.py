@@ -1,16 +1,18 @@
-"""A control for every parameter of the scenario, in groups, with what is wrong right below it."""
+"""The controls of the selected part of the scenario, and of any parameter that is searched for."""
 
 from __future__ import annotations
 
 import re
 import time
+from collections.abc import Iterable, Mapping, Sequence
 from html import escape
+from typing import Any, NamedTuple
 
 import viser
 
 from slipgrasp.core.exceptions import FieldError
 from slipgrasp.core.scenario import Scenario
-from slipgrasp.core.scenario.custom_laws import custom_law
+from slipgrasp.core.scenario.custom_laws import custom_law, law_names
 from slipgrasp.core.scenario.law_choice import LAW
 from slipgrasp.core.scenario.loading import parameter_definitions
 from slipgrasp.core.scenario.parameters import Parameter
@@ -18,10 +20,10 @@ from slipgrasp.web.model.colours import tone
 from slipgrasp.web.model.disturbances import is_of_disturbance
 from slipgrasp.web.model.draft import Draft, change_time, error_words
 from slipgrasp.web.model.editing import Editing, LawNote
-from slipgrasp.web.model.intents.intent import Send
+from slipgrasp.web.model.intents.intent import Intent, Send
 from slipgrasp.web.model.intents.scenario import Undo
+from slipgrasp.web.model.intents.selection import FindParameters, Select, ToggleAllParameters
 from slipgrasp.web.model.parameter_groups import (
-    CONTROLLER,
     Entry,
     Group,
     disturbance_groups,
@@ -29,16 +31,33 @@ from slipgrasp.web.model.parameter_groups import (
     group_parameters,
     law_groups,
 )
+from slipgrasp.web.model.selection import Selection, matches, parts_of
 from slipgrasp.web.model.view import RunStage, ViewState
 from slipgrasp.web.page.keys import keys_of
+from slipgrasp.web.page.markup import click_attribute
 from slipgrasp.web.panels.parameter_inputs import Control, add_control
 
 _BELOW = 0.5
+_LONGEST_SEARCH = 80
 _BEFORE_UNIT = re.compile(r"(?<=\d) (?=[a-zA-Z])")
 
 
+class _ShownGroup(NamedTuple):
+    """A folder with the controls of a group.
+
+    Attributes:
+        group: The group.
+        folder: The folder.
+        controls: Its controls, and their places.
+    """
+
+    group: Group
+    folder: viser.GuiFolderHandle
+    controls: list[tuple[Control, Entry]]
+
+
 class ControlsPanel:
-    """Lets the user move controls; each shows the value that holds at the play head.
+    """Lets the user select a part and move its controls; each shows the value at the play head.
 
     Args:
         gui: Where it goes.
@@ -47,17 +66,22 @@ class ControlsPanel:
 
     def __init__(self, gui: viser.GuiApi, send: Send) -> None:
         self._gui, self._send = gui, send
-        self._folders: list[viser.GuiFolderHandle] = []
-        self._disturbance_folders: list[viser.GuiFolderHandle] = []
+        self._parts = gui.add_html("")
+        self._search_box = gui.add_text(
+            "find", "", hint="Shows all parameters with these words in their name, key or unit."
+        )
+        self._search_box.on_update(self._search)
+        self._groups: list[_ShownGroup] = []
+        self._disturbance_groups: list[_ShownGroup] = []
         self._disturbances: tuple[str, ...] = ()
-        self._law_folders: dict[str, viser.GuiFolderHandle] = {}
-        self._conditional: list[tuple[Control, Entry]] = []
         self._controls: dict[str, list[tuple[Control, viser.GuiFolderHandle]]] = {}
         self._errors: list[viser.GuiHtmlHandle] = []
         self._told: tuple[FieldError, ...] = ()
         self._law_line: viser.GuiHtmlHandle | None = None
         self._law_note: LawNote | None = None
         self._shown: tuple[Draft, int] | None = None
+        self._selected: object = None
+        self._kind_keys: set[str] = set()
         self._in_hand = ""
         self._base: Scenario | None = None
 
@@ -74,18 +98,53 @@ class ControlsPanel:
             self._build(draft.base)
         self._build_disturbances(draft)
         self._show_values(draft, view)
+        self._select(view)
         if view.status.errors is not self._told:
             self._tell(view.status.errors, draft, view.editing)
         if view.editing.law_note != self._law_note:
             self._tell_law(view.editing.law_note)
 
+    async def _search(self, event: viser.GuiEvent[Any]) -> None:
+        if event.client_id is not None:
+            self._send(FindParameters(self._search_box.value[:_LONGEST_SEARCH]))
+
+    def _select(self, view: ViewState) -> None:
+        """Shows the folders of the selection, and the controls that are found."""
+        selection, parts = view.selection, tuple(parts_of(view.draft))
+        moment = change_time(view.playback.time) if view.playback else 0.0
+        kinds = {key: str(view.draft.value_at(moment, key)) for key in self._kind_keys}
+        selected = (selection, parts, kinds, self._base)
+        if selected == self._selected:
+            return
+        self._selected = selected
+        if not selection.search:
+            self._search_box.value = ""
+        self._parts.content = parts_html(selection, parts)
+        for group, folder, controls in (*self._groups, *self._disturbance_groups):
+            found = [_is_found(selection.search, group, entry) for _, entry in controls]
+            for (control, entry), is_found in zip(controls, found, strict=True):
+                control.use(is_found and _uses(entry, kinds))
+            is_chosen = selection.all or group.part == selection.part
+            fits = group.title == kinds[LAW] or group.title not in law_names()
+            folder.visible = fits and (any(found) if selection.search else is_chosen)
+
     def control(self, key: str, index: int = 0) -> Control:
         """The control of a parameter; some have a second one, a field for a list."""
         return self._controls[key][index][0]
 
+    @property
+    def shown_keys(self) -> set[str]:
+        """Parameters whose controls are visible."""
+        return {
+            control.key
+            for each in (*self._groups, *self._disturbance_groups)
+            for control, _ in each.controls
+            if each.folder.visible and control.input.visible
+        }
+
     def law_folder(self, kind: str) -> viser.GuiFolderHandle:
         """Where the controls of a custom law are."""
-        return self._law_folders[kind]
+        return next(each.folder for each in self._groups if each.group.title == kind)
 
     @property
     def law_line(self) -> str:
@@ -99,63 +158,78 @@ class ControlsPanel:
 
     def remove(self) -> None:
         """Takes everything off the page."""
+        self._clear()
+        self._parts.remove()
+        self._search_box.remove()
+
+    def _clear(self) -> None:
         self._tell_law(None)
-        laws = self._law_folders.values()
-        for element in (*self._errors, *self._disturbance_folders, *laws, *self._folders):
-            element.remove()
-        self._law_folders = {}
-        self._errors, self._folders, self._controls = [], [], {}
-        self._disturbance_folders, self._disturbances, self._conditional = [], (), []
+        for line in self._errors:
+            line.remove()
+        for each in (*self._groups, *self._disturbance_groups):
+            each.folder.remove()
+        self._errors, self._groups, self._controls = [], [], {}
+        self._disturbance_groups, self._disturbances = [], ()
 
     def _build(self, scenario: Scenario) -> None:
-        self.remove()
+        self._clear()
         self._base, self._shown, self._told = scenario, None, ()
         definitions = parameter_definitions(scenario)
         laws = law_groups(scenario)
         of_laws = {entry.parameter.key for group in laws for entry in group.entries}
         steady = {key: each for key, each in _steady(definitions).items() if key not in of_laws}
-        for group in group_parameters(steady, scenario.finger_names):
-            self._folders.append(self._add_group(group, definitions))
-            if group.title == CONTROLLER:
-                self._law_folders = {law.title: self._add_group(law, {}) for law in laws}
+        groups = group_parameters(steady, scenario.finger_names)
+        main, details = (
+            [g for g in groups if bool(g.part) is is_main] for is_main in (True, False)
+        )
+        self._groups = [
+            *self._add_groups([*main, *laws], definitions, self._parts.order + _BELOW),
+            *self._add_groups(details, definitions, self._search_box.order),
+        ]
+        entries = (entry for each in self._groups for _, entry in each.controls)
+        self._kind_keys = {LAW, *(e.kind_key for e in entries if e.parameter.used_by)}
 
     def _build_disturbances(self, draft: Draft) -> None:
-        """A folder for each push and patch, above all others; rebuilt when their number changes."""
+        """A folder for each push and patch; rebuilt when their number changes."""
         places = tuple(disturbance.place for disturbance in draft.disturbances)
         if places != self._disturbances:
             self._forget_errors()
             self._disturbances, self._shown = places, None
-            for folder in self._disturbance_folders:
-                folder.remove()
+            for each in self._disturbance_groups:
+                each.folder.remove()
             self._controls = {
                 key: k for key, k in self._controls.items() if not is_of_disturbance(key)
             }
-            names, top = draft.base.finger_names, self._folders[0].order - 1.0
+            names = draft.base.finger_names
             groups = disturbance_groups(draft.disturbances, names, draft.base.space)
-            self._disturbance_folders = [
-                self._add_group(group, {}, top + (i + 1.0) / (len(groups) + 1.0))
-                for i, group in enumerate(groups)
-            ]
-        for folder, disturbance in zip(self._disturbance_folders, draft.disturbances, strict=True):
+            self._disturbance_groups = self._add_groups(groups, {}, self._parts.order)
+            self._selected = None
+        folders = (each.folder for each in self._disturbance_groups)
+        for folder, disturbance in zip(folders, draft.disturbances, strict=True):
             if folder.label != (title := disturbance_title(disturbance)):
                 folder.label = title
 
+    def _add_groups(
+        self, groups: Sequence[Group], definitions: dict[str, Parameter], after: float
+    ) -> list[_ShownGroup]:
+        """Folders that follow an element before the next one."""
+        share = _BELOW / (len(groups) + 1)
+        return [
+            self._add_group(group, definitions, after + (i + 1) * share)
+            for i, group in enumerate(groups)
+        ]
+
     def _add_group(
-        self, group: Group, definitions: dict[str, Parameter], order: float | None = None
-    ) -> viser.GuiFolderHandle:
-        folder = self._gui.add_folder(group.title, order=order, expand_by_default=group.is_open)
+        self, group: Group, definitions: dict[str, Parameter], order: float
+    ) -> _ShownGroup:
+        folder = self._gui.add_folder(group.title, order=order, visible=False)
+        controls: list[tuple[Control, Entry]] = []
         with folder:
             for entry in group.entries:
-                self._add(entry, definitions, folder)
-        return folder
-
-    def _add(
-        self, entry: Entry, definitions: dict[str, Parameter], folder: viser.GuiFolderHandle
-    ) -> None:
-        control = add_control(self._gui, entry, definitions, self._send)
-        self._controls.setdefault(control.key, []).append((control, folder))
-        if entry.parameter.used_by:
-            self._conditional.append((control, entry))
+                control = add_control(self._gui, entry, definitions, self._send)
+                self._controls.setdefault(control.key, []).append((control, folder))
+                controls.append((control, entry))
+        return _ShownGroup(group, folder, controls)
 
     def _show_values(self, draft: Draft, view: ViewState) -> None:
         """Sets the controls once there is something else to show than the last time.
@@ -174,13 +248,6 @@ class ControlsPanel:
         for key in keys - {in_hand}:
             for control, _ in self._controls[key]:
                 control.show(draft.value_at(moment, key))
-        for kind, folder in self._law_folders.items():
-            folder.visible = kind == draft.value_at(moment, LAW)
-        for control, entry in self._conditional:
-            kind = str(draft.value_at(moment, entry.kind_key))
-            control.use(
-                kind in entry.parameter.used_by or _is_seen_by_custom_law(kind, control.key)
-            )
 
     def _tell(self, errors: tuple[FieldError, ...], draft: Draft, editing: Editing) -> None:
         """Puts what is wrong below the fields that are wrong."""
@@ -225,6 +292,39 @@ def _steady(definitions: dict[str, Parameter]) -> dict[str, Parameter]:
         for key, parameter in definitions.items()
         if not (key.startswith("changes.") or is_of_disturbance(key))
     }
+
+
+def _is_found(search: str, group: Group, entry: Entry) -> bool:
+    return not search or matches(search, group.title, entry.label, entry.parameter.key)
+
+
+def _uses(entry: Entry, kinds: Mapping[str, str]) -> bool:
+    """Whether something uses a parameter, by the kinds of all parts."""
+    if not entry.parameter.used_by:
+        return True
+    kind = kinds[entry.kind_key]
+    return kind in entry.parameter.used_by or _is_seen_by_custom_law(kind, entry.parameter.key)
+
+
+def parts_html(selection: Selection, parts: Iterable[tuple[str, str]]) -> str:
+    """A row of buttons that select a part of the scenario."""
+    chips = [
+        _chip(name, Select(part), part == selection.part and not selection.all)
+        for part, name in parts
+    ]
+    every = _chip("all", ToggleAllParameters(), selection.all)
+    hint = "Shows the controls of a part; a click on it in the picture does, too"
+    return (
+        f"<div class='sg-parts' role='group' aria-label='Part of the scenario' title='{hint}'>"
+        f"{''.join(chips)}{every}</div>"
+    )
+
+
+def _chip(name: str, intent: Intent, is_pressed: bool) -> str:
+    return (
+        f"<button type='button' class='sg-chip' aria-pressed='{str(is_pressed).lower()}' "
+        f"{click_attribute(intent)}>{escape(name)}</button>"
+    )
 
 
 def _is_seen_by_custom_law(kind: str, key: str) -> bool:

@@ -15,6 +15,7 @@ from slipgrasp.web.model.intents.export import (
     CancelExport,
     ExportCharts,
     ExportClip,
+    ExportPage,
     ExportPicture,
     ExportStill,
 )
@@ -34,6 +35,12 @@ _BUTTONS: tuple[tuple[str, viser.IconName, str, type[Intent]], ...] = (
         viser.Icon.CHART_LINE,
         "Saves all charts as shown: this time range, these lines, the ghost too.",
         ExportCharts,
+    ),
+    (
+        "Page (HTML)",
+        viser.Icon.BROWSER,
+        "Saves one file that simulates this scenario in any browser, offline, with sliders.",
+        ExportPage,
     ),
 )
 _CLIP = "Saves the time range on the screen, at the speed on the screen, as "

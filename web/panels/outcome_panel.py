@@ -16,7 +16,7 @@ from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.trace.types import ContactPhase
 from slipgrasp.core.words.hints import Goal
 from slipgrasp.core.words.knowledge_words import describe_knowledge
-from slipgrasp.core.words.phrases import joined, milliseconds, sentence
+from slipgrasp.core.words.phrases import joined, length_words, milliseconds, sentence
 from slipgrasp.recordings.palette import FINGERS, GHOST, PHASES
 from slipgrasp.web.model.colours import css, sign, tone, word
 from slipgrasp.web.model.intents.heavier import AskHowHeavy
@@ -122,10 +122,11 @@ def _card_html(result: RunResult, how_heavy: str, premises: str, tried: TriedHin
     told = [in_page_words(text, result.scenario) for text in sentences]
     return (
         f"<div class='sg-verdict' style='color:{tone(outcome.tone)}'>{escape(outcome.headline)}"
-        f"</div>{_paragraph(escape(' '.join(told[:_TOLD])))}{_first_slip_html(result)}"
-        f"{_knowledge_html(known, result)}{_hint_html(outcome, tried, result.scenario)}"
-        f"{_how_heavy_html(result, how_heavy)}{_warnings_html(result)}"
-        "<details data-sg-fold='outcome'><summary>Forces, margins, tracking</summary>"
+        f"</div>{_paragraph(escape(' '.join(told[:_TOLD])))}"
+        f"{_asked_html(result, how_heavy)}{_hint_html(outcome, tried, result.scenario)}"
+        f"{_warnings_html(result)}"
+        "<details data-sg-fold='outcome'><summary>Knowledge, forces, margins, tracking</summary>"
+        f"{_knowledge_html(known, result)}"
         f"{_paragraph(escape(' '.join(told[_TOLD:])))}{_metrics_html(result)}{premises}</details>"
     )
 
@@ -135,8 +136,15 @@ def _knowledge_html(known: str, result: RunResult) -> str:
     return _paragraph(f"<b>{escape(known)}</b>" if result.knowledge.told else escape(known), _SMALL)
 
 
+def _asked_html(result: RunResult, how_heavy: str) -> str:
+    """Buttons for the first slip and for the largest mass, and the answer to the latter."""
+    buttons = _first_slip_html(result) + ("" if how_heavy else _how_heavy_html(result))
+    answer = f"<p role='status'>{escape(how_heavy)}</p>" if how_heavy else ""
+    return (f"<div class='sg-tries'>{buttons}</div>" if buttons else "") + answer
+
+
 def _first_slip_html(result: RunResult) -> str:
-    """The first fingertip to slip, with a link to that time; empty if none slips."""
+    """A button with the first fingertip to slip, which leads to that time; empty if none slips."""
     trace = result.trace
     slips = trace.phase != ContactPhase.STICK
     if not slips.any():
@@ -144,11 +152,11 @@ def _first_slip_html(result: RunResult) -> str:
     time = float(trace.times[int(np.argmax(slips.any(axis=1)))])
     first = slips[trace.times == time].any(axis=0)
     names = [name for name, slid in zip(result.scenario.finger_names, first, strict=True) if slid]
-    go = (
+    return (
         "<button type='button' class='sg-try' title='Moves the play head to this time' "
-        f"{click_attribute(Seek(time))}>t = {1e3 * time:.4g} ms</button>"
+        f"{click_attribute(Seek(time))}>First to slip: {escape(joined(names))}, "
+        f"t = {1e3 * time:.4g} ms</button>"
     )
-    return f"<p>First to slip: {escape(joined(names))}, at {go}</p>"
 
 
 def _hint_html(outcome: Verdict, tried: TriedHint | None, scenario: Scenario) -> str:
@@ -183,17 +191,15 @@ def _tried_html(tried: TriedOption, scenario: Scenario) -> str:
     )
 
 
-def _how_heavy_html(result: RunResult, how_heavy: str) -> str:
-    """The button that searches for the largest mass of a held object, or the answer."""
-    if how_heavy:
-        return f"<p role='status'>{escape(how_heavy)}</p>"
+def _how_heavy_html(result: RunResult) -> str:
+    """The button that searches for the largest mass of a held object."""
     is_poured = any(change.parameter == "object.mass" for change in result.scenario.changes)
     if not result.metrics.held or is_poured:
         return ""
     hint = "Simulates the scenario with heavier and heavier objects of the same inertia"
     return (
-        f"<div class='sg-tries'><button type='button' class='sg-try' title='{hint}' "
-        f"{click_attribute(AskHowHeavy())}>How much heavier may it get?</button></div>"
+        f"<button type='button' class='sg-try' title='{hint}' "
+        f"{click_attribute(AskHowHeavy())}>How much heavier may it get?</button>"
     )
 
 
@@ -278,8 +284,8 @@ def _metrics_html(result: RunResult) -> str:
     final, ways = result.metrics.final_tracking_error, result.scenario.space.num_positions
     rms = math.hypot(*result.metrics.rms_tracking_error[:ways])
     tracking = (
-        f"Object off its desired pose: {1e3 * math.hypot(*final[:ways]):.1f} mm and "
-        f"{math.degrees(math.hypot(*final[ways:])):.1f}° at the end, {1e3 * rms:.1f} mm rms."
+        f"Object off its desired pose: {length_words(math.hypot(*final[:ways]))} and "
+        f"{math.degrees(math.hypot(*final[ways:])):.1f}° at the end, {length_words(rms)} rms."
     )
     return f"<table><tr><th></th>{head}</tr>{rows}</table>{_paragraph(tracking, _SMALL)}"
 
@@ -289,7 +295,7 @@ def _finger_rows(result: RunResult) -> Iterator[str]:
     for i, name in enumerate(result.scenario.finger_names):
         margin = metrics.minimum_friction_margin[i]
         values = (
-            f"{1e3 * metrics.slip_path[i]:.2f} mm",
+            length_words(metrics.slip_path[i]),
             f"{metrics.peak_normal_force[i]:.1f} N",
             "–" if margin is None else f"{round(margin, 2) + 0.0:.2f} N",
         )

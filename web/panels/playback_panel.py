@@ -30,7 +30,6 @@ from slipgrasp.web.page.keys import KEYS, keys_of
 from slipgrasp.web.page.markup import change_attribute, click_attribute
 from slipgrasp.web.panels.strip import clock_words, strip_html
 
-_CONE_WORDS = {"line": "cone", "cone": "cone", "pyramid": "pyramid"}
 _ICONS = {
     "start": "M5 4h3v16H5zM20 4v16L9 12z",
     "previous event": "M12 4v16L3 12zM21 4v16l-9-8z",

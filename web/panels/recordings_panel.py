@@ -31,6 +31,7 @@ from slipgrasp.web.model.view import ViewState
 from slipgrasp.web.page.markup import clickable
 from slipgrasp.web.panels.outcome_panel import box_html
 
+_OPEN = "Open for replay"
 _LINKS = (
     ("recording", "MCAP"),
     *((f"signals.{each.name}", each.title) for each in DATA_FORMATS if each.is_listed),
@@ -101,7 +102,7 @@ class _ChosenRun:
         with self.folder:
             self.words = gui.add_html("")
             self.open = gui.add_button(
-                "Open for replay",
+                _OPEN,
                 icon=viser.Icon.PLAYER_PLAY,
                 hint="Shows this run on the screen, bit for bit as it was recorded.",
             )
@@ -146,6 +147,8 @@ class _ChosenRun:
         if run is None or run == before:
             return
         self.words.content = chosen_html(run)
+        self.open.label = "Draw over the run" if run.is_measured else _OPEN
+        self.compare.visible = not run.is_measured
         if before is None or run.id != before.id or run.annotations != before.annotations:
             self.name.value = run.name
             self.tags.value = ", ".join(run.tags)
@@ -157,7 +160,11 @@ class _ChosenRun:
 
     async def _open(self, _: object) -> None:
         if self._run is not None:
-            self._send(OpenRecording(self._run.id))
+            # Measured data have no hand of their own: they are laid over the run on the screen.
+            is_measured = self._run.is_measured
+            self._send(
+                CompareRuns("", self._run.id) if is_measured else OpenRecording(self._run.id)
+            )
 
     async def _compare(self, _: object) -> None:
         if self._run is not None:

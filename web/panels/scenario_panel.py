@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from html import escape
 from typing import Any
 
 import viser
 
-from slipgrasp.core.run.verdict import scenario_title
+from slipgrasp.core.run.verdict import describe_run, scenario_title
+from slipgrasp.core.scenario.custom_laws import law_names
 from slipgrasp.core.scenario.law_choice import LAW
+from slipgrasp.web.charts.law_charts import law_run_words
+from slipgrasp.web.model.colours import tone
 from slipgrasp.web.model.disturbances import DisturbanceKind, disturbance_words
 from slipgrasp.web.model.draft import Draft, TimedEdit, change_time, offered_presets
 from slipgrasp.web.model.editing import Reach
@@ -16,6 +20,7 @@ from slipgrasp.web.model.intents.compare import EndComparison
 from slipgrasp.web.model.intents.intent import Intent, Send
 from slipgrasp.web.model.intents.scenario import (
     AddDisturbance,
+    ChooseLaw,
     ChoosePreset,
     ChooseReach,
     Redo,
@@ -26,6 +31,7 @@ from slipgrasp.web.model.intents.scenario import (
     Undo,
 )
 from slipgrasp.web.model.laws import law_change_words, main_changes
+from slipgrasp.web.model.laws_view import LawRun
 from slipgrasp.web.model.parameter_groups import value_words
 from slipgrasp.web.model.playback import Playback
 from slipgrasp.web.model.view import Ghost, ViewState
@@ -36,7 +42,6 @@ from slipgrasp.web.panels.parameter_inputs import as_text
 _UNDO, _REDO, _RESET = "↶ undo", "↷ redo", "reset"
 _STEPS: dict[str, Intent] = {_UNDO: Undo(), _REDO: Redo(), _RESET: ResetScenario()}
 _DISTURBANCES = {kind.value: kind for kind in DisturbanceKind}
-_NEAREST = "the one nearest to slip"
 _REACHES: dict[str, Reach] = {reach.value: reach for reach in Reach}
 
 
@@ -60,6 +65,7 @@ class ScenarioPanel:
             hint=f"Undo the last change ({keys_of(Undo())}), redo it "
             f"({keys_of(Redo())}), or restore the original scenario.",
         )
+        self.laws = gui.add_html("")
         self.reach = gui.add_dropdown(
             "controls act",
             tuple(_REACHES),
@@ -73,19 +79,17 @@ class ScenarioPanel:
             "disturb",
             tuple(_DISTURBANCES),
             hint="Where the play head stands. Push: a short force on the object, 5 N downwards at "
-            "first. Wet patch: less friction where a fingertip touches, from then on. Pour: mass "
-            "and inertia grow to 1.5 times what they are. Each can be edited below, and undone.",
-        )
-        self.wet = gui.add_dropdown(
-            "wet under",
-            (_NEAREST, *draft.base.finger_names),
-            hint="Under which fingertip a low-friction patch appears.",
+            "first. Wet patch: less friction from then on where the selected finger touches, else "
+            "the one nearest to slip. Pour: mass and inertia grow to 1.5 times what they are. "
+            "Each can be edited below, and undone.",
         )
         self.changes = gui.add_html("")
         self._connect()
         self._noted: tuple[object, ...] | None = None
         self._listed: tuple[object, ...] | None = None
         self._shown: Draft | None = None
+        self._laws: object = None
+        self._finger: int | None = None
 
     def update(self, view: ViewState) -> None:
         """Shows the draft, and the reach of controls."""
@@ -93,6 +97,8 @@ class ScenarioPanel:
         if draft is not self._shown:
             self._show_origin(view)
             self._shown = draft
+        self._finger = view.selection.finger
+        self._show_laws(view)
         self.reach.value = view.editing.reach.value
         noted = (view.editing.reach, _resting_time(view.playback))
         if noted != self._noted:
@@ -107,7 +113,7 @@ class ScenarioPanel:
         """Takes everything off the page."""
         for element in (self.origin, self.steps, self.reach, self.note):
             element.remove()
-        for element in (self.disturbances, self.wet, self.changes):
+        for element in (self.laws, self.disturbances, self.changes):
             element.remove()
 
     def _connect(self) -> None:
@@ -131,15 +137,17 @@ class ScenarioPanel:
             return _STEPS.get(self.steps.value)
         if event.target is self.disturbances:
             kind = _DISTURBANCES.get(self.disturbances.value)
-            return AddDisturbance(kind, self._contact) if kind else None
+            return AddDisturbance(kind, self._finger) if kind else None
         reach = _REACHES.get(self.reach.value)
         return ChooseReach(reach) if reach else None
 
-    @property
-    def _contact(self) -> int | None:
-        """The contact that the user chose, None for the one nearest to slip."""
-        names = list(self.wet.options)
-        return names.index(self.wet.value) - 1 if self.wet.value in names[1:] else None
+    def _show_laws(self, view: ViewState) -> None:
+        moment = change_time(view.playback.time) if view.playback else 0.0
+        law = str(view.draft.value_at(moment, LAW))
+        runs = view.laws.runs if view.laws.draft is view.draft else ()
+        if (law, runs) != self._laws:
+            self._laws = (law, runs)
+            self.laws.content = law_buttons_html(law, runs)
 
     def _show_origin(self, view: ViewState) -> None:
         """Shows the origin of the controls."""
@@ -147,9 +155,6 @@ class ScenarioPanel:
         self.origin.options = _origins(view.draft, *opened)
         self.origin.value = view.draft.origin
         self.origin.hint = _what_it_shows(view.draft)
-        contacts = (_NEAREST, *view.draft.base.finger_names)
-        if tuple(self.wet.options) != contacts:
-            self.wet.options = contacts
 
 
 def _what_it_shows(draft: Draft) -> str:
@@ -167,28 +172,56 @@ def _resting_time(playback: Playback | None) -> float | None:
     return None if playback is None or playback.playing else change_time(playback.time)
 
 
+def law_buttons_html(law: str, runs: Sequence[LawRun]) -> str:
+    """A row of buttons for the control laws, and how each went where that is known.
+
+    Args:
+        law: The law at the play head.
+        runs: The runs with every law; none unless the tab *Laws* has simulated them.
+    """
+    known = {run.kind: run for run in runs}
+    buttons = "".join(
+        _law_button(name, known.get(name), name == law)
+        for name in dict.fromkeys((*law_names(), law))
+    )
+    return f"<div class='sg-parts' role='group' aria-label='Control law'>{buttons}</div>"
+
+
+def _law_button(name: str, run: LawRun | None, is_present: bool) -> str:
+    hint, dot = "Takes this law on the whole run; undo takes it back", ""
+    if run is not None:
+        hint = f"{law_run_words(run)}. {hint}"
+        colour = tone("bad" if run.result is None else describe_run(run.result).tone)
+        dot = f" <i style='color:{colour}'>●</i>"
+    return (
+        f"<button type='button' class='sg-chip' aria-pressed='{str(is_present).lower()}' "
+        f"title='{escape(hint)}' {click_attribute(ChooseLaw(name))}>{escape(name)}{dot}</button>"
+    )
+
+
 def reach_html(reach: Reach, playback: Playback | None) -> str:
     """A sentence about the reach of a control that is moved now."""
     time = _resting_time(playback)
     if reach is Reach.WHOLE_RUN or (time is not None and time <= 0.0):
-        words = "A control that you move now acts <b>on the whole run</b>."
+        words = "A control acts <b>on the whole run</b>."
     elif time is None:
-        words = "A control that you move changes the run <b>from the play head on</b>."
+        words = "A control acts <b>from the play head on</b>."
     else:
-        words = f"A control that you move now changes the run <b>from t = {time:g} s on</b>."
+        words = f"A control acts <b>from t = {time:g} s on</b>."
     return f"<div class='sg-editor-note sg-reach'>{words}</div>"
 
 
 def listed_html(draft: Draft, ghost: Ghost | None) -> str:
-    """Changes, events and the ghost, in a box of fixed size: the controls below never move."""
+    """Changes, events and the ghost below one line that counts them."""
+    rows = _change_rows(draft)
+    count = {0: "No changes", 1: "1 change"}.get(len(rows), f"{len(rows)} changes")
     listed = changes_html(draft) + ghost_html(ghost)
-    empty = (
-        "<div class='sg-editor-note sg-empty'>Drag the object in the picture to push it. What "
-        "changes during the run is listed here.</div>"
-    )
+    empty = "<div class='sg-editor-note'>Drag the object in the picture to push it.</div>"
     return (
-        "<div class='sg-listed' role='region' tabindex='0' aria-label='Changes and ghost'>"
-        f"{listed or empty}</div>"
+        "<details class='sg-listed' data-sg-fold='changes'>"
+        f"<summary>{count} during the run{' · a ghost' if ghost else ''}</summary>"
+        "<div role='region' tabindex='0' aria-label='Changes and ghost'>"
+        f"{listed or empty}</div></details>"
     )
 
 
@@ -197,20 +230,18 @@ def changes_html(draft: Draft) -> str:
 
     A law and the settings that came with it are one entry.
     """
-    rows = (
+    rows = _change_rows(draft)
+    if len(rows) > 1:
+        clear = _button("remove all", "Take all of these back", RemoveChanges())
+        rows.append(f"<div class='sg-editor-row'><span></span>{clear}</div>")
+    return f"<div class='sg-editor-note'>{''.join(rows)}</div>" if rows else ""
+
+
+def _change_rows(draft: Draft) -> list[str]:
+    return [
         *(_change_html(draft, change) for change in main_changes(draft)),
         *(_disturbance_html(draft, index) for index in range(len(draft.disturbances))),
-    )
-    if not rows:
-        return ""
-    count, clear = "1 change", ""
-    if len(rows) > 1:
-        count = f"{len(rows)} changes"
-        clear = _button("remove all", "Take all of these back", RemoveChanges())
-    return (
-        "<div class='sg-editor-note'><div class='sg-editor-row'>"
-        f"<span>{count} during the run</span>{clear}</div>{''.join(rows)}</div>"
-    )
+    ]
 
 
 def _change_html(draft: Draft, change: TimedEdit) -> str:

@@ -18,9 +18,11 @@ from slipgrasp.recordings.palette import PHASES
 from slipgrasp.web.model.colours import css, sign
 from slipgrasp.web.model.events import EventKind, RunEvent, events_of
 from slipgrasp.web.model.intents.playback import Seek
+from slipgrasp.web.model.intents.selection import Select
 from slipgrasp.web.model.playback import Playback, TimeWindow
+from slipgrasp.web.model.selection import finger_part
 from slipgrasp.web.model.view import Ghost
-from slipgrasp.web.page.markup import click_attribute
+from slipgrasp.web.page.markup import click_attribute, clickable
 
 _CELLS = 480
 _NUM_TICKS = 6
@@ -66,9 +68,13 @@ def strip_html(result: RunResult, playback: Playback, ghost: Ghost | None) -> st
         ghost: The run that is drawn pale; its phases lie as a thin lane below each lane.
     """
     window = playback.window
-    pale = None if ghost is None else ghost.shown.result
+    pale = None if ghost is None else ghost.run
     ticks, unit = axis_ticks(window)
-    names = "".join(f"<span>{escape(name)}</span>" for name in result.scenario.finger_names)
+    names = "".join(
+        f"<span {clickable('Shows the controls of this finger', Select(finger_part(i)))}>"
+        f"{escape(name)}</span>"
+        for i, name in enumerate(result.scenario.finger_names)
+    )
     lanes = "".join(
         _lane_html(result, pale, contact, window) for contact in range(len(result.scenario.fingers))
     )
@@ -177,10 +183,16 @@ def _mark_html(events: Sequence[RunEvent], window: TimeWindow) -> str:
         told.append(f"and {len(events) - _TOLD_EVENTS} more")
     colour = "currentColor" if event.phase is None else sign(PHASES[event.phase])
     return (
-        f'<span class="sg-mark" role="button" {click_attribute(Seek(event.time))} '
+        f'<span class="sg-mark" role="button" {_click_of(event)} '
         f'style="left:{100 * share:.2f}%;color:{colour}" title="{escape(chr(10).join(told))}">'
         f"{_SIGNS[event.kind]}</span>"
     )
+
+
+def _click_of(event: RunEvent) -> str:
+    """Moves the play head to an event, and selects what happens there."""
+    selected = (Select(event.part),) if event.part else ()
+    return click_attribute(Seek(event.time), *selected)
 
 
 def _ticks_html(ticks: Iterable[Tick]) -> str:

@@ -10,7 +10,7 @@ import viser
 from slipgrasp.core.study.knowledge import describe_knowledge_in
 from slipgrasp.recordings.study.categories import HELD
 from slipgrasp.server.addresses import API_PATH, from_page
-from slipgrasp.server.studies.progress import StudyState
+from slipgrasp.server.jobs.job import StudyState
 from slipgrasp.web.model.colours import tone
 from slipgrasp.web.model.intents.intent import Send
 from slipgrasp.web.model.intents.study import (

@@ -72,8 +72,8 @@ class CompareReducer(Reducer):
                 return with_ghost(view, b, next(self._tickets))
             case CompareUnreadable(number, message) if number == view.opening:
                 return replace(view, comparing=replace(view.comparing, message=message))
-            case RunsCompared(pair, findings, message) if pair == pair_of(view):
-                return replace(view, comparing=Comparing(pair, findings, message))
+            case RunsCompared(pair, findings, message, distances) if pair == pair_of(view):
+                return replace(view, comparing=Comparing(pair, findings, message, distances))
             case _:
                 return view
 
@@ -100,7 +100,9 @@ class CompareReducer(Reducer):
     def _ask(self, pair: Pair | None, view: ViewState) -> None:
         assert pair is not None and view.shown is not None and view.ghost is not None
         self._asked = pair
-        self._worker.compare(pair, view.shown.result, view.ghost.shown.result)
+        pale = view.ghost.shown
+        measured = pale.replay.measured if pale.replay is not None else None
+        self._worker.compare(pair, view.shown.result, measured or pale.result)
 
     def _open_alone(self, view: ViewState, a: str) -> ViewState:
         """Shows one run with none below it."""
@@ -110,11 +112,12 @@ class CompareReducer(Reducer):
 
     def _open(self, view: ViewState, a: str, b: str) -> ViewState:
         number = view.opening + 1
-        keeps_a = _is_shown(a, view)
+        keeps_a = not a or _is_shown(a, view)
         # The run on the screen stays, and so does its recording.
         kept = () if not keeps_a or view.shown is None else (view.shown.replay, view.replay)
         instead_of = [replay for replay in replays_of(view) if replay not in kept]
-        self._worker.open(number, "" if keeps_a else a, b, instead_of)
+        run = view.shown.result if view.shown is not None else None
+        self._worker.open(number, "" if keeps_a else a, b, run, instead_of)
         return replace(view, opening=number)
 
 

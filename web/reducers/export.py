@@ -11,6 +11,7 @@ from slipgrasp.core.words.phrases import milliseconds
 from slipgrasp.recordings.clip import Clip
 from slipgrasp.recordings.export import MOVING_FORMATS, STILL_FORMATS
 from slipgrasp.recordings.still import AT_THE_END, Still
+from slipgrasp.server.budget import Need
 from slipgrasp.web.charts.drawn import ChartedRun, drawn_charts
 from slipgrasp.web.model.export import ExportFile, Exporting, file_name
 from slipgrasp.web.model.intents.export import (
@@ -20,6 +21,7 @@ from slipgrasp.web.model.intents.export import (
     ExportFailed,
     ExportFinished,
     ExportMoved,
+    ExportPage,
     ExportPicture,
     ExportStill,
 )
@@ -46,6 +48,7 @@ class ExportReducer(Reducer):
         ExportCharts,
         ExportClip,
         ExportStill,
+        ExportPage,
         CancelExport,
         ExportMoved,
         ExportFinished,
@@ -82,6 +85,10 @@ class ExportReducer(Reducer):
             name = file_name(run, "charts", "svg")
             self._worker.start(number, lambda _: ExportFile(name, self._charts(view, shown)))
             return replace(begun, busy_with="Drawing the charts")
+        if isinstance(intent, ExportPage):
+            name = file_name(run, "page", "html")
+            self._worker.start(number, lambda _: ExportFile(name, self._page(shown)))
+            return replace(begun, busy_with="Writing the page")
         assert isinstance(intent, ExportClip | ExportStill)
         chosen = _PICTURES[intent.name]
         what = "clip" if isinstance(intent, ExportClip) else _instant(view)
@@ -95,6 +102,15 @@ class ExportReducer(Reducer):
         runs = (shown.result, *((view.ghost.shown.result,) if view.ghost else ()))
         with self._recordings.reserve_for(*runs):
             return _charts_file(view, shown)
+
+    def _page(self, shown: Shown) -> bytes:
+        from slipgrasp.web.standalone.controls import usual_controls
+        from slipgrasp.web.standalone.page_file import write_page
+
+        stream = io.BytesIO()
+        with self._recordings.memory.reserve(Need.to_write_page(shown.result)):
+            write_page(shown.result, stream, usual_controls(shown.result.scenario))
+        return stream.getvalue()
 
     def _draw(
         self,

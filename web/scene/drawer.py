@@ -12,12 +12,14 @@ import viser
 from numpy.typing import NDArray
 
 from slipgrasp.recordings.palette import GHOST, Rgb
-from slipgrasp.scene import parts, rotations
+from slipgrasp.scene import parts, rotations, skeleton
 from slipgrasp.scene.parts import Role
 from slipgrasp.scene.skeleton import Frame, Moving
 from slipgrasp.scene.states import States
+from slipgrasp.web.model.selection import OBJECT, finger_part
 from slipgrasp.web.model.surfaces import Surfaces
 from slipgrasp.web.scene.detail import Detail
+from slipgrasp.web.scene.picking import Picking
 from slipgrasp.web.scene.shapes import dashed_edges, rounded_bar, turned_profile
 
 Values = NDArray[np.float64]
@@ -37,6 +39,7 @@ class HandDrawer:
         surfaces: Colours.
         detail: How finely it is drawn.
         glass: Whether one sees into the object.
+        picking: Makes fingers clickable; None where nobody can click.
 
     Attributes:
         paths: Names of the nodes of all frames.
@@ -53,7 +56,9 @@ class HandDrawer:
         detail: Detail,
         *,
         glass: bool,
+        picking: Picking | None = None,
     ) -> None:
+        self._picking = picking
         self._scene, self._surfaces, self._glass = scene, surfaces, glass
         self._detail = detail
         self._moving: list[tuple[Moving, Callable[[Values], None]]] = []
@@ -62,7 +67,7 @@ class HandDrawer:
             self._add_frame(frame)
         for entity in entities:
             for k, shape in enumerate(entity.shapes):
-                self._add(shape, f"{self.paths[entity.frame]}/part{k}")
+                self._add(shape, f"{self.paths[entity.frame]}/part{k}", entity.frame)
         self._drawn = np.full((len(self._moving), 4), np.inf)
 
     def update(self, states: States) -> None:
@@ -89,7 +94,7 @@ class HandDrawer:
         else:
             node.wxyz = np.array(frame.rotation)
 
-    def _add(self, shape: parts.Shape, name: str) -> None:
+    def _add(self, shape: parts.Shape, name: str, frame: str) -> None:
         assert isinstance(shape.paint, Role), "contacts are drawn by ContactView"
         colour = colour_of(shape.paint, self._surfaces)
         if isinstance(shape, parts.Triangles):
@@ -102,6 +107,8 @@ class HandDrawer:
                 flat_shading=True,
                 side="double" if self._glass else "front",
             )
+            if self._picking is not None:
+                self._picking.make_clickable(self.block, OBJECT)
         elif isinstance(shape, parts.Lines):
             assert not callable(shape.points), "contacts are drawn by ContactView"
             edges = shape.points[shape.indices]
@@ -112,14 +119,17 @@ class HandDrawer:
                 name, points.astype(np.float32), colour, thickness=shape.thickness
             )
         elif isinstance(shape, parts.Rod):
-            self._add_rod(shape, name, colour)
+            rod = self._add_rod(shape, name, colour)
+            finger = skeleton.finger_of(frame)
+            if self._picking is not None and finger is not None:
+                self._picking.make_clickable(rod, finger_part(finger))
 
-    def _add_rod(self, rod: parts.Rod, name: str, colour: Rgb) -> None:
+    def _add_rod(self, rod: parts.Rod, name: str, colour: Rgb) -> viser.MeshHandle:
         along = rod.end - rod.start
         length, (first, last) = float(np.linalg.norm(along)), rod.radii
         ends = np.array([[0.0, 0.0], [0.0, first], [length, last], [length, 0.0]])
         bar = rounded_bar(length, first, last) if rod.rounded else turned_profile(ends)
-        self._scene.add_mesh_simple(
+        return self._scene.add_mesh_simple(
             name,
             *bar,
             color=colour,

@@ -18,6 +18,8 @@ from slipgrasp.core.scenario.spatial_geometry import edges_of, spatial_contact
 from slipgrasp.scene import parts, rotations
 from slipgrasp.scene.skeleton import LYING
 from slipgrasp.web.model.colours import WATER, WAVES
+from slipgrasp.web.model.selection import PATCH
+from slipgrasp.web.scene.picking import Picking
 from slipgrasp.web.scene.shapes import circle, extrude, polyline
 
 Points = NDArray[np.float64]
@@ -57,7 +59,7 @@ class LowFrictionPatches:
 
 
 def add_low_friction_patches(
-    scene: viser.SceneApi, object_name: str, scenario: Scenario
+    scene: viser.SceneApi, object_name: str, scenario: Scenario, picking: Picking | None = None
 ) -> LowFrictionPatches:
     """Draws every patch on its face.
 
@@ -65,20 +67,24 @@ def add_low_friction_patches(
         scene: Where the nodes go.
         object_name: Name of the node that moves with the object, with its axes.
         scenario: Whose patches and faces.
+        picking: Makes patches clickable; None where nobody can click.
     """
     names = [f"{object_name}/wet{k}" for k in range(len(scenario.patches))]
     if isinstance(scenario, SpatialScenario):
         round_spots = zip(names, scenario.patches, strict=True)
-        nodes = [_round_spot(scene, name, scenario, patch) for name, patch in round_spots]
-        return LowFrictionPatches(scenario.patches, nodes)
-    bands = zip(names, scenario.patches, strict=True)
-    nodes = [_band(scene, name, scenario, patch) for name, patch in bands]
-    return LowFrictionPatches(scenario.patches, nodes)
+        drawn = [_round_spot(scene, name, scenario, patch) for name, patch in round_spots]
+    else:
+        bands = zip(names, scenario.patches, strict=True)
+        drawn = [_band(scene, name, scenario, patch) for name, patch in bands]
+    for k, (_, water) in enumerate(drawn):
+        if picking is not None and water is not None:
+            picking.make_clickable(water, f"{PATCH}.{k}")
+    return LowFrictionPatches(scenario.patches, [root for root, _ in drawn])
 
 
 def _band(
     scene: viser.SceneApi, name: str, scenario: PlanarScenario, patch: Patch
-) -> viser.FrameHandle:
+) -> tuple[viser.FrameHandle, viser.MeshHandle]:
     """A patch of a planar object: a band of water along its face, with waves on it."""
     ends, normal, thickness = spot_on_face(scenario, patch)
     depth = _BEHIND_MARKS * parts.sizes_of(scenario).front
@@ -87,17 +93,17 @@ def _band(
     if _turns_right(corners):
         corners = corners[::-1]
     band = extrude(corners, depth - 0.002, depth)
-    scene.add_mesh_simple(f"{name}/band", *band, color=WATER, flat_shading=True)
+    water = scene.add_mesh_simple(f"{name}/band", *band, color=WATER, flat_shading=True)
     crest = np.array(list(_waves(ends, normal, thickness)))
     scene.add_line_segments(
         f"{name}/waves", polyline(crest, depth + 0.001), WAVES, thickness=0.22 * thickness
     )
-    return root
+    return root, water
 
 
 def _round_spot(
     scene: viser.SceneApi, name: str, scenario: SpatialScenario, patch: SpatialPatch
-) -> viser.FrameHandle:
+) -> tuple[viser.FrameHandle, viser.MeshHandle | None]:
     """A patch of a spatial object, in the upright plane of its face from outside."""
     tip = replace(scenario.fingers[0], face=patch.face, contact_offset=patch.centre)
     contact = spatial_contact(scenario.object, tip)
@@ -108,8 +114,7 @@ def _round_spot(
         position=np.array(contact.anchor),
         wxyz=np.array(rotations.of_matrix(columns)),
     )
-    _draw_water(scene, name, patch.radius, np.array(contact.outline))
-    return root
+    return root, _draw_water(scene, name, patch.radius, np.array(contact.outline))
 
 
 def spot_on_face(scenario: PlanarScenario, patch: Patch) -> tuple[Points, Points, float]:
@@ -142,8 +147,10 @@ def _turns_right(corners: Sequence[Points] | Points) -> bool:
     return float((x1 - x0) * (y2 - y1) - (y1 - y0) * (x2 - x1)) < 0.0
 
 
-def _draw_water(scene: viser.SceneApi, name: str, radius: float, bounds: Points) -> None:
-    """A round spot with waves, of which what lies within a convex outline is seen.
+def _draw_water(
+    scene: viser.SceneApi, name: str, radius: float, bounds: Points
+) -> viser.MeshHandle | None:
+    """A round spot with waves, as far as it lies within a convex outline; None if nowhere.
 
     Args:
         scene: Where the nodes go.
@@ -157,15 +164,16 @@ def _draw_water(scene: viser.SceneApi, name: str, radius: float, bounds: Points)
         # Seen from outside, the order of the tangents, and so of the corners, is the other one.
         return inside[::-1, ::-1]
 
-    if len(water := seen(1.0)) < 3:
-        return
-    slab = extrude(water, 0.0005, 0.0015)
-    scene.add_mesh_simple(f"{name}/water", *slab, color=WATER, flat_shading=True)
+    if len(inside := seen(1.0)) < 3:
+        return None
+    slab = extrude(inside, 0.0005, 0.0015)
+    water = scene.add_mesh_simple(f"{name}/water", *slab, color=WATER, flat_shading=True)
     waves = [polyline(ring, 0.002, closed=True) for ring in map(seen, _WAVES) if len(ring) >= 3]
     if waves:
         scene.add_line_segments(
             f"{name}/waves", np.concatenate(waves), WAVES, thickness=_WAVE_LINE * radius
         )
+    return water
 
 
 def clipped(outline: Points, bounds: Points) -> Points:

@@ -27,6 +27,7 @@ from slipgrasp.web.scene.ghost_view import GhostView
 from slipgrasp.web.scene.layout import SceneLayout, lay_out
 from slipgrasp.web.scene.low_friction_patches import LowFrictionPatches, add_low_friction_patches
 from slipgrasp.web.scene.marks import RunFacts, run_facts, sizes_on_hand, states_of, trail_of
+from slipgrasp.web.scene.picking import Picking
 from slipgrasp.web.scene.push_view import PushView
 from slipgrasp.web.scene.shapes import circle, extrude
 
@@ -81,12 +82,17 @@ class Scene:
         stage: Where the nodes go.
         drag: Hears how the object is dragged; None where nobody can.
         detail: How finely it is drawn.
+        picking: Makes fingers and patches clickable; None where nobody can click.
     """
 
     def __init__(
-        self, stage: Stage, drag: ObjectDrag | None = None, detail: Detail | None = None
+        self,
+        stage: Stage,
+        drag: ObjectDrag | None = None,
+        detail: Detail | None = None,
+        picking: Picking | None = None,
     ) -> None:
-        self._stage, self._drag = stage, drag
+        self._stage, self._drag, self._picking = stage, drag, picking
         self._appearance, self._detail = Appearance(), detail or Detail()
         self._views: _Views | None = None
         self._view_shape: object = None
@@ -183,7 +189,9 @@ class Scene:
         if self._views is None or self._view_shape != shape:
             self.remove()
             surfaces = surfaces_for(dark=self._appearance.dark)
-            self._views = _make_views(self._stage.scene, scenario, surfaces, self._detail)
+            self._views = _make_views(
+                self._stage.scene, scenario, surfaces, self._detail, self._picking
+            )
             self._view_shape = shape
         return self._views
 
@@ -194,7 +202,9 @@ class Scene:
         if self._low_friction_patches is not None:
             self._low_friction_patches.remove()
         body = views.hand.paths[skeleton.OBJECT]
-        self._low_friction_patches = add_low_friction_patches(self._stage.scene, body, scenario)
+        self._low_friction_patches = add_low_friction_patches(
+            self._stage.scene, body, scenario, self._picking
+        )
         self._wet = scenario.patches
 
     def _show_ghost(self, ghost: RunResult | None) -> None:
@@ -262,6 +272,7 @@ def _make_views(
     scenario: Scenario,
     surfaces: Surfaces,
     detail: Detail,
+    picking: Picking | None,
 ) -> _Views:
     look, contacts = _LOOKS[scenario.space], skeleton.contacts_of(scenario)
     name = look.root
@@ -269,7 +280,9 @@ def _make_views(
     own = {skeleton.contact_name(i) for i in range(len(contacts))}
     frames = [frame for frame in skeleton.frames_of(scenario) if frame.name not in own]
     entities = [each for each in parts.entities_of(scenario) if each.name not in own]
-    hand = HandDrawer(scene, name, frames, entities, surfaces, detail, glass=look.glass)
+    hand = HandDrawer(
+        scene, name, frames, entities, surfaces, detail, glass=look.glass, picking=picking
+    )
     body, sizes = hand.paths[skeleton.OBJECT], parts.sizes_of(scenario)
     inner = sizes.inner_radius
     marks = sizes_on_hand(inner, sizes.front)

@@ -23,6 +23,7 @@ export function writeAddress({ values, time, dark }) {
   }
   if (time !== undefined) parts.set(TIME, String(Number(time.toFixed(6))));
   if (dark !== undefined) parts.set(THEME, dark ? "dark" : "light");
-  history.replaceState(null, "", `#${parts}`);
+  // The whole address, for that of a page in a frame of a notebook has no base of its own.
+  history.replaceState(null, "", `${location.href.split("#")[0]}#${parts}`);
   if (dark !== undefined) location.reload();
 }

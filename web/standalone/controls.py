@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from typing import NamedTuple
 
 import numpy as np
@@ -29,9 +30,10 @@ class ControlError(SlipgraspError):
 
 
 def usual_controls(scenario: Scenario) -> tuple[str, ...]:
-    """The parameters that have sliders unless others are chosen."""
+    """The parameters that have sliders unless others are chosen: of a few those that can."""
     planar = isinstance(scenario, PlanarScenario)
-    return (*_USUAL, "controller.position_gain") if planar else _USUAL
+    keys = (*_USUAL, "controller.position_gain") if planar else _USUAL
+    return tuple(key for key in keys if _is_possible(scenario, key))
 
 
 class Control(NamedTuple):
@@ -73,6 +75,12 @@ def controls_of(scenario: Scenario, keys: Sequence[str]) -> tuple[Control, ...]:
     """
     names = names_of(scenario)
     return tuple(_control(scenario, key, names) for key in dict.fromkeys(keys))
+
+
+def _is_possible(scenario: Scenario, key: str) -> bool:
+    with suppress(ControlError):
+        return bool(controls_of(scenario, (key,)))
+    return False
 
 
 def _control(scenario: Scenario, chosen: str, names: ParameterNames) -> Control:

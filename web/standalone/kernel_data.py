@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import threading
 from collections.abc import Iterator
 from typing import Any
 
@@ -20,12 +21,17 @@ from slipgrasp.core.run.verdict import headline_of_end
 from slipgrasp.core.scenario import PlanarScenario, Scenario
 from slipgrasp.core.scenario.chosen_laws import custom_law_in
 from slipgrasp.core.scenario.scenario import is_acting
-from slipgrasp.core.trace.trace import SIGNALS
+from slipgrasp.core.trace.signals import SIGNALS
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.core.words.endings import end_blanks, end_words
+from slipgrasp.recordings.study.categories import category_of
 
 _ENTRIES = ("slipgrasp_pack", "slipgrasp_begin_run", ADVANCE)
 """The units that a page of a planar hand calls."""
+
+
+_linking = threading.Lock()
+"""Two sessions may want the file at once."""
 
 
 class PageError(SlipgraspError):
@@ -40,15 +46,19 @@ def kernel_file(scenario: Scenario) -> bytes:
     """
     engine_of(scenario.space)
     is_planar = isinstance(scenario, PlanarScenario)
-    return kept_file(_ENTRIES if is_planar else (SPATIAL_ADVANCE,)).read_bytes()
+    with _linking:
+        return kept_file(_ENTRIES if is_planar else (SPATIAL_ADVANCE,)).read_bytes()
 
 
-def check_for_page(scenario: Scenario) -> None:
-    """Refuses what a page cannot simulate.
+def check_for_page(result: RunResult) -> None:
+    """Refuses a run that a page cannot simulate, or not show.
 
     Raises:
         PageError: If it cannot.
     """
+    scenario = result.scenario
+    if result.trace.absent:
+        raise PageError("the recording is of an older format: simulate its scenario again first")
     if custom_law_in(scenario) is not None:
         raise PageError("a page has the built-in control laws only, no custom law")
     if scenario.patches:
@@ -141,6 +151,7 @@ def _ends() -> dict[int, dict[str, str]]:
             "outcome": words.outcome,
             "headline": headline_of_end(Outcome(words.outcome), words.code),
             "sentence": words.sentence,
+            "category": category_of(words.outcome, words.code),
         }
         for status, words in end_words().items()
     }

@@ -1,10 +1,14 @@
-// Unpacks what the file holds, and starts the page: the modules, each as an address of its own.
-window.slipgrasp.unpack = async (id) => {
-  const text = document.getElementById(id).textContent;
-  const packed = Uint8Array.from(atob(text), (character) => character.charCodeAt(0));
-  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
-  return new Uint8Array(await new Response(stream).arrayBuffer());
+// Starts the worker first, so that the kernel is compiled while viser's page loads. Then unpacks and
+// starts the page: its modules, each as an address of its own. What is loaded before it: unpack.js.
+const textOf = (id) => document.getElementById(id).textContent;
+const addressOfScript = (text) => URL.createObjectURL(new Blob([text], { type: "text/javascript" }));
+window.slipgrasp.unpack = (id) => unpack(textOf(id));
+window.slipgrasp.makeWorker = () => {
+  const made = new window.slipgrasp.Real(addressOfScript(textOf("sg-worker")));
+  made.postMessage({ kernel: textOf("sg-kernel") });
+  return made;
 };
+window.slipgrasp.worker = window.slipgrasp.makeWorker();
 (async () => {
   const textOf = async (id) => new TextDecoder().decode(await window.slipgrasp.unpack(id));
   const [scripts, formulas] = await Promise.all(["sg-modules", "sg-formulas"].map(textOf));
@@ -12,8 +16,7 @@ window.slipgrasp.unpack = async (id) => {
   const made = {};
   const addressOf = (name) => (made[name] ??= make(modules[name]));
   function make(text) {
-    const linked = text.replace(/from "\.\/(\w+)\.js"/g, (_, name) => `from "${addressOf(name)}"`);
-    return URL.createObjectURL(new Blob([linked], { type: "text/javascript" }));
+    return addressOfScript(text.replace(/from "\.\/(\w+)\.js"/g, (_, name) => `from "${addressOf(name)}"`));
   }
   await import(addressOf("page"));
 })();

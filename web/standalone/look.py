@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 from viser import _messages
 
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.core.trace.trace import SIGNALS, Trace, TraceShape
+from slipgrasp.core.trace.signals import SIGNALS, TraceShape
+from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.trace.types import ContactPhase
 from slipgrasp.recordings.palette import PHASES
 from slipgrasp.server.viewer.server import ViewerServer
@@ -216,6 +217,9 @@ class Capture:
                 Plot(gui, _CHART_HEIGHT, drawn, dark=self._dark) for drawn in self._drawn()
             ]
             gui.add_html(readings_html(Readings({}, ())))
+        if len(self._controls) > 1:
+            with self._results.add_tab("Map", viser.Icon.LAYOUT_GRID):
+                html["map"] = gui.add_html("")
         self._player = gui.add_panel()
         with self._player.add_tab("Playback", viser.Icon.PLAYER_PLAY):
             html["strip"], html["transport"] = gui.add_html(""), gui.add_html("")

@@ -5,12 +5,15 @@ import { startClock } from "./clock.js";
 import { startGestures } from "./gestures.js";
 import { startKeyboard } from "./keyboard.js";
 import { startNames } from "./names.js";
-import { onFrame, watchSessionState } from "./session_state.js";
+import { onFrame, timeNow, watchSessionState } from "./session_state.js";
 import { readAddress, writeAddress } from "./address.js";
 import { contactRun } from "./close_up_run.js";
+import { firstDifference, valuesFor } from "./compare.js";
+import { SuccessMap } from "./map.js";
 import { cameraMessages, load } from "./page_data.js";
 import { playRun, startPlayback } from "./playback.js";
 import { onIntent } from "./post.js";
+import { readRecording } from "./recording.js";
 import { Rows } from "./rows.js";
 import { SceneFeed } from "./scene_feed.js";
 import { drawCloseUps } from "./viser_view.js";
@@ -20,16 +23,18 @@ const PICTURES_BEFORE_START = 3;
 const READ_EVERY_MS = 100;
 const PAUSE_MS = 700; // between two changes that are seen as two
 const viewer = window.slipgrasp;
+const { worker } = viewer;
 
 let data = null;
 let own = null;
 let ghost = null;
 let scene = null;
 let contacts = null;
-let worker = null;
+let map = null;
 let requests = 0;
 let movedAt = -Infinity;
 let before = null; // the run that the sliders were moved from
+let dropped = null; // the recording that is compared with the run
 let timeRange = [0, 1];
 let drawnAt = NaN;
 let readAt = -Infinity;
@@ -40,11 +45,10 @@ start().catch(tellFailure);
 
 async function start() {
   const address = readAddress();
-  const { kernel, messages, ...loaded } = await load(address.dark);
-  data = loaded.data;
+  let messages = null;
+  ({ data, messages } = await load(address.dark));
   for (const { key, value } of data.controls) values.set(key, address.values.get(key) ?? value);
-  worker = makeWorker();
-  worker.postMessage({ bytes: kernel });
+  listen();
   request();
   takeIntents(address);
   viewer.onSent = take;
@@ -53,6 +57,7 @@ async function start() {
   viewer.feed(arrangement());
   viewer.feed(data.controls.map(({ key, uuid }) => update(uuid, { value: values.get(key) })));
   scene = new SceneFeed(data.scene);
+  if (data.html.map) map = new SuccessMap({ ...data, placed }, makeMapWorker, () => values, (content) => setHtml("map", content));
   startPlayback(data, address.time, showPlayback);
   for (const begin of [startClock, startGestures, startCharts, startKeyboard, startNames]) begin();
   for (const each of [draw, read, frameCamera, drawContacts]) onFrame(each);
@@ -68,6 +73,19 @@ function arrangement() {
 }
 
 function takeIntents(address) {
+  onIntent("choose-recording", chooseRecording);
+  document.addEventListener("dragover", (event) => event.preventDefault());
+  document.addEventListener("drop", (event) => {
+    event.preventDefault();
+    takeRecording(event.dataTransfer.files[0]);
+  });
+  onIntent("choose-map", ({ field, value }) => map.choose(field, value));
+  onIntent("compute-map", () => map.compute());
+  onIntent("stop-map", () => {
+    map.stop();
+    map.draw();
+  });
+  onIntent("open-cell", ({ cell }) => setValues(new Map([...values, ...map.valuesOf(cell)])));
   onIntent("toggle-dark", () => writeAddress({ dark: !address.dark }));
   onIntent("toggle-line", ({ chart: key, line }) => {
     const chart = data.charts.find((each) => each.key === key);
@@ -81,16 +99,13 @@ function takeIntents(address) {
   });
 }
 
-function makeWorker() {
-  const source = document.getElementById("sg-worker").textContent;
-  const made = new viewer.Real(URL.createObjectURL(new Blob([source], { type: "text/javascript" })));
-  made.onmessage = ({ data: answer }) => {
+function listen() {
+  worker.onmessage = ({ data: answer }) => {
     if (answer.id !== requests) return;
     if (answer.seconds !== undefined) setHtml("card", waitingHtml(answer.seconds));
     else finish(answer);
   };
-  made.onerror = tellFailure;
-  return made;
+  worker.onerror = tellFailure;
 }
 
 /** What the viewer says: a slider has moved. */
@@ -104,8 +119,56 @@ function take(message) {
   if (now - movedAt > PAUSE_MS) before = own;
   movedAt = now;
   values.set(control.key, value);
+  dropped = null;
+  if (map !== null && !map.isAxis(control.key)) map.clear();
   writeAddress({ values: changed() });
   request();
+}
+
+/** Moves all sliders, and simulates. */
+function setValues(wanted) {
+  for (const [key, value] of wanted) {
+    if (values.get(key) !== value && !map?.isAxis(key)) map?.clear();
+    values.set(key, value);
+  }
+  viewer.feed(data.controls.map(({ key, uuid }) => update(uuid, { value: values.get(key) })));
+  [before, movedAt] = [own, performance.now()];
+  writeAddress({ values: changed() });
+  request();
+}
+
+function chooseRecording() {
+  const input = Object.assign(document.createElement("input"), { type: "file", accept: ".mcap" });
+  input.onchange = () => takeRecording(input.files[0]);
+  input.click();
+}
+
+/** Simulates the scenario of a recording, to compare both. */
+async function takeRecording(file) {
+  if (!file) return;
+  dropped = { name: file.name };
+  try {
+    dropped.read = await readRecording(new Uint8Array(await file.arrayBuffer()), data.recording);
+    const set = valuesFor(dropped.read, data);
+    setValues(new Map(data.controls.map(({ key, value }) => [key, set.get(key) ?? value])));
+  } catch (error) {
+    dropped = { words: `${file.name} cannot be checked here: ${error.message}` };
+    showCheck();
+  }
+}
+
+/** How the recording compares with the run, in words. */
+function compared() {
+  if (dropped?.read) {
+    const found = firstDifference(dropped.read, own, data);
+    const words = found ? `differs first in ${found}` : `is equal to this run bit by bit: SHA-256 ${own.sha256}`;
+    dropped = { words: `${dropped.name} ${words}` };
+  }
+  return dropped?.words ?? "";
+}
+
+function showCheck() {
+  setHtml("check", checkHtml(own, data, changed(), compared()));
 }
 
 function changed() {
@@ -114,11 +177,21 @@ function changed() {
 }
 
 function request() {
-  const { run, controls } = data;
-  const moved = controls.filter(({ key, value }) => values.get(key) !== value);
-  const set = moved.flatMap(({ key, places }) => places.map((place) => [place, values.get(key)]));
+  const { run } = data;
   const outcomes = Object.fromEntries(Object.entries(run.ends).map(([k, end]) => [k, end.outcome]));
-  worker.postMessage({ id: ++requests, values: set, scenario: run.scenario, outcomes });
+  worker.postMessage({ id: ++requests, values: placed(values), scenario: run.scenario, outcomes });
+}
+
+/** Values of sliders that differ from the scenario, by their places. */
+function placed(wanted) {
+  const moved = data.controls.filter(({ key, value }) => wanted.get(key) !== value);
+  return moved.flatMap(({ key, places }) => places.map((place) => [place, wanted.get(key)]));
+}
+
+function makeMapWorker() {
+  const made = viewer.makeWorker();
+  made.onerror = tellFailure;
+  return made;
 }
 
 function finish(answer) {
@@ -135,12 +208,13 @@ function finish(answer) {
 
 function show() {
   setHtml("card", cardHtml(own, data.run));
-  setHtml("check", checkHtml(own, data, changed()));
+  showCheck();
   setHtml("strip", stripHtml(data, own, ghost, timeRange));
   const none = new Set();
   viewer.feed(data.charts.map(({ key, uuid, columns }) => update(uuid, { data: columns(own, ghost, hidden.get(key) ?? none) })));
   contacts = contactRun(data.closeUps, own, ghost);
   [drawnAt, readAt] = [NaN, -Infinity];
+  draw(timeNow()); // at once: viser then draws it with the next picture
   document.documentElement.dataset.sgSha256 = own.sha256;
 }
 
@@ -184,7 +258,9 @@ let pictures = 0;
 
 /** Puts the camera in front of the hand whenever the size of the picture changes. */
 function frameCamera() {
-  const canvas = document.querySelector("canvas[data-engine]")?.getBoundingClientRect();
+  const element = document.querySelector("canvas[data-engine]");
+  // What holds the canvas has its new size at once, the canvas later.
+  const canvas = element?.parentElement.getBoundingClientRect();
   if (!canvas || canvas.width < 1 || own === null) return;
   const strip = document.querySelector(".sg-transport");
   const panel = strip?.closest("[data-floating-window]") ?? strip?.closest(".mantine-Paper-root");
@@ -198,7 +274,7 @@ function frameCamera() {
     }
     framed = String(seen);
     viewer.feed(cameraMessages(data, seen));
-  } else if (++pictures === PICTURES_BEFORE_START) {
+  } else if (element.clientWidth === seen[0] && ++pictures === PICTURES_BEFORE_START) {
     document.documentElement.dataset.sgStarted = "";
   }
 }

@@ -1,13 +1,12 @@
-// What the file holds beside scripts: messages to the viewer, the scenario, and the kernel.
+// What the file holds beside scripts and the kernel: messages to the viewer, and the scenario.
 import { camera, lines } from "./formulas.js";
 import { locate } from "./rows.js";
 
 const ARRAYS = { "<f4": Float32Array, "<f8": Float64Array, "|u1": Uint8Array, "<u4": Uint32Array, "<i4": Int32Array, "<i8": BigInt64Array };
 
-/** Data, first messages in the colours of the theme, and bytes of the kernel. */
+/** Data, and first messages in the colours of the theme. */
 export async function load(dark) {
-  const [text, kernel] = await Promise.all(["sg-data", "sg-kernel"].map(window.slipgrasp.unpack));
-  const data = JSON.parse(new TextDecoder().decode(text));
+  const data = JSON.parse(new TextDecoder().decode(await window.slipgrasp.unpack("sg-data")));
   const messages = dark ? replaced(data.messages, data.dark) : data.messages;
   const charts = data.charts.map((chart) => ({
     ...chart,
@@ -17,7 +16,7 @@ export async function load(dark) {
   }));
   const scenario = revive(data.run.scenario);
   const revived = { ...data, charts, run: { ...data.run, scenario }, scene: revive(data.scene) };
-  return { data: revived, messages: revive(messages), kernel };
+  return { data: revived, messages: revive(messages) };
 }
 
 /** Messages that put the camera in front of the hand, for a picture [px] of width, height, and height that a panel covers. */
@@ -56,27 +55,35 @@ function revive(value) {
 function columnsOf({ key, count }) {
   const none = new Float64Array(0);
   return (own, ghost, hidden) => {
-    const solid = computed(key, count, own.times, (k) => own.row(k));
-    const pale = computed(key, ghost ? count : 0, own.times, (_, time) =>
-      time > ghost.end ? null : ghost.between(locate(ghost.times, time)),
-    );
+    const solid = linesOf(key, count, own);
+    const pale = ghost ? readAt(linesOf(key, count, ghost), ghost, own.times) : [];
     const lines = [...solid, ...pale].map((line, k) => (hidden.has(k % count) ? none : line));
     const missing = Array(count - pale.length).fill(none);
     return [own.times, own.slipping, ...lines, ...missing];
   };
 }
 
-/** Lines of a chart for the rows of some times; not a number where there is no row. */
-function computed(key, count, times, rowAt) {
-  const [columns, values] = [Array.from({ length: count }, () => new Float64Array(times.length)), new Float64Array(count)];
-  if (count === 0) return columns;
-  times.forEach((time, k) => {
-    const row = rowAt(k, time);
-    if (row === null) values.fill(NaN);
-    else lines[key](row, values);
+/** Lines of a chart for the rows of a run, computed once. */
+function linesOf(key, count, run) {
+  if (run.lines.has(key)) return run.lines.get(key);
+  const [columns, values] = [Array.from({ length: count }, () => new Float64Array(run.count)), new Float64Array(count)];
+  for (let k = 0; k < run.count; k++) {
+    lines[key](run.row(k), values);
     columns.forEach((column, line) => (column[k] = values[line]));
-  });
+  }
+  run.lines.set(key, columns);
   return columns;
+}
+
+/** Lines of a run at the times of another one; not a number after its end. */
+function readAt(columns, run, times) {
+  const spots = Array.from(times, (time) => (time > run.end ? null : locate(run.times, time)));
+  return columns.map((column) =>
+    Float64Array.from(spots, (spot) => {
+      if (spot === null) return NaN;
+      return column[spot.row] + spot.weight * (column[spot.following] - column[spot.row]);
+    }),
+  );
 }
 
 /** What the lines of a chart show at a time, in words. */

@@ -18,8 +18,6 @@ from pathlib import Path
 from typing import BinaryIO
 
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.core.run.simulator import simulate
-from slipgrasp.core.scenario import Scenario
 from slipgrasp.server.viewer.relay import viewer_page, with_head
 from slipgrasp.web.model.intents.playback import (
     ChangeSpeed,
@@ -37,6 +35,8 @@ from slipgrasp.web.page.keys import keys_html
 from slipgrasp.web.standalone.controls import controls_of
 from slipgrasp.web.standalone.kernel_data import check_for_page, kernel_file, run_data
 from slipgrasp.web.standalone.look import look_of
+from slipgrasp.web.standalone.map_data import map_data
+from slipgrasp.web.standalone.recording_data import recording_data
 
 _DASHBOARD, _OWN = "slipgrasp.web.page", "slipgrasp.web.standalone"
 _MODULES = {
@@ -45,12 +45,12 @@ _MODULES = {
         *("names", "overlay", "pace", "projection", "session_state", "viser_view"),
     ),
     _OWN: (
-        *("address", "close_up_run", "page", "page_data", "playback", "post", "rows"),
-        *("scene_feed", "words"),
+        *("address", "close_up_run", "compare", "map", "page", "page_data", "playback", "post"),
+        *("recording", "rows", "scene_feed", "words"),
     ),
 }
 _STYLES = {
-    _DASHBOARD: ("charts", "outcome", "viser", "dashboard", "phone"),
+    _DASHBOARD: ("charts", "outcome", "study", "viser", "dashboard", "phone"),
     _OWN: ("page",),
 }
 _KEYS = (
@@ -65,35 +65,39 @@ Share = Callable[[str], str]
 
 
 def write_page(
-    scenario: Scenario,
+    result: RunResult,
     stream: BinaryIO,
     controls: Sequence[str],
     command: str = "",
     share: Share = str,
-) -> RunResult:
-    """Writes a page that simulates a scenario.
+) -> None:
+    """Writes a page that simulates the scenario of a run.
 
     Args:
-        scenario: What it simulates first.
+        result: The run that it shows first.
         stream: Where the file goes.
         controls: Dotted keys of the parameters with sliders.
         command: What runs the scenario on a command line; empty if nothing does.
         share: What becomes of the parts that do not depend on the scenario; they stay in the file
             unless this puts them elsewhere.
 
-    Returns:
-        The run that the page shows first.
-
     Raises:
-        PageError: If a page cannot simulate the scenario.
+        PageError: If a page cannot simulate or show the run.
         ControlError: If a parameter cannot have a slider.
         LinkError: If the kernel has to be linked and the linker is missing.
     """
-    check_for_page(scenario)
-    sliders = controls_of(scenario, controls)
-    result = simulate(scenario)
+    check_for_page(result)
+    sliders = controls_of(result.scenario, controls)
     look = look_of(result, sliders)
-    data = {**look.data, "run": run_data(result), "command": command}
+    run = run_data(result)
+    recording = recording_data(result, run["columns"])
+    data = {
+        **look.data,
+        "run": run,
+        "command": command,
+        "recording": recording,
+        "map": map_data(sliders),
+    }
     head = "".join(
         (
             f"<title>{escape(result.name)} – slipgrasp</title>",
@@ -106,17 +110,16 @@ def write_page(
     body = "".join(
         (
             share(_plain("sg-worker", _worker())),
-            share(_plain("sg-kernel", _packed(kernel_file(scenario)))),
+            share(_plain("sg-kernel", _packed(kernel_file(result.scenario)))),
             share(_plain("sg-modules", _packed(_modules()))),
             _plain("sg-data", _packed(json.dumps(data, separators=(",", ":")).encode())),
             _plain("sg-formulas", _packed(look.formulas.encode())),
-            f"<script>{_text(_OWN, 'loader.js')}</script>",
+            f"<script>{_text(_OWN, 'unpack.js')}{_text(_OWN, 'loader.js')}</script>",
         )
     )
     viewer = _VIEWER.sub(lambda found: share(found[0].decode()).encode(), viewer_page())
     before, end, after = with_head(viewer, head).rpartition(b"</body>")
     stream.write(before + body.encode() + end + after)
-    return result
 
 
 def share_in(folder: Path) -> Share:
@@ -146,7 +149,7 @@ def _modules() -> bytes:
 def _worker() -> str:
     """The script of the worker: the kernel's interface and what uses it."""
     kernel = _text(_OWN, "kernel.js").replace("export ", "")
-    return kernel + _text(_OWN, "worker.js")
+    return _text(_OWN, "unpack.js") + kernel + _text(_OWN, "worker.js")
 
 
 def _styles() -> str:

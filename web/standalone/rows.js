@@ -16,11 +16,12 @@ export function locate(times, time) {
 
 export class Rows {
   constructor({ rows, changes, status, contact, milliseconds, sha256 }, { columns, num_columns }) {
-    Object.assign(this, { rows, columns, status, contact, milliseconds, sha256 });
+    Object.assign(this, { rows, columns, status, contact, milliseconds, sha256, rawChanges: changes });
     this.width = num_columns;
     this.count = rows.length / num_columns;
     this.times = this.column(columns.times[0]);
     this.end = this.times[this.count - 1];
+    this.lines = new Map(); // of charts, by the chart's key
     this.changes = [];
     for (let k = 0; k < changes.length; k += 4) {
       const [time, finger, , phase] = changes.subarray(k, k + 4);

@@ -33,13 +33,15 @@ export function endedHtml(headline) {
 }
 
 /** The hash of the run, and the command that prints the same one. */
-export function checkHtml(own, { command }, changed) {
+export function checkHtml(own, { command }, changed, compared) {
   const sets = [...changed].map(([key, value]) => ` --set '${key}=${value}'`).join("");
   const how = command ? `<p>The same hash: <code>${escape(command + sets)} --json</code></p>` : "";
   return (
     `<div class="sg-outcome sg-check"><p>SHA-256 of this run, computed here in ` +
     `${own.milliseconds.toFixed(1)} ms:</p><p><code id="sg-sha256">${own.sha256}</code></p>${how}` +
-    `<p><button type="button" class="sg-try" data-sg-intent='{"kind":"toggle-dark"}'>Dark or light</button></p></div>`
+    `<p id="sg-compared" role="status">${escape(compared)}</p>` +
+    `<p><button type="button" class="sg-try" data-sg-intent='{"kind":"choose-recording"}' title="An MCAP file of slipgrasp; it can also be dropped on this page">Check a recording</button> ` +
+    `<button type="button" class="sg-try" data-sg-intent='{"kind":"toggle-dark"}'>Dark or light</button></p></div>`
   );
 }
 

@@ -1,5 +1,5 @@
 // The worker of a page: runs scenarios with the kernel, in pieces, so that a newer request stops an
-// older one. What is loaded before it: kernel.js.
+// older one. What is loaded before it: unpack.js and kernel.js.
 
 const STEPS = 200;
 const PIECE_MS = 12;
@@ -9,7 +9,8 @@ let loading = null;
 let latest = 0;
 
 onmessage = async ({ data }) => {
-  if (data.bytes) loading = loadKernel(data.bytes);
+  if (data.kernel) loading = unpack(data.kernel).then(loadKernel);
+  else if (data.cells) await computeCells(data);
   else await compute(data);
 };
 
@@ -32,11 +33,32 @@ async function compute({ id, values, scenario, outcomes }) {
     yielded = performance.now();
   }
   const milliseconds = performance.now() - began;
-  const [rows, changes] = [joined(run.blocks), joined(run.changes)];
+  const [rows, changes] = [run.blocks, run.changes].map((blocks) => joined(Float64Array, blocks));
   const { status, contact } = run;
   const sha256 = await digest(rows, changes, outcomes[status]);
   if (id !== latest) return;
   postMessage({ id, rows, changes, status, contact, milliseconds, sha256 }, [rows.buffer]);
+}
+
+// How the runs of some cells of a map end, as places in the program's list of categories.
+async function computeCells({ cells, scenario, columns, categories }) {
+  const kernel = await loading;
+  const found = cells.map(({ cell, values }) => {
+    const run = runOf(kernel, scenario, values);
+    while (!run.advance(STEPS));
+    return [cell, categoryOf(run, columns, categories)];
+  });
+  postMessage({ found });
+}
+
+function categoryOf(run, { width, phase: [first, fingers] }, { byStatus, held, notHeld, tooShort, window }) {
+  if (run.status in byStatus) return byStatus[run.status];
+  const [rows, changes] = [run.blocks, run.changes].map((blocks) => blocks.findLast(({ length }) => length > 0));
+  const last = rows.subarray(-width);
+  const isSlipping = last.subarray(first, first + fingers).some((phase) => phase !== 0);
+  const rest = changes ? last[0] - changes[changes.length - 4] : Infinity;
+  if (isSlipping || rest < window) return notHeld;
+  return last[0] - run.blocks[0][0] < window ? tooShort : held;
 }
 
 // A run with other values at some places: of its table, or of the model of a spatial hand.
@@ -47,8 +69,8 @@ function runOf(kernel, scenario, values) {
   return new Run(kernel, table, scenario.segments);
 }
 
-function joined(blocks) {
-  const whole = new Float64Array(blocks.reduce((sum, block) => sum + block.length, 0));
+function joined(Numbers, blocks) {
+  const whole = new Numbers(blocks.reduce((sum, block) => sum + block.length, 0));
   let at = 0;
   for (const block of blocks) {
     whole.set(block, at);
@@ -59,7 +81,8 @@ function joined(blocks) {
 
 // The hash of a run (`RunResult.sha256`): its rows, its phase changes, and its outcome.
 async function digest(rows, changes, outcome) {
-  const bytes = await new Blob([rows, changes, outcome]).arrayBuffer();
-  const hash = new Uint8Array(await crypto.subtle.digest("SHA-256", bytes));
+  const parts = [rows, changes].map(({ buffer }) => new Uint8Array(buffer));
+  parts.push(new TextEncoder().encode(outcome));
+  const hash = new Uint8Array(await crypto.subtle.digest("SHA-256", joined(Uint8Array, parts)));
   return [...hash].map((byte) => byte.toString(16).padStart(2, "0")).join("");
 }

@@ -8,6 +8,8 @@ from functools import partial
 from slipgrasp.core.exceptions import SlipgraspError
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.recordings.compare.comparison import compare
+from slipgrasp.recordings.compare.measured import measure_distances
+from slipgrasp.recordings.measured.recording import MeasuredRecording
 from slipgrasp.web.model.intents.compare import CompareUnreadable, RunsCompared, RunsOpened
 from slipgrasp.web.model.intents.intent import Send
 from slipgrasp.web.model.replay import Replay
@@ -28,32 +30,47 @@ class ComparisonWorker(QueueWorker):
         super().__init__("comparison-worker")
         self._recordings, self._send = recordings, send
 
-    def open(self, number: int, a: str, b: str, instead_of: Collection[Replay] = ()) -> None:
+    def open(
+        self,
+        number: int,
+        a: str,
+        b: str,
+        run: RunResult | None = None,
+        instead_of: Collection[Replay] = (),
+    ) -> None:
         """Asks for recordings.
 
         Args:
             number: What the answer is to be recognised by.
             a: Id of the first; empty if only the second is needed.
-            b: Id of the second.
+            b: Id of the second; measured data are laid over the first.
+            run: The run on the screen, which is the first if ``a`` is empty.
             instead_of: What the page will show no more.
         """
-        self.ask(partial(self._open, number, a, b, instead_of), "open")
+        self.ask(partial(self._open, number, a, b, run, instead_of), "open")
 
-    def compare(self, pair: Pair, a: RunResult, b: RunResult) -> None:
-        """Requests the differences between two runs."""
+    def compare(self, pair: Pair, a: RunResult, b: RunResult | MeasuredRecording) -> None:
+        """Requests the differences between two runs, or of measured data from a run."""
         self.ask(partial(self._compare, pair, a, b), "compare")
 
-    def _open(self, number: int, a: str, b: str, instead_of: Collection[Replay]) -> None:
-        def opened(run_id: str) -> Replay:
-            return self._recordings.open(run_id, instead_of, self.is_closed)
+    def _open(
+        self, number: int, a: str, b: str, run: RunResult | None, instead_of: Collection[Replay]
+    ) -> None:
+        def opened(run_id: str, below: RunResult | None = None) -> Replay:
+            return self._recordings.open(run_id, instead_of, self.is_closed, below)
 
         try:
-            self._send(RunsOpened(number, opened(a) if a else None, opened(b)))
+            first = opened(a) if a else None
+            below = run if first is None else first.result
+            self._send(RunsOpened(number, first, opened(b, below)))
         except SlipgraspError as error:
             self._send(CompareUnreadable(number, str(error)))
 
-    def _compare(self, pair: Pair, a: RunResult, b: RunResult) -> None:
+    def _compare(self, pair: Pair, a: RunResult, b: RunResult | MeasuredRecording) -> None:
         try:
+            if isinstance(b, MeasuredRecording):
+                self._send(RunsCompared(pair, None, distances=measure_distances(b, a)))
+                return
             with self._recordings.reserve_for(a, b):
                 found = compare(a, b)
             self._send(RunsCompared(pair, found))

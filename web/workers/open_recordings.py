@@ -11,9 +11,12 @@ from weakref import WeakKeyDictionary
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.recordings.file.atomic_file import PART_SUFFIX
 from slipgrasp.recordings.file.size import read_size, size_of_run
+from slipgrasp.recordings.measured.recording import read_measured, read_outline
 from slipgrasp.recordings.store.store import RecordingStore
+from slipgrasp.recordings.store.stored_run import StoredRun
 from slipgrasp.server.budget import SMALL_BYTES, Lease, MemoryBudget, Need
-from slipgrasp.web.model.replay import Replay, Source, open_replay, read_run
+from slipgrasp.web.model.measured import laid_over, thinned
+from slipgrasp.web.model.replay import Replay, Source, moment_words, open_replay, read_run
 
 _File = tuple[Path, int, int, int]
 
@@ -46,6 +49,7 @@ class OpenRecordings:
         source: Source,
         instead_of: Collection[Replay] = (),
         should_stop: Callable[[], bool] = lambda: False,
+        below: RunResult | None = None,
     ) -> Replay:
         """Reads a recording, or shares the run of a page that has it already.
 
@@ -53,6 +57,7 @@ class OpenRecordings:
             source: What to open.
             instead_of: What the page will show no more: it counts only if others show it too.
             should_stop: Asked again and again whether nobody needs it any more.
+            below: The run over which measured data are laid; without one they are refused.
 
         Raises:
             MemoryLimitError: If it needs more memory than there is.
@@ -61,6 +66,8 @@ class OpenRecordings:
         """
         path = self._store.get(source).path if isinstance(source, str) else source
         file = _file_at(path)
+        if below is not None and isinstance(source, str) and self._store.get(source).is_measured:
+            return self._open_measured(self._store.get(source), below)
 
         def read(path: Path) -> RunResult:
             return self._find(file) or self._read(path, instead_of, should_stop)
@@ -70,6 +77,16 @@ class OpenRecordings:
             with self._lock:
                 self._open[replay] = file
         return replay
+
+    def _open_measured(self, stored: StoredRun, below: RunResult) -> Replay:
+        outline = read_outline(stored.path)
+        numbers = outline.sampling.samples * (1 + len(outline.columns))
+        with self.memory.reserve(Need.to_read_numbers(numbers)) as lease:
+            measured = thinned(read_measured(stored.path))
+            result = laid_over(below, measured)
+            lease.keep(result, size_of_run(result))
+        moment = moment_words(stored.created)
+        return Replay(stored.display_name, moment, result, stored.id, measured=measured)
 
     def reserve_for(self, *runs: RunResult) -> AbstractContextManager[Lease]:
         """Reserves the memory to compare or draw runs.

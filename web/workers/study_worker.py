@@ -9,7 +9,8 @@ from slipgrasp.core.exceptions import ScenarioError, SlipgraspError
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.server.budget import MemoryBudget, Need
 from slipgrasp.server.exceptions import ServiceBusyError
-from slipgrasp.server.studies.progress import StudyState, StudyStatus
+from slipgrasp.server.jobs.job import StudyState
+from slipgrasp.server.studies.progress import StudyStatus
 from slipgrasp.server.studies.service import StudyService
 from slipgrasp.web.charts.study_map import draw_map
 from slipgrasp.web.model.intents.intent import Send
@@ -135,13 +136,10 @@ class StudyWorker(QueueWorker):
             self._send(StudyMoved(number, status, behind, picture, has_map))
 
     def _num_before(self, status: StudyStatus) -> int:
-        """How many studies end before this one begins; ids are in the order of creation."""
+        """How many studies and fits end before this one begins."""
         if status.state is not StudyState.QUEUED:
             return 0
-        studies, _ = self._service.list(0, MOST_LISTED)
-        return sum(
-            not other.state.has_ended and other.stored.id < status.stored.id for other in studies
-        )
+        return self._service.num_before(status.stored.id)
 
     def _picture(self, number: int, status: StudyStatus) -> tuple[MapPicture | None, bool]:
         """The map if it is time to draw it anew, and whether there can be one.

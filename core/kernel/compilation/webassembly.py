@@ -31,7 +31,7 @@ from slipgrasp.core.kernel.planar.model import MODEL
 from slipgrasp.core.kernel.planar.packing import STRETCH
 from slipgrasp.core.kernel.planar.run import OUTLET, PROGRESS
 from slipgrasp.core.scenario.table import TABLE, choice_fields, places
-from slipgrasp.core.trace.trace import SIGNALS
+from slipgrasp.core.trace.signals import SIGNALS
 
 SECTION = "slipgrasp"
 RECORDS: Mapping[str, np.dtype] = {

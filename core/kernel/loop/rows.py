@@ -15,7 +15,7 @@ from slipgrasp.core.kernel.numerics.elementary import square
 from slipgrasp.core.scenario import MAX_DIAGNOSTICS, MAX_UNKNOWNS
 from slipgrasp.core.scenario.custom_laws import Diagnostic
 from slipgrasp.core.scenario.space import Space
-from slipgrasp.core.trace.trace import SIGNALS, Signal, TraceShape
+from slipgrasp.core.trace.signals import SIGNALS, Signal, TraceShape
 
 LARGEST = 1e300
 DEPENDENT = 1e-10

@@ -1,4 +1,4 @@
-"""Writes one row of the trace, every signal at the place `slipgrasp.core.trace.trace` gives it."""
+"""Writes one row of the trace, each signal at its place (`slipgrasp.core.trace.signals`)."""
 
 from __future__ import annotations
 

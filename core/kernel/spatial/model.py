@@ -53,7 +53,6 @@ from slipgrasp.core.scenario.unknowns import parse_unknown
 from slipgrasp.core.scenario.world import MAX_PATCHES
 
 MAX_EDGES = 12
-MAX_SLIPS = 2 * MAX_FINGERS
 MAX_COORDINATES = number_of_coordinates(MAX_FINGERS)
 # Q of Eq. 25.
 _MATRIX = np.dtype([("entries", np.float64, (2 * MAX_COORDINATES, 2 * MAX_COORDINATES))])

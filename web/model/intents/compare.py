@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from slipgrasp.recordings.compare.comparison import Comparison
+from slipgrasp.recordings.compare.measured import Distances
 from slipgrasp.web.model.intents.intent import Intent, LatestIntent
 from slipgrasp.web.model.replay import Replay
 from slipgrasp.web.model.view import Pair
@@ -64,8 +65,10 @@ class RunsCompared(Intent):
         pair: Which runs.
         findings: None if they cannot be compared.
         message: Why not.
+        distances: How far measured data are from the run; None if both are runs.
     """
 
     pair: Pair
     findings: Comparison | None
     message: str = ""
+    distances: Distances | None = None

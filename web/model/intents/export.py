@@ -47,6 +47,11 @@ class ExportStill(Intent):
 
 
 @dataclass(frozen=True, slots=True)
+class ExportPage(Intent):
+    """The user wants the scenario that is shown as a page that simulates it."""
+
+
+@dataclass(frozen=True, slots=True)
 class CancelExport(Intent):
     """The user does not want the file any more."""
 

@@ -1,4 +1,4 @@
-"""Fingers of a hand from its URDF description: what lies between the base and each fingertip.
+"""Fingers of a hand from its description: what lies between the base and each fingertip.
 
 Links that are fixed to each other become one, with their masses added, and joints can be locked or
 follow others, so that three joints of every finger move by themselves
@@ -11,7 +11,6 @@ import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any, NamedTuple
-from xml.etree import ElementTree
 
 import numpy as np
 import pydantic
@@ -36,7 +35,7 @@ from slipgrasp.core.scenario.spatial_geometry import tip_at_start
 Floats = NDArray[np.float64]
 
 MOVING = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic"}
-_UPPER = np.triu_indices(3)
+UPPER = np.triu_indices(3)
 _LARGEST_END, _LARGEST_EFFORT = 100.0, 1e6  # of what a joint of a scenario may have [rad, N m]
 
 
@@ -54,16 +53,17 @@ class Pose(NamedTuple):
 AT_ORIGIN = Pose(np.eye(3), np.zeros(3))
 
 
-class _Body(NamedTuple):
+class Body(NamedTuple):
     """Mass [kg], centre of mass [m] and inertia about it [kg m^2] in some frame."""
 
     mass: float
     centre: Floats
     inertia: Floats
 
-    def seen_from(self, pose: Pose) -> _Body:
+    def seen_from(self, pose: Pose) -> Body:
+        """The body in the frame in which its own has a pose."""
         turned = pose.turn @ self.inertia @ pose.turn.T
-        return _Body(self.mass, pose.place + pose.turn @ self.centre, turned)
+        return Body(self.mass, pose.place + pose.turn @ self.centre, turned)
 
 
 class Follows(NamedTuple):
@@ -74,17 +74,32 @@ class Follows(NamedTuple):
     offset: float
 
 
-class _Joint(NamedTuple):
+class Joint(NamedTuple):
+    """Between two links.
+
+    Attributes:
+        name: Of the joint.
+        kind: ``fixed``, one of `MOVING`, or another one that no chain has.
+        parent: Name of the link before it.
+        child: Name of the link after it.
+        pose: Of the joint in the frame of the link before it.
+        axis: About which it turns, or along which it slides; of length 1.
+        minimum: Least position; None where there is none [rad, m].
+        maximum: Largest position, likewise.
+        torque_limit: Largest torque or force; None where there is none [N m, N].
+        follows: The joint that it follows, if any.
+    """
+
     name: str
     kind: str
     parent: str
     child: str
     pose: Pose
-    axis: Floats
-    minimum: float | None
-    maximum: float | None
-    torque_limit: float | None
-    follows: Follows | None
+    axis: Floats = np.array([0.0, 0.0, 1.0])
+    minimum: float | None = None
+    maximum: float | None = None
+    torque_limit: float | None = None
+    follows: Follows | None = None
 
     def moved(self, position: float) -> Pose:
         """Pose of the link after the joint where that stands still."""
@@ -112,37 +127,32 @@ class ImportedFinger:
 class _Group:
     """Links that move together, in the frame of the first of them."""
 
-    joint: _Joint
+    joint: Joint
     pose: Pose  # of its joint in the group before
-    bodies: dict[str, _Body] = field(default_factory=dict)
+    bodies: dict[str, Body] = field(default_factory=dict)
 
 
 class Description:
-    """A hand as its URDF file describes it.
+    """A hand as a file describes it.
 
     Args:
-        text: The file.
+        bodies: Its links by name, each in its own frame.
+        joints: Between them.
         locked: Positions of joints that are taken for fixed, by name [rad, m].
         coupled: Joints that follow others, besides those that the file names (mimic).
 
     Raises:
-        ScenarioError: If it is no description of links and joints.
+        ScenarioError: If it has not the joints that are locked or follow others.
     """
 
     def __init__(
         self,
-        text: str,
+        bodies: Mapping[str, Body],
+        joints: Sequence[Joint],
         locked: Mapping[str, float] | None = None,
         coupled: Mapping[str, Follows] | None = None,
     ) -> None:
-        if "<!" in text.replace("<!--", ""):
-            raise _refusal("a document type", "none", "a URDF file has no document type; remove it")
-        try:
-            root = ElementTree.fromstring(text)
-            self._bodies = {each.get("name", ""): _body_of(each) for each in root.findall("link")}
-            joints = [_joint_of(each) for each in root.findall("joint")]
-        except (ElementTree.ParseError, ValueError, AttributeError) as error:
-            raise _refusal("the file", "URDF", f"it cannot be read as URDF: {error}") from None
+        self._bodies = bodies
         self._locked, coupled = dict(locked or {}), dict(coupled or {})
         self._joints = {
             joint.name: joint._replace(follows=coupled.get(joint.name, joint.follows))
@@ -151,7 +161,7 @@ class Description:
         for name in (*self._locked, *coupled):
             self._named(name)
         self._before = {joint.child: joint for joint in self._joints.values()}
-        self._after: dict[str, list[_Joint]] = {}
+        self._after: dict[str, list[Joint]] = {}
         for joint in self._joints.values():
             self._after.setdefault(joint.parent, []).append(joint)
 
@@ -187,12 +197,12 @@ class Description:
         parts = tuple(tuple(group.bodies) for group in groups)
         return ImportedFinger(joints, _numbers(end.place), parts)
 
-    def _leaders(self, tip: str, joints: Sequence[_Joint]) -> list[tuple[int, float, float] | None]:
+    def _leaders(self, tip: str, joints: Sequence[Joint]) -> list[tuple[int, float, float] | None]:
         """What each joint of a chain follows: number of a joint, ratio, offset; None: nothing."""
         names = [joint.name for joint in joints]
         own = [joint.name for joint in joints if self._leader(joint)[0] is joint]
         if len(own) != NUM_JOINTS or len(joints) > MAX_LINKS:
-            raise _refusal(
+            raise refusal(
                 tip,
                 f"{NUM_JOINTS} joints",
                 f"{len(own)} of the {len(joints)} joints of '{tip}' move by themselves "
@@ -204,7 +214,7 @@ class Description:
         for joint in joints:
             leader, ratio, offset = self._leader(joint)
             if leader.name not in names:
-                raise _refusal(
+                raise refusal(
                     joint.name,
                     ", ".join(own),
                     f"joint '{joint.name}' follows '{leader.name}', which does not carry '{tip}'; "
@@ -214,14 +224,14 @@ class Description:
             found.append(None if leader is joint else follows)
         return found
 
-    def _named(self, name: str) -> _Joint:
+    def _named(self, name: str) -> Joint:
         if name not in self._joints:
             names = ", ".join(self._joints)
             near = nearest(name, self._joints)
-            raise _refusal(name, names, f"there is no joint '{shortened(name)}'{near}")
+            raise refusal(name, names, f"there is no joint '{shortened(name)}'{near}")
         return self._joints[name]
 
-    def _leader(self, joint: _Joint) -> tuple[_Joint, float, float]:
+    def _leader(self, joint: Joint) -> tuple[Joint, float, float]:
         """The joint that a joint follows in the end, itself if none; ratio and offset."""
         ratio, offset, first = 1.0, 0.0, joint
         for _ in self._joints:
@@ -230,20 +240,20 @@ class Description:
             offset += ratio * joint.follows.offset
             ratio *= joint.follows.ratio
             joint = self._named(joint.follows.leader)
-        raise _refusal(first.name, "another joint", f"joint '{first.name}' follows itself")
+        raise refusal(first.name, "another joint", f"joint '{first.name}' follows itself")
 
-    def _standing(self, joint: _Joint) -> float | None:
+    def _standing(self, joint: Joint) -> float | None:
         """The position of a joint that does not move [rad, m]; None if it does."""
         leader, ratio, offset = self._leader(joint)
         if leader.name in self._locked:
             return ratio * self._locked[leader.name] + offset
         return None if leader.kind in MOVING and joint.kind in MOVING else 0.0
 
-    def _path_to(self, tip: str) -> list[_Joint]:
+    def _path_to(self, tip: str) -> list[Joint]:
         if tip not in self._bodies:
             near = nearest(tip, self._bodies)
-            raise _refusal(tip, "a link", f"there is no link '{shortened(tip)}'{near}")
-        path: list[_Joint] = []
+            raise refusal(tip, "a link", f"there is no link '{shortened(tip)}'{near}")
+        path: list[Joint] = []
         while tip in self._before and len(path) <= len(self._before):
             path.append(self._before[tip])
             tip = path[-1].parent
@@ -251,10 +261,10 @@ class Description:
             if joint.kind not in MOVING and joint.kind != "fixed":
                 kinds = ", ".join(MOVING)
                 words = f"joint '{joint.name}' is '{joint.kind}', a chain has {kinds}"
-                raise _refusal(joint.kind, kinds, words)
+                raise refusal(joint.kind, kinds, words)
         return path[::-1]
 
-    def _fixed_to(self, link: str, pose: Pose, path: Collection[str]) -> dict[str, _Body]:
+    def _fixed_to(self, link: str, pose: Pose, path: Collection[str]) -> dict[str, Body]:
         """A link of a path, and what is fixed to it beside the path; each in the group's frame."""
         found = {link: self._bodies[link].seen_from(pose)}
         for joint in self._after.get(link, []):
@@ -279,7 +289,7 @@ def with_fingers(
     """
     count = len(scenario.fingers)
     if len(fingers) != count:
-        raise _refusal(
+        raise refusal(
             len(fingers), f"{count}", f"{len(fingers)} fingertips for a scenario of {count} fingers"
         )
     mapping = scenario.to_mapping()
@@ -341,10 +351,10 @@ def _chain_joint(group: _Group, leader: tuple[int, float, float] | None) -> Chai
         axis=_numbers(joint.axis),
         mass=mass,
         centre=_numbers(centre),
-        unit_inertia=tuple((inertia / max(mass, 1e-300))[_UPPER].tolist()),
-        minimum=joint.minimum,
-        maximum=joint.maximum,
-        torque_limit=None if follows is not None else joint.torque_limit,
+        unit_inertia=tuple((inertia / max(mass, 1e-300))[UPPER].tolist()),
+        minimum=_within(joint.minimum, _LARGEST_END),
+        maximum=_within(joint.maximum, _LARGEST_END),
+        torque_limit=None if follows is not None else _within(joint.torque_limit, _LARGEST_EFFORT),
         follows=follows,
         ratio=ratio,
         offset=offset,
@@ -354,64 +364,12 @@ def _chain_joint(group: _Group, leader: tuple[int, float, float] | None) -> Chai
     except pydantic.ValidationError as error:
         first = error.errors()[0]
         words = f"joint '{joint.name}': {first['loc'][0]}: {first['msg']}"
-        raise _refusal(joint.name, "a joint", words) from None
+        raise refusal(joint.name, "a joint", words) from None
 
 
-def _body_of(link: ElementTree.Element) -> _Body:
-    inertial = link.find("inertial")
-    if inertial is None:
-        return _Body(0.0, np.zeros(3), np.zeros((3, 3)))
-    mass = float(inertial.find("mass").get("value"))  # pyright: ignore
-    given, inertia = inertial.find("inertia"), np.zeros((3, 3))
-    if given is not None:
-        for (a, b), name in zip(zip(*_UPPER, strict=True), _ENTRIES, strict=True):
-            inertia[a, b] = inertia[b, a] = float(given.get(name, "0"))
-    return _Body(mass, np.zeros(3), inertia).seen_from(_pose_of(inertial))
-
-
-_ENTRIES = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
-
-
-def _joint_of(joint: ElementTree.Element) -> _Joint:
-    axis, limit = joint.find("axis"), joint.find("limit")
-    direction = np.array([1.0, 0.0, 0.0]) if axis is None else _vector(axis.get("xyz", "1 0 0"))
-    low = high = most = None
-    if limit is not None:
-        most = _within(float(limit.get("effort", "0")), _LARGEST_EFFORT) or None
-        if joint.get("type") != "continuous":
-            ends = (float(limit.get(name, "0")) for name in ("lower", "upper"))
-            low, high = (_within(end, _LARGEST_END) for end in ends)
-    return _Joint(
-        joint.get("name", ""),
-        joint.get("type", ""),
-        joint.find("parent").get("link"),  # pyright: ignore
-        joint.find("child").get("link"),  # pyright: ignore
-        _pose_of(joint),
-        direction / np.linalg.norm(direction),
-        low,
-        high,
-        most,
-        _follows_of(joint.find("mimic")),
-    )
-
-
-def _within(value: float, largest: float) -> float | None:
+def _within(value: float | None, largest: float) -> float | None:
     """A limit; None where it is so large that it means that there is none."""
-    return value if abs(value) <= largest else None
-
-
-def _follows_of(mimic: ElementTree.Element | None) -> Follows | None:
-    if mimic is None:
-        return None
-    ratio, offset = (float(mimic.get(*each)) for each in (("multiplier", "1"), ("offset", "0")))
-    return Follows(mimic.get("joint", ""), ratio, offset)
-
-
-def _pose_of(element: ElementTree.Element) -> Pose:
-    origin = element.find("origin")
-    if origin is None:
-        return AT_ORIGIN
-    return pose_of(_vector(origin.get("xyz", "0 0 0")), _vector(origin.get("rpy", "0 0 0")))
+    return value if value is not None and abs(value) <= largest else None
 
 
 def pose_of(place: Floats, angles: Floats) -> Pose:
@@ -422,17 +380,11 @@ def pose_of(place: Floats, angles: Floats) -> Pose:
     return Pose(turn, np.asarray(place, float))
 
 
-def _vector(text: str) -> Floats:
-    numbers = np.array([float(part) for part in text.split()])
-    if numbers.shape != (3,) or not np.isfinite(numbers).all():
-        raise ValueError(f"'{shortened(text)}' is not three numbers")
-    return numbers
-
-
 def _numbers(vector: Floats) -> tuple[float, float, float]:
     x, y, z = (vector + 0.0).tolist()
     return x, y, z
 
 
-def _refusal(value: Any, limit: str, message: str) -> ScenarioError:
+def refusal(value: Any, limit: str, message: str) -> ScenarioError:
+    """Why a hand cannot be read."""
     return single_error("fingers", value, limit, message)

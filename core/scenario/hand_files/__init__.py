@@ -1,0 +1,1 @@
+"""Hands as files describe them: fingers of a scenario are made of their links and joints."""

@@ -1,0 +1,146 @@
+"""The links and joints of a hand from its MJCF file, as MuJoCo reads it."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from slipgrasp.core.scenario.chain import rotation_of
+from slipgrasp.core.scenario.hand_files.description import (
+    Body,
+    Floats,
+    Follows,
+    Joint,
+    Pose,
+    refusal,
+)
+
+_KINDS = ("free", "ball", "prismatic", "revolute")  # by mjtJoint
+_EQUAL_JOINTS, _ON_JOINT = 2, 0  # mjtEq, mjtTrn
+_NOTHING = Body(0.0, np.zeros(3), np.zeros((3, 3)))
+
+
+def read_mjcf(path: Path, tips: Collection[str]) -> tuple[dict[str, Body], list[Joint]]:
+    """Links by name, and the joints between them.
+
+    A joint is at 0 where MuJoCo has its reference (``ref``). Of a joint, what the chain of a
+    scenario has not is left out: damping, friction, springs and the inertia of its motor.
+
+    Args:
+        path: The file; what it includes is read too.
+        tips: Of these names, sites become links without a mass.
+
+    Raises:
+        ScenarioError: If MuJoCo is not installed or does not accept the file.
+    """
+    try:
+        mujoco: Any = import_module("mujoco")
+    except ImportError:
+        words = "MJCF files are read by the package mujoco: pip install 'slipgrasp[mjcf]'"
+        raise refusal(path.name, "URDF", words) from None
+    try:
+        model = mujoco.MjModel.from_xml_path(str(path))
+    except ValueError as error:
+        words = f"MuJoCo does not accept '{path.name}': {' '.join(str(error).split())}"
+        raise refusal(path.name, "MJCF", words) from None
+    bodies, joints = {"world": _body_of(model, 0)}, list[Joint]()
+    for number in range(1, model.nbody):
+        joints += _joints_to(model, number)
+        bodies[_body_name(model, number)] = _body_of(model, number)
+    for number in range(model.nsite):
+        name = model.site(number).name
+        if name in tips and name not in bodies:
+            pose = _pose(model.site_pos[number], model.site_quat[number])
+            parent = _body_name(model, model.site_bodyid[number])
+            joints.append(Joint(f"to {name}", "fixed", parent, name, pose))
+    return {joint.child: _NOTHING for joint in joints} | bodies, joints
+
+
+def _joints_to(model: Any, number: int) -> Iterator[Joint]:
+    """How a body moves in its parent: its joints one after the other, with links between them."""
+    parent, child = (_body_name(model, n) for n in (model.body_parentid[number], number))
+    pose, anchor = _pose(model.body_pos[number], model.body_quat[number]), np.zeros(3)
+    first, count = model.body_jntadr[number], model.body_jntnum[number]
+    for joint in range(first, first + count):
+        name = _joint_name(model, joint)
+        pose = pose.after(_at(model.jnt_pos[joint] - anchor))
+        anchor = model.jnt_pos[joint]
+        is_body = joint == first + count - 1 and not anchor.any()
+        link = child if is_body else f"{name} of {child}"
+        low, high = _range(model, joint)
+        yield Joint(
+            name,
+            _KINDS[model.jnt_type[joint]],
+            parent,
+            link,
+            pose,
+            model.jnt_axis[joint].copy(),
+            low,
+            high,
+            _largest_torque(model, joint),
+            _leader(model, joint),
+        )
+        parent, pose = link, _at(np.zeros(3))
+    if parent != child:
+        yield Joint(f"to {child}", "fixed", parent, child, pose.after(_at(-anchor)))
+
+
+def _range(model: Any, joint: int) -> tuple[float | None, float | None]:
+    """Least and largest position of a joint from its reference [rad, m]."""
+    if not model.jnt_limited[joint]:
+        return None, None
+    low, high = (model.jnt_range[joint] - model.qpos0[model.jnt_qposadr[joint]]).tolist()
+    return low, high
+
+
+def _largest_torque(model: Any, joint: int) -> float | None:
+    """The least of the bounds on what acts on a joint [N m, N]; None where there is none."""
+    found = list[float]()
+    if model.jnt_actfrclimited[joint]:
+        found.append(np.abs(model.jnt_actfrcrange[joint]).max())
+    for k in range(model.nu):
+        on_joint = model.actuator_trntype[k] == _ON_JOINT and model.actuator_trnid[k, 0] == joint
+        if on_joint and model.actuator_forcelimited[k]:
+            largest = np.abs(model.actuator_forcerange[k]).max()
+            found.append(abs(model.actuator_gear[k, 0]) * largest)
+    return float(min(found)) if found else None
+
+
+def _leader(model: Any, joint: int) -> Follows | None:
+    """The joint that an equality of the file lets a joint follow."""
+    for k in range(model.neq):
+        if model.eq_type[k] != _EQUAL_JOINTS or model.eq_obj1id[k] != joint:
+            continue
+        offset, ratio, *rest = model.eq_data[k, :5].tolist()
+        if any(rest) or model.eq_obj2id[k] < 0:
+            name = _joint_name(model, joint)
+            words = f"joint '{name}' follows by a polynomial, which joints of a chain cannot"
+            raise refusal(name, "a ratio and an offset", words)
+        return Follows(_joint_name(model, model.eq_obj2id[k]), ratio, offset)
+    return None
+
+
+def _body_of(model: Any, number: int) -> Body:
+    place = _pose(model.body_ipos[number], model.body_iquat[number])
+    inertia = np.diag(model.body_inertia[number])
+    return Body(float(model.body_mass[number]), np.zeros(3), inertia).seen_from(place)
+
+
+def _body_name(model: Any, number: int) -> str:
+    return model.body(number).name or f"body_{number}"
+
+
+def _joint_name(model: Any, number: int) -> str:
+    return model.joint(number).name or f"joint_{number}"
+
+
+def _pose(place: Floats, quaternion: Floats) -> Pose:
+    return Pose(rotation_of(quaternion.tolist()), place.copy())
+
+
+def _at(place: Floats) -> Pose:
+    return Pose(np.eye(3), place)

@@ -1,0 +1,394 @@
+"""The signals of a trace: arrays over time, one definition of every signal.
+
+The annotation of an attribute of `Samples` is the only definition of a signal. Columns, recorded
+messages, the REST interface and labels are derived from it, and the kernel writes its rows in
+the order of the attributes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Annotated, get_args, get_origin, get_type_hints
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipgrasp.core.scenario.custom_laws import Diagnostic
+from slipgrasp.core.scenario.space import PLANAR, SPATIAL, Space
+
+TIME_COLUMN = "t"
+
+Floats = NDArray[np.float64]
+Phases = NDArray[np.int8]
+
+
+@dataclass(frozen=True, slots=True)
+class Signal:
+    """One quantity of the trace.
+
+    Attributes:
+        topic: Group it is recorded with: time, object, contacts, joints, controller, energy.
+        per: What its entries stand for: "" (one number), pose, coordinate, contact, tangent (of
+            contacts, two in space), path (of contacts, in space only), pad (of contacts, where
+            any fingertip is soft), joint, unknown, diagnostic.
+        unit: SI unit, or one each where they differ.
+        text: One sentence.
+        slides_unit: Its unit for joints that are slides.
+        spatial_unit: Its unit in space, where that is another.
+        spatial_text: Its sentence in space, where that is another.
+        column: What the names of its columns begin with; its own name if None.
+        name: Attribute of `Samples` that carries it.
+        holds_phases: Whether its values are those of `slipgrasp.core.trace.types.ContactPhase`.
+    """
+
+    topic: str
+    per: str
+    unit: str
+    text: str
+    column: str | None = None
+    slides_unit: str = ""
+    spatial_unit: str = ""
+    spatial_text: str = ""
+    name: str = ""
+    holds_phases: bool = False
+
+    def unit_in(self, space: Space) -> str:
+        """Its SI unit, or one each, for a kind of hand."""
+        return (space is SPATIAL and self.spatial_unit) or self.unit
+
+    def text_in(self, space: Space) -> str:
+        """Its sentence for a kind of hand."""
+        return (space is SPATIAL and self.spatial_text) or self.text
+
+    @property
+    def prefix(self) -> str:
+        """What the names of its columns begin with."""
+        return self.name if self.column is None else self.column
+
+
+@dataclass(frozen=True, slots=True)
+class TraceShape:
+    """What the widths of a trace follow from.
+
+    Attributes:
+        num_contacts: How many contacts there are, one per finger.
+        unknowns: Dotted keys of what is estimated.
+        diagnostics: Diagnostics of a custom law; empty without one.
+        space: What depends on the hand being planar or spatial.
+        slides: Which joints slide, counted through all fingers; they have other units.
+        soft: Whether any fingertip is soft.
+    """
+
+    num_contacts: int
+    unknowns: tuple[str, ...]
+    diagnostics: tuple[Diagnostic, ...] = ()
+    space: Space = PLANAR
+    slides: tuple[int, ...] = ()
+    soft: bool = False
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """What the coordinates of the object are called; the rotation vector is in world axes."""
+        return self.space.coordinates
+
+    @property
+    def joints_per_finger(self) -> int:
+        """How many joints every finger has."""
+        return self.space.joints_per_finger
+
+    def has(self, signal: Signal) -> bool:
+        """Whether such a trace has a signal at all, if perhaps of no column."""
+        if signal.per == "pad":
+            return self.soft
+        return signal.per != "path" or self.space.has_paths
+
+    @property
+    def width_of_joints(self) -> int:
+        """Numbers per joint of the hand."""
+        return self.joints_per_finger * self.num_contacts
+
+    @property
+    def widths(self) -> dict[str, int]:
+        """Number of columns of a signal by what it is given per."""
+        return {
+            "": 1,
+            "pose": len(self.space.pose),
+            "coordinate": len(self.coordinates),
+            "contact": self.num_contacts,
+            "tangent": self.space.num_tangents * self.num_contacts,
+            "path": self.space.has_paths * self.num_contacts,
+            "pad": self.soft * self.num_contacts,
+            "joint": self.width_of_joints,
+            "unknown": len(self.unknowns),
+            "diagnostic": len(self.diagnostics),
+        }
+
+    def width(self, signal: Signal) -> int:
+        """Number of columns of a signal."""
+        return self.widths[signal.per]
+
+    @property
+    def num_columns(self) -> int:
+        """Number of columns of a whole row."""
+        widths = self.widths
+        return sum(widths[signal.per] for signal in SIGNALS)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Samples:
+    """What happened, over time: ``(rows,)`` or ``(rows, width)`` arrays, SI units.
+
+    Each attribute carries its `Signal`, with unit and sentence. Rows are in time order; every
+    event (phase change, jump of the desired acceleration, timed change) gives two rows with the
+    same time, the state just before and just after. In the very first such pair the row before
+    is the stick phase that every run assumes at t = 0, with the force its law demands: where
+    that force lies outside its cone, the contact slips from the start.
+
+    Signals named in ``absent`` are 0: the recording is older than they are.
+    """
+
+    shape: TraceShape
+    times: Annotated[
+        Floats,
+        Signal(
+            "time",
+            "",
+            "s",
+            "Simulation time; an event gives two rows at one time.",
+            column=TIME_COLUMN,
+        ),
+    ]
+    object_pose: Annotated[
+        Floats,
+        Signal(
+            "object",
+            "pose",
+            "m, m, rad",
+            "Pose x, y, theta.",
+            column="",
+            spatial_unit="m, m, m, 1, 1, 1, 1",
+            spatial_text="Position x, y, z and unit quaternion w, x, y, z.",
+        ),
+    ]
+    object_velocity: Annotated[
+        Floats,
+        Signal(
+            "object",
+            "coordinate",
+            "m/s, m/s, rad/s",
+            "Its first derivative.",
+            spatial_unit="m/s, m/s, m/s, rad/s, rad/s, rad/s",
+            spatial_text="Velocity and angular velocity, world axes.",
+        ),
+    ]
+    object_acceleration: Annotated[
+        Floats,
+        Signal(
+            "object",
+            "coordinate",
+            "m/s², rad/s²",
+            "Its second derivative.",
+            spatial_unit="m/s², m/s², m/s², rad/s², rad/s², rad/s²",
+            spatial_text="Acceleration and angular acceleration, world axes.",
+        ),
+    ]
+    tracking_error: Annotated[
+        Floats,
+        Signal(
+            "object",
+            "coordinate",
+            "m, m, rad",
+            "Desired minus actual pose.",
+            column="error",
+            spatial_unit="m, m, m, rad, rad, rad",
+            spatial_text="Desired minus actual position; rotation vector from actual to desired.",
+        ),
+    ]
+    external_wrench: Annotated[
+        Floats,
+        Signal(
+            "object",
+            "coordinate",
+            "N, N, N m",
+            "Force and moment of the pulses.",
+            spatial_unit="N, N, N, N m, N m, N m",
+        ),
+    ]
+    input_rank: Annotated[
+        Floats,
+        Signal(
+            "object", "", "1", "Rank of B~ in the phase: how many accelerations torques choose."
+        ),
+    ]
+    controllability: Annotated[
+        Floats,
+        Signal(
+            "object",
+            "coordinate",
+            "1",
+            "Share of an acceleration that torques can produce whatever else is asked.",
+        ),
+    ]
+    slip: Annotated[
+        Floats,
+        Signal(
+            "contacts",
+            "tangent",
+            "m",
+            "Displacement of the fingertip along the face.",
+            spatial_text="Displacement of the fingertip along t_x and t_y of its face.",
+        ),
+    ]
+    slip_velocity: Annotated[Floats, Signal("contacts", "tangent", "m/s", "Its first derivative.")]
+    slip_acceleration: Annotated[
+        Floats, Signal("contacts", "tangent", "m/s²", "Its second derivative.")
+    ]
+    slip_path: Annotated[
+        Floats, Signal("contacts", "path", "m", "Way that the fingertip has slid on its face.")
+    ]
+    phase: Annotated[
+        Phases,
+        Signal(
+            "contacts",
+            "contact",
+            "",
+            "0 stick, 1 slip forward, -1 slip backward.",
+            spatial_text="0 stick, 2 slip.",
+        ),
+    ]
+    believed_phase: Annotated[
+        Phases, Signal("contacts", "contact", "", "The phase the controller acts on.")
+    ]
+    tangential_force: Annotated[
+        Floats,
+        Signal(
+            "contacts",
+            "tangent",
+            "N",
+            "F_x of the fingertip on the object.",
+            spatial_text="F_x and F_y of the fingertip on the object, along -t_x and -t_y.",
+        ),
+    ]
+    normal_force: Annotated[Floats, Signal("contacts", "contact", "N", "F_n, positive pushes.")]
+    friction_margin: Annotated[
+        Floats,
+        Signal(
+            "contacts",
+            "contact",
+            "N",
+            "mu F_n - |F_x|, positive inside the cone.",
+            spatial_text="mu F_n - |F_t|, positive inside the cone; in the pyramid the lesser of "
+            "mu F_n - |F_x| and mu F_n - |F_y|.",
+        ),
+    ]
+    friction_coefficient: Annotated[
+        Floats,
+        Signal("contacts", "contact", "1", "True friction at that time, of stick or of slip."),
+    ]
+    joint_position: Annotated[
+        Floats,
+        Signal(
+            "joints",
+            "joint",
+            "rad",
+            "Joint angles, second relative to first; positions of slides.",
+            slides_unit="m",
+            spatial_text="Yaw, pitch, and pitch relative to the first link; positions of slides.",
+        ),
+    ]
+    joint_velocity: Annotated[
+        Floats, Signal("joints", "joint", "rad/s", "Their first derivative.", slides_unit="m/s")
+    ]
+    joint_torque: Annotated[
+        Floats,
+        Signal(
+            "joints",
+            "joint",
+            "N m",
+            "Torque that acts on the joint; of slides force.",
+            column="torque",
+            slides_unit="N",
+        ),
+    ]
+    commanded_torque: Annotated[
+        Floats,
+        Signal(
+            "joints",
+            "joint",
+            "N m",
+            "Torque that the law asked for last, before limits and latency; of slides force.",
+            slides_unit="N",
+        ),
+    ]
+    estimates: Annotated[
+        Floats,
+        Signal(
+            "controller", "unknown", "", "Estimates of the unknown parameters.", column="estimate"
+        ),
+    ]
+    true_parameters: Annotated[
+        Floats,
+        Signal(
+            "controller", "unknown", "", "Their true values at that time.", column="true_parameter"
+        ),
+    ]
+    lyapunov_value: Annotated[Floats, Signal("controller", "", "1", "V of Eq. 44.")]
+    grasp_violation: Annotated[
+        Floats,
+        Signal("controller", "", "N", "How far the commanded force leaves the estimated cones."),
+    ]
+    inertia_condition: Annotated[
+        Floats, Signal("controller", "", "1", "Condition (1-norm) of the reduced inertia.")
+    ]
+    estimated_inertia_condition: Annotated[
+        Floats, Signal("controller", "", "1", "The same of its estimate.")
+    ]
+    diagnostics: Annotated[
+        Floats,
+        Signal("controller", "diagnostic", "", "What a custom law tells of itself.", column="law"),
+    ]
+    kinetic_energy: Annotated[
+        Floats, Signal("energy", "", "J", "Kinetic energy of object and fingers.")
+    ]
+    potential_energy: Annotated[
+        Floats, Signal("energy", "", "J", "Potential energy of object and fingers.")
+    ]
+    supplied_energy: Annotated[
+        Floats, Signal("energy", "", "J", "Work of torques, pulses and timed changes so far.")
+    ]
+    dissipated_energy: Annotated[
+        Floats, Signal("energy", "", "J", "Energy lost to friction so far.")
+    ]
+    spin: Annotated[
+        Floats,
+        Signal(
+            "contacts",
+            "pad",
+            "rad",
+            "Angle by which the fingertip has turned on the face, about the normal into the "
+            "object; 0 of a hard point.",
+        ),
+    ]
+    spin_velocity: Annotated[Floats, Signal("contacts", "pad", "rad/s", "Its first derivative.")]
+    torsional_moment: Annotated[
+        Floats,
+        Signal(
+            "contacts",
+            "pad",
+            "N m",
+            "Moment of the fingertip on the object, about the opposite of that normal.",
+        ),
+    ]
+    absent: frozenset[str] = frozenset()
+
+
+def _signals() -> Iterator[Signal]:
+    for name, hint in get_type_hints(Samples, include_extras=True).items():
+        if get_origin(hint) is Annotated:
+            values, signal = get_args(hint)
+            yield replace(signal, name=name, holds_phases=values == Phases)
+
+
+SIGNALS = tuple(_signals())
+"""Every signal of a trace, in the order of the columns of a row."""

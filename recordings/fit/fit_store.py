@@ -1,0 +1,221 @@
+"""The folder of fits: ``fits/ID.json`` is a request and how it ended, ``fits/ID/`` its files."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any, Literal
+
+from slipgrasp.recordings.exceptions import (
+    DamagedRecordingError,
+    RecordingError,
+    RecordingNotFoundError,
+    RecordingWriteError,
+)
+from slipgrasp.recordings.fit.request import FitRequest
+from slipgrasp.recordings.fit.run_fit import JOURNAL_SUFFIX, report_path
+from slipgrasp.recordings.store.identifiers import ID, IdSource
+from slipgrasp.recordings.store.run_files import iso_time
+from slipgrasp.recordings.store.sidecars import Sidecars
+from slipgrasp.recordings.store.store import RecordingStore
+
+FITS_FOLDER = "fits"
+
+EndState = Literal["completed", "cancelled", "failed"]
+
+
+class FitNotFoundError(RecordingNotFoundError):
+    """There is no such fit."""
+
+    def __init__(self, fit_id: str) -> None:
+        super().__init__(fit_id)
+        shown = "".join(c if c.isprintable() else "?" for c in fit_id[:100])
+        self.args = (f"there is no fit '{shown}'",)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FitEnd:
+    """How a fit ended.
+
+    Attributes:
+        state: ``completed`` if it has a report.
+        evaluations: Number of its runs, twins apart.
+        message: Why it has no report, in a sentence.
+    """
+
+    state: EndState
+    evaluations: int
+    message: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StoredFit:
+    """A fit in the store.
+
+    Attributes:
+        id: Its name in the store, twelve letters and digits.
+        created: When it was requested, ISO 8601 in UTC.
+        request: What is fitted.
+        end: How it ended; None while it is not finished.
+        idempotency_key: What the client called its request; empty if nothing.
+        request_digest: Digest of that request.
+        finding: Why it cannot be read; always empty.
+    """
+
+    id: str
+    created: str
+    request: FitRequest
+    end: FitEnd | None = None
+    idempotency_key: str = ""
+    request_digest: str = ""
+    finding: str = ""
+
+
+class FitStore:
+    """Keeps fits in a folder of the data directory.
+
+    Args:
+        data_directory: The folder of the runs.
+        runs: The runs.
+    """
+
+    def __init__(self, data_directory: Path, runs: RecordingStore) -> None:
+        self._folder = data_directory / FITS_FOLDER
+        self.runs = runs
+        self._ids = IdSource()
+        self._sidecars: Sidecars[StoredFit] = Sidecars(self._folder, StoredFit, _is_possible)
+
+    def create(
+        self, request: FitRequest, *, idempotency_key: str = "", request_digest: str = ""
+    ) -> StoredFit:
+        """Keeps a fit of which no run is simulated yet.
+
+        Raises:
+            RecordingWriteError: If it cannot be written.
+            StorageFullError: If there is no space.
+        """
+        self.runs.check_space()
+        now = datetime.now(UTC)
+        stored = StoredFit(
+            id=self._ids.new(now),
+            created=iso_time(now),
+            request=request,
+            idempotency_key=idempotency_key,
+            request_digest=request_digest,
+        )
+        folder = self.study_path(stored.id).parent
+        try:
+            folder.mkdir(parents=True)
+        except OSError as error:
+            raise RecordingWriteError(folder, error.strerror or "no folder") from error
+        self._sidecars.write(stored)
+        return stored
+
+    def get(self, fit_id: str) -> StoredFit:
+        """One fit by its id.
+
+        Raises:
+            FitNotFoundError: If there is none, whatever the id looks like.
+        """
+        stored = self._sidecars.read(fit_id) if ID.fullmatch(fit_id) else None
+        if stored is None:
+            raise FitNotFoundError(fit_id)
+        return stored
+
+    def list(self, offset: int = 0, limit: int | None = None) -> tuple[list[StoredFit], int]:
+        """Fits, newest first, and their number."""
+        ids = self._list_ids()
+        end = None if limit is None else offset + limit
+        return [*self._read_all(ids[offset:end])], len(ids)
+
+    def find_by_key(self, idempotency_key: str) -> StoredFit | None:
+        """The fit that was requested under a key, if there is one."""
+        fits = self._read_all(self._list_ids())
+        return next((fit for fit in fits if fit.idempotency_key == idempotency_key), None)
+
+    def unfinished(self) -> list[StoredFit]:
+        """The fits that are not finished, oldest first."""
+        return [fit for fit in self._read_all(self._list_ids()) if fit.end is None][::-1]
+
+    def used_recordings(self) -> set[str]:
+        """The recordings that fits still need."""
+        fits = self.unfinished()
+        return {each for fit in fits for each in (fit.request.recording, *fit.request.held_out)}
+
+    def note_end(self, stored: StoredFit, end: FitEnd) -> StoredFit:
+        """Notes how a fit ended; of one without a report only the request is kept."""
+        ended = replace(stored, end=end)
+        self._sidecars.write(ended)
+        if end.state != "completed":
+            self._journal(stored.id).unlink(missing_ok=True)
+        return ended
+
+    def delete(self, fit_id: str) -> None:
+        """Removes a fit for good; its recordings stay.
+
+        Raises:
+            FitNotFoundError: If there is none.
+            RecordingError: If it cannot be removed.
+        """
+        self.get(fit_id)
+        try:
+            self._sidecars.path_of(fit_id).unlink()
+            shutil.rmtree(self.study_path(fit_id).parent)
+        except FileNotFoundError:
+            pass
+        except OSError as error:
+            raise RecordingError(f"cannot delete fit '{fit_id}': {error.strerror}") from error
+
+    def study_path(self, fit_id: str) -> Path:
+        """Where the study of its runs lies once it is complete."""
+        return self._folder / fit_id / "fit.mcap"
+
+    def page_path(self, fit_id: str) -> Path:
+        """Where its report lies as a page."""
+        return self.study_path(fit_id).with_suffix(".html")
+
+    def report_path(self, fit_id: str) -> Path:
+        """Where its report lies as JSON."""
+        return report_path(self.study_path(fit_id))
+
+    def read_report(self, fit_id: str) -> dict[str, Any]:
+        """The report of a complete fit as plain values.
+
+        Raises:
+            RecordingError: If it is missing or damaged.
+        """
+        path = self.report_path(fit_id)
+        try:
+            report = json.loads(path.read_bytes())
+        except (OSError, ValueError) as error:
+            raise DamagedRecordingError(path.name, "it is no report of a fit") from error
+        return report
+
+    def find_complete(self, fit_id: str) -> FitEnd | None:
+        """The end of a fit whose files are all written; its journal goes last."""
+        if self._journal(fit_id).exists() or not self.page_path(fit_id).exists():
+            return None
+        return FitEnd(state="completed", evaluations=self.read_report(fit_id)["evaluations"])
+
+    def _journal(self, fit_id: str) -> Path:
+        path = self.study_path(fit_id)
+        return path.with_name(path.name + JOURNAL_SUFFIX)
+
+    def _list_ids(self) -> list[str]:
+        ids = (path.stem for path in self._folder.glob("*.json"))
+        return sorted(filter(ID.fullmatch, ids), reverse=True)
+
+    def _read_all(self, ids: list[str]) -> Iterator[StoredFit]:
+        for fit_id in ids:
+            # One that is deleted meanwhile is no fit any more.
+            with suppress(FitNotFoundError):
+                yield self.get(fit_id)
+
+
+def _is_possible(stored: StoredFit) -> bool:
+    return stored.end is None or stored.end.evaluations >= 0

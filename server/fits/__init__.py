@@ -1,0 +1,1 @@
+"""Fits on request: queued, run, followed while they run."""

@@ -1,0 +1,61 @@
+"""How much memory a fit takes, and how many values it may explain."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from slipgrasp.core.exceptions import FieldError
+from slipgrasp.core.fit.problem import FitProblem
+from slipgrasp.recordings.file.size import read_size
+from slipgrasp.recordings.fit.request import FitRequest
+from slipgrasp.recordings.measured.recording import is_measured, read_outline
+from slipgrasp.recordings.store.store import RecordingStore
+from slipgrasp.server.budget import NUMBER_BYTES, RECORDED_RUN_BYTES, Need
+from slipgrasp.server.exceptions import InvalidRequestError
+
+MAX_VALUES = 500_000
+"""Samples times signals: residuals, their derivatives and the journal grow with them."""
+
+_COPIES = 30
+"""Arrays of all values at a time: data, residuals, and derivatives by a dozen parameters."""
+
+
+def need_of(request: FitRequest, runs: RecordingStore) -> Need:
+    """The memory that a fit takes: its recordings while they are read, then its residuals.
+
+    Raises:
+        RecordingError: If a recording is missing or damaged.
+    """
+    sizes = [_numbers_in(path) for path in request.paths(runs)]
+    reading = Need.to_read_numbers(sum(sizes)).num_bytes
+    fitting = RECORDED_RUN_BYTES + _COPIES * NUMBER_BYTES * min(sizes[0], MAX_VALUES)
+    return Need(
+        max(reading, fitting),
+        "this fit",
+        "fit a shorter recording, or use 'slipgrasp fit' on the command line",
+    )
+
+
+def _numbers_in(path: Path) -> int:
+    if is_measured(path):
+        outline = read_outline(path)
+        return outline.sampling.samples * (1 + len(outline.columns))
+    return read_size(path).num_bytes // NUMBER_BYTES
+
+
+def check_values(problem: FitProblem) -> None:
+    """Refuses data with more values than a service fits.
+
+    Raises:
+        InvalidRequestError: If there are too many.
+    """
+    count = problem.data.count
+    if count > MAX_VALUES:
+        message = (
+            f"signals: the recording has {count} values of these signals, at most {MAX_VALUES} are "
+            "fitted on this server; choose fewer signals, import the data with --every N, or use "
+            "'slipgrasp fit' on the command line"
+        )
+        limit = f"at most {MAX_VALUES} values"
+        error = FieldError(field="signals", value=count, limit=limit, message=message)
+        raise InvalidRequestError([error])

@@ -1,0 +1,1 @@
+"""Long work on request, such as studies and fits: queued, followed, cancelled, resumed."""

@@ -1,0 +1,129 @@
+"""The jobs that wait and the one that runs."""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections.abc import Callable
+
+from slipgrasp.core.exceptions import SlipgraspError
+from slipgrasp.server.exceptions import ServiceBusyError
+from slipgrasp.server.jobs.job import Job, StudyState
+from slipgrasp.server.settings import Settings
+
+_POLL = 0.1
+UNEXPECTED = "an unexpected error; the server's log has its traceback"
+
+_logger = logging.getLogger(__name__)
+
+
+class JobQueue:
+    """Runs one job after the other, in the order in which they come.
+
+    Args:
+        settings: How many may wait.
+        wait_for_recordings: Waits for some time, and returns whether jobs may begin.
+    """
+
+    def __init__(
+        self,
+        settings: Settings,
+        wait_for_recordings: Callable[[float], bool] = lambda _seconds: True,
+    ) -> None:
+        self._settings = settings
+        self._wait_for_recordings = wait_for_recordings
+        self._lock = threading.Lock()
+        self._jobs: dict[str, Job] = {}
+        self._worker: threading.Thread | None = None
+        self._closing = threading.Event()
+
+    def close(self) -> None:
+        """Ends the job that runs where it is, without an end in its file."""
+        self._closing.set()
+        with self._lock:
+            worker = self._worker
+        if worker is not None:
+            worker.join()
+
+    def all(self) -> dict[str, Job]:
+        """The jobs that wait, run or have failed, by id."""
+        with self._lock:
+            return dict(self._jobs)
+
+    def num_before(self, job_id: str) -> int:
+        """Number of other jobs that end before a waiting one begins."""
+        ids = [job.id for job in self.all().values() if not job.has_ended]
+        return ids.index(job_id) if job_id in ids else 0
+
+    def check_capacity(self) -> None:
+        """Finds out whether another job may wait.
+
+        Raises:
+            ServiceBusyError: If it may not.
+        """
+        waiting = sum(job.is_waiting for job in self.all().values())
+        if waiting >= self._settings.max_studies_waiting:
+            busy_with = "studies or fits are waiting already"
+            raise ServiceBusyError(waiting, self._settings.retry_after, busy_with)
+
+    def add(self, job: Job) -> None:
+        """Takes a job, which begins when those before it have ended."""
+        with self._lock:
+            self._jobs[job.id] = job
+        self._begin_next()
+
+    def cancel(self, job: Job) -> None:
+        """Ends a job soon; at once if its turn is still to come, or it has failed."""
+        job.cancel()
+        if job.begin(StudyState.FAILED):
+            self._end(job)
+
+    def forget(self, job_id: str) -> None:
+        """Drops one that has failed and is deleted."""
+        with self._lock:
+            self._jobs.pop(job_id, None)
+
+    def _begin_next(self) -> None:
+        with self._lock:
+            if self._worker is not None or self._closing.is_set():
+                return
+            job = next((job for job in self._jobs.values() if job.begin()), None)
+            if job is not None:
+                self._worker = threading.Thread(target=self._run, args=(job,), name="job")
+                self._worker.start()
+
+    def _run(self, job: Job) -> None:
+        try:
+            while not (self._closing.is_set() or job.is_cancelled):
+                if self._wait_for_recordings(_POLL):
+                    break
+            self._end(job)
+        finally:
+            with self._lock:
+                self._worker = None
+            self._begin_next()
+
+    def _end(self, job: Job) -> None:
+        """Does what is left of a job, and sets how it ended.
+
+        One that has failed is left as it is, to be resumed, or continued by the next service.
+        """
+
+        def should_stop() -> bool:
+            return self._closing.is_set() or job.is_cancelled
+
+        state, message, is_kept = StudyState.FAILED, UNEXPECTED, True
+        try:
+            end = job.perform(should_stop)
+            is_kept = False
+            if end is None:
+                state, message = StudyState.QUEUED, ""
+            else:
+                state, message = StudyState(end.state), end.message
+        except SlipgraspError as error:
+            message = f"{error}; it goes on where it is when it is resumed"
+            _logger.error("job %s failed: %s", job.id, error)
+        finally:
+            job.end(state, message)
+            if not is_kept:
+                self.forget(job.id)

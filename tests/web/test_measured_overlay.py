@@ -1,0 +1,102 @@
+"""Measured data over a run: their signals alone, thinned, and the words of a fit."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from slipgrasp.core.fit.progress import FitProgress
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.trace.columns import columns_of
+from slipgrasp.recordings.fit.fit_store import StoredFit
+from slipgrasp.recordings.fit.request import FitRequest
+from slipgrasp.recordings.measured.recording import (
+    MeasuredColumn,
+    MeasuredOutline,
+    MeasuredRecording,
+    Sampling,
+)
+from slipgrasp.server.fits.progress import FitStatus
+from slipgrasp.server.jobs.job import StudyState
+from slipgrasp.web.charts.charts import charts_of
+from slipgrasp.web.model.fit import FitView, progress_words
+from slipgrasp.web.model.fit_profiles import profiles_of
+from slipgrasp.web.model.measured import MOST_SAMPLES, laid_over, thinned
+
+
+def measured_slip(samples: int) -> MeasuredRecording:
+    times = np.linspace(0.0, 0.1, samples)
+    sampling = Sampling(
+        samples=samples, start=0.0, end=0.1, period=0.01, even=True, num_gaps=0, gaps=()
+    )
+    columns = (
+        MeasuredColumn(name="slip_1", unit="m", source="s"),
+        MeasuredColumn(name="room_light", unit="1", source="l"),
+    )
+    outline = MeasuredOutline(title="hand", columns=columns, sampling=sampling)
+    values = np.stack([np.sin(times), np.ones(samples)], 1)
+    return MeasuredRecording(outline=outline, times=times, values=values)
+
+
+def test_a_run_of_measured_data_has_their_signals_and_no_others(case_1: RunResult) -> None:
+    measured = measured_slip(11)
+    result = laid_over(case_1, measured)
+    columns = {column.name: column for column in columns_of(result.trace)}
+
+    np.testing.assert_array_equal(columns["slip_1"].values, np.sin(measured.times))
+    np.testing.assert_array_equal(result.trace.times, measured.times)
+    others = [c for c in columns.values() if c.name not in ("t", "slip_1") and not c.holds_phases]
+    assert all(np.isnan(column.values).all() for column in others)
+    assert result.phase_changes == () and (result.trace.phase == 0).all()
+    assert any(charts_of(result).values())
+
+
+def test_long_measured_data_are_thinned_evenly() -> None:
+    kept = thinned(measured_slip(2 * MOST_SAMPLES + 1))
+
+    assert len(kept.times) == MOST_SAMPLES * 2 // 3 + 1
+    assert np.ptp(np.diff(kept.times)) < 1e-12
+
+
+def status(**progress: object) -> FitStatus:
+    request = FitRequest(recording="a" * 12, scenario={}, free=("object.mass",), signals={})
+    stored = StoredFit(id="b" * 12, created="", request=request)
+    shown = FitProgress(**progress)  # pyright: ignore[reportArgumentType]
+    return FitStatus(stored=stored, state=StudyState.RUNNING, progress=shown)
+
+
+def test_a_fit_tells_its_stage_and_its_profiles_so_far() -> None:
+    points = ((1.0, 5.0), (1.1, 0.0))
+    now = status(
+        stage="profiles",
+        share=0.5,
+        evaluations=40,
+        best={"object.mass": 1.1},
+        profiles={"object.mass": points},
+        threshold=3.84,
+    )
+
+    assert progress_words(now) == "Fitting: profiles, 50%; 40 runs."
+    (profile,) = profiles_of(FitView(status=now))
+    assert (profile.points, profile.words) == (points, "so far 1.1")
+    assert profiles_of(FitView(status=status(stage="searching"))) == []
+
+
+@pytest.mark.parametrize(
+    ("kind", "numbers", "words"),
+    [
+        ("bounded", (1.1, 1.0, 1.2), "bounded: 1.1 kg, 95 % interval 1 … 1.2 kg"),
+        ("only above", (None, None, 1.2), "only above: at most 1.2 kg; the data do not bound"),
+        ("flat", (None, None, None), "flat: the data do not bound it"),
+    ],
+)
+def test_a_complete_fit_has_its_estimates_in_words(
+    kind: str, numbers: tuple[float | None, ...], words: str
+) -> None:
+    value, low, high = numbers
+    found = {"value": value, "low": low, "high": high, "class": kind, "unit": "kg", "note": ""}
+    report = {"parameters": {"object.mass": {**found, "profile": [[1.1, 0.0]]}}, "threshold": 4.0}
+
+    (profile,) = profiles_of(FitView(report=report))
+
+    assert profile.key == "object.mass [kg]" and profile.words.startswith(words)
