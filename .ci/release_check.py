@@ -38,8 +38,9 @@ def main(interpreters: Sequence[str]) -> None:
     found = interpreters or [each for name in VERSIONS if (each := shutil.which(name))]
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        files = build(folder / "first")
-        again = build(folder / "second")
+        commit = last_commit()
+        files = build(folder / "first", commit)
+        again = build(folder / "second", commit)
         assert [digest(each) for each in files] == [digest(each) for each in again], "two builds"
         print(f"Two builds are equal bytes: {', '.join(each.name for each in files)}")
         tool("twine", "check", "--strict", *files)
@@ -49,15 +50,22 @@ def main(interpreters: Sequence[str]) -> None:
             check_installed(interpreter, wheel, folder / f"environment{number}")
 
 
-def build(folder: Path) -> list[Path]:
-    """Builds source archive and wheel of the last commit in a folder."""
+def last_commit() -> str:
+    """The commit that is checked, also where another one is made meanwhile."""
+    return subprocess.check_output(["git", "rev-parse", "HEAD"], cwd=ROOT, text=True).strip()
+
+
+def build(folder: Path, commit: str) -> list[Path]:
+    """Builds source archive and wheel of a commit in a folder."""
     sources = folder / "sources"
     sources.mkdir(parents=True)
-    archive = subprocess.check_output(["git", "archive", "HEAD"], cwd=ROOT)
+    archive = subprocess.check_output(["git", "archive", commit], cwd=ROOT)
     (folder / "sources.tar").write_bytes(archive)
     with tarfile.open(folder / "sources.tar") as tar:
         tar.extractall(sources, filter="data")
-    time = subprocess.check_output(["git", "log", "-1", "--format=%ct"], cwd=ROOT, text=True)
+    time = subprocess.check_output(
+        ["git", "log", "-1", "--format=%ct", commit], cwd=ROOT, text=True
+    )
     environment = {**os.environ, "SOURCE_DATE_EPOCH": time.strip()}
     subprocess.run(
         [sys.executable, "-m", "build", "--outdir", str(folder / "dist"), str(sources)],
@@ -116,7 +124,7 @@ def check_installed(interpreter: str, wheel: Path, folder: Path) -> None:
 def build_into(folder: Path) -> None:
     """Puts source archive and wheel into a folder."""
     with tempfile.TemporaryDirectory() as name:
-        for each in build(Path(name)):
+        for each in build(Path(name), last_commit()):
             folder.mkdir(exist_ok=True)
             shutil.copy(each, folder)
 

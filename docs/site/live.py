@@ -29,7 +29,7 @@ def add_links(app: Sphinx, page: str, source: list[str]) -> None:
 
     def with_link(block: re.Match[str]) -> str:
         links = "".join(
-            f'<a href="live/{name}#t=0">Open {name}: it simulates in the browser</a>'
+            f'<a href="live/{name}#t=0">Open {name}: nothing to install</a>'
             for _, name in _COMMAND.findall(block[0])
         )
         return f'{block[0]}\n\n<p class="live">{links}</p>' if links else block[0]
