@@ -20,6 +20,7 @@ from tests.web.driving import (
     pause_at,
     set_number,
     told,
+    unfold_changes,
 )
 
 pytestmark = pytest.mark.browser
@@ -149,5 +150,6 @@ def test_a_prism_in_space_slips_in_the_picture_and_follows_a_control(page: Page)
     before = verdict.inner_text()
     set_number(page, "mass [kg]", "1.2")
     expect(verdict).not_to_have_text(before)
+    unfold_changes(page)
     page.get_by_role("button", name="push", exact=True).click()
     page.locator(".sg-editor-note", has_text="push (0, 0, -5) N").wait_for()

@@ -17,7 +17,8 @@ from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import load_scenario, scenario_from_mapping, with_values
 from slipgrasp.server.viewer.server import ViewerServer
-from slipgrasp.web.charts.charts import charts_of
+from slipgrasp.web.charts.charts import CHART_TABS, charts_of
+from slipgrasp.web.model.charts_view import ChartsView
 from slipgrasp.web.model.draft import Draft
 from slipgrasp.web.model.intents.picture import ToggleLine
 from slipgrasp.web.model.playback import (
@@ -42,6 +43,7 @@ def view_of(result: RunResult, window: TimeWindow | None = None) -> ViewState:
         playback=Playback(
             time=0.05, window=window or slip_window(result), speed=1.0, playing=False
         ),
+        charts=ChartsView(seen=frozenset(CHART_TABS)),
     )
 
 
@@ -254,3 +256,18 @@ def test_readings_follow_a_moving_play_head_ten_times_a_second() -> None:
     assert is_reading_due(0.1, 0.2, window, 0.1)
     assert not is_reading_due(0.1, 0.2, window, 0.09)
     assert not is_reading_due(0.1, 0.1005, window, 5.0)
+
+
+def test_charts_are_drawn_once_their_tab_is_in_sight(page: Page, case_2: RunResult) -> None:
+    view = view_of(case_2)
+    page.panel.update(replace(view, charts=ChartsView()))
+    contact = len(charts_of(case_2)["Contact"])
+    assert len(page.client.plots) == contact
+    heavier = simulate(with_values(case_2.scenario, {"object.mass": 1.3}))
+    energy = ChartsView(seen=frozenset({"Energy"}))
+    page.panel.update(replace(view, charts=energy))
+    assert len(page.client.plots) == contact + len(charts_of(case_2)["Energy"])
+    before = [plot.data for plot in page.client.plots]
+    page.panel.update(replace(view_of(heavier), charts=energy))
+    same = [plot.data is data for plot, data in zip(page.client.plots, before, strict=True)]
+    assert same == [True] * contact + [False] * (len(before) - contact)

@@ -101,8 +101,8 @@ def charts_of_view(view: ViewState, hidden: ChartsView) -> list[DrawnChart]:
     assert view.playback is not None
     ghost = ChartedRun.of(view.ghost.shown.result) if view.ghost else None
     run = ChartedRun.of(view.shown.result)
-    pages = drawn_charts(run, ghost, view.playback.window, hidden)
-    return [chart for charts in pages.values() for chart in charts]
+    window = view.playback.window
+    return [chart for tab in run.tabs for chart in drawn_charts(run, ghost, window, hidden, tab)]
 
 
 def test_the_drawing_shows_the_same_lines_as_the_page(case_2: RunResult) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import chain
 
 import numpy as np
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.trace.trace import Trace, rows_from_start
 from slipgrasp.core.words.phrases import joined
-from slipgrasp.web.charts.charts import Chart, charts_of
+from slipgrasp.web.charts.charts import CHART_TABS, Chart
 from slipgrasp.web.charts.chosen import CHOSEN_TAB, chosen_charts
 from slipgrasp.web.charts.columns import Drawing, event_rows, rows_inside
 from slipgrasp.web.charts.xy import XyChart, chosen_xy_charts, xy_charts
@@ -26,21 +26,39 @@ _COINCIDE = 0.004
 """Relative difference of lines below which they hide each other."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+class _Tabs(Mapping[str, tuple[Chart, ...]]):
+    """Charts of a run over time, by tab; those of a tab are made when they are first needed."""
+
+    def __init__(self, result: RunResult, chosen: Sequence[str]) -> None:
+        self._makers = {
+            **{tab: partial(make, result) for tab, make in CHART_TABS.items()},
+            CHOSEN_TAB: partial(chosen_charts, result, chosen),
+        }
+        self._made: dict[str, tuple[Chart, ...]] = {}
+
+    def __getitem__(self, tab: str) -> tuple[Chart, ...]:
+        if tab not in self._made:
+            self._made[tab] = tuple(self._makers[tab]())
+        return self._made[tab]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._makers)
+
+    def __len__(self) -> int:
+        return len(self._makers)
+
+
+@dataclass(frozen=True, eq=False)
 class ChartedRun:
     """A run with its charts by tab, and the selected signals.
 
     Attributes:
-        trace: The run.
-        tabs: Its charts over time, by tab.
-        xy: Its charts of one quantity against another.
-        chosen: Names of the selected signals.
-        across: Name of the signal on their horizontal axis.
+        result: The run.
+        chosen: Names of the signals that have charts of the user's choice.
+        across: Name of the signal that these are drawn against, too.
     """
 
-    trace: Trace
-    tabs: Mapping[str, tuple[Chart, ...]]
-    xy: tuple[XyChart, ...]
+    result: RunResult
     chosen: tuple[str, ...]
     across: str
 
@@ -48,28 +66,32 @@ class ChartedRun:
     def of(
         cls, result: RunResult, known: Sequence[ChartedRun] = (), view: ChartsView = PLAIN
     ) -> ChartedRun:
-        """The run with all its charts; charts are reused if known."""
-        made = next((run for run in known if run.trace is result.trace), None)
+        """The run with its charts; the same as before if it is among those known."""
+        made = next((run for run in known if run.result is result), None)
         if made is not None and (made.chosen, made.across) == (view.chosen, view.across):
             return made
-        tabs = charts_of(result) if made is None else made.tabs
-        return cls(
-            result.trace,
-            {**tabs, CHOSEN_TAB: chosen_charts(result, view.chosen)},
-            (*xy_charts(result), *chosen_xy_charts(result, view.chosen, view.across)),
-            view.chosen,
-            view.across,
-        )
+        return cls(result, view.chosen, view.across)
+
+    @property
+    def trace(self) -> Trace:
+        """The samples of the run."""
+        return self.result.trace
+
+    @cached_property
+    def tabs(self) -> Mapping[str, tuple[Chart, ...]]:
+        """Its charts over time, by tab."""
+        return _Tabs(self.result, self.chosen)
+
+    @cached_property
+    def xy(self) -> tuple[XyChart, ...]:
+        """Its charts of one quantity against another."""
+        chosen = chosen_xy_charts(self.result, self.chosen, self.across)
+        return (*xy_charts(self.result), *chosen)
 
     def lines(self) -> Iterator[tuple[str, str]]:
         """Every line that can be hidden: key of its chart, and its key."""
         charts = chain(*self.tabs.values(), (xy.chart for xy in self.xy))
         return ((chart.key, line.key) for chart in charts for line in chart.lines)
-
-    def find(self, key: str) -> Chart | None:
-        """The chart with a key; None if this run has none."""
-        charts = (chart for tab in self.tabs.values() for chart in tab)
-        return next((chart for chart in charts if chart.key == key), None)
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,27 +149,33 @@ class DrawnChart:
 
 
 def drawn_charts(
-    run: ChartedRun, ghost: ChartedRun | None, window: TimeWindow, charts_view: ChartsView
-) -> dict[str, list[DrawnChart]]:
-    """All charts of a run, by tab.
+    run: ChartedRun,
+    ghost: ChartedRun | None,
+    window: TimeWindow,
+    charts_view: ChartsView,
+    tab: str,
+) -> list[DrawnChart]:
+    """The charts of a run under a tab as they are drawn.
 
     Args:
         run: The run.
         ghost: Another run, whose corresponding charts are drawn.
         window: The time range.
-        charts_view: Hidden lines.
+        charts_view: Which lines are hidden.
+        tab: The tab.
     """
+    of_ghost = {chart.key: chart for chart in ghost.tabs[tab]} if ghost else {}
 
     def draw(chart: Chart) -> DrawnChart:
         hidden = charts_view.hidden_in(chart.key)
         own = Drawing.of(run.trace, _without(chart, hidden), window)
-        other = ghost.find(chart.key) if ghost else None
+        other = of_ghost.get(chart.key)
         if ghost is None or other is None:
             return DrawnChart(chart, hidden, own)
         pale = Drawing.of(ghost.trace, _without(other, hidden), window, is_ghost=True)
         return DrawnChart(chart, hidden, own, pale)
 
-    return {tab: [draw(chart) for chart in charts] for tab, charts in run.tabs.items()}
+    return [draw(chart) for chart in run.tabs[tab]]
 
 
 def remarks_on(charts: Sequence[DrawnChart]) -> Iterator[str]:

@@ -7,7 +7,7 @@
 import { hold, onChange, onFrame, state } from "./session_state.js";
 import { post } from "./post.js";
 
-const LOOK_EVERY_MS = 200;
+const LOOK_EVERY_MS = 100;
 const ZOOM = 1.25; // of the shown time, for each step of the wheel
 const STEP = 100; // of the wheel [px]
 let lookedAt = -Infinity;

@@ -25,8 +25,10 @@ from slipgrasp.web.charts.law_charts import LAWS_TAB
 from slipgrasp.web.charts.plot import Plot
 from slipgrasp.web.charts.xy import XY_TAB
 from slipgrasp.web.model.charts_view import ChartsView
+from slipgrasp.web.model.intents.picture import SeeCharts
 from slipgrasp.web.model.playback import Playback, TimeWindow
 from slipgrasp.web.model.view import Ghost, Shown, ViewState
+from slipgrasp.web.page.markup import visible_attribute
 from slipgrasp.web.panels.laws_tab import LawsTab
 from slipgrasp.web.panels.xy_tab import XyTab
 
@@ -59,7 +61,7 @@ class ChartsPanel:
         self._client = client
         self._group = client.gui.add_tab_group()
         self._tabs = {
-            name: _Tab(client.gui, self._group.add_tab(name), height)
+            name: _Tab(client.gui, self._group.add_tab(name), name, height)
             for name in (*CHART_TABS, CHOSEN_TAB)
         }
         self._xy = XyTab(client.gui, self._group.add_tab(XY_TAB))
@@ -68,7 +70,8 @@ class ChartsPanel:
         self._ghost: Ghost | None = None
         self._run: ChartedRun | None = None
         self._ghost_run: ChartedRun | None = None
-        self._drawn: tuple[TimeWindow, ChartsView, bool, bool] | None = None
+        self._drawing: tuple[TimeWindow, ChartsView, bool, bool] | None = None
+        self._drawn: set[str] = set()
         self._read, self._read_at = Cursors(0.0, None), 0.0
 
     def update(self, view: ViewState) -> None:
@@ -79,31 +82,36 @@ class ChartsPanel:
         playback, now = view.playback, time.monotonic()
         run = self._take_runs(view.shown, view.ghost, view.charts)
         cursors = Cursors(playback.time, view.charts.mark)
-        charts = replace(view.charts, mark=None)
+        charts = replace(view.charts, mark=None, seen=frozenset())
         drawing = (playback.window, charts, view.appearance.dark, view.appearance.lecture)
-        is_new = drawing != self._drawn
-        if not (is_new or self._must_read(playback, cursors, now)):
+        if drawing != self._drawing:
+            self._drawing, self._drawn = drawing, set()
+        due = _tabs_in_sight(view.charts) - self._drawn
+        if not (due or self._must_read(playback, cursors, now)):
             return
         with self._client.atomic():
-            if is_new:
-                self._draw(run, view, playback.window)
-                self._drawn = drawing
+            self._draw(due, run, view, playback.window)
+            self._drawn |= due
             changes = [change.time for change in view.shown.result.scenario.changes]
-            for tab in self._tabs.values():
-                tab.read(run.trace, cursors, changes)
-            self._xy.read(run.trace, cursors)
+            for name in self._drawn & self._tabs.keys():
+                self._tabs[name].read(run.trace, cursors, changes)
+            if XY_TAB in self._drawn:
+                self._xy.read(run.trace, cursors)
         self._read, self._read_at = cursors, now
 
-    def _draw(self, run: ChartedRun, view: ViewState, window: TimeWindow) -> None:
-        """Draws changes in all tabs."""
+    def _draw(self, due: set[str], run: ChartedRun, view: ViewState, window: TimeWindow) -> None:
+        """Draws the charts under some tabs."""
         ghost, dark = self._ghost_run, view.appearance.dark
         label = view.ghost.label if view.ghost else ""
-        pages = drawn_charts(run, ghost, window, view.charts)
-        for name, tab in self._tabs.items():
-            charts = pages[name][:1] if view.appearance.lecture else pages[name]
-            tab.draw(charts, label, dark=dark)
-        self._tabs[CHOSEN_TAB].ask(search_html(run.trace, run.chosen))
-        self._xy.draw(run, ghost, window, view.charts, label, dark=dark)
+        for name in due & self._tabs.keys():
+            charts = drawn_charts(run, ghost, window, view.charts, name)
+            self._tabs[name].draw(
+                charts[:1] if view.appearance.lecture else charts, label, dark=dark
+            )
+        if CHOSEN_TAB in due:
+            self._tabs[CHOSEN_TAB].ask(search_html(run.trace, run.chosen))
+        if XY_TAB in due:
+            self._xy.draw(run, ghost, window, view.charts, label, dark=dark)
 
     def resize(self, height: int) -> None:
         """Changes the height of the charts over time [px]."""
@@ -121,7 +129,7 @@ class ChartsPanel:
         if self._run is None or not is_same or shown is not self._shown or ghost is not self._ghost:
             # A run that becomes the ghost of the next one already has its charts.
             known = [run for run in (self._run, self._ghost_run) if run is not None]
-            self._shown, self._ghost, self._drawn = shown, ghost, None
+            self._shown, self._ghost, self._drawing = shown, ghost, None
             self._run = ChartedRun.of(shown.result, known, charts_view)
             pale = ghost.shown.result if ghost else None
             self._ghost_run = ChartedRun.of(pale, known, charts_view) if pale else None
@@ -134,14 +142,24 @@ class ChartsPanel:
         return is_reading_due(self._read.time, playback.time, playback.window, since)
 
 
+def _tabs_in_sight(charts: ChartsView) -> set[str]:
+    """Tabs whose charts are looked at; others are drawn once they are.
+
+    The first tab counts as seen while none is: so it is there before the page has reported.
+    """
+    drawable = {*CHART_TABS, CHOSEN_TAB, XY_TAB}
+    return {*charts.seen} & drawable or {next(iter(CHART_TABS))}
+
+
 class _Tab:
     """The charts in one tab; unused plots are hidden and reused."""
 
-    def __init__(self, gui: viser.GuiApi, tab: viser.GuiTabHandle, height: int) -> None:
+    def __init__(self, gui: viser.GuiApi, tab: viser.GuiTabHandle, name: str, height: int) -> None:
         self._gui, self._tab, self._height = gui, tab, height
         self._plots: list[Plot] = []
         self._drawn: Sequence[DrawnChart] = ()
         with tab:
+            gui.add_html(f"<i {visible_attribute(SeeCharts, tab=name)}></i>")
             self._question = gui.add_html("", visible=False)
             self._readings = gui.add_html("")
             self._cursors = gui.add_html("")

@@ -53,9 +53,6 @@ class XyTab:
     ) -> None:
         """Draws the charts while the tab is visible."""
         self._question.content = _SENTINEL + against_html(run.trace, charts_view)
-        if XY_TAB not in charts_view.seen:
-            self._drawn = []
-            return
         pale = (ghost.trace, ghost.xy) if ghost else None
         self._drawn = drawn_xy(run.trace, run.xy, window, charts_view, pale)
         self._pictures.content = "".join(

@@ -158,14 +158,18 @@ def _charts_file(view: ViewState, shown: Shown) -> bytes:
     assert view.playback is not None
     ghost = ChartedRun.of(view.ghost.shown.result, view=view.charts) if view.ghost else None
     run = ChartedRun.of(shown.result, view=view.charts)
-    pages = drawn_charts(run, ghost, view.playback.window, view.charts)
+    drawn = [
+        chart
+        for tab in run.tabs
+        for chart in drawn_charts(run, ghost, view.playback.window, view.charts, tab)
+    ]
     heading = ChartsHeading(
         title=shown.name,
         ghost=view.ghost.label if view.ghost else "",
         time=view.playback.time,
         changes=tuple(change.time for change in shown.result.scenario.changes),
     )
-    return charts_svg([chart for charts in pages.values() for chart in charts], heading)
+    return charts_svg(drawn, heading)
 
 
 def clip_of(view: ViewState, height: int | None = None) -> Clip:
