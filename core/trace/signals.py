@@ -177,7 +177,7 @@ class Samples:
             "object",
             "coordinate",
             "m/s, m/s, rad/s",
-            "Its first derivative.",
+            "Velocity x, y, theta.",
             spatial_unit="m/s, m/s, m/s, rad/s, rad/s, rad/s",
             spatial_text="Velocity and angular velocity, world axes.",
         ),
@@ -188,7 +188,7 @@ class Samples:
             "object",
             "coordinate",
             "m/s², rad/s²",
-            "Its second derivative.",
+            "Acceleration x, y, theta.",
             spatial_unit="m/s², m/s², m/s², rad/s², rad/s², rad/s²",
             spatial_text="Acceleration and angular acceleration, world axes.",
         ),
@@ -240,12 +240,12 @@ class Samples:
             spatial_text="Displacement of the fingertip along t_x and t_y of its face.",
         ),
     ]
-    slip_velocity: Annotated[Floats, Signal("contacts", "tangent", "m/s", "Its first derivative.")]
+    slip_velocity: Annotated[Floats, Signal("contacts", "tangent", "m/s", "Rate of the slip.")]
     slip_acceleration: Annotated[
-        Floats, Signal("contacts", "tangent", "m/s²", "Its second derivative.")
+        Floats, Signal("contacts", "tangent", "m/s²", "Second derivative of the slip.")
     ]
     slip_path: Annotated[
-        Floats, Signal("contacts", "path", "m", "Way that the fingertip has slid on its face.")
+        Floats, Signal("contacts", "path", "m", "Distance that the fingertip has slid on its face.")
     ]
     phase: Annotated[
         Phases,
@@ -278,7 +278,7 @@ class Samples:
             "contact",
             "N",
             "mu F_n - |F_x|, positive inside the cone.",
-            spatial_text="mu F_n - |F_t|, positive inside the cone; in the pyramid the lesser of "
+            spatial_text="mu F_n - |F_t|, positive inside the cone; in the pyramid the smaller of "
             "mu F_n - |F_x| and mu F_n - |F_y|.",
         ),
     ]
@@ -306,7 +306,7 @@ class Samples:
             "joints",
             "joint",
             "N m",
-            "Torque that acts on the joint; of slides force.",
+            "Torque that acts on the joint (for slides: force).",
             column="torque",
             slides_unit="N",
         ),
@@ -317,7 +317,7 @@ class Samples:
             "joints",
             "joint",
             "N m",
-            "Torque that the law asked for last, before limits and latency; of slides force.",
+            "Last torque commanded by the law, before limits and latency (for slides: force).",
             slides_unit="N",
         ),
     ]
@@ -330,7 +330,7 @@ class Samples:
     true_parameters: Annotated[
         Floats,
         Signal(
-            "controller", "unknown", "", "Their true values at that time.", column="true_parameter"
+            "controller", "unknown", "", "True values of the unknowns.", column="true_parameter"
         ),
     ]
     lyapunov_value: Annotated[Floats, Signal("controller", "", "1", "V of Eq. 44.")]
@@ -342,11 +342,11 @@ class Samples:
         Floats, Signal("controller", "", "1", "Condition (1-norm) of the reduced inertia.")
     ]
     estimated_inertia_condition: Annotated[
-        Floats, Signal("controller", "", "1", "The same of its estimate.")
+        Floats, Signal("controller", "", "1", "Condition of its estimate.")
     ]
     diagnostics: Annotated[
         Floats,
-        Signal("controller", "diagnostic", "", "What a custom law tells of itself.", column="law"),
+        Signal("controller", "diagnostic", "", "Diagnostics of a custom law.", column="law"),
     ]
     kinetic_energy: Annotated[
         Floats, Signal("energy", "", "J", "Kinetic energy of object and fingers.")
@@ -370,7 +370,7 @@ class Samples:
             "object; 0 of a hard point.",
         ),
     ]
-    spin_velocity: Annotated[Floats, Signal("contacts", "pad", "rad/s", "Its first derivative.")]
+    spin_velocity: Annotated[Floats, Signal("contacts", "pad", "rad/s", "Rate of this angle.")]
     torsional_moment: Annotated[
         Floats,
         Signal(
