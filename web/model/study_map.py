@@ -99,7 +99,7 @@ class MapPicture:
 
     Attributes:
         study: The study; None of a page that simulates.
-        finished: How many runs are done.
+        finished: Number of finished runs.
         held: How many of them held.
         across: The horizontal axis.
         up: The vertical axis.
@@ -125,7 +125,7 @@ class MapPicture:
 
 
 def locate(picture: MapPicture, index: int) -> tuple[int, Box] | None:
-    """Where a run stands: the place of its panel, and its cell or point; None if nowhere."""
+    """The position of a run: index of its panel, and its cell or point; None if not shown."""
     if picture.study is None or not 0 <= index < picture.study.num_runs:
         return None
     values = picture.study.values_of(index)
