@@ -18,7 +18,7 @@ LARGE_BYTES = 1_000_000
 """Blocks above this size are returned to the system when they are freed."""
 
 KEPT_BYTES = 4_000_000
-"""How much freed memory at the end of the heap is kept for what comes next."""
+"""Freed memory at the end of the heap that is retained."""
 
 MAX_HEAPS = 2
 """Number of heaps that threads share; each heap retains some freed memory."""

@@ -35,7 +35,7 @@ class Dashboard:
         runs: Simulates and saves.
         studies: Runs studies.
         fits: Fits recordings.
-        first: The recording that every page shows first; a run of the first preset if None.
+        first: Recording that every page shows first; a run of the first preset if None.
 
     Attributes:
         directory: Finds the session of a page.

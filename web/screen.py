@@ -62,7 +62,7 @@ class Screen:
         self._file = ScenarioFilePanel(gui, send)
         self._appearance = AppearancePanel(gui, view.appearance, send)
         self._export = ExportPanel(gui, send)
-        # Before the session state, with which a page opens its link: it then has all controls.
+        # Before the session state, after which a page opens its link: all controls then exist.
         self._controls.update(view)
         self._results = gui.add_panel()
         with self._results.add_tab(RUN_TAB, viser.Icon.CHART_LINE) as run_tab:

@@ -97,9 +97,9 @@ def fit(
 
     Args:
         problem: Scenario, free parameters and data.
-        options: How it is made; the defaults if None.
-        evaluate: Gives the sampled signals at values of the parameters.
-        evaluate_twin: The same for the fits of twins.
+        options: Options; the defaults if None.
+        evaluate: Returns the sampled signals for values of the parameters.
+        evaluate_twin: The same for fits of twins.
         watch: Called with the progress, after every run.
 
     Raises:
@@ -154,7 +154,7 @@ class _Counted:
 
 
 def _search(objective: Objective, options: FitOptions, reports: ProgressReports) -> list[Minimum]:
-    """The minima that the starts lead to, lowest first."""
+    """The minima from all starts, lowest first."""
     points = start_points(objective.problem.start, options.starts, options.seed)
     minima = []
     for number, point in enumerate(points):

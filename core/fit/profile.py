@@ -64,7 +64,7 @@ def profile(
     threshold: float,
     note: Callable[[float, float], None] = lambda share, rise: None,
 ) -> Profile:
-    """The profile of a parameter, from the minimum to the threshold on both sides.
+    """Computes the profile of a parameter, from the minimum to the threshold on both sides.
 
     Args:
         objective: The objective.

@@ -57,13 +57,13 @@ class Column:
 
 
 def columns_of(trace: Samples) -> list[Column]:
-    """All columns that a trace has, in the order of `SIGNALS`; the first is the time."""
+    """All columns of a trace in the order of `SIGNALS`; the first is the time."""
     present = (signal for signal in SIGNALS if signal.name not in trace.absent)
     return [column for signal in present for column in _columns_of(trace, signal)]
 
 
 def short_columns(trace: Samples) -> list[Column]:
-    """The columns of the short table (CSV): what the hand does, contact by contact."""
+    """The columns of the short table (CSV): the most important signals, contact by contact."""
     by_name = {signal.name: signal for signal in SIGNALS}
     groups = [[list(_columns_of(trace, by_name[name])) for name in group] for group in _SHORT]
     return [column for group in groups for column in _alternate(group)]

@@ -38,7 +38,7 @@ def import_optional(package: str) -> Any:
 
 
 def trace_to_pandas(trace: Samples) -> pandas.DataFrame:
-    """A trace as a table; see `slipgrasp.core.trace.trace.Trace.to_pandas`."""
+    """Converts a trace to a table; see `slipgrasp.core.trace.trace.Trace.to_pandas`."""
     pandas = import_optional("pandas")
     time, *columns = columns_of(trace)
     index = pandas.Index(time.values, name=time.name)
@@ -50,7 +50,7 @@ def trace_to_pandas(trace: Samples) -> pandas.DataFrame:
 
 
 def trace_to_xarray(trace: Samples) -> xarray.Dataset:
-    """A trace as labelled arrays; see `slipgrasp.core.trace.trace.Trace.to_xarray`."""
+    """Converts a trace to labelled arrays; see `slipgrasp.core.trace.trace.Trace.to_xarray`."""
     xarray = import_optional("xarray")
     there = (signal for signal in SIGNALS if trace.shape.has(signal))
     time, *signals = (signal for signal in there if signal.name not in trace.absent)
@@ -68,7 +68,7 @@ def _values(pandas: Any, column: Column, space: Space) -> Any:
 
 
 def _labels(trace: Samples) -> dict[str, list[str] | list[int]]:
-    """What the entries along each dimension but time are called."""
+    """Names of the coordinates along each dimension except time."""
     shape = trace.shape
     there = (s for s in SIGNALS if s.per and shape.has(s))
     labels = {_dimension(s, shape): list(labels_of(s, shape)) for s in there}

@@ -28,16 +28,16 @@ class Signal:
     """One quantity of the trace.
 
     Attributes:
-        topic: Group it is recorded with: time, object, contacts, joints, controller, energy.
-        per: What its entries stand for: "" (one number), pose, coordinate, contact, tangent (of
-            contacts, two in space), path (of contacts, in space only), pad (of contacts, where
-            any fingertip is soft), joint, unknown, diagnostic.
-        unit: SI unit, or one each where they differ.
+        topic: Group in recordings: time, object, contacts, joints, controller, energy.
+        per: Meaning of its components: "" (one number), pose, coordinate, contact, tangent (of
+            contacts; two for spatial hands), path (of contacts; spatial hands only), pad (of
+            contacts, if any fingertip is soft), joint, unknown, diagnostic.
+        unit: SI unit, or one each if they differ.
         text: One sentence.
-        slides_unit: Its unit for joints that are slides.
-        spatial_unit: Its unit in space, where that is another.
-        spatial_text: Its sentence in space, where that is another.
-        column: What the names of its columns begin with; its own name if None.
+        slides_unit: Unit for prismatic joints.
+        spatial_unit: Unit for spatial hands, if different.
+        spatial_text: Description for spatial hands, if different.
+        column: Prefix of its column names; its name if None.
         name: Attribute of `Samples` that carries it.
         holds_phases: Whether its values are those of `slipgrasp.core.trace.types.ContactPhase`.
     """
@@ -54,29 +54,29 @@ class Signal:
     holds_phases: bool = False
 
     def unit_in(self, space: Space) -> str:
-        """Its SI unit, or one each, for a kind of hand."""
+        """SI unit, or one each, for a kind of hand."""
         return (space is SPATIAL and self.spatial_unit) or self.unit
 
     def text_in(self, space: Space) -> str:
-        """Its sentence for a kind of hand."""
+        """Description for a kind of hand."""
         return (space is SPATIAL and self.spatial_text) or self.text
 
     @property
     def prefix(self) -> str:
-        """What the names of its columns begin with."""
+        """Prefix of its column names."""
         return self.name if self.column is None else self.column
 
 
 @dataclass(frozen=True, slots=True)
 class TraceShape:
-    """What the widths of a trace follow from.
+    """The sizes that determine the widths of a trace.
 
     Attributes:
-        num_contacts: How many contacts there are, one per finger.
-        unknowns: Dotted keys of what is estimated.
+        num_contacts: Number of contacts, one per finger.
+        unknowns: Dotted keys of the estimated parameters.
         diagnostics: Diagnostics of a custom law; empty without one.
-        space: What depends on the hand being planar or spatial.
-        slides: Which joints slide, counted through all fingers; they have other units.
+        space: Kind of hand, planar or spatial.
+        slides: Indices of the prismatic joints, counted through all fingers; they have other units.
         soft: Whether any fingertip is soft.
     """
 
@@ -89,28 +89,28 @@ class TraceShape:
 
     @property
     def coordinates(self) -> tuple[str, ...]:
-        """What the coordinates of the object are called; the rotation vector is in world axes."""
+        """Names of the coordinates of the object; the rotation vector is in world axes."""
         return self.space.coordinates
 
     @property
     def joints_per_finger(self) -> int:
-        """How many joints every finger has."""
+        """Number of joints of every finger."""
         return self.space.joints_per_finger
 
     def has(self, signal: Signal) -> bool:
-        """Whether such a trace has a signal at all, if perhaps of no column."""
+        """Whether such a trace has a signal, possibly without columns."""
         if signal.per == "pad":
             return self.soft
         return signal.per != "path" or self.space.has_paths
 
     @property
     def width_of_joints(self) -> int:
-        """Numbers per joint of the hand."""
+        """Number of joints of the hand."""
         return self.joints_per_finger * self.num_contacts
 
     @property
     def widths(self) -> dict[str, int]:
-        """Number of columns of a signal by what it is given per."""
+        """Number of columns of a signal by its ``per``."""
         return {
             "": 1,
             "pose": len(self.space.pose),
@@ -130,22 +130,22 @@ class TraceShape:
 
     @property
     def num_columns(self) -> int:
-        """Number of columns of a whole row."""
+        """Number of columns of a complete row."""
         widths = self.widths
         return sum(widths[signal.per] for signal in SIGNALS)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Samples:
-    """What happened, over time: ``(rows,)`` or ``(rows, width)`` arrays, SI units.
+    """Signals of a run over time: ``(rows,)`` or ``(rows, width)`` arrays, SI units.
 
-    Each attribute carries its `Signal`, with unit and sentence. Rows are in time order; every
-    event (phase change, jump of the desired acceleration, timed change) gives two rows with the
-    same time, the state just before and just after. In the very first such pair the row before
-    is the stick phase that every run assumes at t = 0, with the force its law demands: where
-    that force lies outside its cone, the contact slips from the start.
+    Each attribute has a `Signal` with unit and description. Rows are in time order; every event
+    (phase change, jump of the desired acceleration, timed change) gives two rows at the same time,
+    with the state just before and just after. The first such pair starts with the stick phase that
+    every run assumes at t = 0, and the force that its law commands: if that force is outside its
+    cone, the contact slips from the start.
 
-    Signals named in ``absent`` are 0: the recording is older than they are.
+    Signals named in ``absent`` are 0, because the recording was written before they existed.
     """
 
     shape: TraceShape
@@ -177,7 +177,7 @@ class Samples:
             "object",
             "coordinate",
             "m/s, m/s, rad/s",
-            "Its first derivative.",
+            "Velocity x, y, theta.",
             spatial_unit="m/s, m/s, m/s, rad/s, rad/s, rad/s",
             spatial_text="Velocity and angular velocity, world axes.",
         ),
@@ -188,7 +188,7 @@ class Samples:
             "object",
             "coordinate",
             "m/s², rad/s²",
-            "Its second derivative.",
+            "Acceleration x, y, theta.",
             spatial_unit="m/s², m/s², m/s², rad/s², rad/s², rad/s²",
             spatial_text="Acceleration and angular acceleration, world axes.",
         ),
@@ -240,12 +240,12 @@ class Samples:
             spatial_text="Displacement of the fingertip along t_x and t_y of its face.",
         ),
     ]
-    slip_velocity: Annotated[Floats, Signal("contacts", "tangent", "m/s", "Its first derivative.")]
+    slip_velocity: Annotated[Floats, Signal("contacts", "tangent", "m/s", "Rate of the slip.")]
     slip_acceleration: Annotated[
-        Floats, Signal("contacts", "tangent", "m/s²", "Its second derivative.")
+        Floats, Signal("contacts", "tangent", "m/s²", "Second derivative of the slip.")
     ]
     slip_path: Annotated[
-        Floats, Signal("contacts", "path", "m", "Way that the fingertip has slid on its face.")
+        Floats, Signal("contacts", "path", "m", "Distance that the fingertip has slid on its face.")
     ]
     phase: Annotated[
         Phases,
@@ -278,7 +278,7 @@ class Samples:
             "contact",
             "N",
             "mu F_n - |F_x|, positive inside the cone.",
-            spatial_text="mu F_n - |F_t|, positive inside the cone; in the pyramid the lesser of "
+            spatial_text="mu F_n - |F_t|, positive inside the cone; in the pyramid the smaller of "
             "mu F_n - |F_x| and mu F_n - |F_y|.",
         ),
     ]
@@ -306,7 +306,7 @@ class Samples:
             "joints",
             "joint",
             "N m",
-            "Torque that acts on the joint; of slides force.",
+            "Torque that acts on the joint (for slides: force).",
             column="torque",
             slides_unit="N",
         ),
@@ -317,7 +317,7 @@ class Samples:
             "joints",
             "joint",
             "N m",
-            "Torque that the law asked for last, before limits and latency; of slides force.",
+            "Last torque commanded by the law, before limits and latency (for slides: force).",
             slides_unit="N",
         ),
     ]
@@ -330,7 +330,7 @@ class Samples:
     true_parameters: Annotated[
         Floats,
         Signal(
-            "controller", "unknown", "", "Their true values at that time.", column="true_parameter"
+            "controller", "unknown", "", "True values of the unknowns.", column="true_parameter"
         ),
     ]
     lyapunov_value: Annotated[Floats, Signal("controller", "", "1", "V of Eq. 44.")]
@@ -342,11 +342,11 @@ class Samples:
         Floats, Signal("controller", "", "1", "Condition (1-norm) of the reduced inertia.")
     ]
     estimated_inertia_condition: Annotated[
-        Floats, Signal("controller", "", "1", "The same of its estimate.")
+        Floats, Signal("controller", "", "1", "Condition of its estimate.")
     ]
     diagnostics: Annotated[
         Floats,
-        Signal("controller", "diagnostic", "", "What a custom law tells of itself.", column="law"),
+        Signal("controller", "diagnostic", "", "Diagnostics of a custom law.", column="law"),
     ]
     kinetic_energy: Annotated[
         Floats, Signal("energy", "", "J", "Kinetic energy of object and fingers.")
@@ -370,7 +370,7 @@ class Samples:
             "object; 0 of a hard point.",
         ),
     ]
-    spin_velocity: Annotated[Floats, Signal("contacts", "pad", "rad/s", "Its first derivative.")]
+    spin_velocity: Annotated[Floats, Signal("contacts", "pad", "rad/s", "Rate of this angle.")]
     torsional_moment: Annotated[
         Floats,
         Signal(

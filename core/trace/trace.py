@@ -1,4 +1,4 @@
-"""The trace of a run: its samples as rows, some of them, and what follows from them."""
+"""The trace of a run: its samples as rows, selections of them, and derived quantities."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Trace(Samples):
-    """What happened in a run, over time."""
+    """The signals of a run over time."""
 
     @classmethod
     def from_rows(cls, shape: TraceShape, rows: NDArray[np.float64]) -> Trace:

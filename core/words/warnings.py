@@ -54,7 +54,7 @@ def describe_warnings(run: Record) -> tuple[RunWarning, ...]:
     """All warnings of a run, each with its count and first time.
 
     Args:
-        run: Its progress in the kernel.
+        run: State of the run in the kernel.
     """
     tally = run["tally"]
     counted = [

@@ -38,7 +38,7 @@ def atomic_file(
 
     Args:
         path: Final name of the file.
-        overwrite: Whether an existing file is replaced.
+        overwrite: Whether to replace an existing file.
         part_suffix: Suffix of the unfinished file.
         keep_part: Whether an error leaves the unfinished file for recovery.
         publish: Renames the complete file to its final name.
@@ -90,7 +90,7 @@ def lock_in_place(stream: BinaryIO, path: Path) -> bool:
     """Locks an open file; False if it is locked, renamed or deleted by another process.
 
     Raises:
-        OSError: If its file system has no locks.
+        OSError: If the file system has no locks.
     """
     return try_lock(stream) and _is_in_place(stream, path)
 

@@ -69,7 +69,7 @@ def record(
     Args:
         scenario: Scenario to simulate.
         path: The file to write.
-        overwrite: Whether an existing file is replaced.
+        overwrite: Whether to replace an existing file.
         display_rate: Rate of the display topics, 0 for none [Hz].
         progress: Called with the simulated fraction, 0 to 1, after every chunk.
         should_stop: Called after every chunk; True ends the run as ``stopped``.

@@ -73,7 +73,7 @@ class Topic:
 
 
 def signals_in(version: int) -> tuple[Signal, ...]:
-    """The signals that a format holds."""
+    """The signals in a format."""
     lacks = {"path": version in PLANAR_FORMATS, "pad": version not in SOFT_FORMATS}
     return tuple(
         signal

@@ -73,7 +73,7 @@ def write_recording(
     Args:
         result: The run.
         path: The file to write.
-        overwrite: Whether an existing file is replaced.
+        overwrite: Whether to replace an existing file.
         display_rate: Rate of the display topics, 0 for never [Hz].
         part_suffix: Suffix of the file until it is complete.
 
@@ -106,7 +106,7 @@ class RecordingWriter:
         scenario: The scenario of the run; it is in the file before the first sample.
         shape: Shape of the samples to come.
         provenance: The program that computes the run; this process if None.
-        overwrite: Whether an existing file is replaced.
+        overwrite: Whether to replace an existing file.
         display_rate: Rate of the display topics, 0 for never [Hz].
         part_suffix: Suffix of the file until it is complete.
         keep_part: Whether an error leaves the part that was written, for recovery.

@@ -58,11 +58,11 @@ class StoredFit:
     """A fit in the store.
 
     Attributes:
-        id: Its name in the store, twelve letters and digits.
+        id: Its id, twelve letters and digits.
         created: When it was requested, ISO 8601 in UTC.
         request: What is fitted.
-        end: How it ended; None while it is not finished.
-        idempotency_key: What the client called its request; empty if nothing.
+        end: Its end; None while it is unfinished.
+        idempotency_key: Idempotency key of its request; may be empty.
         request_digest: Digest of that request.
         finding: Why it cannot be read; always empty.
     """
@@ -96,7 +96,7 @@ class FitStore:
         """Keeps a fit of which no run is simulated yet.
 
         Raises:
-            RecordingWriteError: If it cannot be written.
+            RecordingWriteError: If a file cannot be written.
             StorageFullError: If there is no space.
         """
         self.runs.check_space()
@@ -160,7 +160,7 @@ class FitStore:
 
         Raises:
             FitNotFoundError: If there is none.
-            RecordingError: If it cannot be removed.
+            RecordingError: If it cannot be deleted.
         """
         self.get(fit_id)
         try:

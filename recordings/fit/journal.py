@@ -49,7 +49,7 @@ class Journal:
 
     Raises:
         RecordingBusyError: If another process writes it, or it belongs to another fit.
-        RecordingWriteError: If it cannot be written.
+        RecordingWriteError: If a file cannot be written.
     """
 
     def __init__(self, path: Path, fit: str) -> None:
@@ -162,7 +162,7 @@ class JournaledRuns:
 
     Args:
         journal: The journal.
-        as_rows: Whether the runs are rows of the study.
+        as_rows: Whether the runs become rows of the study.
         should_stop: Asked before and during every run; True ends the fit, to be continued.
     """
 

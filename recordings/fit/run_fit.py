@@ -80,8 +80,8 @@ def run_fit(
     Args:
         problem: Scenario, free parameters and data.
         path: The study to write, ``FIT.mcap``; the report is ``FIT.json``.
-        options: How the fit is made; the defaults if None.
-        overwrite: Whether existing files, and what is left of another fit, are replaced.
+        options: Options of the fit; the defaults if None.
+        overwrite: Whether to replace existing files and unfinished files of another fit.
         watch: Called with the progress, after every run.
         should_stop: Asked before and during every run; True ends the fit, to be continued.
         also_write: Writes other files of the report before the journal is deleted.

@@ -45,7 +45,7 @@ class Sidecars(Generic[StoredT]):
     def read(self, stored_id: str) -> StoredT | None:
         """The content of a sidecar; None if it is missing, or not usable.
 
-        The log says what is wrong with one that is not usable.
+        Defects of an unusable one are logged.
         """
         document = read_document(self.path_of(stored_id))
         if not document:
@@ -65,8 +65,8 @@ class Sidecars(Generic[StoredT]):
         """Writes a sidecar.
 
         Raises:
-            RecordingBusyError: If another process is at it.
-            RecordingWriteError: If it cannot be written; then the old one is still there.
+            RecordingBusyError: If another process is writing it.
+            RecordingWriteError: If it cannot be written; the old one is then unchanged.
         """
         document = asdict(stored)
         del document["finding"]

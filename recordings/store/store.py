@@ -220,7 +220,7 @@ class RecordingStore:
             annotations: Its name, notes and tags.
 
         Raises:
-            RecordingWriteError: If it cannot be written.
+            RecordingWriteError: If a file cannot be written.
             StorageFullError: If there is no space.
         """
         reservation = self.reserve(len(data), run_id=run_id)
@@ -286,7 +286,7 @@ class RecordingStore:
         """Reads a run back.
 
         Raises:
-            RecordingNotFoundError: If there is none.
+            RecordingNotFoundError: If it does not exist.
             RecordingError: If its file is damaged.
         """
         return read_recording(self.get(run_id).path)
@@ -313,7 +313,7 @@ class RecordingStore:
             The run with its new description.
 
         Raises:
-            RecordingNotFoundError: If there is none.
+            RecordingNotFoundError: If it does not exist.
             AnnotationError: If name, notes or tags are beyond their bounds.
             RecordingChangedError: If the run's revision is not an expected one.
             RecordingWriteError: If it cannot be written; then nothing has changed.
@@ -338,7 +338,7 @@ class RecordingStore:
             expected: Revisions for which it is deleted; any if None.
 
         Raises:
-            RecordingNotFoundError: If there is none.
+            RecordingNotFoundError: If it does not exist.
             RecordingChangedError: If the run's revision is not an expected one.
             RecordingError: If it cannot be deleted.
         """

@@ -1,4 +1,4 @@
-"""The results of a study as a table: one row per run, in columns, growing while it is read."""
+"""Results of a study as a table with one row per run, which grows while it is read."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from slipgrasp.recordings.study.study_row import StudyRow
 class ResultTable:
     """One row per run, in the order of their indices.
 
-    One thread may append rows while others read: each reading sees the rows that were
-    complete when it began.
+    One thread may append rows while others read: each read sees the rows that were complete when it
+    started.
 
     Args:
         study: The study.
@@ -35,19 +35,19 @@ class ResultTable:
 
     @property
     def num_rows(self) -> int:
-        """How many runs have ended."""
+        """Number of finished runs."""
         return self._count
 
     @property
     def column_names(self) -> tuple[str, ...]:
-        """What the columns are called, in order."""
+        """Names of the columns, in order."""
         return tuple(self._stores)
 
     def append(self, row: StudyRow) -> None:
-        """Adds the row of the next run.
+        """Appends the row of the next run.
 
         Raises:
-            ValueError: If it is not the row that comes next.
+            ValueError: If it is not the next row.
         """
         cells = self._cells(row)
         with self._lock:
@@ -85,18 +85,18 @@ class ResultTable:
         """Some of the rows, as plain values for JSON.
 
         Args:
-            offset: How many to leave out.
-            limit: How many to give at most; all if None.
-            sort: Name of a column, with a minus in front for the largest first. Rows
-                without a value come last, equal ones in the order of their runs.
-            outcome: Only runs that ended so.
-            held: Only runs that held the object, or only those that did not.
+            offset: Number of rows to skip.
+            limit: Largest number of results; all if None.
+            sort: Name of a column, with a leading minus for descending order. Rows without a value
+                come last, equal ones in the order of their runs.
+            outcome: Only runs with this outcome.
+            held: Only runs that held the object (True), or that did not (False).
 
         Returns:
-            The rows, and how many there are without offset and limit.
+            The rows, and their number without offset and limit.
 
         Raises:
-            QueryError: If there is no such column, or no such outcome.
+            QueryError: If the column or outcome does not exist.
         """
         column = self.column(sort.removeprefix("-"))
         chosen = self._matching(outcome, held)
@@ -108,10 +108,10 @@ class ResultTable:
         return self._rows_at(ordered[offset:end].tolist()), len(chosen)
 
     def first(self, num_rows: int) -> Self:
-        """The first rows, which stay as they are while others come; to be read alone.
+        """The first rows, which do not change when others are appended; for a single reader.
 
         Args:
-            num_rows: How many, at most those that there are.
+            num_rows: Number of rows, at most the available ones.
         """
         shown = copy(self)
         shown._count = min(num_rows, self._count)
@@ -121,7 +121,7 @@ class ResultTable:
         """The row of a run, as plain values for JSON.
 
         Raises:
-            IndexError: If it has not ended, or is none of the study.
+            IndexError: If it has not finished, or does not belong to the study.
         """
         if not 0 <= index < self.num_rows:
             raise IndexError(f"there is no result of run {index}")
@@ -147,7 +147,7 @@ class ResultTable:
         return chosen
 
     def too_short(self, count: int) -> NDArray[np.bool_]:
-        """Which of the first ``count`` runs are completed, but too short to tell what held."""
+        """Which of the first ``count`` runs are completed, but too short to tell if they held."""
         completed = np.array(self.values("outcome", 0, count)) == Outcome.COMPLETED
         return completed & np.isnan(self.numbers("held", count))
 
@@ -155,7 +155,7 @@ class ResultTable:
         """What a column holds.
 
         Raises:
-            QueryError: If there is none of that name.
+            QueryError: If it does not exist.
         """
         for column in self.columns:
             if column.name == name:
@@ -163,16 +163,16 @@ class ResultTable:
         raise QueryError(name, f"'{name[:80]}' is no column of the results", self.column_names)
 
     def numbers(self, name: str, count: int | None = None) -> NDArray[np.float64]:
-        """A column as numbers, NaN where there is none, shape ``(rows,)``; not to be changed.
+        """A column as numbers, NaN for others, shape ``(rows,)``; read-only.
 
         Args:
             name: The column.
-            count: How many rows; all that there are if None.
+            count: Number of rows; all available ones if None.
         """
         rows = self.num_rows if count is None else count
         return self._stores[self.column(name).name].numbers(rows)
 
     def values(self, name: str, start: int = 0, end: int | None = None) -> list[Any]:
-        """A column from one row to below another, as plain values for JSON."""
+        """A range of rows of a column, as plain values for JSON."""
         last = self.num_rows if end is None else end
         return self._stores[self.column(name).name].take(range(start, last))

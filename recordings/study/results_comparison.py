@@ -134,7 +134,7 @@ def rows_by_combination(
 
 
 def _sample_of_rows(results: ResultTable, keys: tuple[str, ...], count: int) -> NDArray[np.intp]:
-    """A number per row, equal where all but the compared keys are equal; shape ``(rows,)``."""
+    """A number per row that is equal if all but the compared keys are equal; shape ``(rows,)``."""
     others = [key for key in results.study.keys if key not in keys]
     columns = [results.values(key, 0, count) for key in ("sample", *others)]
     known: dict[str, int] = {}

@@ -125,7 +125,7 @@ def _arrow_type(column: ResultColumn) -> pyarrow.DataType:
 
 
 def _pieces(results: ResultTable, num_rows: int | None) -> Iterator[list[dict[str, Any]]]:
-    """The first rows, some at a time; those that come meanwhile are left out."""
+    """The first rows, in groups; rows that are appended meanwhile are excluded."""
     count = results.num_rows if num_rows is None else num_rows
     for start in range(0, count, ROWS_AT_ONCE):
         yield results.rows(start, min(ROWS_AT_ONCE, count - start))[0]

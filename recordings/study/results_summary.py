@@ -71,7 +71,7 @@ class StudySummary:
 
 
 def summarize(results: ResultTable) -> StudySummary:
-    """Counts the outcomes and finds the spread of the metrics."""
+    """Counts the outcomes, and computes statistics of the metrics."""
     count = results.num_rows
     words = results.values("outcome", 0, count)
     reasons = results.values("reason", 0, count)

@@ -82,7 +82,7 @@ def find_expired(
 
     Args:
         runs: Where they are kept.
-        studies: The studies whose recordings are among them.
+        studies: Store of the studies of these recordings.
         retention: What stays.
         now: From when ages count.
         used: Ids of runs that stay, whatever their age.

@@ -84,7 +84,7 @@ class StudyStore:
         """Stores a study without simulated runs.
 
         Raises:
-            RecordingWriteError: If it cannot be written.
+            RecordingWriteError: If a file cannot be written.
             StorageFullError: If there is no space.
         """
         self.prepare()
@@ -198,7 +198,7 @@ class StudyStore:
         """Stores the recording of a run with a constant id.
 
         Raises:
-            RecordingWriteError: If it cannot be written.
+            RecordingWriteError: If a file cannot be written.
             StorageFullError: If there is no space.
         """
         assert run.recording is not None

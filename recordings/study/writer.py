@@ -61,7 +61,7 @@ class StudyWriter:
         path: The file to write, at first ``PATH.part``. If that exists for the same study, it is
             continued after its last complete chunk.
         study: The study.
-        overwrite: Whether an existing file is replaced.
+        overwrite: Whether to replace an existing file.
 
     Attributes:
         num_runs: Number of runs of the study.
@@ -71,7 +71,7 @@ class StudyWriter:
     Raises:
         RecordingExistsError: If the file exists and may not be replaced.
         RecordingBusyError: If another process writes it, or ``.part`` belongs to another study.
-        RecordingWriteError: If it cannot be written.
+        RecordingWriteError: If a file cannot be written.
     """
 
     def __init__(self, path: Path, study: Study, *, overwrite: bool = False) -> None:
@@ -138,7 +138,7 @@ class StudyWriter:
         """Writes the end of the study, and renames the file to its final name.
 
         Raises:
-            RecordingWriteError: If it cannot be written.
+            RecordingWriteError: If a file cannot be written.
         """
         try:
             self._end(end)

@@ -64,7 +64,7 @@ class LiveFit(Job):
     Args:
         stored: The fit in the store.
         store: The store.
-        memory: The account of memory.
+        memory: The memory budget.
     """
 
     def __init__(self, stored: StoredFit, store: FitStore, memory: MemoryBudget) -> None:

@@ -29,7 +29,7 @@ class FitService(JobService[StoredFit, FitStatus]):
         store: The store of fits.
         settings: The limits.
         queue: Runs studies and fits in turn.
-        memory: The account of memory.
+        memory: The memory budget.
         is_ending: Whether the service is about to end, so that long work stops.
     """
 

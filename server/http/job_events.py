@@ -43,7 +43,7 @@ async def stream_events(
         describe: Makes plain values of it.
         rows_from: Gives some of its rows from a number on, at most so many; None sends none.
         last_event_id: The id of the last event that the client knows; empty if it is new.
-        heartbeat: After how much silence a comment is sent [s].
+        heartbeat: Time of silence after which a comment is sent [s].
         stopping: Set if the server ends.
         slots: The streams that are open.
 
@@ -51,14 +51,14 @@ async def stream_events(
         ServiceBusyError: If too many streams are open.
     """
     status = await run_in_threadpool(look)
-    # Events that were not sent yet follow.
+    # Unsent events follow.
     seen = min(int(last_event_id), status.finished) if last_event_id else None
     events = JobEvents(look, describe, rows_from, seen, heartbeat, slots.makers)
     return EventStream(events.pieces(partial(_pause, stopping)), slots)
 
 
 async def _pause(stopping: asyncio.Event, seconds: float) -> bool:
-    """Waits; returns True early if the server ends."""
+    """Waits; returns True if the server ends meanwhile."""
     try:
         async with asyncio.timeout(seconds):
             return await stopping.wait()
@@ -69,16 +69,16 @@ async def _pause(stopping: asyncio.Event, seconds: float) -> bool:
 class JobEvents(Generic[StatusT]):
     """Sends the events of a job to one client until it has ended.
 
-    The id of an event is the number of runs that were done, so that a client that lost its
-    connection continues there.
+    The id of an event is the number of finished runs, so that a client that lost its connection
+    continues there.
 
     Args:
         look: Gives the progress of the job.
         describe: Makes plain values of it.
         rows_from: Gives some of its rows from a number on, at most so many; None sends none.
-        seen: How many runs the client knows of; None if it is new.
-        heartbeat: After how much silence a comment is sent [s].
-        makers: The threads that make rows text.
+        seen: Number of runs that the client knows; None if it is new.
+        heartbeat: Time of silence after which a comment is sent [s].
+        makers: Threads that encode rows.
     """
 
     def __init__(
@@ -102,7 +102,7 @@ class JobEvents(Generic[StatusT]):
         """The encoded events.
 
         Args:
-            pause: Waits so many seconds, or less; True if the service is about to end.
+            pause: Waits for at most this number of seconds; returns True if the service ends.
         """
         spoken = time.monotonic()
         while True:
@@ -121,15 +121,15 @@ class JobEvents(Generic[StatusT]):
     async def _news(self, status: StatusT) -> AsyncIterator[bytes]:
         is_further = status.finished > self._seen
         while self._rows_from is not None and status.finished > self._seen:
-            # Made text there too: many rows for many clients would hold up the event loop.
+            # Encoded there too, because many rows for many clients would block the event loop.
             yield await to_thread.run_sync(
                 self._next_rows, self._rows_from, status.finished, limiter=self._makers
             )
         if status.state.has_ended:
-            # One more than the number of runs: after this id there is nothing to send.
+            # One more than the number of runs: after this id there are no events.
             yield encode_event("end", self._describe(status), status.finished + 1)
         elif is_further or status.state is not self._state:
-            # With its rows a run has been reported under its id already.
+            # The event with its rows already has the id of this run.
             is_new = is_further and self._rows_from is None
             told = status.finished if is_new else None
             yield encode_event("progress", self._describe(status), told)

@@ -59,7 +59,7 @@ class JobQueue:
         """Finds out whether another job may wait.
 
         Raises:
-            ServiceBusyError: If it may not.
+            ServiceBusyError: If the queue is full.
         """
         waiting = sum(job.is_waiting for job in self.all().values())
         if waiting >= self._settings.max_studies_waiting:
@@ -79,7 +79,7 @@ class JobQueue:
             self._end(job)
 
     def forget(self, job_id: str) -> None:
-        """Drops one that has failed and is deleted."""
+        """Removes a failed study that is deleted."""
         with self._lock:
             self._jobs.pop(job_id, None)
 

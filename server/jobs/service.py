@@ -144,7 +144,7 @@ class JobService(ABC, Generic[StoredT, StatusT]):
         """The progress of a job.
 
         Raises:
-            RecordingNotFoundError: If there is none.
+            RecordingNotFoundError: If it does not exist.
         """
         live = self._find_live(job_id)
         return self._status_of(self._jobs.get(job_id)) if live is None else self._live_status(live)
@@ -174,7 +174,7 @@ class JobService(ABC, Generic[StoredT, StatusT]):
         """Ends a job; ended jobs are not changed.
 
         Raises:
-            RecordingNotFoundError: If there is none.
+            RecordingNotFoundError: If it does not exist.
         """
         live = self._find_live(job_id)
         if live is None:
@@ -188,7 +188,7 @@ class JobService(ABC, Generic[StoredT, StatusT]):
         Waiting and running jobs are not changed.
 
         Raises:
-            RecordingNotFoundError: If there is none.
+            RecordingNotFoundError: If it does not exist.
             JobEndedError: If it has ended otherwise.
             ServiceBusyError: If too many jobs are waiting.
             RecordingError: If its file is damaged.
@@ -209,7 +209,7 @@ class JobService(ABC, Generic[StoredT, StatusT]):
         """Deletes a job permanently.
 
         Raises:
-            RecordingNotFoundError: If there is none.
+            RecordingNotFoundError: If it does not exist.
             JobUnfinishedError: If it has not ended.
         """
         live = self._find_live(job_id)
@@ -259,7 +259,7 @@ class JobService(ABC, Generic[StoredT, StatusT]):
         return self._ended_status(stored, stored.finding or self._broken.get(stored.id, ""))
 
     def _refuse_when_ending(self, share: float) -> None:
-        """Called repeatedly during long work, with the share that is done."""
+        """Called repeatedly during long work, with the completed fraction."""
         if self._is_ending():
             raise ServiceEndingError
 

@@ -30,12 +30,12 @@ class RetentionService:
 
     Args:
         runs: Where they are kept.
-        studies: The studies whose recordings are among them.
+        studies: Store of the studies of these recordings.
         retention: What stays.
-        wait_for_recordings: Waits for some time, and returns whether what a killed service left is
-            recovered: only then it is known what there is.
-        period: How long from one look to the next [s].
-        clock: From when ages count; the wall clock as far as it is trusted if None.
+        wait_for_recordings: Waits for some time, and returns whether the runs of a killed service
+            are recovered, so that all runs are known.
+        period: Interval between checks [s].
+        clock: Reference time of ages; the trusted wall clock if None.
         find_used: Returns the ids of runs that stay, since a fit needs them.
     """
 

@@ -294,7 +294,7 @@ class RunService:
         """A stored run.
 
         Raises:
-            RunUnfinishedError: If it has not ended.
+            RunUnfinishedError: If the run has not ended.
             RecordingNotFoundError: If it does not exist.
         """
         self.check_ended(run_id)

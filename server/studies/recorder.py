@@ -56,7 +56,7 @@ class StudyRecorder:
             RebuildError: If it differs from its result.
             ServiceBusyError: If others, or this one, are being created.
             ServiceEndingError: If the service ends before.
-            RecordingWriteError: If it cannot be written.
+            RecordingWriteError: If a file cannot be written.
         """
         if not 0 <= index < results.num_rows:
             raise ResultNotFoundError(stored.id, index, results.num_rows, stored.num_runs)

@@ -26,7 +26,7 @@ class StudyRunner:
     """Runs what is left of a study.
 
     Args:
-        store: Where studies are kept.
+        store: Store of the studies.
         settings: Who simulates.
     """
 
@@ -72,7 +72,7 @@ class StudyRunner:
 
 
 def _cancelled(writer: StudyWriter) -> StudyEnd:
-    """The end of a study that was cancelled before its turn came."""
+    """The end of a study that was cancelled while waiting."""
     outcomes = dict(sorted(writer.outcomes.items()))
     return StudyEnd(state="cancelled", runs=writer.num_rows, outcomes=outcomes)
 
@@ -82,7 +82,7 @@ class WarmExecutor:
 
     Args:
         make: Makes an executor.
-        idle_seconds: After how long without work its workers are ended [s].
+        idle_seconds: Idle time after which its workers are stopped [s].
     """
 
     def __init__(self, make: Callable[[], Executor], idle_seconds: float = IDLE_SECONDS) -> None:
@@ -95,10 +95,10 @@ class WarmExecutor:
 
     @contextmanager
     def use(self) -> Iterator[Executor]:
-        """An executor, for one study at a time; after an error the next one gets another.
+        """An executor for one study at a time; after an error the next study gets a new one.
 
         Raises:
-            ExecutorError: If there is none of that name.
+            ExecutorError: If the executor does not exist.
         """
         with self._lock:
             self._stop_timer()
@@ -116,7 +116,7 @@ class WarmExecutor:
             self._timer.start()
 
     def close(self) -> None:
-        """Ends the workers; they are started again when they are needed."""
+        """Stops the workers; they are restarted on demand."""
         with self._lock:
             self._stop_timer()
             self._drop()

@@ -140,7 +140,7 @@ def test_runs_that_wait_in_a_cycle_are_collected_before_a_page_is_refused(store,
 
 
 def test_nothing_is_read_for_a_page_that_has_ended(store, ids) -> None:
-    with pytest.raises(RecordingError, match="nobody needs"):
+    with pytest.raises(RecordingError, match="was stopped"):
         recordings_in(store).open(ids[0], should_stop=lambda: True)
 
 

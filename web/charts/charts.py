@@ -280,7 +280,7 @@ def estimate_charts(result: RunResult) -> tuple[Chart, ...]:
         members = [i for i, other in enumerate(units) if other == unit]
         labels = [key_words(unknowns[i], names) for i in members]
         estimates, truth = trace.estimates[:, members], trace.true_parameters[:, members]
-        # The labels of an axis have three digits behind the point.
+        # The labels of an axis have three decimals.
         is_small = max(firsts[unknowns[i]] for i in members) < _SMALL and unit != "1"
         scale, prefix = (1e3, "10⁻³ ") if is_small else (1.0, "")
         return Chart(

@@ -19,7 +19,7 @@ _METRIC_WORDS = {
     "outcome": "ended as",
     "end_time": "ended at",
     "last_slip_time": "last slip ends",
-    "minimum_friction_margin": "smallest margin to slip, in stick",
+    "minimum_friction_margin": "least margin to slip, in stick",
     "rms_tracking_error": "error of the object, rms",
     "final_tracking_error": "error of the object, at the end",
     "phase_change_count": "phase changes",

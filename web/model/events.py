@@ -79,7 +79,7 @@ class RunEvent:
         time: When [s].
         kind: What.
         text: What happens, in words.
-        phase: The phase that a contact has from then on; None if no contact is concerned.
+        phase: New phase of the contact; None for other events.
         part: The part of the scenario that it belongs to; empty if there is none.
     """
 
@@ -193,7 +193,7 @@ def _timed_changes(result: RunResult) -> Iterator[RunEvent]:
 
 
 def _disturbances(result: RunResult) -> Iterator[RunEvent]:
-    """Pushes as they begin, low-friction patches as they come and go."""
+    """Starts of pushes, starts and ends of low-friction patches."""
     counts = {PUSH: 0, PATCH: 0}
     for disturbance in disturbances_of(result.scenario):
         place = disturbance.place

@@ -22,7 +22,7 @@ LAW_TITLE = "Control law"
 MOST_MAIN = 6
 """Most controls that are shown of a selected part."""
 _MAIN = ("object", "fingers", "controller")
-# Changeable, but of use only to those who know why.
+# Changeable, but only useful for experts.
 _DETAILS = (
     "recognition_time",
     "latency",
@@ -94,7 +94,7 @@ class Group:
     """A group of controls.
 
     Attributes:
-        title: What the group is called.
+        title: Title.
         part: The part of the scenario that shows it when selected; empty for details.
         entries: Its controls, in order.
     """

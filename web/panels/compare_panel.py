@@ -147,7 +147,7 @@ def compare_html(view: ViewState) -> str:
 
 
 def _run_html(letter: str, name: str, shown: Shown) -> str:
-    """The run of a letter, and its outcome."""
+    """The letter of a run, with its name and outcome."""
     headline = "Measured data" if shown.is_measured else headline_of(shown.result)
     return (
         f"<div class='sg-run {'' if letter == 'A' else 'sg-pale'}'><span>{letter}</span>"

@@ -1,4 +1,4 @@
-"""The controls of the selected part of the scenario, and of any parameter that is searched for."""
+"""The controls of the selected part of the scenario, and of parameters found by a search."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class _ShownGroup(NamedTuple):
     Attributes:
         group: The group.
         folder: The folder.
-        controls: Its controls, and their places.
+        controls: Its controls, with their groups.
     """
 
     group: Group
@@ -143,7 +143,7 @@ class ControlsPanel:
         }
 
     def law_folder(self, kind: str) -> viser.GuiFolderHandle:
-        """Where the controls of a custom law are."""
+        """Parent of the controls of a custom law."""
         return next(each.folder for each in self._groups if each.group.title == kind)
 
     @property
@@ -157,7 +157,7 @@ class ControlsPanel:
         return tuple(line.content for line in self._errors)
 
     def remove(self) -> None:
-        """Takes everything off the page."""
+        """Removes all widgets."""
         self._clear()
         self._parts.remove()
         self._search_box.remove()
@@ -299,7 +299,7 @@ def _is_found(search: str, group: Group, entry: Entry) -> bool:
 
 
 def _uses(entry: Entry, kinds: Mapping[str, str]) -> bool:
-    """Whether something uses a parameter, by the kinds of all parts."""
+    """Whether any part uses a parameter, by the kinds of all parts."""
     if not entry.parameter.used_by:
         return True
     kind = kinds[entry.kind_key]
@@ -313,7 +313,7 @@ def parts_html(selection: Selection, parts: Iterable[tuple[str, str]]) -> str:
         for part, name in parts
     ]
     every = _chip("all", ToggleAllParameters(), selection.all)
-    hint = "Shows the controls of a part; a click on it in the picture does, too"
+    hint = "Shows the controls of a part, like a click on it in the view"
     return (
         f"<div class='sg-parts' role='group' aria-label='Part of the scenario' title='{hint}'>"
         f"{''.join(chips)}{every}</div>"

@@ -30,7 +30,7 @@ _INTRO = (
 _SMALL = "padding:0.4em 0.75em 0;font-size:0.85em"
 _HEIGHT = 150
 _HIGHEST_RISE = 3.0
-"""Top of a profile, in thresholds."""
+"""Upper limit of profile plots, in thresholds."""
 
 
 class FitPanel:
@@ -107,7 +107,7 @@ class FitPanel:
             self._opened, self.data.value = replay.run_id, opened
 
     def remove(self) -> None:
-        """Takes everything off the page."""
+        """Removes all widgets."""
         inputs = (self.data, self.free, self.signals, self.starts, self.fit)
         for element in (self._intro, *inputs, self.summary, self.cancel, self.known):
             element.remove()
@@ -165,7 +165,7 @@ class _Profiles:
         )
 
     def remove(self) -> None:
-        """Takes everything off the page."""
+        """Removes all widgets."""
         self._folder.remove()
 
 

@@ -277,7 +277,7 @@ def _metrics_html(result: RunResult) -> str:
         for title, hint in (
             ("slip path", "Distance that the fingertip slid on its face"),
             ("peak Fₙ", "Largest normal force"),
-            ("smallest margin", "Smallest margin of the tangential force to slip, while it stuck"),
+            ("least margin", "Smallest margin of the tangential force to slip, while it stuck"),
         )
     )
     rows = "".join(f"<tr>{row}</tr>" for row in _finger_rows(result))

@@ -113,7 +113,7 @@ class CompareReducer(Reducer):
     def _open(self, view: ViewState, a: str, b: str) -> ViewState:
         number = view.opening + 1
         keeps_a = not a or _is_shown(a, view)
-        # The run on the screen stays, and so does its recording.
+        # The run on the screen and its recording are unchanged.
         kept = () if not keeps_a or view.shown is None else (view.shown.replay, view.replay)
         instead_of = [replay for replay in replays_of(view) if replay not in kept]
         run = view.shown.result if view.shown is not None else None

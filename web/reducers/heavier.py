@@ -14,7 +14,7 @@ from slipgrasp.web.workers.heavier_worker import HeavierWorker
 
 
 class HeavierReducer(Reducer):
-    """Searches the largest mass for the draft of the request.
+    """Searches for the largest mass for the draft of the request.
 
     Args:
         service: Service that simulates.

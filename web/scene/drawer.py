@@ -37,8 +37,8 @@ class HandDrawer:
         frames: All frames, parents first.
         entities: Entities in the frames; contacts are drawn by `ContactView`.
         surfaces: Colours.
-        detail: How finely it is drawn.
-        glass: Whether one sees into the object.
+        detail: Level of detail.
+        glass: Whether the object is transparent.
         picking: Makes fingers clickable; None where nobody can click.
 
     Attributes:

@@ -65,8 +65,8 @@ def add_low_friction_patches(
 
     Args:
         scene: Where the nodes go.
-        object_name: Name of the node that moves with the object, with its axes.
-        scenario: Whose patches and faces.
+        object_name: Name of the node with the pose of the object.
+        scenario: Scenario with the patches and faces.
         picking: Makes patches clickable; None where nobody can click.
     """
     names = [f"{object_name}/wet{k}" for k in range(len(scenario.patches))]
@@ -85,7 +85,7 @@ def add_low_friction_patches(
 def _band(
     scene: viser.SceneApi, name: str, scenario: PlanarScenario, patch: Patch
 ) -> tuple[viser.FrameHandle, viser.MeshHandle]:
-    """A patch of a planar object: a band of water along its face, with waves on it."""
+    """A patch of a planar object: a band along its face, with waves on it."""
     ends, normal, thickness = spot_on_face(scenario, patch)
     depth = _BEHIND_MARKS * parts.sizes_of(scenario).front
     root = scene.add_frame(name, show_axes=False, wxyz=np.array(LYING))

@@ -93,7 +93,7 @@ class PushView:
         arrow = self._sizes.force_length / full * force
         has_arrow = float(np.linalg.norm(arrow)) > _SHORTEST
         self._arrow.visible = has_arrow
-        # It ends where the force acts, and comes from outside the object.
+        # It ends at the point of action, and starts outside the object.
         tail = -arrow if has_arrow else np.array([0.0, self._radius, 0.0])
         self._arrow.points = np.array([[tail, np.zeros(3)]], dtype=np.float32)
         self._arc.visible = bool(moment.any())

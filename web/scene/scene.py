@@ -80,8 +80,8 @@ class Scene:
 
     Args:
         stage: Where the nodes go.
-        drag: Hears how the object is dragged; None where nobody can.
-        detail: How finely it is drawn.
+        drag: Handles dragging of the object; None if it is not possible.
+        detail: Level of detail.
         picking: Makes fingers and patches clickable; None where nobody can click.
     """
 

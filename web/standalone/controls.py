@@ -45,8 +45,8 @@ class Control(NamedTuple):
         text: Description of the parameter, a sentence.
         low: Smallest value.
         high: Largest value.
-        step: Step from value to value.
-        value: The value of the scenario.
+        step: Step.
+        value: Value of the scenario.
         places: Where the value stands in the table of the scenario; of a spatial hand among the
             numbers of the model, and after these among those of the run before it begins.
     """
@@ -147,7 +147,7 @@ def _in_model(scenario: Scenario, key: str, values: Sequence[float]) -> Iterator
         packed = bytes_of(engine.pack()), bytes_of(engine.run)
         models.append(np.concatenate(packed).view("<f8"))
     low, high = models
-    # Bits, for integers among them may look like no number.
+    # Compared by bits, because integers among them may look like NaN.
     places = np.flatnonzero(low.view(np.int64) != high.view(np.int64))
     if any((low[k], high[k]) != tuple(values) for k in places):
         raise ControlError(f"'{key}' cannot be a slider of a spatial hand")

@@ -110,7 +110,7 @@ class RecordingStage:
         return self._scene
 
     def atomic(self) -> AbstractContextManager[None]:
-        """What is sent within it arrives together."""
+        """A context whose updates arrive together."""
         return self._server.atomic()
 
     @contextmanager

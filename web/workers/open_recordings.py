@@ -29,7 +29,7 @@ class OpenRecordings:
 
     Args:
         store: The stored runs.
-        memory: The account of memory.
+        memory: The memory budget.
 
     Attributes:
         memory: As given.
@@ -56,13 +56,13 @@ class OpenRecordings:
         Args:
             source: What to open.
             instead_of: What the page will show no more: it counts only if others show it too.
-            should_stop: Asked again and again whether nobody needs it any more.
+            should_stop: Called repeatedly; True stops the reading.
             below: The run over which measured data are laid; without one they are refused.
 
         Raises:
             MemoryLimitError: If it needs more memory than there is.
             ServiceBusyError: If there is none for it now.
-            RecordingError: As `open_replay`.
+            RecordingError: As in `open_replay`.
         """
         path = self._store.get(source).path if isinstance(source, str) else source
         file = _file_at(path)

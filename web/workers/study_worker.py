@@ -40,7 +40,7 @@ class StudyWorker(QueueWorker):
 
     Args:
         service: Runs studies.
-        memory: The account of memory.
+        memory: The memory budget.
         send: Takes the answers.
     """
 

@@ -47,7 +47,7 @@ def law_layout(facts: Layout, num_coordinates: int, more: Sequence[tuple[Any, ..
     Args:
         facts: What is true of it.
         num_coordinates: Reduced coordinates of the largest hand.
-        more: Fields of the mechanics.
+        more: Additional fields of the mechanics.
     """
     each, both = (num_coordinates,), (2 * num_coordinates, 2 * num_coordinates)
     fields = [

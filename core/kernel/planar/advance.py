@@ -65,9 +65,9 @@ POLE_RATIO = 1e3
 
 @compiled_apart(types.int64, MODEL, PROGRESS, OUTLET)
 def pass_event(model: Record, run: Record, outlet: Record) -> int:
-    """What the guards that fired mean: the end of the run, another phase, or a bound reached.
+    """Handles the guards that fired: the end of the run, another phase, or a bound reached.
 
-    LEFT_FACE ends the stretch; the run goes on where the face does, with other friction.
+    LEFT_FACE ends the segment; the run continues if the face does, with different friction.
     """
     count_stall(run)
     law_jumps = run.guards.fired[run.guards.count - 1] == 1
@@ -97,7 +97,7 @@ def pass_event(model: Record, run: Record, outlet: Record) -> int:
 
 @compiled
 def _keep_what_no_force_decides(model: Record, run: Record) -> None:
-    """Of the guards that fired where the law jumps: the others only saw the far side of it."""
+    """Removes guards that fired at a jump of the law only because of the state beyond it."""
     n, fired = model.num_fingers, run.guards.fired
     for i in range(n):
         base = PER_CONTACT * i
@@ -112,7 +112,7 @@ def _keep_what_no_force_decides(model: Record, run: Record) -> None:
 
 @compiled
 def _largest_force(model: Record, run: Record) -> float:
-    """The largest normal force of the state just evaluated, in size [N]."""
+    """The largest normal force of the evaluated state [N]."""
     largest = 0.0
     for i in range(model.num_fingers):
         largest = max(largest, abs(float(run.work.forces[i, 1])))
@@ -121,7 +121,7 @@ def _largest_force(model: Record, run: Record) -> float:
 
 @compiled
 def _phase_ends(model: Record, run: Record) -> bool:
-    """Whether a contact that has fired ends its phase; the first of them is concerned."""
+    """Whether a contact that has fired ends its phase; returns the first of them."""
     for i in range(model.num_fingers):
         if run.guards.fired[PER_CONTACT * i + PHASE] == 1:
             run.concerned = i
@@ -131,7 +131,7 @@ def _phase_ends(model: Record, run: Record) -> bool:
 
 @compiled_apart(types.int64, MODEL, PROGRESS, OUTLET, types.float64)
 def pass_break(model: Record, run: Record, outlet: Record, t_stop: float) -> int:
-    """The jump at an instant known beforehand; one kind at a time, the rest follow at once."""
+    """The jump at a known instant; one kind at a time, the others follow immediately."""
     if run.own.asked == ANSWERED:
         return control_tick(model, run, outlet, 0, 0)
     if run.now >= t_stop:
@@ -149,7 +149,7 @@ def pass_break(model: Record, run: Record, outlet: Record, t_stop: float) -> int
 
 @compiled
 def _change_piece(model: Record, run: Record, outlet: Record) -> int:
-    """The desired acceleration jumps; under sampled control it is seen at the next tick."""
+    """The desired acceleration jumps; sampled control uses it at the next tick."""
     if model.law.period > 0.0:
         pass_breaks(model.motion, run.discrete, run.now)
         return RUNNING
@@ -161,7 +161,7 @@ def _change_piece(model: Record, run: Record, outlet: Record) -> int:
 
 @compiled
 def _next_break(model: Record, run: Record, t_stop: float) -> float:
-    """The next instant at which the flow is not smooth for a known reason."""
+    """The next known instant at which the flow is not smooth."""
     until = min(t_stop, run.hold_until, model.motion.breaks[run.discrete.piece])
     if model.law.period > 0.0:
         until = min(until, next_tick(model, run), next_command(run))
@@ -170,14 +170,14 @@ def _next_break(model: Record, run: Record, t_stop: float) -> float:
 
 @compiled_apart(types.int64, MODEL, PROGRESS, OUTLET, types.int64, types.int64)
 def begin_stretch(model: Record, run: Record, outlet: Record, first: int, same_ticks: int) -> int:
-    """Starts the run, or goes on after a timed change under new constants.
+    """Starts the run, or continues it after a timed change with new constants.
 
     Args:
-        model: Constants from now on.
-        run: The run; at a later stretch the row before the change is already written.
-        outlet: Buffers for rows and phase changes.
-        first: 1 where the run starts here.
-        same_ticks: 1 where sampled control keeps its ticks (its period did not change).
+        model: The new constants.
+        run: The run; in a later segment, the row before the change is already written.
+        outlet: Output buffers for rows and phase changes.
+        first: 1 if the run starts here.
+        same_ticks: 1 if sampled control continues its ticks (its period did not change).
     """
     run.begun = 1
     run.rank = run.quiet_steps = 0
@@ -204,13 +204,13 @@ def begin_stretch(model: Record, run: Record, outlet: Record, first: int, same_t
 
 @compiled
 def _emit_end(model: Record, run: Record, outlet: Record, t_stop: float) -> None:
-    """Appends the row at the end of the stretch."""
+    """Appends the row at the end of the segment."""
     emit_or_end(model, run, outlet, run.discrete, t_stop, run.step.start, t_stop)
 
 
 @compiled
 def _finish_step(model: Record, run: Record, outlet: Record, t_stop: float, reaches: bool) -> int:
-    """The jump at the instant that a step reaches."""
+    """The jump at the instant at the end of a step."""
     return pass_break(model, run, outlet, t_stop) if reaches else RUNNING
 
 

@@ -1,4 +1,4 @@
-"""What the joint torques can do in the present phase: rank and range of B~ (Eq. 18).
+"""Effect of joint torques in the present phase: rank and range of B~ (Eq. 18).
 
 B~ = [W; -D] J_c^-T, and J_c is invertible: its range is that of G = [W; -D of the slipping
 contacts], with the true friction.
@@ -22,10 +22,10 @@ APART = 1e-6  # [m]
 
 @compiled_apart(types.int64, MODEL, DISCRETE, WORKSPACE)
 def find_controllable(model: Record, discrete: Record, work: Record) -> int:
-    """Writes the share of each object coordinate that torques can produce to ``work.shares``.
+    """Writes the fraction of each object coordinate that torques can produce to ``work.shares``.
 
-    The shares are the diagonal of B~ B~^+: 1 where a coordinate can be accelerated
-    whatever else is asked, less where it is tied to others.
+    The fractions are the diagonal of B~ B~^+: 1 if a coordinate can be accelerated independently,
+    less if it is coupled to others.
 
     Returns:
         The rank of B~.
@@ -51,7 +51,7 @@ def find_controllable(model: Record, discrete: Record, work: Record) -> int:
 
 @compiled
 def _all_stick_apart(model: Record, discrete: Record, kin: Record) -> bool:
-    """Whether all contacts stick, two of them clearly apart: these two can exert any wrench."""
+    """Whether all contacts stick, two of them clearly separated: these two can exert any wrench."""
     farthest = 0.0
     for i in range(model.num_fingers):
         if discrete.phases[i] != 0:
@@ -63,10 +63,10 @@ def _all_stick_apart(model: Record, discrete: Record, kin: Record) -> bool:
 
 @compiled
 def _keep_independent(vectors: Floats, length: int, count: int, candidate: int) -> int:
-    """Moves a vector behind the ``count`` orthonormal ones if it is independent of them.
+    """Orthogonalizes a vector to the ``count`` orthonormal ones and appends it if independent.
 
     Returns:
-        1 if it is, else 0.
+        1 if it is independent, else 0.
     """
     rest = remove_parts(vectors, length, count, candidate)
     if rest == 0.0:

@@ -1,9 +1,9 @@
 """Finger dynamics seen at the fingertips, link by link (docs/model.md, Reduced form).
 
-A finger whose tip has the acceleration a (without the bias b) needs the force
-f = J^-T (M q'' + h) = Lambda a + f_0 from its joints, in the inertial frame. Lambda
-(symmetric) and f_0 are sums over links of mass times a unit part; the unit parts serve the
-true model, the believed model and the regressor alike.
+A finger whose tip has the acceleration a (without the bias b) needs the force f = J^-T (M q'' + h)
+= Lambda a + f_0 from its joints, in the inertial frame. Lambda (symmetric) and f_0 are sums over
+links of mass times a unit part; the unit parts are common to the true model, the estimated model
+and the regressor.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ TIP_DYNAMICS = np.dtype(
     align=True,
 )
 
-# What every link adds per mass: apparent inertia [1] and bias force [N/kg]; finger, link, entry.
+# Apparent inertia [1] and bias force [N/kg] of every link per mass; finger, link, entry.
 UNIT_DYNAMICS = np.dtype(
     [
         ("inertia", np.float64, (MAX_FINGERS, 2, 3)),
@@ -62,7 +62,7 @@ def joint_space_unit(
 
 @compiled
 def update_unit_dynamics(hand: Record, kin: Record, unit: Record) -> None:
-    """Fills ``unit`` for the present positions and velocities."""
+    """Computes ``unit`` for the present positions and velocities."""
     for i in range(hand.num_fingers):
         finger = stored_finger(kin, i)
         for link in range(2):
@@ -105,7 +105,7 @@ def seen_at_tip(
     """Lambda_xx, Lambda_xy, Lambda_yy and f_0 from M and h, for a tip whose bias is b."""
     i00, i01 = finger.inverse00, finger.inverse01
     i10, i11 = finger.inverse10, finger.inverse11
-    # Joint accelerations by which the tip has the acceleration b, and what torques they take.
+    # Joint accelerations for the tip acceleration b, and the required torques.
     b1, b2 = i00 * bx + i01 * by, i10 * bx + i11 * by
     t1, t2 = h1 + m11 * b1 + m12 * b2, h2 + m12 * b1 + m22 * b2
     # M J^-1, the joint torques per tip acceleration.
@@ -122,7 +122,7 @@ def seen_at_tip(
 
 @compiled
 def add_joint_friction(hand: Record, kin: Record, total: Record) -> None:
-    """Adds what the friction of the joints takes to the bias forces f_0, by J^-T."""
+    """Adds the joint friction to the bias forces f_0, by J^-T."""
     for i in range(hand.num_fingers):
         first = joint_friction(hand, i, kin.joint_velocities[i, 0])
         second = joint_friction(hand, i, kin.joint_velocities[i, 1])

@@ -1,4 +1,4 @@
-"""The closed loop inside one phase: the derivative of the state and all it is made of."""
+"""The closed loop inside one phase: the derivative of the state, and its evaluation."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ from slipgrasp.core.kernel.planar.workspace import DISCRETE, WORKSPACE
 
 @compiled_apart(types.void, MODEL, STATE, WORKSPACE)
 def update_mechanics(model: Record, state: Record, work: Record) -> None:
-    """Kinematics and true finger dynamics of the state, unless ``work`` holds them already."""
+    """Kinematics and true finger dynamics of the state, unless ``work`` already contains them."""
     current, moving = work.current, estimate_at(model.num_fingers, 0)
     if current.mechanics == 1 and _agree(current.state.x, state.x, moving):
         return
@@ -60,7 +60,7 @@ def update_mechanics(model: Record, state: Record, work: Record) -> None:
 
 @compiled_apart(types.void, MODEL, STATE, WORKSPACE)
 def update_seen_mechanics(model: Record, state: Record, work: Record) -> None:
-    """Kinematics and parts per link as the controller sees them, which may mistake its lengths."""
+    """Kinematics and unit parts of the controller's model, whose link lengths may be wrong."""
     update_mechanics(model, state, work)
     if model.law.knows_lengths:
         return
@@ -71,7 +71,7 @@ def update_seen_mechanics(model: Record, state: Record, work: Record) -> None:
 
 @compiled
 def forget_mechanics(work: Record) -> None:
-    """The constants of the run, or what ``work`` holds of the mechanics, have been changed."""
+    """Invalidates the mechanics in ``work`` after a change of constants."""
     work.current.mechanics = work.current.factors = work.current.law = 0
 
 
@@ -85,13 +85,13 @@ def _agree(ours: Floats, others: Floats, count: int) -> bool:
 
 @compiled_apart(types.int64, MODEL, DISCRETE, types.float64, STATE, WORKSPACE)
 def update_command(model: Record, discrete: Record, t: float, state: Record, work: Record) -> int:
-    """What the controller makes of the state, and the torque it commands in ``work.tip_forces``.
+    """Computes the controller's command for the state, as ``work.tip_forces``.
 
-    Errors, demand, its model of the hand, and the torque as tip forces, for a
-    state whose mechanics are up to date.
+    Errors, demand, model of the hand, and torque as tip forces, for a state whose mechanics are up
+    to date.
 
     Returns:
-        1, or 0 where the law has no unique answer.
+        1, or 0 if the law has no unique solution.
     """
     n = model.num_fingers
     believe(model.law, model.truth, model.unknowns, state, work.believed)
@@ -123,7 +123,7 @@ def _remember_law(
 
 @compiled
 def holds_law(model: Record, discrete: Record, t: float, state: Record, work: Record) -> bool:
-    """Whether errors, belief and grasp in ``work`` are those of this state, whose mechanics are."""
+    """Whether errors, estimates and grasp in ``work`` belong to this state with its mechanics."""
     current = work.current
     if current.law == 0 or current.time != t or current.piece != discrete.piece:
         return False
@@ -157,7 +157,7 @@ def solve_plant(model: Record, discrete: Record, work: Record) -> None:
 
 @compiled
 def _update_factors(model: Record, discrete: Record, work: Record) -> None:
-    """M~ with its factors, and h~, in the present phases, unless ``work`` holds them already."""
+    """M~ with its factors, and h~, in the present phases, unless ``work`` already contains them."""
     n, kin, truth, current = model.num_fingers, work.kin, model.truth, work.current
     if current.factors == 1 and _agree(current.phases, discrete.phases, n):
         return
@@ -209,7 +209,7 @@ def _powers(model: Record, discrete: Record, state: Record, work: Record) -> tup
     for i in range(n):
         supplied += work.tip_forces[i, 0] * kin.tip_velocities[i, 0]
         supplied += work.tip_forces[i, 1] * kin.tip_velocities[i, 1]
-        # Not |s'|, whose kink at the end of a slip would make the step there tiny.
+        # Not |s'|, whose kink at the end of a slip would require a tiny step.
         speed = discrete.phases[i] * state.x[slip_velocity_at(n, i)]
         dissipated += model.truth.friction[i] * work.forces[i, 1] * speed
     if model.hand.joints_rub:

@@ -1,7 +1,7 @@
-"""Choice of the internal (grasp) force where one can be chosen (docs/model.md, Grasp force).
+"""Selection of the internal (grasp) force, if it is not unique (docs/model.md, Grasp force).
 
-Two sticking fingers have one internal force, whose least size inside both cones has a closed
-form. Beyond that, and where this force breaks another limit, it is a quadratic program.
+Two sticking fingers have one internal force, whose smallest value inside both cones has a closed
+form. With more fingers, or if this force violates another limit, it is a quadratic program.
 """
 
 from __future__ import annotations
@@ -27,18 +27,18 @@ SLACK = 1e-4
 def choose_grasp_force(
     forces: Floats, direction: Floats, believed: Record, safety: float, on_cone: Integers
 ) -> float:
-    """Adds the least internal force that puts every contact inside its cone, but those on it.
+    """Adds the smallest internal force that puts every contact inside its cone, except those on it.
 
-    Each cone |F_x| <= (mu / safety) F_n is two half-lines of the multiplier of this
-    internal force; the least multiplier in their intersection is taken. Where they do not
-    meet, the one with the least violation.
+    Each cone |F_x| <= (mu / safety) F_n is two half-lines of the multiplier of this internal force;
+    the smallest multiplier in their intersection is used, or, if it is empty, the one with the
+    smallest violation.
 
     Args:
         forces: ``(n, 2)`` contact forces without internal force; the result is added here.
         direction: ``(2n,)`` internal force, spanning the one-dimensional null space.
-        believed: Masses and friction the controller believes in.
+        believed: Estimated masses and friction.
         safety: Factor >= 1 by which the cones are narrowed.
-        on_cone: ``(n,)``, not 0 where the force is asked on its cone.
+        on_cone: ``(n,)``, nonzero if the force should be on its cone.
 
     Returns:
         The largest violation of a narrowed cone [N], 0 if all are met.
@@ -118,14 +118,14 @@ def _least_violation(
 
 @compiled_apart(types.int64, MODEL, WORKSPACE)
 def minimise_forces(model: Record, work: Record) -> int:
-    """The least contact forces that exert the wanted wrench within all limits.
+    """The smallest contact forces that produce the desired wrench within all limits.
 
-    The part of F^ that the wrench prescribes is orthogonal to the internal part: the least
-    F^ has the least internal force. Where the limits contradict each other, the largest
-    violation is made as small as can be; it is left in ``room.violation`` [N].
+    The part of F^ that the wrench determines is orthogonal to the internal part: the smallest F^
+    has the smallest internal force. If the limits contradict each other, the largest violation is
+    minimized and stored in ``room.violation`` [N].
 
     Returns:
-        1, or 0 where the rows of G depend on each other.
+        1, or 0 if the rows of G are dependent.
     """
     problem, room = work.quadratic, work.room
     _pose_wrench(model, work)
@@ -161,7 +161,7 @@ def _pose_wrench(model: Record, work: Record) -> None:
 
 @compiled
 def _limit_force(law: Record, work: Record, i: int) -> None:
-    """Cone of a contact that is asked inside it, least and largest normal force of any."""
+    """Cone of a contact that should be inside it, and limits of the normal force of any contact."""
     if work.room.on_cone[i] == 0:
         cone = work.believed.friction[i] / law.grip_safety
         _require(work.quadratic, i, 1.0, cone, 0.0)
@@ -173,7 +173,7 @@ def _limit_force(law: Record, work: Record, i: int) -> None:
 
 @compiled
 def _limit_torques(law: Record, work: Record, i: int) -> None:
-    """|tau| <= limit for both joints, in newtons: divided by the lever of the force."""
+    """|tau| <= limit for both joints, in newtons: divided by the lever arm of the force."""
     if law.torque_limit == np.inf:
         return
     for joint in range(2):
@@ -187,7 +187,7 @@ def _limit_torques(law: Record, work: Record, i: int) -> None:
 
 @compiled
 def _torque_of_force(work: Record, i: int, joint: int) -> tuple[float, float, float]:
-    """Torque of a joint: per unit of F_x and of F_n, and what the finger itself needs."""
+    """Torque of a joint: per unit of F_x and of F_n, and that of the finger itself."""
     jx, jy = work.kin.jacobians[i, 0, joint], work.kin.jacobians[i, 1, joint]
     ax, ay = to_inertial_frame(work.kin, i, 1.0, 0.0)
     nx, ny = to_inertial_frame(work.kin, i, 0.0, 1.0)
@@ -208,7 +208,7 @@ def _require(problem: Record, i: int, along: float, normal: float, bound: float)
 
 @compiled
 def _share_violation(problem: Record) -> None:
-    """One unknown more by which every inequality may be missed, dear compared with forces."""
+    """An additional unknown for the violation of all inequalities, with a high cost."""
     for row in range(problem.rows):
         problem.normals[row, problem.columns] = SLACK if row >= problem.equalities else 0.0
     problem.columns += 1
@@ -216,7 +216,7 @@ def _share_violation(problem: Record) -> None:
 
 @compiled_apart(types.void, MODEL, WORKSPACE)
 def keep_limits(model: Record, work: Record) -> None:
-    """Chooses again where the forces inside the cones of two fingers break another limit."""
+    """Solves again if the forces inside the cones of two fingers violate another limit."""
     law, forces = model.law, work.room.contact_force
     for i in range(model.num_fingers):
         normal = forces[i, 1]

@@ -1,4 +1,4 @@
-"""Conditions that end a phase: each is positive inside and falls through its level at the event.
+"""Conditions that end a phase: each is positive inside and crosses its level at the event.
 
 Per contact: the phase itself (distance to the cone in stick, signed slip velocity in slip),
 normal force, end of the face or of its friction, finger not singular. Then the determinant
@@ -104,10 +104,10 @@ def is_infeasible(violation: float) -> int:
 
 @compiled
 def sample_guards(model: Record, discrete: Record, work: Record, samples: Floats, row: int) -> None:
-    """Keeps, of a state inside a step, the values of those guards that no slope tells.
+    """Stores the values of guards that are not coordinates, at a state inside a step.
 
-    Those of forces, of singular fingers and matrices, of rates at bounds; of the last guard
-    the violation itself. Each stands at its own number in ``samples[row]``.
+    These are forces, singular fingers and matrices, rates at bounds, and for the last guard the
+    violation itself. Each is stored at its index in ``samples[row]``.
     """
     n = model.num_fingers
     for i in range(n):
@@ -126,7 +126,7 @@ def sample_guards(model: Record, discrete: Record, work: Record, samples: Floats
 
 @compiled
 def band_of(model: Record, discrete: Record, values: Floats, j: int) -> tuple[float, float]:
-    """Noise and band of guard j: within its band a value does not tell its sign.
+    """Noise and band of guard j: within its band the sign of a value is uncertain.
 
     Args:
         model: Constants of the run.

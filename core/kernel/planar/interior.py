@@ -1,4 +1,4 @@
-"""What happens inside a step of a planar run: guards past their level, extremes of forces."""
+"""Events inside a step of a planar run: guards past their level, extremes of forces."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from slipgrasp.core.kernel.planar.tally import add_step
 
 @compiled
 def _coordinate(model: Record, discrete: Record, j: int) -> int:
-    """The coordinate of the state that guard ``j`` watches; -1 where it watches something else."""
+    """The coordinate of guard ``j``; -1 if it is not a coordinate."""
     n = model.num_fingers
     if j < PER_CONTACT * n:
         i = j // PER_CONTACT
@@ -44,7 +44,7 @@ def _coordinate(model: Record, discrete: Record, j: int) -> int:
 
 @compiled
 def value_inside(model: Record, run: Record, h: float, j: int, share: float) -> float:
-    """Value of guard ``j`` at a share of the step."""
+    """Value of guard ``j`` at a fraction of the step."""
     step, room = run.step, run.selection
     prepare_interpolant(model, run.discrete, run.now, h, step, run.work)
     interpolate(model, step, share, step.stage)
@@ -63,9 +63,9 @@ _find_least, _dip_of = make_dip_of(LAYOUTS, band_of, value_inside)
 
 @compiled
 def _dip_of_coordinate(model: Record, run: Record, h: float, j: int) -> float:
-    """The share of the step at which guard ``j``, which watches a coordinate, is past its level.
+    """The fraction of the step at which guard ``j``, a coordinate, is past its level.
 
-    The slopes of a coordinate are known: they give its values at the nodes of the step.
+    The slopes of a coordinate are known: they determine its values at the nodes of the step.
     """
     guards, step, method = run.guards, run.step, method_of(model, run.step)
     coordinate = _coordinate(model, run.discrete, j)
@@ -90,7 +90,7 @@ def _dip_of_coordinate(model: Record, run: Record, h: float, j: int) -> float:
 
 @compiled
 def _jump_inside(model: Record, run: Record) -> float:
-    """The share of the step at which the law is on the other side of a jump; 0 if nowhere."""
+    """The fraction of the step at which the law is beyond a jump; 0 if never."""
     last, method = run.guards.count - 1, method_of(model, run.step)
     if run.guards.fired[last] == 0:
         for k in range(1, method.num_ordered - 1):
@@ -103,7 +103,7 @@ def _jump_inside(model: Record, run: Record) -> float:
 
 @compiled_apart(types.float64, MODEL, PROGRESS, types.float64)
 def find_dip(model: Record, run: Record, h: float) -> float:
-    """When, in a step of size ``h`` just taken, a guard is past its level; 0 if none is [s].
+    """Time in a step of size ``h`` at which a guard is past its level; 0 if never [s].
 
     At the end no guard is past its level, or the event has been located there; the first of its
     falls may still lie before. The end of a face is not looked at: a slip velocity keeps its sign
@@ -146,7 +146,7 @@ _count_extremes = make_count_extremes(LAYOUTS, PER_CONTACT, _count_ways, value_i
 
 @compiled_apart(types.void, MODEL, PROGRESS, types.float64)
 def count_step(model: Record, run: Record, h: float) -> None:
-    """Adds the step of size ``h`` from the present state on to the metrics.
+    """Adds the step of size ``h`` from the present state to the metrics.
 
     Where the law jumps at its end the forces there are those of neither side: those up to just
     before the jump count.

@@ -1,4 +1,4 @@
-"""What happens at an instant: control ticks, phase selection, recognition, timed changes."""
+"""Events at an instant: control ticks, phase selection, recognition, timed changes."""
 
 from __future__ import annotations
 
@@ -49,12 +49,12 @@ LOST_FORCES = 1e-4
 
 @compiled_apart(types.int64, MODEL, PROGRESS, types.int64, types.int64)
 def settle(model: Record, run: Record, instant: int, exhaustive: int) -> int:
-    """Selects the phases for the torque that acts from now on.
+    """Selects the phases for the new torque.
 
-    With continuous control and no consistent candidate under instant recognition, the
-    controller keeps the belief it had for the recognition time, and the plant's phases
-    are selected under the torque of that belief. Where no contacts that touch are consistent,
-    one of them may open, which ends the run.
+    With continuous control and no consistent candidate under instant recognition, the controller
+    keeps its estimated phase for the recognition time, and the plant's phases are selected under
+    the torque of that estimate. If no closed contacts are consistent, one of them may open, which
+    ends the run.
     """
     now, state = run.now, run.step.start
     verdict = select_phases(
@@ -86,7 +86,7 @@ def settle(model: Record, run: Record, instant: int, exhaustive: int) -> int:
         warn(run, AMBIGUITIES)
     n = model.num_fingers
     for i in range(n):
-        # Slip velocities that counted as zero become exactly zero.
+        # Slip velocities that count as zero become exactly zero.
         speed = abs(state.x[slip_velocity_at(n, i)])
         if 0.0 < speed < REST_SPEED:
             run.selection.selected = 0
@@ -96,7 +96,7 @@ def settle(model: Record, run: Record, instant: int, exhaustive: int) -> int:
 
 @compiled
 def _nearly_singular(model: Record, run: Record) -> int:
-    """The finger so nearly straight or folded that rounding decides on its forces; -1 if none."""
+    """The finger that is too straight or folded for accurate forces; -1 if there is none."""
     for i in range(model.num_fingers):
         if run.work.kin.extension[i] < LOST_FORCES:
             return i
@@ -105,7 +105,7 @@ def _nearly_singular(model: Record, run: Record) -> int:
 
 @compiled
 def set_first_slope(model: Record, run: Record) -> None:
-    """First slope under the torque that acts; ``work`` is left at the present state."""
+    """First slope under the present torque; ``work`` contains the present state afterwards."""
     step, selection = run.step, run.selection
     if selection.selected == 0:
         flow(model, run.discrete, run.now, step.start, step.slopes[0], run.work)
@@ -117,7 +117,7 @@ def set_first_slope(model: Record, run: Record) -> None:
 
 @compiled
 def arm(model: Record, run: Record) -> None:
-    """Guards and metrics after a jump, at the present state, which ``work`` holds."""
+    """Guards and metrics after a jump, at the present state in ``work``."""
     run.guards.infeasible = is_infeasible(run.work.room.violation)
     arm_guards(model, run.discrete, run.step.start, run.work, run.guards)
     count_forces(model, run.discrete, run.guards.starts, run.tally, PER_CONTACT, 1)
@@ -125,7 +125,7 @@ def arm(model: Record, run: Record) -> None:
 
 @compiled_apart(types.void, MODEL, PROGRESS)
 def restart_flow(model: Record, run: Record) -> None:
-    """After an event no slope from before is used: new first slope, guards armed, small step."""
+    """After an event, previous slopes are invalid: new first slope, guards armed, small step."""
     flow(model, run.discrete, run.now, run.step.start, run.step.slopes[0], run.work)
     run.step.efforts[0] = effort_rate(model, run.work)
     arm(model, run)
@@ -134,11 +134,11 @@ def restart_flow(model: Record, run: Record) -> None:
 
 @compiled
 def consume_events(model: Record, run: Record) -> None:
-    """Puts every quantity whose guard has fired where the event says, exactly.
+    """Sets every quantity whose guard has fired exactly to its level.
 
-    A fingertip that stops has slip velocity 0, one at the end of a stretch of its face lies on
-    that end, an estimate that reached a bound rests there, one whose rate turns is released.
-    Nothing of this is found out again from values that rounding may have changed.
+    A fingertip that stops has zero slip velocity, one at the end of a segment of its face is
+    exactly there, an estimate that reached a bound rests there, one whose rate changes sign is
+    released. These are not derived again from values with rounding errors.
     """
     n, fired, state = model.num_fingers, run.guards.fired, run.step.start
     for i in range(n):
@@ -164,13 +164,13 @@ def consume_events(model: Record, run: Record) -> None:
 
 @compiled
 def _nearer(value: float, low: float, high: float) -> float:
-    """The one of two bounds that is nearer."""
+    """The closer of two bounds."""
     return low if value - low < high - value else high
 
 
 @compiled
 def _clamp_estimates(model: Record, run: Record) -> None:
-    """After a jump, which rates take part in: estimates at a bound rest there or leave it."""
+    """After a jump that affects rates: estimates at a bound rest there or leave it."""
     for k in range(model.num_unknowns):
         low, high = model.unknowns.minimum[k], model.unknowns.maximum[k]
         at = estimate_at(model.num_fingers, k)
@@ -211,7 +211,7 @@ def select_again(model: Record, run: Record, outlet: Record) -> int:
 
 @compiled
 def recognise(model: Record, run: Record, outlet: Record) -> int:
-    """End of a recognition hold: the belief becomes the plant's phases (continuous control).
+    """End of a recognition hold: the estimated phase becomes the plant's (continuous control).
 
     If those are consistent under their own torque the hold is over, otherwise they are held.
     """

@@ -1,6 +1,6 @@
 """Planar kinematics of fingers and contacts (docs/model.md, Contact geometry).
 
-A finger on slides is one with J = 1; where directions of links stand, it has the place of its tip.
+A finger on slides has J = 1; its tip position replaces the directions of links.
 """
 
 from __future__ import annotations
@@ -81,10 +81,10 @@ def _store_bias(
 
 @compiled
 def mistake_lengths(nominal: Record, state: Record, kin: Record) -> None:
-    """Jacobians and biases of fingers that are taken for longer or shorter than they are.
+    """Jacobians and biases of fingers with wrong link lengths.
 
     Args:
-        nominal: Lengths as they are believed.
+        nominal: Assumed lengths.
         state: As ``kin`` belongs to it.
         kin: Up to date; angles and rates of the joints stay as they are measured.
     """
@@ -103,7 +103,7 @@ def mistake_lengths(nominal: Record, state: Record, kin: Record) -> None:
 
 @compiled
 def _mistaken_finger(nominal: Record, kin: Record, i: int) -> Finger:
-    """Finger ``i`` at its true joint angles and rates, with the lengths that are believed."""
+    """Finger ``i`` at its true joint angles and rates, with the assumed lengths."""
     true = stored_finger(kin, i)
     first, second = nominal.link_lengths[i, 0], nominal.link_lengths[i, 1]
     dx = first * true.cosine1 + second * true.cosine12
@@ -159,7 +159,7 @@ def _place_on_circle(
 
 @compiled
 def turn_tangent(tx: float, ty: float, angle: float) -> tuple[float, float]:
-    """A tangent after the way along a circle that turns it, towards its normal, by an angle."""
+    """A tangent after motion along a circle that turns it, towards its normal, by an angle."""
     sine, cosine = sincos(angle)
     return cosine * tx + sine * ty, cosine * ty - sine * tx
 

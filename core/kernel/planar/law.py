@@ -1,7 +1,7 @@
-"""What the control laws share (docs/model.md, Controller).
+"""Common functions of the control laws (docs/model.md, Controller).
 
-The law sees the state, the phase it believes in and the estimates; true masses and
-friction reach it only through `Truth` sets in which the unknown entries are replaced.
+A law receives the state, the estimated phases and the estimates; true masses and friction are only
+available in `Truth` sets in which the unknown entries are replaced.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ from slipgrasp.core.kernel.planar.state import (
     velocity_at,
 )
 
-LEAST_BRAKE = 0.01  # share of slip_stop, so that no slip creeps on
+LEAST_BRAKE = 0.01  # fraction of slip_stop, so that no slip continues to creep
 
 
 @compiled
 def believe(law: Record, truth: Record, unknowns: Record, state: Record, believed: Record) -> None:
-    """Fills ``believed`` with what the controller knows and what it estimates."""
+    """Sets ``believed`` to known and estimated parameters."""
     n = truth.num_fingers
     believed.num_fingers = n
     for k in range(3):
@@ -52,11 +52,11 @@ def believe(law: Record, truth: Record, unknowns: Record, state: Record, believe
 def demand_acceleration(
     law: Record, motion: Record, piece: int, t: float, state: Record, belief: Integers, room: Record
 ) -> None:
-    """V = x''_des + K_v e' + K_p e, with 0 for contacts that are believed to stick.
+    """V = x''_des + K_v e' + K_p e, with 0 for contacts in estimated stick.
 
-    Where a contact sticks is where its slip is wanted: its e is 0 until it slips.
-    Slipping contacts are asked to brake by ``slip_stop`` more, so that their slip ends in
-    finite time (composite law; 0 in the others).
+    The desired slip of a sticking contact is its present slip: its e is 0 until it slips. Slipping
+    contacts are decelerated by ``slip_stop`` in addition, so that their slip ends in finite time
+    (composite law; 0 in the others).
     """
     n = law.num_fingers
     for k in range(3):

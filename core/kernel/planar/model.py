@@ -1,9 +1,9 @@
-"""The constants of a run as the kernel reads them.
+"""The constants of a run for the kernel.
 
-`slipgrasp.core.kernel.planar.packing` fills them in.
+`slipgrasp.core.kernel.planar.packing` computes them.
 
-Arrays have one entry per finger, link, coordinate or unknown; ``n`` fingers give
-``N = 3 + n`` reduced coordinates (object pose, then slip), ``p`` unknowns.
+Arrays have one item per finger, link, coordinate or unknown; ``n`` fingers give ``N = 3 + n``
+reduced coordinates (object pose, then slip), ``p`` unknowns.
 """
 
 from __future__ import annotations
@@ -41,16 +41,16 @@ HAND = np.dtype(
         ("gravity", np.float64),  # [m/s^2]
         ("joint_damping", np.float64, (MAX_FINGERS,)),  # of the plant alone [N m s, N s/m]
         ("joint_friction", np.float64, (MAX_FINGERS,)),  # of the plant alone [N m, N]
-        ("joints_rub", np.bool_),  # whether any of these is not 0
+        ("joints_rub", np.bool_),  # whether any of these is nonzero
     ],
     align=True,
 )
 
-# Masses and friction; one such set is true, another is what the controller believes.
+# Masses and friction; one such set is true, another is the controller's estimate.
 TRUTH = np.dtype(
     [
         ("num_fingers", np.int64),
-        ("link_masses", np.float64, (MAX_FINGERS, 2)),  # on slides all in the first [kg]
+        ("link_masses", np.float64, (MAX_FINGERS, 2)),  # of slides, all in the first [kg]
         ("object_inertia", np.float64, (3,)),  # m, m, I [kg, kg, kg m^2]
         ("friction", np.float64, (MAX_FINGERS,)),  # while the fingertip slips
         ("static_friction", np.float64, (MAX_FINGERS,)),  # while it sticks; no law knows it
@@ -60,7 +60,7 @@ TRUTH = np.dtype(
 
 FACTS = facts_layout(PLANAR)
 
-# Of the control law (Theorems 3 and 4).
+# Constants of the control law (Theorems 3 and 4).
 LAW = law_layout(
     FACTS,
     MAX_COORDINATES,
@@ -70,20 +70,20 @@ LAW = law_layout(
         ("grasp_force", np.bool_),
         ("holds", np.bool_),  # every contact inside its cone, slipping or not
         ("knows_lengths", np.bool_),  # whether its links are those of the plant
-        ("torque_limit", np.float64),  # inf where none [N m]
+        ("torque_limit", np.float64),  # inf if unlimited [N m]
     ],
 )
 MOTION = motion_layout(3)
 
-# Everything constant over one stretch of a run.
+# Constants of one segment of a run.
 MODEL = np.dtype(
     [
         ("num_fingers", np.int64),  # n
         ("num_unknowns", np.int64),  # p
         ("num_states", np.int64),  # of the integrated state
-        ("num_diagnostics", np.int64),  # of a law of one's own
+        ("num_diagnostics", np.int64),  # of a custom law
         ("hand", HAND),
-        ("nominal", HAND),  # of which the law believes the links to be: lengths alone are set
+        ("nominal", HAND),  # the law's model of the links: only lengths are set
         ("truth", TRUTH),
         ("load", np.float64, (3,)),  # of pulses on the object [N, N, N m]
         ("unknowns", UNKNOWNS),
@@ -93,7 +93,7 @@ MODEL = np.dtype(
         ("actuators", ACTUATORS),
         ("numerics", NUMERICS),
         ("num_methods", np.int64),
-        ("methods", METHOD, (MAX_METHODS,)),  # in rising order
+        ("methods", METHOD, (MAX_METHODS,)),  # in ascending order
     ],
     align=True,
 )

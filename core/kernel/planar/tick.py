@@ -116,7 +116,7 @@ def _learn(model: Record, run: Record) -> None:
 
 @compiled_apart(types.int64, MODEL, PROGRESS, OUTLET)
 def apply_command(model: Record, run: Record, outlet: Record) -> int:
-    """The torque of the oldest waiting command begins to act."""
+    """Applies the torque of the oldest waiting command."""
     keep_old(model, run)
     take_command(model, run)
     status = settle(model, run, 0, 0)

@@ -1,10 +1,10 @@
-"""The torque that a control law commands in space (docs/space.md, Distribution).
+"""The commanded torque of a control law for spatial hands (docs/space.md, Distribution).
 
-A law that knows the equations of motion commands tau_i = J_i^T (C_i F^_i + f^_i): the force f^
-that its model of the finger needs for the demanded acceleration, and contact forces F^ that give
-the demanded wrench. One that holds asks W F^ = d with every contact inside its cone; the paper's
-asks the slipping contacts for forces on their cones too, G = [W; -D], so that their slip follows as
-well. PD control has a grip instead (`slipgrasp.core.kernel.spatial.grip`).
+A law that knows the equations of motion commands tau_i = J_i^T (C_i F^_i + f^_i): the force f^ that
+its model of the finger needs for the desired acceleration, and contact forces F^ that produce the
+desired wrench. With the distribution hold, W F^ = d with every contact inside its cone; the paper's
+laws also put the forces of slipping contacts on their cones, G = [W; -D], to control their slip. PD
+control has a grip instead (`slipgrasp.core.kernel.spatial.grip`).
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ WIDER, WIDENINGS = 1.25, 10
 def spatial_believe(
     model: Record, discrete: Record, t: float, senses: Record, work: Record
 ) -> None:
-    """The controller's model of the hand as measured, in the believed phases; errors and demand."""
+    """Evaluates the controller's model of the hand at the measured state and estimated phases."""
     room = work.room
     work.at_start = 0
     update_kinematics(model.hand, discrete.seeds, senses.measured, work.kin)
@@ -80,8 +80,8 @@ def spatial_command(model: Record, discrete: Record, t: float, senses: Record, w
     """Writes the commanded torque to ``discrete.commanded``.
 
     Returns:
-        RUNNING, or why the law has no answer: its model is singular, its torque not finite, or the
-        object has turned so far that the coordinates of the law end.
+        RUNNING, or why there is no command: the model is singular, the torque is not finite, or the
+        object has turned beyond the coordinates of the law.
     """
     law = model.law
     spatial_believe(model, discrete, t, senses, work)
@@ -109,7 +109,7 @@ def spatial_command(model: Record, discrete: Record, t: float, senses: Record, w
 
 @compiled
 def _command_forces(model: Record, discrete: Record, state: Record, work: Record) -> None:
-    """Tip forces that ask for the demanded motion by the model, with forces inside their cones."""
+    """Computes tip forces for the desired motion from the model, with forces inside their cones."""
     n, force, own = model.num_fingers, work.grasp.force, work.room.own_force
     _ask_wrench(model, state, work)
     num_rows = _fill_rows(model, work)
@@ -129,7 +129,7 @@ def _command_forces(model: Record, discrete: Record, state: Record, work: Record
 
 @compiled
 def _ask_wrench(model: Record, state: Record, work: Record) -> None:
-    """D = M_o v_o + h_o of the believed object, in ``right``, and f^ of every finger."""
+    """D = M_o v_o + h_o of the estimated object, in ``right``, and f^ of every finger."""
     room, believed, right = work.room, work.believed, work.believed_system.right
     object_bias(state, work.believed_system, believed, model.hand.gravity, room.bias)
     x, y, z = multiply(work.believed_system.body, room.demand[3], room.demand[4], room.demand[5])
@@ -143,7 +143,7 @@ def _ask_wrench(model: Record, state: Record, work: Record) -> None:
 
 @compiled
 def _fill_rows(model: Record, work: Record) -> int:
-    """[G | d]: the wrench, and where the law does not hold a row per slipping direction."""
+    """[G | d]: the wrench, and without hold a row per slipping direction."""
     n, rows, room = model.num_fingers, work.grasp.rows, work.room
     fill_wrench(n, work)
     if model.soft == 1:
@@ -168,7 +168,7 @@ def _fill_rows(model: Record, work: Record) -> int:
 
 @compiled
 def _add_moments(model: Record, work: Record) -> None:
-    """The moments of soft contacts about their normals as more columns of W."""
+    """Adds the moments of soft contacts about their normals as columns of W."""
     n, grasp, kin = model.num_fingers, work.grasp, work.kin
     grasp.soft, grasp.size = 1, 4 * n
     for i in range(n):
@@ -180,7 +180,7 @@ def _add_moments(model: Record, work: Record) -> None:
 
 @compiled
 def _give_moment(model: Record, work: Record, i: int) -> None:
-    """Adds what the joints need for the moment of contact ``i``, as a tip force."""
+    """Adds the tip force that the joints need for the moment of contact ``i``."""
     kin, moment = work.kin, work.grasp.force[part_at(work.grasp, i, 2)]
     normal = kin.frames[i, 2]
     x, y, z = moment_at_tip(model.hand, kin, i, normal[0], normal[1], normal[2])
@@ -218,10 +218,10 @@ def _set_limits(model: Record, work: Record) -> None:
 
 @compiled
 def _widen_cones(model: Record, work: Record) -> None:
-    """Finds forces inside wider cones, the least wide of some in which there are any.
+    """Finds forces inside wider cones, the narrowest of some candidates with a solution.
 
-    Where estimates scatter with noise, that no squeeze meets their cones says more of them than of
-    the hand; forces of the least violation hardly press, and let the object fall.
+    If noisy estimates allow no solution inside the cones, the estimates are at fault rather than
+    the hand; forces with the least violation would hardly press, and lose the object.
     """
     for _ in range(WIDENINGS):
         for i in range(model.num_fingers):

@@ -1,7 +1,7 @@
-"""The contact problem of the pyramid by trying every combination of stick and slip.
+"""Solves the contact problem of the pyramid by enumeration of all phases.
 
-Newton's method finds one solution from each start. Where all that it has found let a contact open,
-or where it has found none, this finds one that keeps all contacts closed if there is any.
+Newton's method finds one solution per start. If it finds none, or only solutions with an open
+contact, this finds one with all contacts closed, if it exists.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ from slipgrasp.core.kernel.spatial.model import MODEL
 from slipgrasp.core.kernel.spatial.ways import name_phase
 from slipgrasp.core.kernel.spatial.workspace import DISCRETE
 
-REST_FORCE = 0.25 * FORCE_BAND  # that would stop what then counts as no acceleration [N]
-MOST_COMBINATIONS = 3**8  # of four fingers; a few milliseconds
+REST_FORCE = 0.25 * FORCE_BAND  # that would stop an acceleration that counts as zero [N]
+MOST_COMBINATIONS = 3**8  # for four fingers; a few milliseconds
 
 
 @compiled
 def _let_all(model: Record, discrete: Record, room: Record, choice: int) -> None:
-    """Phases of the free tangents by the digits of ``choice``: stick, forward, backward."""
+    """Sets phases of free tangents by ternary digits of ``choice``: stick, forward, backward."""
     for i in range(model.num_fingers):
         for axis in range(2):
             if room.free[i, axis] == 1:
@@ -35,7 +35,7 @@ def _let_all(model: Record, discrete: Record, room: Record, choice: int) -> None
 
 @compiled
 def _solve(model: Record, discrete: Record, room: Record) -> bool:
-    """Forces and accelerations in these phases, contacts kept closed; False if there are none."""
+    """Solves for forces and accelerations with closed contacts; False if singular."""
     size, matrix = 3 * model.num_fingers, room.matrix
     for a in range(size):
         room.right[a] = -room.offset[a]
@@ -64,7 +64,7 @@ def _solve(model: Record, discrete: Record, room: Record) -> bool:
 
 @compiled
 def _agrees(model: Record, discrete: Record, room: Record, i: int) -> bool:
-    """Whether contact ``i`` pushes, and sticks within its bounds or slips as it accelerates."""
+    """Whether contact ``i`` pushes, and sticks within its bounds or slips in its direction."""
     first = 3 * i
     normal = room.force[first + 2]
     if not normal > 0.0:
@@ -86,12 +86,12 @@ def _agrees(model: Record, discrete: Record, room: Record, i: int) -> bool:
 
 @compiled_apart(types.int64, MODEL, DISCRETE, SELECTION_ROOM)
 def spatial_enumerate(model: Record, discrete: Record, room: Record) -> int:
-    """Finds phases in which all contacts push; 1 if there are any, or 0 if there are too many.
+    """Finds phases in which all contacts push; 1, or 0 if there are none or too many to try.
 
     Args:
         model: Constants of the run, with the pyramid.
-        discrete: Its phases and directions are set.
-        room: Holds the contact problem and what is free; ``force`` becomes the solution.
+        discrete: Its phases and directions are set to the solution.
+        room: Contact problem and free tangents; ``force`` is set to the solution.
     """
     n, count = model.num_fingers, 1
     for i in range(n):

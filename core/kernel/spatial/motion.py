@@ -48,7 +48,7 @@ def _rest(motion: Record, piece: int, start: float, pose: tuple[float, ...]) -> 
 
 
 def _pack_moves(path: SpatialTrajectory, motion: Record) -> None:
-    """From set-point to set-point with the least jerk, at rest in between."""
+    """Motions between set-points with least jerk, at rest in between."""
     piece, now, pose = 0, 0.0, tuple(motion.start.tolist())
     for point in path.set_points:
         if point.time - now > SAME_TIME:
@@ -102,7 +102,7 @@ def _speeds(steps: Sequence[float], secants: Sequence[Floats]) -> list[Floats]:
 
 
 def _pack_cycles(path: SpatialTrajectory, motion: Record) -> None:
-    """Circle, rotation and shake: psi speeds up from rest, runs evenly and brakes alike."""
+    """Circle, rotation and shake: psi accelerates from rest, is uniform, and brakes likewise."""
     speed, ramp = 2.0 * math.pi / path.period, path.acceleration_time
     even = max(path.cycles * path.period - ramp, 0.0)
     curve, swept = 0.5 * speed / ramp, 0.5 * speed * ramp

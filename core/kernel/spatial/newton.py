@@ -1,4 +1,4 @@
-"""The semi-smooth Newton method of the contact problem, for contacts of any number of rows."""
+"""Semi-smooth Newton method for the contact problem, with any number of rows per contact."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ NEWTON_STEPS, FULL_STEPS, NEWTON_ERROR = 100, 30, 1e-12
 
 
 def make_newton(rows: int, mobility: Any, set_rows: Any) -> Any:
-    """Newton's method from the forces in a contact problem; 1 if it has converged.
+    """Runs Newton's method from the present forces of a contact problem; 1 if it has converged.
 
     Args:
-        rows: Of a contact.
-        mobility: An entry of G.
-        set_rows: Sets the rows of the matrix for a contact, residuals in newtons with sign changed;
-            given the directions of slips that go on.
+        rows: Number of rows of a contact.
+        mobility: Returns an entry of G.
+        set_rows: Sets the rows of the matrix for a contact, and its negative residuals in newtons;
+            receives the directions of slips in progress.
     """
 
     @compiled

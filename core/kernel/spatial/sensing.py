@@ -1,8 +1,7 @@
-"""What the controller measures of a hand in space, and which slips it believes in.
+"""Measurements of the controller of a spatial hand, and its estimated slips.
 
-Noise and filters are those of planar hands. Attitude is measured turned by a small rotation vector;
-where a contact slips to is told, or follows from the
-measured slip velocity.
+Noise and filters are those of planar hands. The measured attitude has a small random rotation; the
+direction of slip is known, or follows from the measured slip velocity.
 """
 
 from __future__ import annotations
@@ -32,27 +31,27 @@ from slipgrasp.core.kernel.spatial.state import (
 )
 from slipgrasp.core.kernel.spatial.ways import axes_of, name_of, way_size, way_speed
 
-# What is measured and believed, and what the filters and detectors remember.
+# Measurements and estimates, and the memory of filters and detectors.
 SENSES = np.dtype(
     [
         ("measured", STATE),
-        ("slips", np.float64, (MAX_FINGERS, 2)),  # believed, 1 along the tangents that slip
-        ("gamma", np.float64, (MAX_FINGERS, 3)),  # believed directions, spin last; 0 in stick
+        ("slips", np.float64, (MAX_FINGERS, 2)),  # estimated, 1 along slipping tangents
+        ("gamma", np.float64, (MAX_FINGERS, 3)),  # estimated directions, spin last; 0 in stick
         ("acceleration", np.float64, (MAX_COORDINATES,)),  # of object and slips, as measured
         ("torques", np.float64, (MAX_FINGERS, 3)),  # that belong to it [N m]
-        ("velocities", np.float64, (MAX_COORDINATES,)),  # measured at the tick before
+        ("velocities", np.float64, (MAX_COORDINATES,)),  # measured at the previous tick
         ("forces", np.float64, (MAX_FINGERS, 3)),  # on the object: along tangents and normal [N]
         ("moments", np.float64, (MAX_FINGERS,)),  # of soft contacts on the object [N m]
-        ("num_forces", np.int64),  # their filter has seen
-        ("time", np.float64),  # of the tick before [s]
+        ("num_forces", np.int64),  # number of samples in their filter
+        ("time", np.float64),  # of the previous tick [s]
         ("num_ticks", np.int64),  # measured so far
-        ("num_filtered", np.int64),  # velocities the filter has seen
-        ("doubt", np.float64, (MAX_FINGERS, 2)),  # since when a belief is contradicted [s]
-        ("since", np.float64, (MAX_FINGERS,)),  # when the belief last changed [s]
+        ("num_filtered", np.int64),  # number of velocities in the filter
+        ("doubt", np.float64, (MAX_FINGERS, 2)),  # start of a contradiction to the estimate [s]
+        ("since", np.float64, (MAX_FINGERS,)),  # last change of the estimate [s]
         ("sums", np.float64, (MAX_FINGERS, 2)),  # of slip velocities against stick [m/s]
         ("ends", np.float64, (MAX_FINGERS, 2)),  # the same of a way against its slip [m/s]
         ("slide", np.float64, (MAX_FINGERS, 2)),  # filtered slip velocity [m/s]
-        ("num_detected", np.int64, (MAX_FINGERS, 2)),  # changes of the belief so far
+        ("num_detected", np.int64, (MAX_FINGERS, 2)),  # number of changes of the estimate
     ],
     align=True,
 )
@@ -60,13 +59,13 @@ SENSES = np.dtype(
 
 @compiled
 def measure(model: Record, senses: Record, state: Record, torques: Floats, now: float) -> None:
-    """Measures positions and velocities, and differences velocities if need be.
+    """Measures positions and velocities, and differentiates velocities if necessary.
 
     Args:
         model: Constants of the run.
-        senses: The measurement is written here.
+        senses: Output.
         state: True state.
-        torques: ``(n, 3)`` that acted since the tick before [N m].
+        torques: ``(n, 3)`` since the previous tick [N m].
         now: Time [s].
     """
     sensors, n, x = model.sensors, model.num_fingers, senses.measured.x
@@ -87,14 +86,14 @@ def measure(model: Record, senses: Record, state: Record, torques: Floats, now: 
 
 @compiled
 def measure_forces(model: Record, senses: Record, work: Record) -> None:
-    """Measures contact forces, which end with the tick: with a bias, noise and a low-pass filter.
+    """Measures contact forces until the tick, with a bias, noise and a low-pass filter.
 
-    The bias along a face is that along each of its tangents. Moments about normals are filtered
-    alike, and have neither bias nor noise.
+    The tangential bias applies to each tangent. Moments about normals are filtered too, but have
+    neither bias nor noise.
 
     Args:
         model: Constants of the run.
-        senses: The measurement is written here.
+        senses: Output.
         work: With the forces of the fingertips on the object, F_x and F_y (against the tangents),
             F_n, and their moments about the normals.
     """
@@ -116,13 +115,13 @@ def measure_forces(model: Record, senses: Record, work: Record) -> None:
 
 @compiled
 def _draw(model: Record, senses: Record, k: int) -> float:
-    """Noise number ``k`` of the present tick: the first of pair k of the stream in the plane."""
+    """Noise number ``k`` of the present tick: the first of pair k of the planar stream."""
     return draw_number(model.sensors.seed, STATE_NOISE, k, senses.num_ticks)
 
 
 @compiled
 def _blur_pose(model: Record, senses: Record) -> None:
-    """Adds noise to positions and slips, and turns the attitude by a small rotation vector."""
+    """Adds noise to positions and slips, and a small random rotation to the attitude."""
     x, noise = senses.measured.x, model.sensors.position_noise
     for k in range(3):
         x[POSITION + k] += noise * _draw(model, senses, k)
@@ -141,7 +140,7 @@ def _blur_pose(model: Record, senses: Record) -> None:
 
 @compiled
 def measure_acceleration(model: Record, senses: Record, discrete: Record, work: Record) -> None:
-    """Acceleration as measured, from the true one in ``work``, and the torques it belongs to."""
+    """Measured acceleration, from the true one in ``work``, and the corresponding torques."""
     sensors, n = model.sensors, model.num_fingers
     if sensors.true_accelerations == 0:
         return
@@ -160,7 +159,7 @@ def measure_acceleration(model: Record, senses: Record, discrete: Record, work: 
 
 @compiled
 def detect_slip(model: Record, discrete: Record, senses: Record, state: Record, now: float) -> None:
-    """Beliefs for this tick, with directions: the true ones before it, or detected ones."""
+    """Estimated phases at this tick, with directions: true ones before it, or detected ones."""
     sensors, n = model.sensors, model.num_fingers
     if sensors.true_phases == 1:
         set_directions(model, discrete, state, senses.gamma)
@@ -181,7 +180,7 @@ def detect_slip(model: Record, discrete: Record, senses: Record, state: Record, 
 
 @compiled
 def _be_told(model: Record, discrete: Record, senses: Record, now: float, i: int) -> None:
-    """The belief in the slip of one contact is its phase."""
+    """The estimated phase of one contact."""
     if discrete.beliefs[i] != discrete.phases[i]:
         senses.since[i] = now
     discrete.beliefs[i] = discrete.phases[i]
@@ -202,7 +201,7 @@ def _follow_slide(model: Record, senses: Record, i: int) -> None:
 
 @compiled
 def _point(senses: Record, i: int) -> None:
-    """A slip on the cone is believed to go where the filtered slip velocity goes."""
+    """On the cone, the estimated direction of slip is that of the filtered slip velocity."""
     x, y = senses.slide[i, 0], senses.slide[i, 1]
     scale = senses.slips[i, 0] / max(np.sqrt(x * x + y * y), LEAST_SPEED)
     senses.gamma[i, 0], senses.gamma[i, 1] = scale * x, scale * y
@@ -210,7 +209,7 @@ def _point(senses: Record, i: int) -> None:
 
 @compiled
 def _along(model: Record, senses: Record, i: int, way: int) -> float:
-    """Measured slip velocity of a way along the believed direction."""
+    """Measured slip velocity along the estimated direction."""
     total = 0.0
     for axis in axes_of(model, way):
         velocity = senses.measured.x[slip_velocity_at(model.num_fingers, i, axis)]
@@ -222,7 +221,7 @@ def _along(model: Record, senses: Record, i: int, way: int) -> float:
 def _change_belief(
     model: Record, senses: Record, now: float, i: int, way: int, slips: float
 ) -> None:
-    """The belief in one way changes; in the pyramid towards the sign of what has added up."""
+    """Changes one estimated slip; in the pyramid towards the sign of the cumulative sum."""
     for axis in axes_of(model, way):
         senses.slips[i, axis] = slips
         forward = senses.sums[i, axis] > 0.0
@@ -235,13 +234,13 @@ def _change_belief(
 
 @compiled
 def _delay(model: Record, senses: Record, i: int, way: int) -> float:
-    """How long the next change of a belief must last [s]."""
+    """Time for which the next change of an estimate must last [s]."""
     return slip_delay(model.sensors, model.ways * i + way, senses.num_detected[i, way])
 
 
 @compiled
 def _time_slip(model: Record, senses: Record, now: float, i: int, way: int) -> None:
-    """Belief in one way by how long its speed has been above the threshold, or below."""
+    """Estimates one slip from the time for which its speed was above or below the threshold."""
     threshold, believed = model.sensors.slip_threshold, senses.slips[i, way] != 0.0
     slides = way_speed(model, senses.measured, i, way) > threshold
     turned = model.ways == 2 and _along(model, senses, i, way) < -threshold
@@ -256,11 +255,11 @@ def _time_slip(model: Record, senses: Record, now: float, i: int, way: int) -> N
 
 @compiled
 def _sum_slip(model: Record, senses: Record, now: float, i: int, way: int) -> None:
-    """Belief in one way by cumulative sums of the measured slip velocity.
+    """Estimates one slip by cumulative sums of the measured slip velocity.
 
-    In stick a vector adds up, which every tick draws back by half the threshold (Crosier,
-    Technometrics 30, 1988); in slip what the velocity along it falls short of that. A sum that
-    passes its bound changes the belief.
+    In stick, a vector is accumulated and reduced by half the threshold at every tick (Crosier,
+    Technometrics 30, 1988); in slip, the deficit of the velocity along it is accumulated. A sum
+    that exceeds its bound changes the estimate.
     """
     sensors, sums = model.sensors, senses.sums
     level = 0.5 * sensors.slip_threshold

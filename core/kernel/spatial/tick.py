@@ -114,7 +114,7 @@ def _take_measured(model: Record, senses: Record, work: Record) -> None:
 
 @compiled_apart(types.int64, MODEL, PROGRESS, OUTLET)
 def spatial_apply(model: Record, run: Record, outlet: Record) -> int:
-    """The torque of the oldest waiting command begins to act."""
+    """Applies the torque of the oldest waiting command."""
     keep_old(model, run)
     take_command(model, run)
     forget_leaving(model, run)

@@ -35,7 +35,7 @@ Floats = NDArray[np.float64]
 
 MOVING = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic"}
 UPPER = np.triu_indices(3)
-_LARGEST_END, _LARGEST_EFFORT = 100.0, 1e6  # of what a joint of a scenario may have [rad, N m]
+_LARGEST_END, _LARGEST_EFFORT = 100.0, 1e6  # of the allowed limits of a joint [rad, N m]
 
 
 class Pose(NamedTuple):
@@ -53,7 +53,7 @@ AT_ORIGIN = Pose(np.eye(3), np.zeros(3))
 
 
 class Body(NamedTuple):
-    """Mass [kg], centre of mass [m] and inertia about it [kg m^2] in some frame."""
+    """Mass [kg], centre of mass [m] and inertia about it [kg m^2] in a given frame."""
 
     mass: float
     centre: Floats
@@ -127,7 +127,7 @@ class _Group:
     """Links that move together, in the frame of the first one."""
 
     joint: Joint
-    pose: Pose  # of its joint in the group before
+    pose: Pose  # of the joint in the previous group
     bodies: dict[str, Body] = field(default_factory=dict)
 
 
@@ -137,8 +137,8 @@ class Description:
     Args:
         bodies: Its links by name, each in its own frame.
         joints: Between them.
-        locked: Positions of joints that are taken for fixed, by name [rad, m].
-        coupled: Joints that follow others, besides those that the file names (mimic).
+        locked: Positions of locked joints by name [rad, m].
+        coupled: Coupled joints, in addition to those in the file (mimic).
 
     Raises:
         ScenarioError: If it has not the joints that are locked or follow others.
@@ -197,7 +197,7 @@ class Description:
         return ImportedFinger(joints, _numbers(end.place), parts)
 
     def _leaders(self, tip: str, joints: Sequence[Joint]) -> list[tuple[int, float, float] | None]:
-        """What each joint of a chain follows: number of a joint, ratio, offset; None: nothing."""
+        """Coupling of each joint of a chain: index of the leader, ratio, offset; None if none."""
         names = [joint.name for joint in joints]
         own = [joint.name for joint in joints if self._leader(joint)[0] is joint]
         if len(own) != NUM_JOINTS or len(joints) > MAX_LINKS:
@@ -231,7 +231,7 @@ class Description:
         return self._joints[name]
 
     def _leader(self, joint: Joint) -> tuple[Joint, float, float]:
-        """The joint that a joint follows in the end, itself if none; ratio and offset."""
+        """Resolves a coupling to the independent joint, or the joint itself; ratio and offset."""
         ratio, offset, first = 1.0, 0.0, joint
         for _ in self._joints:
             if joint.follows is None or joint.name in self._locked:
@@ -242,7 +242,7 @@ class Description:
         raise refusal(first.name, "another joint", f"joint '{first.name}' follows itself")
 
     def _standing(self, joint: Joint) -> float | None:
-        """The position of a joint that does not move [rad, m]; None if it does."""
+        """The position of a locked joint [rad, m]; None if it moves."""
         leader, ratio, offset = self._leader(joint)
         if leader.name in self._locked:
             return ratio * self._locked[leader.name] + offset
@@ -264,7 +264,7 @@ class Description:
         return path[::-1]
 
     def _fixed_to(self, link: str, pose: Pose, path: Collection[str]) -> dict[str, Body]:
-        """A link of a path, and what is fixed to it beside the path; each in the group's frame."""
+        """A link of a path and the links fixed to it outside the path, in the group's frame."""
         found = {link: self._bodies[link].seen_from(pose)}
         for joint in self._after.get(link, []):
             stands = self._standing(joint)
@@ -367,7 +367,7 @@ def _chain_joint(group: _Group, leader: tuple[int, float, float] | None) -> Chai
 
 
 def _within(value: float | None, largest: float) -> float | None:
-    """A limit; None where it is so large that it means that there is none."""
+    """A limit; None if it is so large that it means no limit."""
     return value if value is not None and abs(value) <= largest else None
 
 

@@ -29,7 +29,7 @@ def read_urdf(text: str) -> tuple[dict[str, Body], list[Joint]]:
         text: The file.
 
     Raises:
-        ScenarioError: If it is no description of links and joints.
+        ScenarioError: If the file is not a valid description of links and joints.
     """
     if "<!" in text.replace("<!--", ""):
         raise refusal("a document type", "none", "a URDF file has no document type; remove it")

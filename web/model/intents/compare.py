@@ -63,7 +63,7 @@ class RunsCompared(Intent):
 
     Attributes:
         pair: Which runs.
-        findings: None if they cannot be compared.
+        findings: The differences; None if the runs cannot be compared.
         message: Why not.
         distances: How far measured data are from the run; None if both are runs.
     """

@@ -1,4 +1,4 @@
-"""The torque that would be right if the estimates were the truth (Eq. 23 / 27), without adaptation.
+"""The torque that is correct if the estimates are true (Eq. 23 / 27), without adaptation.
 
 The adaptive laws command the same torque and change the estimates.
 """
@@ -17,13 +17,13 @@ from slipgrasp.core.kernel.planar.wrench import distribute_wrench, find_squeeze,
 def command_forces(model: Record, discrete: Record, work: Record) -> int:
     """Torque of Eq. 23 / 27 as tip forces u = J^-T tau in ``work.tip_forces``.
 
-    B~^+ is applied through G = [W; -D of the slipping contacts], B~ = G J_c^-T: the
-    torque that solves B~ tau = M~ v + h~ gives contact forces F^ = u - f^ with G F^ = (d, 0),
-    d = M_o v_o + h_o; the internal part of F^ is free (docs/model.md, Grasp force). A law that
-    holds asks W F^ = d with every contact inside its cone, whatever slips.
+    B~^+ is applied through G = [W; -D of the slipping contacts], B~ = G J_c^-T: the torque that
+    solves B~ tau = M~ v + h~ gives contact forces F^ = u - f^ with G F^ = (d, 0), d = M_o v_o +
+    h_o; the internal part of F^ is free (docs/model.md, Grasp force). With the distribution hold, W
+    F^ = d with every contact inside its cone, slipping or not.
 
     Returns:
-        1, or 0 where the rows of G depend on each other.
+        1, or 0 if the rows of G are dependent.
     """
     n, room, believed = model.num_fingers, work.room, work.believed
     slipping = 0

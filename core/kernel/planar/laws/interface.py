@@ -1,9 +1,9 @@
-"""What every control law does: command a torque, and learn (docs/model.md, Controllers).
+"""Interface of the control laws: command a torque, and adapt (docs/model.md, Controllers).
 
-A law sees the state as it is measured, the phases it believes in and what it believes of the
-masses and of friction, in the workspace; it writes tip forces, or rates of its estimates. Which
-law does what is decided by the facts of `slipgrasp.core.scenario.laws.ControlLaw`. What every
-evaluation of the theorems asks for is inlined; the other laws are compiled apart.
+A law sees the measured state, the estimated phases and the estimated masses and friction, in the
+workspace; it writes tip forces, or rates of its estimates. The facts of
+`slipgrasp.core.scenario.laws.ControlLaw` select the law. Functions used in every evaluation of the
+theorems are inlined; other laws are compiled separately.
 """
 
 from __future__ import annotations
@@ -30,13 +30,13 @@ def command(model: Record, discrete: Record, t: float, state: Record, work: Reco
     """Writes the commanded torque as tip forces u = J^-T tau to ``work.tip_forces``.
 
     Returns:
-        1, or 0 where the law has no unique answer.
+        1, or 0 if the law has no unique solution.
     """
     law = model.law
     if law.facts.is_own:
         work.room.violation = 0.0
         for i in range(model.num_fingers):
-            work.tip_forces[i, 0] = work.tip_forces[i, 1] = 0.0  # it commands at ticks alone
+            work.tip_forces[i, 0] = work.tip_forces[i, 1] = 0.0  # it commands at ticks only
         return 1
     if law.facts.uses_friction:
         return command_forces(model, discrete, work)
@@ -67,16 +67,16 @@ def adapt(model: Record, discrete: Record, state: Record, work: Record) -> None:
 def adapt_at_tick(
     model: Record, discrete: Record, state: Record, work: Record, memory: Record
 ) -> None:
-    """Rates of the estimates until the next tick of sampled control; here laws with a memory learn.
+    """Rates of the estimates until the next tick of sampled control; laws with a memory adapt here.
 
-    The grip also answers here to slip.
+    The grip also reacts to slip here.
 
     Args:
         model: Constants of the run.
-        discrete: What the controller believes, and what the grip reflex has added.
+        discrete: State of the controller, including the additional grip of the grip reflex.
         state: As measured.
-        work: Evaluated there, under the torque that acts; the rates are written to it.
-        memory: Of a law that has one.
+        work: Evaluated there, with the present torque; the rates are written to it.
+        memory: Memory of the law, if any.
     """
     if model.law.facts.has_memory:
         learn(model, discrete, state, work, memory)

@@ -1,4 +1,4 @@
-"""What a law of one's own is shown of a planar hand at a tick (`slipgrasp.core.kernel.laws`)."""
+"""Inputs of a custom law for planar hands at a tick (`slipgrasp.core.kernel.laws`)."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from slipgrasp.core.kernel.planar.kinematics import joint_position
 from slipgrasp.core.kernel.planar.state import estimate_at, slip_at, slip_velocity_at, velocity_at
 from slipgrasp.core.scenario import MAX_LAW_PARAMETERS, MAX_UNKNOWNS
 
-# What the law is shown: measured, believed and nominal, never the truth.
+# Inputs of the law: measured, estimated and nominal values, never the true ones.
 SEEN = np.dtype(
     [
         ("time", np.float64),  # [s]
@@ -58,7 +58,7 @@ OWN_LAW = own_law_layout(SEEN, answer_layout(2))
 
 @compiled
 def look(model: Record, run: Record) -> None:
-    """Shows the law this tick, and lays out its answer: unless it says otherwise, as before."""
+    """Updates the inputs for this tick, and initializes the outputs to the previous values."""
     n, seen, own = model.num_fingers, run.own.seen, run.own
     seen.time, seen.tick, seen.period = run.now, run.senses.num_ticks - 1, model.law.period
     state, motion = run.senses.measured, model.motion
@@ -83,7 +83,7 @@ def look(model: Record, run: Record) -> None:
 
 @compiled
 def _show_finger(model: Record, run: Record, i: int) -> None:
-    """What is measured of finger ``i`` and its contact, and follows from that."""
+    """Measurements of finger ``i`` and its contact, and derived values."""
     n, kin, seen, state = model.num_fingers, run.work.kin, run.own.seen, run.senses.measured
     seen.slip[i] = state.x[slip_at(i)]
     seen.slip_velocity[i] = state.x[slip_velocity_at(n, i)]

@@ -1,8 +1,8 @@
-"""PD control of the object with gravity compensation and a fixed grip: no model of the motion.
+"""PD control of the object with gravity compensation and a fixed grip; no model of the motion.
 
-The fingertips share M_o (K_p e + K_v e') and the object's weight with the least forces, on top
-of a normal force of the same size at every contact; the joints carry their links. Masses are
-those the controller believes in at the start.
+The smallest contact forces produce M_o (K_p e + K_v e') and the object's weight, in addition to
+equal normal forces at every contact; the joints support their links. Masses are the initial
+estimates.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ def command_grip(model: Record, work: Record, grip: float) -> int:
         grip: Normal force F_g at every contact [N].
 
     Returns:
-        1, or 0 where all contacts coincide.
+        1, or 0 if all contacts coincide.
     """
     n, kin, room = model.num_fingers, work.kin, work.room
     law, body = model.law, work.believed.object_inertia
@@ -59,7 +59,7 @@ def command_grip(model: Record, work: Record, grip: float) -> int:
 
 @compiled
 def weight_force(hand: Record, believed: Record, kin: Record, i: int) -> tuple[float, float]:
-    """What the joints of finger ``i`` must give, as a tip force, to carry what it moves."""
+    """The tip force of finger ``i`` that supports its moving parts."""
     if hand.on_slides[i] == 1:
         return 0.0, hand.gravity * believed.link_masses[i, 0]
     inner, outer = weight_moments(hand, believed, kin, i)
