@@ -48,6 +48,7 @@ PARTS = {
     "reality": "what the model predicts of real slides of a cube; only if named, with --data",
     "fit-coverage": "how often the intervals of fits of 200 synthetic twins hold the truth",
     "page": "the page that simulates: size, first picture, sliders, and a map of 2 500 runs",
+    "sysid": "a fit beside MuJoCo's sysid toolbox; only if named, needs mujoco[sysid]",
     "replay-seek": "scrubbing through a stored minute in the dashboard",
 }
 SEEDED = (
@@ -59,8 +60,9 @@ SEEDED = (
     "soak",
     "reality",
     "fit-coverage",
+    "sysid",
 )
-ONLY_IF_NAMED = ("soak", "reality")
+ONLY_IF_NAMED = ("soak", "reality", "sysid")
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -122,7 +124,7 @@ def _parser() -> argparse.ArgumentParser:
         "parts",
         nargs="*",
         metavar="PART",
-        help="one of the above; all but soak and reality if left out",
+        help="one of the above; all but soak, reality and sysid if left out",
     )
     parser.add_argument(
         "--docs", type=Path, metavar="DIR", help="write tables and diagrams into this folder"
