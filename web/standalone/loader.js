@@ -10,8 +10,8 @@ window.slipgrasp.makeWorker = () => {
 };
 window.slipgrasp.worker = window.slipgrasp.makeWorker();
 (async () => {
-  const textOf = async (id) => new TextDecoder().decode(await window.slipgrasp.unpack(id));
-  const [scripts, formulas] = await Promise.all(["sg-modules", "sg-formulas"].map(textOf));
+  const read = async (id) => new TextDecoder().decode(await window.slipgrasp.unpack(id));
+  const [scripts, formulas] = await Promise.all(["sg-modules", "sg-formulas"].map(read));
   const modules = { ...JSON.parse(scripts), formulas };
   const made = {};
   const addressOf = (name) => (made[name] ??= make(modules[name]));

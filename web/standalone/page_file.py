@@ -161,7 +161,7 @@ def _worker() -> str:
 
 def _styles() -> str:
     texts = (_text(package, f"{name}.css") for package, names in _STYLES.items() for name in names)
-    return re.sub(r"@import [^;]+;", "", "".join(texts))
+    return re.sub(r"@import [^;]+;|/\*.*?\*/\s*", "", "".join(texts), flags=re.DOTALL)
 
 
 def _text(package: str, name: str) -> str:
