@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,24 +22,11 @@ from slipgrasp.core.scenario.held_object import ObjectParameters
 from slipgrasp.core.scenario.spatial import SpatialFinger, SpatialScenario
 from slipgrasp.recordings.engines import mjcf_spatial
 from slipgrasp.recordings.engines.expected import STEP
+from slipgrasp.recordings.engines.mjcf_spatial import Contact
 
 OBJECT = "object"
 _NO_SLIP_ITERATIONS = 5  # three already give all digits that ten give
 _OSCILLATION_PER_STEP = 0.3  # natural frequency of a contact times the step [rad]
-
-
-class Contact(NamedTuple):
-    """Parameters of a contact in MuJoCo other than its friction coefficient.
-
-    Attributes:
-        tip_radius: Radius of the sphere at the fingertip; our tips are points [m].
-        attributes: MuJoCo's solver attributes of the geoms in contact.
-        friction_hardness: MuJoCo's ``impratio``.
-    """
-
-    tip_radius: float
-    attributes: str
-    friction_hardness: float
 
 
 def describe_contact(step: float) -> Contact:

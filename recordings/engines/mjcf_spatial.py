@@ -7,7 +7,7 @@ sphere touches a box in closed form, and a prism only by iterating.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,13 +19,24 @@ from slipgrasp.core.scenario.spatial_geometry import (
     spatial_contact,
 )
 
-if TYPE_CHECKING:
-    from slipgrasp.recordings.engines.mjcf import Contact
-
 Floats = NDArray[np.float64]
 
 _SLAB = 0.01  # half the thickness of the slab below a face [m]
 _THIN = 1e-9  # what MuJoCo wants of a thin rod about its own axis [kg m^2]
+
+
+class Contact(NamedTuple):
+    """Parameters of a contact in MuJoCo other than its friction coefficient.
+
+    Attributes:
+        tip_radius: Radius of the sphere at the fingertip; our tips are points [m].
+        attributes: MuJoCo's solver attributes of the geoms in contact.
+        friction_hardness: MuJoCo's ``impratio``.
+    """
+
+    tip_radius: float
+    attributes: str
+    friction_hardness: float
 
 
 def held_object(scenario: SpatialScenario, contact: Contact) -> str:

@@ -61,7 +61,7 @@ def test_long_measured_data_are_thinned_evenly() -> None:
 def status(**progress: object) -> FitStatus:
     request = FitRequest(recording="a" * 12, scenario={}, free=("object.mass",), signals={})
     stored = StoredFit(id="b" * 12, created="", request=request)
-    shown = FitProgress(**progress)  # pyright: ignore[reportArgumentType]
+    shown = FitProgress(**progress)
     return FitStatus(stored=stored, state=StudyState.RUNNING, progress=shown)
 
 
