@@ -155,9 +155,9 @@ def measure_map(side: int = SIDE) -> Table:
         ("page, a worker per processor", seconds),
         ("study, a process per processor", f"{native:.1f}"),
     )
-    return Table(
-        "page-map", (f"{side**2} runs of {MAPPED}", "s"), rows, ("All cells equal.",), PAGE
-    )
+    heads = (f"{side**2} runs of {MAPPED}", "s")
+    note = "All cells are equal. Wall time, one after the other on the same machine."
+    return Table("page-map", heads, rows, (note,), PAGE)
 
 
 def _study_of(scenario: Scenario, side: int, across: Control, up: Control) -> Study:

@@ -283,6 +283,7 @@ def test_pages_have_a_place_for_the_tables_of_every_part():
         "space.md",
         "fit.md",
         "reality.md",
+        "page.md",
     )
     pages = (PAGE, *(PAGE.with_name(name) for name in others))
     text = "".join(page.read_text() for page in pages)
@@ -297,6 +298,7 @@ def test_pages_have_a_place_for_the_tables_of_every_part():
         "reality",
     }
     names |= {f"reality-{table}" for table in ("plain", "models", "radius")}
+    names |= {"page-map"}
     names |= {"hold-in-space-ideal", "hold-in-space-noisy"}
     names |= {"webassembly", "scaling-duration", "scaling-fingers", "study-answers", "study-large"}
     names |= {"study-cost", "study-engines", "study-clusters"}
