@@ -31,7 +31,7 @@ from slipgrasp.web.app import create_dashboard_app
 from tests.ensure_programs import FLAGS, find_chromium
 from tests.server.serving import RunningServer, serve
 from tests.waiting import PATIENCE
-from tests.web.driving import pause, pause_at, set_number
+from tests.web.driving import pause, pause_at, select_part, set_number
 
 FOLDER = Path(__file__).parent / "images" / "dashboard"
 SIZES = ((1440, 900), (1024, 700))
@@ -133,7 +133,9 @@ def show_end(page: Page, stage: Stage) -> None:
     _choose(page, "scenario", "paper-case-1")
     page.get_by_text("stopped at t = 87 ms").wait_for()
     _choose(page, "controls act", "on the whole run")
+    select_part(page, "all")
     set_number(page, "Lyapunov weight Q", "1")
+    select_part(page, "object")
     set_number(page, "mass [kg]", "2")
     page.get_by_text("slid off its face").first.wait_for()
     page.get_by_text("Saved as").wait_for()
@@ -150,10 +152,10 @@ STORIES: dict[str, Callable[[Page, Stage], None]] = {
     "ended": show_end,
     "laws": show_laws,
     "three-fingers": show_three_fingers,
-    "wet-spot": show_low_friction_patch,
+    "low-friction-patch": show_low_friction_patch,
     "space": show_space,
 }
-_TOLD_LARGE_ONLY = ("laws", "three-fingers", "wet-spot", "space")
+_TOLD_LARGE_ONLY = ("laws", "three-fingers", "low-friction-patch", "space")
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

@@ -12,7 +12,7 @@ from PIL import Image
 from playwright.sync_api import Locator, Page, expect
 
 from slipgrasp.web.panels.strip import clock_words
-from tests.waiting import wait_until
+from tests.waiting import PATIENCE, wait_until
 
 # A quarter of a second, and longer where a machine draws few pictures in that time.
 FRAMES = """async () => {
@@ -37,10 +37,9 @@ def control(page: Page, label: str) -> Locator:
 def select_part(page: Page, name: str) -> None:
     """Shows the controls of a part of the scenario."""
     parts = page.get_by_role("group", name="Part of the scenario")
-    parts.get_by_role("button", name=name, exact=True).click()
-    expect(parts.get_by_role("button", name=name, exact=True)).to_have_attribute(
-        "aria-pressed", "true"
-    )
+    part = parts.get_by_role("button", name=name, exact=True)
+    part.click()
+    expect(part).to_have_attribute("aria-pressed", "true", timeout=PATIENCE)
 
 
 def choose_law(page: Page, name: str) -> None:
