@@ -49,7 +49,7 @@ _ENDED_EARLY = {
     Outcome.RECOVERED: "Recovered from an unfinished recording",
 }
 
-_ENDED_BY = {"joint_limit": "Ended: a joint came to its limit"}  # by the code of the reason
+_ENDED_BY = {"joint_limit": "Ended: a joint reached its limit"}  # by the code of the reason
 
 _HELD = "Held"  # and neither slipped far nor ended far from its target
 _LEAST_FORCE = 1e-3

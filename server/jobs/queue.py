@@ -121,7 +121,7 @@ class JobQueue:
             else:
                 state, message = StudyState(end.state), end.message
         except SlipgraspError as error:
-            message = f"{error}; it goes on where it is when it is resumed"
+            message = f"{error}; it continues from here when it is resumed"
             _logger.error("job %s failed: %s", job.id, error)
         finally:
             job.end(state, message)

@@ -343,8 +343,8 @@ def test_an_unknown_of_a_chain_has_a_name_and_wrong_chains_are_refused():
     mapping = scenario.to_mapping()
     finger = mapping["fingers"][0]
     for change, words in (
-        ({"joints": finger["joints"][:2]}, "a chain has 3"),
-        ({"joints": [*finger["joints"], finger["joints"][0]]}, "--lock .* follow these"),
+        ({"joints": finger["joints"][:2]}, "a chain needs 3"),
+        ({"joints": [*finger["joints"], finger["joints"][0]]}, "--lock .* couple them to these"),
         ({"joints": joints_with(finger, 2, follows=2)}, "which is not an independent joint: 0, 1"),
         ({"joints": joints_with(finger, 1, minimum=1.0, maximum=0.5)}, "not below .*maximum, 0.5"),
         ({"joints": joints_with(finger, 2, maximum=-3.0)}, "joint 3 at .*, beyond .*2.maximum, -3"),

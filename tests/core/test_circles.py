@@ -187,7 +187,7 @@ def test_sizes_of_a_circle_are_those_of_its_radius():
     [
         ({"object.corners": ((-0.1, -0.1), (0.1, -0.1), (0.0, 0.1))}, "object.corners", "circle"),
         ({"fingers.0.face": "edge-0"}, "fingers.0.face", "left, right, bottom, top"),
-        ({"patches.0.face": "left"}, "patches.0.face", "patches on curved faces"),
+        ({"patches.0.face": "left"}, "patches.0.face", "curved faces do not support patches"),
     ],
 )
 def test_what_does_not_go_with_a_circle_is_refused(values, field, words):

@@ -147,7 +147,7 @@ def test_with_physical_bounds_it_drops_the_object():
     result = simulate(bounded(with_values(CASE_2, {**UNEQUAL, "controller.control_period": 0.001})))
     assert result.outcome is Outcome.SEPARATED
     assert result.end_time == pytest.approx(0.12, abs=0.02)
-    assert "separated from the object" in result.reason.message
+    assert "separated the right fingertip from the object" in result.reason.message
 
 
 # Scenario, law: outcome, end of the slip that starts at 3 s [s], longest slip path [mm].

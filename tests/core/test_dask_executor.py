@@ -220,7 +220,7 @@ def test_a_scheduler_that_is_missing_idle_or_lost_is_said_so(tmp_path, monkeypat
         endless = executor.map(work.square, itertools.count(), should_stop=go_on)
         next(endless)
         scheduler.kill()
-        with pytest.raises(ExecutorError, match=r"scheduler .* is gone"):
+        with pytest.raises(ExecutorError, match=r"connection to the Dask scheduler .* is lost"):
             for _ in endless:
                 pass
 

@@ -300,14 +300,14 @@ def test_tasks_are_taken_only_as_the_oldest_unfinished_one_allows(pool, tmp_path
 def test_a_second_caller_is_told_to_wait(pool):
     first = pool.map(work.square, range(3), should_stop=go_on)
     next(first)
-    with pytest.raises(ExecutorError, match="at work for another caller"):
+    with pytest.raises(ExecutorError, match="in use by another caller"):
         list(pool.map(work.square, range(3), should_stop=go_on))
     first.close()
 
 
 def test_a_function_of_the_script_itself_is_refused(pool, monkeypatch):
     monkeypatch.setattr(work.square, "__module__", "__main__")
-    with pytest.raises(ExecutorError, match="put it into a module"):
+    with pytest.raises(ExecutorError, match="move it into a module"):
         list(pool.map(work.square, [1], should_stop=go_on))
 
 
@@ -342,7 +342,7 @@ def test_workers_killed_as_soon_as_they_start_cost_only_time():
 def test_a_closed_engine_starts_no_workers():
     executor = make_executor("processes", workers=1)
     executor.close()
-    with pytest.raises(ExecutorError, match="have been ended"):
+    with pytest.raises(ExecutorError, match="have been stopped"):
         list(executor.map(work.square, [1], should_stop=go_on))
 
 

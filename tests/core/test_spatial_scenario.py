@@ -97,7 +97,7 @@ def test_the_start_attitude_turns_the_contacts():
     [
         ("fingers.0.base.2", 5.0, "fingers.0.base", "the finger reaches 0 … 2 m"),
         ("fingers.0.base.0", -0.1, "fingers.0.base", "from the vertical axis"),
-        ("object.inertias.0", 3.0, "object.inertias.0", "which no body has"),
+        ("object.inertias.0", 3.0, "object.inertias.0", "impossible for a rigid body"),
         ("object.inertias.1", -1.0, "object.inertias.1", "allowed: 1e-06 … 1000 kg m²"),
         ("trajectory.start.3", 0.5, "trajectory.start.3", "a rotation has length 1"),
         ("fingers.2.face", "side-5", "fingers.2.face", "side-0, side-1, side-2, top, bottom"),

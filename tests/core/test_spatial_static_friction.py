@@ -188,7 +188,7 @@ def test_a_patch_multiplies_both_frictions():
 
 
 def test_less_friction_in_stick_than_in_slip_is_refused_with_the_way_out():
-    with pytest.raises(ScenarioError, match=r"less than the friction 0\.25 of slip; raise it"):
+    with pytest.raises(ScenarioError, match=r"less than the sliding friction 0\.25; raise it"):
         with_values(HELD, {"fingers.1.static_friction": 0.2})
     with pytest.raises(ScenarioError, match="less than the"):
         with_values(

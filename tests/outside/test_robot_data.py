@@ -89,7 +89,7 @@ def test_a_finger_of_allegro_whose_last_joints_are_coupled_moves_as_in_pinocchio
 
 
 def test_all_four_joints_of_a_finger_of_allegro_are_too_many():
-    with pytest.raises(ScenarioError, match=r"lock others with --lock .*, or let them follow"):
+    with pytest.raises(ScenarioError, match=r"lock others with --lock .*, or couple them"):
         Description(*read_urdf(file_of(ALLEGRO).read_text())).finger(FINGERS[0][1])
 
 

@@ -205,7 +205,7 @@ def test_a_part_that_is_being_written_is_not_recovered_on_request(part, tmp_path
     shutil.copy(part, growing)
     with growing.open("ab") as stream:
         assert try_lock(stream)
-        with pytest.raises(RecordingBusyError, match="right now"):
+        with pytest.raises(RecordingBusyError, match="another run is writing"):
             recover(growing, tmp_path / "abc.mcap")
     assert [file.name for file in tmp_path.iterdir()] == [growing.name]
 
@@ -214,7 +214,7 @@ def test_who_comes_second_leaves_the_part_of_the_first(tmp_path):
     scenario, path = load_scenario("paper-case-1"), tmp_path / "abc.mcap"
     shape = simulate(with_values(scenario, {"simulation.duration": 0.001})).trace.shape
     with RecordingWriter(path, scenario, shape, keep_part=True):
-        with pytest.raises(RecordingBusyError, match="right now"):
+        with pytest.raises(RecordingBusyError, match="another run is writing"):
             record(scenario, path)
         assert part_of(path).exists()
 

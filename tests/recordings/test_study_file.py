@@ -193,7 +193,7 @@ def test_a_part_of_another_study_is_left_alone(tmp_path: Path) -> None:
     path = tmp_path / "study.mcap"
     run_study(make_study(), path, stop_after=1)
     before = part_of(path).read_bytes()
-    with pytest.raises(RecordingBusyError, match="left of another study"):
+    with pytest.raises(RecordingBusyError, match="belongs to another study"):
         run_study(make_study(title="another"), path)
     assert part_of(path).read_bytes() == before
 

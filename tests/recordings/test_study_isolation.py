@@ -66,7 +66,7 @@ def undisturbed(tmp_path_factory) -> tuple[Study, list[StudyRow]]:
     [
         ("segmentation_fault", "killed by SIGSEGV"),
         ("runaway", "exceeded the time limit of 2 s"),
-        ("too_much_memory", "used up the 0.6 GB of memory"),
+        ("too_much_memory", "exceeded its memory limit of 0.6 GB"),
         ("out_of_memory_kill", "killed by SIGKILL"),
     ],
 )
