@@ -151,7 +151,7 @@ def test_the_reason_names_a_joint_that_cannot_give_more_and_no_idle_belief():
     result = simulate(with_values(composite, {"actuation.torque_limit": 10.0}))
     assert result.outcome is Outcome.LEFT_FACE
     assert_well_told(result)
-    assert "torque_limit allows, 10 N m" in result.reason.message
+    assert "reached its limit actuation.torque_limit, 10 N m" in result.reason.message
     # Far off, but the object does not turn.
     assert result.trace.estimates[-1, 3] == pytest.approx(0.02)
     assert "inertia" not in result.reason.message
