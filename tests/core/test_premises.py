@@ -112,7 +112,7 @@ def test_the_bound_is_empty_while_nothing_is_pulled_back():
     assert (premises.pull == 0.0).all()
     assert (premises.least_eigenvalue == 0.0).all()
     assert np.isinf(premises.radius).all()
-    assert "empty" in premises.describe()
+    assert "gives no bound" in premises.describe()
 
 
 def test_where_estimates_are_pulled_back_the_radius_has_its_number():
