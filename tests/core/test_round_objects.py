@@ -377,7 +377,7 @@ def test_a_contact_starts_where_its_arcs_lead(shape):
         ({"object.corners": ((-0.1, -0.1), (0.1, -0.1), (0.0, 0.1))}, "object.corners", "cylinder"),
         ({"fingers.0.face": "side-4"}, "fingers.0.face", "side-0, side-1, side-2, side-3, top"),
         ({"fingers.0.contact_offset": (0.2, 0.0)}, "fingers.0.contact_offset", "beyond the edge"),
-        ({"patches.0.face": "side-3"}, "patches.0.face", "patches on curved faces"),
+        ({"patches.0.face": "side-3"}, "patches.0.face", "curved faces do not support patches"),
     ],
 )
 def test_what_does_not_go_with_a_cylinder_is_refused(values, field, words):
