@@ -168,8 +168,8 @@ def test_a_slider_of_all_fingers_sets_every_one():
     [
         ("fingers.0.link_lengths.0", "changes the shape"),
         ("fingers.0.contact_offset", "cannot have a slider"),
-        ("object.shape", "no parameter with one number"),
-        ("object.colour", "no parameter with one number"),
+        ("object.shape", "not a parameter with one number"),
+        ("object.colour", "not a parameter with one number"),
         ("object.mass=3:1", "KEY=LOW:HIGH"),
         ("object.mass=light:heavy", "KEY=LOW:HIGH"),
     ],
