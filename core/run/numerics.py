@@ -12,6 +12,7 @@ import hashlib
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
+from threading import Lock
 from typing import Any
 
 import numpy as np
@@ -39,6 +40,8 @@ PORTABLE = "numerics-"
 SAME_BITS: dict[str, tuple[str, ...]] = {}
 
 _DIGEST_BYTES = 8
+# Python 3.11 raises a SystemError where two threads parse code at the same time.
+_ONE_AT_A_TIME = Lock()
 # They only read settings or call code outside the kernel, and compute nothing.
 _ENDS = (call, call_law, make_engine, with_values, law_number, law_of, custom_law_in)
 
@@ -55,13 +58,14 @@ def numerics_name(space: Space) -> str:
     Args:
         space: Kind of hand; each kind has separate code.
     """
-    kept_as = f"numerics-{space.name}-{_sources_digest()}"
-    kept = read_code(kept_as)
-    if kept is not None:
-        return kept.decode()
-    name = compute_name(space)
-    write_code(kept_as, name.encode())
-    return name
+    with _ONE_AT_A_TIME:
+        kept_as = f"numerics-{space.name}-{_sources_digest()}"
+        kept = read_code(kept_as)
+        if kept is not None:
+            return kept.decode()
+        name = compute_name(space)
+        write_code(kept_as, name.encode())
+        return name
 
 
 def compute_name(space: Space) -> str:

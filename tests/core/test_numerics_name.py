@@ -8,6 +8,8 @@ import re
 import shutil
 import subprocess
 import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -15,6 +17,7 @@ import pytest
 from slipgrasp.core.kernel.compilation.compiler import all_units
 from slipgrasp.core.kernel.compilation.normal_form import NormalForm, tree_of
 from slipgrasp.core.kernel.planar import packing
+from slipgrasp.core.run import numerics
 from slipgrasp.core.run.numerics import compute_name, normal_form, numerics_name
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
@@ -324,3 +327,21 @@ def test_a_number_of_the_kernel_or_an_operator_beside_it_gives_another_name(tree
     tree("core/run/spatial_schedule.py", "math.sqrt(x * x + y * y)", "math.sqrt(x * x - y * y)")
     plane, space = names_of(path=tree.folder)
     assert plane == compiled[0] and space != compiled[1]
+
+
+def test_threads_that_need_the_name_at_once_compute_it_once(monkeypatch):
+    """Runs that begin at once in a fresh service; Python 3.11 cannot parse in two threads."""
+    kept, under_way = {}, []
+
+    def compute(space):
+        under_way.append(space)
+        assert len(under_way) == 1
+        time.sleep(0.05)
+        return "numerics-0"
+
+    monkeypatch.setattr(numerics, "read_code", kept.get)
+    monkeypatch.setattr(numerics, "write_code", kept.__setitem__)
+    monkeypatch.setattr(numerics, "compute_name", compute)
+    with ThreadPoolExecutor(4) as threads:
+        names = list(threads.map(numerics_name.__wrapped__, [PLANAR] * 4))
+    assert names == ["numerics-0"] * 4

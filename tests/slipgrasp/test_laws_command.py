@@ -214,7 +214,7 @@ def test_a_worker_whose_copy_is_another_refuses():
     assert custom_law("carry").identity == law.identity
     forget("carry")
     other = type(reference)(law.identity, reference.origin, LAW.replace("40.0", "41.0"))
-    with pytest.raises(LawError, match=r"a worker refuses.*digest"):
+    with pytest.raises(LawError, match=r"a worker rejects the task.*digest"):
         admit(other)
     assert custom_law("carry") is None
 

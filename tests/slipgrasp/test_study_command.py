@@ -169,7 +169,7 @@ def test_what_is_in_the_folder_is_replaced_only_on_request(study, command):
     assert "study.mcap' already exists; --force replaces it" in refused.err
 
     study.write_text(study.read_text().replace("max = 0.4", "max = 0.5"))
-    assert "(--force)" in command(*inline(study, "--output", "done"), status=2).err
+    assert "--force replaces it" in command(*inline(study, "--output", "done"), status=2).err
     command(*inline(study, "--output", "done", "--force"))
     assert read_results("done/study.mcap").study == load_study(study)
 
@@ -187,7 +187,7 @@ def test_a_study_that_was_begun_is_not_mixed_with_another(study, command):
     assert files_in("done") == ["study.mcap.part"]
 
     refused = command(*inline(study, "--output", "done"), status=2).err
-    assert "left of another study" in refused
+    assert "belongs to another study" in refused
     assert "--force" in refused
     assert files_in("done") == ["study.mcap.part"]
     command(*inline(study, "--output", "done", "--force"))
@@ -282,7 +282,7 @@ def test_a_row_becomes_a_run_of_the_data_folder_by_default(study, command):
 def test_a_run_that_is_not_there_is_refused(study, command):
     command(*inline(study, "--output", "done"))
     said = command("rebuild", "done/study.mcap", "18", status=2).err
-    assert "there is no run 18 in 'done/study.mcap'; it holds 18, counted from 0" in said
+    assert "there is no run 18 in 'done/study.mcap'; it has 18, counted from 0" in said
 
 
 @pytest.mark.parametrize("name", ["verify", "export"])

@@ -103,7 +103,7 @@ class ChartsPanel:
         """Draws the charts under some tabs."""
         ghost, dark = self._ghost_run, view.appearance.dark
         label = view.ghost.label if view.ghost else ""
-        for name in due & self._tabs.keys():
+        for name in (each for each in self._tabs if each in due):
             charts = drawn_charts(run, ghost, window, view.charts, name)
             self._tabs[name].draw(
                 charts[:1] if view.appearance.lecture else charts, label, dark=dark
