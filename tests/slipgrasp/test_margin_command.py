@@ -100,7 +100,7 @@ def test_further_borders_are_warned_of(slipgrasp):
     )
 
     assert done.returncode == 0
-    others = done.stdout.partition("others lie at ")[2]
+    others = done.stdout.partition("more boundaries, at ")[2]
     assert "0.375 … 0.390625, 0.390625 … " in others
 
 
