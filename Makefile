@@ -28,10 +28,10 @@ check: $(VENV)/.develop
 quick: $(VENV)/.develop
 	$(BIN)/python -m pytest -q -n logical --dist worksteal -m "not slow and not browser"
 
-# All tests; needs Chromium and curl, which it finds or installs. Those in a browser, which can share
-# no process with the others, run beside them: no processor rests while one half waits or has ended.
+# All tests; needs Chromium and curl, which it finds or installs.
 test: programs
-	@$(MAKE) --no-print-directory --jobs 2 test-browser test-others
+	@$(MAKE) --no-print-directory test-others
+	@$(MAKE) --no-print-directory test-browser
 
 test-browser: $(VENV)/.develop
 	@# By file: collecting all tests once more takes longer than most of these.
