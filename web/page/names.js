@@ -42,6 +42,7 @@ function nameControl(label) {
 
 /** viser's folders open by a click alone; here they are buttons for the keyboard and screen readers, too. */
 function nameFolder(title) {
+  if (!title.textContent.trim()) return; // a chart, which has such a border, too
   const isOpen = title.nextElementSibling?.getAttribute("aria-hidden") === "false";
   title.setAttribute("aria-expanded", String(isOpen));
   if (title.getAttribute("role") === "button") return;
