@@ -14,6 +14,15 @@ from playwright.sync_api import Locator, Page, expect
 from slipgrasp.web.panels.strip import clock_words
 from tests.waiting import PATIENCE, wait_until
 
+# Chromium draws anew what has changed, and its edges within a pixel depend on what was drawn before.
+REPAINT = """async () => {
+    const overlay = document.querySelector(".sg-overlay");
+    if (!overlay) return;
+    overlay.style.visibility = "hidden";
+    for (let i = 0; i < 2; i += 1) await new Promise(requestAnimationFrame);
+    overlay.style.visibility = "";
+    for (let i = 0; i < 2; i += 1) await new Promise(requestAnimationFrame);
+}"""
 # A quarter of a second, and longer where a machine draws few pictures in that time.
 FRAMES = """async () => {
     await new Promise(passed => setTimeout(passed, 250));
@@ -137,6 +146,8 @@ def wait_for_time(page: Page, seconds: float) -> None:
 
 def picture(page: Page, height: int = 520) -> np.ndarray:
     """The scene between the panels, once it no longer changes."""
+    picture_at_rest(page, lambda: shoot(page, height))
+    page.evaluate(REPAINT)
     return picture_at_rest(page, lambda: shoot(page, height))
 
 
