@@ -14,7 +14,7 @@ from playwright.sync_api import Locator, Page, expect
 from slipgrasp.web.panels.strip import clock_words
 from tests.waiting import PATIENCE, wait_until
 
-# Chromium draws anew what has changed, and its edges within a pixel depend on what was drawn before.
+# Chromium redraws what has changed; edges within a pixel then depend on what was drawn before.
 REPAINT = """async () => {
     const overlay = document.querySelector(".sg-overlay");
     if (!overlay) return;
