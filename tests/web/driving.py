@@ -28,7 +28,9 @@ FRAMES = """async () => {
     await new Promise(passed => setTimeout(passed, 250));
     for (let i = 0; i < 3; i += 1) await new Promise(requestAnimationFrame);
 }"""
-SLIP_CHART = "Object.values(window.__viserTestpoints.uplots)[0].chart"
+# The first of the page; charts are registered in the order in which they were drawn last.
+SLIP_CHART = """Object.values(window.__viserTestpoints.uplots).map((each) => each.chart).reduce(
+    (first, each) => first.root.compareDocumentPosition(each.root) & 2 ? each : first)"""
 
 
 def number_field(page: Page, label: str) -> Locator:

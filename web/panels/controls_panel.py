@@ -68,7 +68,9 @@ class ControlsPanel:
         self._gui, self._send = gui, send
         self._parts = gui.add_html("")
         self._search_box = gui.add_text(
-            "find", "", hint="Shows all parameters with these words in their name, key or unit."
+            "find a control",
+            "",
+            hint="Shows all parameters with these words in their name, key or unit.",
         )
         self._search_box.on_update(self._search)
         self._groups: list[_ShownGroup] = []
