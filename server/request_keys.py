@@ -46,10 +46,10 @@ class KeyedRequest:
         """Creates the request of a key.
 
         Args:
-            key: Idempotency key.
+            key: Idempotency key; without one the request is always executed.
             body: Body as plain values for JSON.
         """
-        return cls(key, _digest(json.dumps(body, sort_keys=True)))
+        return cls(key, _digest(json.dumps(body, sort_keys=True)) if key else "")
 
 
 UNKEYED = KeyedRequest("", "")

@@ -38,18 +38,18 @@ from slipgrasp.server.http.job_events import has_nothing_new, stream_events
 from slipgrasp.server.http.openapi import json_body
 from slipgrasp.server.jobs.job import StudyState
 from slipgrasp.server.paging import page_links
-from slipgrasp.server.request_keys import UNKEYED, KeyedRequest
+from slipgrasp.server.request_keys import KeyedRequest
 
 HTML = "text/html"
 _PAGE_POLICY = "default-src 'none'; style-src 'unsafe-inline'; frame-ancestors 'self'"
-_LOCATION = {"Location": {"description": "Where it is found", "schema": {"type": "string"}}}
+_LOCATION = {"Location": {"description": "Path of the fit", "schema": {"type": "string"}}}
 _EVENTS: dict[int | str, dict[str, Any]] = {
     200: {
         "description": "Events `progress` and `end`, whose data is the fit as "
         "`GET /fits/{fit_id}` gives it",
         "content": {"text/event-stream": {"schema": {"type": "string"}}},
     },
-    204: {"description": "`Last-Event-ID` is that of the end: there is nothing more to come"},
+    204: {"description": "`Last-Event-ID` is that of the last event: there are no further ones"},
 }
 
 router = APIRouter(prefix="/fits", tags=["fits"])
@@ -59,7 +59,7 @@ router = APIRouter(prefix="/fits", tags=["fits"])
     "",
     status_code=202,
     responses={
-        202: {"description": "It is taken on, or was before", "headers": _LOCATION},
+        202: {"description": "It is accepted, or was accepted before", "headers": _LOCATION},
         **ProblemPublic.responses((400, 413, 415, 422, 503, 507)),
     },
     openapi_extra=json_body(FitCreate),
@@ -73,9 +73,7 @@ async def create_fit(
     """Fit a stored recording: the server checks the request, and fits in turn."""
 
     def create() -> FitPublic:
-        keyed = UNKEYED
-        if idempotency_key:
-            keyed = KeyedRequest.of(idempotency_key, body.model_dump(by_alias=True))
+        keyed = KeyedRequest.of(idempotency_key, body.model_dump(by_alias=True))
         return FitPublic.from_status(service.create(body.to_request, keyed))
 
     fit = await run_in_threadpool(create)

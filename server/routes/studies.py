@@ -15,7 +15,7 @@ from slipgrasp.server.http.conditions import is_known, tag_of
 from slipgrasp.server.http.errors import ProblemPublic
 from slipgrasp.server.http.openapi import json_body
 from slipgrasp.server.paging import page_links
-from slipgrasp.server.request_keys import UNKEYED, KeyedRequest
+from slipgrasp.server.request_keys import KeyedRequest
 from slipgrasp.server.studies.schemas import (
     StudiesPublic,
     StudiesQuery,
@@ -49,7 +49,7 @@ async def create_study(
 
     def create() -> StudyPublic:
         make_study = partial(read_study, body, settings.max_study_runs)
-        keyed = KeyedRequest.of(idempotency_key, body) if idempotency_key else UNKEYED
+        keyed = KeyedRequest.of(idempotency_key, body)
         return StudyPublic.from_status(service.create(make_study, keyed))
 
     study = await run_in_threadpool(create)
