@@ -38,7 +38,7 @@ def read_urdf(text: str) -> tuple[dict[str, Body], list[Joint]]:
         bodies = {each.get("name", ""): _body_of(each) for each in root.findall("link")}
         return bodies, [_joint_of(each) for each in root.findall("joint")]
     except (ElementTree.ParseError, ValueError) as error:
-        raise refusal("the file", "URDF", f"it cannot be read as URDF: {error}") from None
+        raise refusal("the file", "URDF", f"the file cannot be read as URDF: {error}") from None
 
 
 def _body_of(link: ElementTree.Element) -> Body:
