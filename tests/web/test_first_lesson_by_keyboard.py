@@ -12,6 +12,7 @@ from tests.web.conftest import Visitors
 from tests.web.driving import control, told
 
 MOST_STOPS = 120
+PRESSES = re.compile("At the end the (left|right) fingertip presses with")
 
 
 def tab_to(page: Page, wanted: Locator) -> None:
@@ -23,23 +24,23 @@ def tab_to(page: Page, wanted: Locator) -> None:
     pytest.fail(f"{wanted} is not reached by {MOST_STOPS} tabs")
 
 
-@pytest.mark.slow
-@pytest.mark.browser
-@pytest.mark.filterwarnings("ignore:Queued a .* on a closed connection")
-def test_the_first_lesson_by_keyboard(visitors: Visitors) -> None:
-    page = visitors.open()
-    card = page.locator(".sg-outcome")
+def unfold_the_card(page: Page) -> None:
+    """Closes the welcome and unfolds the forces of the card."""
+    squeeze = page.get_by_text(PRESSES)
     welcome = page.get_by_role("button", name="Got it")
     tab_to(page, welcome)
     page.keyboard.press("Enter")
     expect(welcome).to_be_hidden()
-    squeeze = page.get_by_text(re.compile("At the end the (left|right) fingertip presses with"))
     expect(squeeze).to_be_hidden()
     tab_to(page, page.locator("summary", has_text="Knowledge, forces, margins, tracking"))
     page.keyboard.press("Enter")
     expect(squeeze).to_contain_text("23.7 N")
 
-    # The second stop of the tour, in which the slip is long.
+
+def follow_the_tour(page: Page) -> None:
+    """The second stop of the tour, in which the slip is long."""
+    card = page.locator(".sg-outcome")
+    squeeze = page.get_by_text(PRESSES)
     page.keyboard.press("t")
     tab_to(page, page.get_by_role("region", name="Tour").get_by_role("button", name="Next"))
     page.keyboard.press("Enter")
@@ -48,7 +49,10 @@ def test_the_first_lesson_by_keyboard(visitors: Visitors) -> None:
     expect(squeeze).not_to_contain_text("23.7 N")
     expect(squeeze).to_be_visible()  # What is unfolded stays so.
 
-    # Which fingertip slips, and until when: the events, one after the other.
+
+def find_the_slip(page: Page) -> None:
+    """Which fingertip slips, and until when: the events, one after the other."""
+    card = page.locator(".sg-outcome")
     page.keyboard.press("Home")
     page.keyboard.press("]")
     wait_until(lambda: told(page)["time"] == pytest.approx(0.1129, abs=2e-3), "no event")
@@ -59,7 +63,10 @@ def test_the_first_lesson_by_keyboard(visitors: Visitors) -> None:
     page.keyboard.press("Space")
     wait_until(lambda: not told(page)["playing"], "Space does not pause")
 
-    # What would stop it: the first suggestion, which was tried and says so, and back again.
+
+def try_and_take_back(page: Page) -> None:
+    """What would stop it: the first suggestion, which was tried and says so, and back again."""
+    card = page.locator(".sg-outcome")
     page.keyboard.press("Home")
     suggestions = page.get_by_role("group", name="What to try")
     expect(suggestions).to_contain_text("slip 3.62 mm instead of 47.2 mm")
@@ -69,7 +76,10 @@ def test_the_first_lesson_by_keyboard(visitors: Visitors) -> None:
     page.keyboard.press("Control+z")
     expect(card).to_contain_text("slipped, 47.2 mm left and 47.2 mm right")
 
-    # How much heavier it may get: by asking, and by a control.
+
+def make_it_heavier(page: Page) -> None:
+    """How much heavier it may get: by asking, and by a control."""
+    card = page.locator(".sg-outcome")
     tab_to(page, page.get_by_role("button", name="How much heavier may it get?"))
     page.keyboard.press("Enter")
     expect(card).to_contain_text("Held up to 18.57 kg, 18.57 times its mass")
@@ -86,13 +96,28 @@ def test_the_first_lesson_by_keyboard(visitors: Visitors) -> None:
     page.keyboard.press("x")
     expect(ghost).to_be_hidden()
 
-    # The keys are listed, and the list is left as it came.
+
+def list_the_keys(page: Page) -> None:
+    """The keys are listed, and the list is left as it came."""
     page.keyboard.press("?")
     keys = page.get_by_role("dialog", name="Keys")
     expect(keys).to_be_visible()
     page.keyboard.press("Escape")
     expect(keys).to_be_hidden()
 
+
+@pytest.mark.slow
+@pytest.mark.browser
+@pytest.mark.filterwarnings("ignore:Queued a .* on a closed connection")
+def test_the_first_lesson_by_keyboard(visitors: Visitors) -> None:
+    page = visitors.open()
+    unfold_the_card(page)
+    follow_the_tour(page)
+    find_the_slip(page)
+    try_and_take_back(page)
+    make_it_heavier(page)
+    list_the_keys(page)
+
     page.reload()
     expect(page.locator(".sg-verdict")).to_be_visible()
-    expect(welcome).to_be_hidden()
+    expect(page.get_by_role("button", name="Got it")).to_be_hidden()
