@@ -166,7 +166,7 @@ def turn_tangent(tx: float, ty: float, angle: float) -> tuple[float, float]:
 
 @compiled
 def solve_finger(hand: Record, i: int, dx: float, dy: float, vx: float, vy: float) -> Finger:
-    """Inverse kinematics of finger ``i`` for tip position (dx, dy) from the base and velocity."""
+    """Inverse kinematics of finger ``i`` for tip position (dx, dy) and velocity (vx, vy)."""
     if hand.on_slides[i] == 1:
         return Finger(dx, dy, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, vx, vy, 0.0, 0.0, 1.0)
     first, second = hand.link_lengths[i, 0], hand.link_lengths[i, 1]
