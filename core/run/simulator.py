@@ -90,7 +90,7 @@ def kernel_progress() -> float:
 
 
 def kernel_is_cached(space: Space = PLANAR) -> bool:
-    """Whether the kernel is compiled; otherwise the next run waits for it.
+    """True if the kernel is compiled; otherwise the next run waits for it.
 
     Args:
         space: The kind of hand of that run.

@@ -168,7 +168,7 @@ def spatial_event(model: Record, run: Record, outlet: Record) -> int:
         for way in range(model.ways):
             fired = run.guards.fired[PER_CONTACT * i + PHASE + way] == 1
             slips = discrete.slips[i, way] != 0.0
-            stuck = run.old.slips[i, way] == 0.0  # not at rest only since now
+            stuck = run.old.slips[i, way] == 0.0  # not if it came to rest just now
             run.selection.leaving[i, way] = 1 if fired and stuck else 0
             if slips and (fired or _stops_too(model, run, i, way, is_stop)):
                 run.concerned = i
