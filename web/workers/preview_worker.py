@@ -38,7 +38,7 @@ class _Save:
 
 
 def is_outdated(newer_waits: bool, elapsed: float) -> bool:
-    """True if to cancel a run because a newer one waits.
+    """True if a run should be cancelled because a newer one waits.
 
     Short runs are always completed; otherwise dragging a control without a pause would
     never show a result.
