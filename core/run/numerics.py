@@ -39,14 +39,14 @@ PORTABLE = "numerics-"
 SAME_BITS: dict[str, tuple[str, ...]] = {}
 
 _DIGEST_BYTES = 8
-# Python 3.11 raises a SystemError where two threads parse code at the same time.
+# Python 3.11 raises a SystemError if two threads parse code at the same time.
 _ONE_AT_A_TIME = Lock()
-# They only read settings or call code outside the kernel, and compute nothing.
+# Functions that only read settings or call code outside the kernel, and compute nothing.
 _ENDS = (call, call_law, make_engine, with_values, law_number, law_of, custom_law_in)
 
 
 def same_bits(recorded: str, present: str) -> bool:
-    """Whether runs of two numerics, given by name, are equal to the last bit."""
+    """True if runs of two numerics, given by name, are equal to the last bit."""
     return recorded == present or recorded in SAME_BITS.get(present, ())
 
 
@@ -69,7 +69,7 @@ def numerics_name(space: Space) -> str:
 
 
 def compute_name(space: Space) -> str:
-    """The same, computed from the code."""
+    """Computes the name of the present numerics from the code."""
     digest = hashlib.blake2b(digest_size=_DIGEST_BYTES)
     for line in normal_form(space).lines:
         digest.update(f"{line}\n".encode())
