@@ -190,7 +190,7 @@ def _plain(slides: Sequence[Slide], resting: Sequence[Slide]) -> Table:
             f"{100.0 * float(np.median(np.abs(np.array(errors) - 1.0))):.1f} %",
         ),
     )
-    return Table("reality-plain", ("", ""), rows, page=PAGE)
+    return Table("reality-plain", ("quantity", "value"), rows, page=PAGE)
 
 
 def _slope(slide: Slide) -> float:
