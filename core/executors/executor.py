@@ -59,7 +59,7 @@ class Finished(Generic[Task, Result]):
     Attributes:
         task: The task.
         result: Result of the function, None if it never finished.
-        failure: Why there is no result, in one sentence; None if there is one.
+        failure: Reason why there is no result, in one sentence; None if there is one.
     """
 
     task: Task

@@ -81,7 +81,7 @@ def find_expired(
     """Finds the runs that may be deleted, newest first, without deleting them.
 
     Args:
-        runs: Where they are kept.
+        runs: Store of the runs.
         studies: Store of the studies of these recordings.
         retention: Retention rules.
         now: From when ages count.

@@ -161,7 +161,7 @@ def drawn_charts(
         run: The run.
         ghost: Another run, whose corresponding charts are drawn.
         window: The time range.
-        charts_view: Which lines are hidden.
+        charts_view: State of the charts, with the hidden lines.
         tab: The tab.
     """
     of_ghost = {chart.key: chart for chart in ghost.tabs[tab]} if ghost else {}

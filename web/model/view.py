@@ -52,8 +52,8 @@ class Comparing:
     Attributes:
         pair: The compared runs; None without findings.
         findings: Their differences; None if they cannot be compared.
-        message: Why the latest request failed, or the runs cannot be compared.
-        distances: How far measured data are from the run; None if the other is a run.
+        message: Reason why the latest request failed, or the runs cannot be compared.
+        distances: Deviations of measured data from the run; None if the other is a run.
     """
 
     pair: Pair | None = None
@@ -64,11 +64,11 @@ class Comparing:
 
 @dataclass(frozen=True, slots=True)
 class HowHeavy:
-    """How much heavier the object may get.
+    """Largest mass of the object that is held.
 
     Attributes:
         draft: The scenario of the request; None if there is none.
-        words: The answer, or a note that it is being computed.
+        words: The result, or a note that it is being computed.
     """
 
     draft: Draft | None = None
@@ -213,14 +213,14 @@ class ViewState:
         notice: A message across all panels; empty if there is none.
         charts: The user's settings of the charts.
         laws: Runs with every law, while their tab is visible.
-        how_heavy: How much heavier the object may get, if requested.
+        how_heavy: Largest mass of the object that is held, if requested.
         hint_trials: Results of simulating the hints.
         exporting: The file that is being exported.
         editing: The state of editing, and earlier drafts.
         selection: The part of the scenario whose controls are shown.
         appearance: The appearance of the view.
         page_layout: The size of the page; None until the page has reported it.
-        restored: How often the layout of the panels was restored.
+        restored: Number of times that the layout of the panels was restored.
         study: The planned study, and the one whose progress is shown.
         fit: The fit on the screen.
         premises: The assumptions of the theorems for a run, once requested.
@@ -301,7 +301,8 @@ def show(view: ViewState, shown: Shown, stage: RunStage, *, afresh: bool) -> Vie
         view: The present screen.
         shown: The run.
         stage: The stage of its request.
-        afresh: Whether it is unrelated to the previous run, so that the play head starts anew.
+        afresh: Whether it is unrelated to the previous run, so that the play head returns to the
+            start.
             Otherwise the play head stays, up to the end of the run.
     """
     playback, choice = view.playback, view.choice

@@ -385,5 +385,5 @@ def _numbers(vector: Floats) -> tuple[float, float, float]:
 
 
 def refusal(value: Any, limit: str, message: str) -> ScenarioError:
-    """Why a hand cannot be read."""
+    """Creates the error for a hand that cannot be read."""
     return single_error("fingers", value, limit, message)
