@@ -14,7 +14,7 @@ HEIGHT = 800  # [px]
 
 
 class ShownPage:
-    """A page that notebooks show, also once they are exported as HTML.
+    """A page for notebooks, including those exported to HTML.
 
     Attributes:
         html: The page, as ``slipgrasp page`` writes it.

@@ -63,7 +63,7 @@ _LOOKING = ("ViewerCameraMessage",)
 _PROTOCOL_PREFIX = "viser-v"
 _GOING_AWAY, _UNSUPPORTED_DATA, _POLICY_VIOLATION, _TRY_AGAIN_LATER = 1001, 1003, 1008, 1013
 _FAULTY_CODES = (1002, 1007, 1009)
-"""Close codes of our own, for protocol violations and too long messages."""
+"""Close codes of the relay for protocol violations and too long messages."""
 _UNSENDABLE_CODES = (1004, 1005, 1006, 1015)
 
 _logger = logging.getLogger(__name__)

@@ -55,7 +55,7 @@ class ChartedRun:
     Attributes:
         result: The run.
         chosen: Names of the signals that have charts of the user's choice.
-        across: Name of the signal that these are drawn against, too.
+        across: Name of the signal against which these are also drawn.
     """
 
     result: RunResult
@@ -66,7 +66,7 @@ class ChartedRun:
     def of(
         cls, result: RunResult, known: Sequence[ChartedRun] = (), view: ChartsView = PLAIN
     ) -> ChartedRun:
-        """The run with its charts; the same as before if it is among those known."""
+        """The run with its charts, which are reused if they exist."""
         made = next((run for run in known if run.result is result), None)
         if made is not None and (made.chosen, made.across) == (view.chosen, view.across):
             return made
