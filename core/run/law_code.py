@@ -18,6 +18,7 @@ import numpy as np
 
 from slipgrasp.core.exceptions import SlipgraspError
 from slipgrasp.core.kernel.compilation.cache import IN_WEBASSEMBLY, INTERPRETED
+from slipgrasp.core.kernel.compilation.compiler import require_machine_code
 from slipgrasp.core.kernel.compilation.records import Floats, Record
 from slipgrasp.core.run.checked_code import compile_checked, in_python
 from slipgrasp.core.scenario.custom_laws import CustomLaw, Diagnostic
@@ -70,6 +71,7 @@ class LawCode:
         """
         if IN_WEBASSEMBLY:
             raise SlipgraspError("custom laws need the native kernel: unset SLIPGRASP_KERNEL")
+        require_machine_code()
         self.interrupt: BaseException | None = None
         self._failure: str | None = None
         self._refusal: str | None = None

@@ -11,17 +11,16 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Iterator
 from functools import cache
-from pathlib import Path
 from threading import Lock
 from typing import Any
 
 import numpy as np
 
-import slipgrasp.core
 from slipgrasp.core.kernel.compilation.cache import read_code, write_code
 from slipgrasp.core.kernel.compilation.compiler import OPTIONS, call
 from slipgrasp.core.kernel.compilation.entry import compile_entry
 from slipgrasp.core.kernel.compilation.normal_form import NormalForm
+from slipgrasp.core.kernel.compilation.shipped import sources_digest
 from slipgrasp.core.kernel.laws.own_law import call_law
 from slipgrasp.core.run.computation import Computation
 from slipgrasp.core.run.engine import engine_of, make_engine
@@ -59,7 +58,8 @@ def numerics_name(space: Space) -> str:
         space: Kind of hand; each kind has separate code.
     """
     with _ONE_AT_A_TIME:
-        kept_as = f"numerics-{space.name}-{_sources_digest()}"
+        # Digests contain constants of the library, too.
+        kept_as = f"numerics-{space.name}-{np.__version__}-{sources_digest()}"
         kept = read_code(kept_as)
         if kept is not None:
             return kept.decode()
@@ -86,11 +86,3 @@ def _roots(space: Space) -> Iterator[Any]:
     yield from (Computation._prepare, Computation.advance, Computation._pass_end)
     yield from (Computation._begin_stretch, Computation._pack, Computation._reset_estimate)
     yield engine_of(space)
-
-
-def _sources_digest() -> str:
-    """Digest of every reachable source, and of the library with its constants."""
-    digest = hashlib.blake2b(np.__version__.encode(), digest_size=2 * _DIGEST_BYTES)
-    for path in sorted(Path(slipgrasp.core.__path__[0]).rglob("*.py")):
-        digest.update(path.read_bytes())
-    return digest.hexdigest()

@@ -68,7 +68,7 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
     if arguments.scenario == WHY:
         return _write_questions(output)
     scenario, command = _scenario_of(arguments)
-    load_simulation(scenario.space)
+    load_simulation(scenario)
     with Progress("simulating"):
         from slipgrasp.core.run.simulator import simulate
 
