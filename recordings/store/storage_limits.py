@@ -24,7 +24,7 @@ class StorageLimits:
 
     Attributes:
         quota: Largest total size of all files in the folder [bytes]. Large folders are not counted
-            every time, so that it may be exceeded by what is written in some seconds.
+            every time, so the data of a few seconds may exceed it.
         min_free: Smallest free space on its disk [bytes].
     """
 
