@@ -57,7 +57,7 @@ class Retention:
 KEEP_ALL = Retention()
 
 LARGEST_SHARE = 10
-"""At most the number of runs divided by this is deleted at a time, but at least one run."""
+"""Inverse of the largest fraction of runs that is deleted at a time; one run always may be."""
 
 LONGEST_GAP = timedelta(days=3)
 """Largest distance of the clock from the newest run; beyond it, the clock may be wrong."""
