@@ -148,7 +148,7 @@ class Session:
             worker.join(timeout)
 
     def _deliver(self, file: ExportFile) -> None:
-        """Lets the browser save a file."""
+        """Sends a file to the browser to be saved."""
         self._client.send_file_download(file.name, file.content, save_immediately=True)
 
     def _live(self) -> None:

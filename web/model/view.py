@@ -1,4 +1,4 @@
-"""The state of a session's screen: one frozen value, from which the scene and panels are drawn."""
+"""The state of a session's screen: one immutable value, from which scene and panels are drawn."""
 
 from __future__ import annotations
 
@@ -202,8 +202,8 @@ class ViewState:
         draft: The scenario that the user edits.
         status: The status of its run.
         choice: The time range of a run that is shown.
-        ticket: The latest request for a run; answers to an older one come too late.
-        opening: The latest request for a recording; answers to an older one come too late.
+        ticket: The latest request for a run; answers to older ones are ignored.
+        opening: The latest request for a recording; answers to older ones are ignored.
         shown: The run on the screen.
         ghost: The run that is drawn pale below it.
         playback: The play head.
@@ -318,7 +318,7 @@ def show(view: ViewState, shown: Shown, stage: RunStage, *, afresh: bool) -> Vie
 def _kept_in(window: TimeWindow, playback: Playback, shown: Shown) -> Playback:
     """The play head in the window of another run; a paused one stays inside the window.
 
-    Otherwise a control would act at another time than the user paused at.
+    Otherwise a control would not act at the time of the pause.
     """
     if playback.playing:
         # A speed that the user has not chosen is adapted to the window.
@@ -337,7 +337,7 @@ def replays_of(view: ViewState) -> tuple[Replay, ...]:
 
 
 def show_replay(view: ViewState, recording: Replay) -> ViewState:
-    """Puts a recording on the screen; a run in progress becomes void."""
+    """Puts a recording on the screen; a run in progress is ignored."""
     ticket, draft, editing = view.ticket + 1, Draft.from_replay(recording), view.editing
     afresh = draft.origin != view.draft.origin
     if view.shown is not None and draft != view.draft:

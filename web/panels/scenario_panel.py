@@ -46,7 +46,7 @@ _REACHES: dict[str, Reach] = {reach.value: reach for reach in Reach}
 
 
 class ScenarioPanel:
-    """Lets the user choose a preset, undo changes, and view the changes during the run.
+    """Presets, undo, and the changes during the run.
 
     Args:
         gui: Parent of the widgets.
