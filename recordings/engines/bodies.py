@@ -50,7 +50,7 @@ class Link(NamedTuple):
     Attributes:
         name: Name of the body.
         kind: Kind of its joint: ``hinge``, ``slide`` or ``free``.
-        axis: Axis of the joint, along or against an axis of the frame.
+        axis: Axis of the joint: a coordinate axis of the frame, or -y.
         joint: Name of the joint.
         place: Position of the joint in the frame of the previous link, or of the world [m].
         mass: Mass [kg], 0 if the body only connects two joints at one place.
@@ -135,13 +135,11 @@ def check_for_scene(scenario: Scenario) -> None:
 
 def friction_changes(scenario: Scenario) -> list[dict[str, Any]]:
     """Timed changes of the friction of fingertips."""
+    changes = sorted(scenario.changes, key=lambda each: each.time)
+    fingers = [_finger_that_changes(each.parameter) for each in changes]
     return [
-        {
-            "time": change.time,
-            "contact": _finger_that_changes(change.parameter),
-            "friction": change.value,
-        }
-        for change in sorted(scenario.changes, key=lambda each: each.time)
+        {"time": each.time, "contact": finger, "friction": each.value}
+        for each, finger in zip(changes, fingers, strict=True)
     ]
 
 
@@ -232,8 +230,7 @@ def _slab(scenario: SpatialScenario, finger: SpatialFinger) -> Shape:
     axes = np.array([face.tangent_x, face.tangent_y, face.normal])
     place = np.array(face.anchor) + np.array([*(0.5 * (low + high)), _SLAB]) @ axes
     frame = Frame(place, np.array(rotations.of_matrix(axes.T)))
-    name = finger.face.replace("-", "_")
-    return Shape(name, frame, np.array([*(0.5 * (high - low)), _SLAB]))
+    return Shape(finger.face.replace("-", "_"), frame, np.array([*(0.5 * (high - low)), _SLAB]))
 
 
 def _face(scenario: Scenario, i: int) -> tuple[Floats, Floats, Floats]:
@@ -251,11 +248,11 @@ def contacts_of(scenario: Scenario) -> list[dict[str, Any]]:
 
     The slip of a tip at x, with the object at p and turned by R, is tangents (R' (x - p) - anchor).
     """
-    faces = [_face(scenario, i) for i in range(len(scenario.fingers))]
-    return [
-        {"site": f"tip{i}", "anchor": anchor.tolist(), "tangents": tangents.tolist()}
-        for i, (anchor, tangents, _) in enumerate(faces)
-    ]
+    contacts = []
+    for i in range(len(scenario.fingers)):
+        anchor, tangents = (each.tolist() for each in _face(scenario, i)[:2])
+        contacts.append({"site": f"tip{i}", "anchor": anchor, "tangents": tangents})
+    return contacts
 
 
 def _frames(links: Sequence[Link], positions: Iterable[float]) -> list[Frame]:

@@ -1,4 +1,4 @@
-"""The formats of scenes, and what is expected of the engine that plays one."""
+"""The formats of scenes, each with the answer that is expected of its engine."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from slipgrasp.recordings.engines import mjcf, sdf, usd
 from slipgrasp.recordings.engines.bodies import contacts_of, friction_changes
 from slipgrasp.recordings.engines.expected import expected_answer
 
-# SAP of Drake resolves the same stiffness with half of MuJoCo's step [s].
+# Drake needs half of MuJoCo's step for errors of the same size [s].
 STEPS = {"mjcf": 1e-4, "drake": 5e-5, "usd": 1e-4}
 
 
@@ -21,11 +21,8 @@ def describe(result: RunResult, name: str) -> tuple[str, dict[str, Any]]:
         name: One of `STEPS`.
     """
     scenario, step, angles = result.scenario, STEPS[name], result.trace.joint_position[0]
-    answer = expected_answer(result, step)
-    answer |= {
-        "contacts": contacts_of(scenario),
-        "friction_changes": friction_changes(scenario),
-    }
+    answer = expected_answer(result, step) | {"contacts": contacts_of(scenario)}
+    answer["friction_changes"] = friction_changes(scenario)
     if name == "usd":
         del answer["tolerance"]  # No engine has simulated the stage.
         return usd.describe_scene(scenario, angles), answer

@@ -92,8 +92,8 @@ def _collision(shape: Shape, step: float) -> str:
     if shape.friction is None:
         friction, form = _ROUGH, f"<box><size>{numbers(2.0 * shape.sizes)}</size></box>"
     else:
-        friction, form = 0.5 * shape.friction, f"<radius>{numbers(shape.sizes)}</radius>"
-        form = f"<sphere>{form}</sphere>"
+        form = f"<sphere><radius>{numbers(shape.sizes)}</radius></sphere>"
+        friction = 0.5 * shape.friction
     properties = {
         "point_contact_stiffness": 2.0 * _APPARENT_MASS * frequency**2,
         "hunt_crossley_dissipation": _APPARENT_MASS * frequency / _TYPICAL_FORCE,

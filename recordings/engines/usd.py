@@ -22,9 +22,8 @@ from slipgrasp.recordings.engines.bodies import (
 )
 
 _TYPES = {"hinge": "PhysicsRevoluteJoint", "slide": "PhysicsPrismaticJoint"}
-# Joints have a coordinate axis, which half a turn about another one reverses.
 _UNTURNED = (1.0, 0.0, 0.0, 0.0)
-_REVERSED = {"X": (0.0, 0.0, 1.0, 0.0), "Y": (0.0, 1.0, 0.0, 0.0), "Z": (0.0, 1.0, 0.0, 0.0)}
+_HALF_TURN = (0.0, 1.0, 0.0, 0.0)  # about x, reverses the axis of joints that turn about -y
 
 
 def describe_scene(scenario: Scenario, angles: Floats) -> str:
@@ -112,7 +111,7 @@ def _shape(shape: Shape, roughest: float) -> str:
 
 def _joint(link: Link, parent: str, body: str) -> str:
     axis = "XYZ"[int(np.argmax(np.abs(link.axis)))]
-    turn = _REVERSED[axis] if min(link.axis) < 0.0 else _UNTURNED
+    turn = _HALF_TURN if min(link.axis) < 0.0 else _UNTURNED
     return f"""
         def {_TYPES[link.kind]} "{link.joint}"
         {{

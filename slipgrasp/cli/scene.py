@@ -14,7 +14,7 @@ DESCRIPTION = (
     "Write the grasp of a scenario as a scene of another engine, and the expected answer beside it "
     "as JSON: joint torques for each step, and at stated times slip and forces, the phase changes, "
     "the creep in stick (zero) and the tolerance within which the engine reproduces the slip. "
-    "Files in USD are valid, but no engine has simulated them: they have no tolerance."
+    "No engine has simulated files in USD, so these have no tolerance."
 )
 EPILOG = "exit status: 0 written, 2 bad input"
 
@@ -33,8 +33,8 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         "--format",
         choices=["mjcf", "drake", "usd"],
         default="mjcf",
-        help="mjcf: MuJoCo 3.3 or later (default); drake: SDFormat for Drake 1.40 or later; "
-        "usd: UsdPhysics as text",
+        help="mjcf: MuJoCo 3.3 or later (default); drake: SDFormat for Drake, tested with "
+        "1.51; usd: UsdPhysics as text, tested as a file and not simulated",
     )
     parser.add_argument(
         "--output",

@@ -17,8 +17,13 @@ SHOWN = [
     *("spatial-prism", "spatial-box", "spatial-composite", "spatial-composite-noisy"),
     "spatial-unknown-friction",
 ]
-# The jaws lift from the start instead of after half a second.
-LIFTED = ("trajectory.set_points.0.time", "0.0")
+# Fingers on slides: jaws that lift from the start instead of after half a second, and presets of
+# links with slides in their place.
+ON_SLIDES = {
+    "gripper-lift": {"trajectory.set_points.0.time": 0.0},
+    "composite-case-2": {f"fingers.{i}.kind": "slides" for i in range(2)},
+    "spatial-composite": {f"fingers.{i}.kind": "slides" for i in range(3)},
+}
 # One face becomes smoother.
 SMOOTHER = """
 [[changes]]
@@ -28,10 +33,10 @@ value = 0.15
 """
 
 
-def write(folder, preset, form, *assignments, suffix="scene"):
+def write(folder, preset, form, suffix="scene", assignments=None):
     """The file of a scene, and the expected answer."""
     path, more = folder / f"hold.{suffix}", []
-    for key, value in assignments:
+    for key, value in (assignments or {}).items():
         more += ["--set", f"{key}={value}"]
     assert main(["scene", str(preset), "--format", form, "--output", str(path), *more]) == 0
     return path, json.loads(path.with_suffix(".json").read_text(encoding="utf-8"))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from slipgrasp.cli.main import main
-from tests.outside.scenes import LIFTED, SHOWN, largest_error, slip, smoother, write
+from tests.outside.scenes import ON_SLIDES, SHOWN, largest_error, slip, smoother, write
 
 PAGE = Path(__file__).parents[2] / "docs" / "peers.md"
 
@@ -41,15 +41,18 @@ def test_mujoco_reproduces_the_expected_slips_within_the_tolerance(tmp_path, pre
     check(path, answer)
 
 
-def test_mujoco_plays_jaws_and_a_change_of_friction(tmp_path, capsys):
-    check(*write(tmp_path, "gripper-lift", "mjcf", LIFTED))
-    for preset in ("gripper-lift", "composite-case-2"):
-        (folder := tmp_path / preset).mkdir()
-        path, answer = write(folder, smoother(folder, preset), "mjcf")
-        check(path, answer)
-        # The change matters: without it the slips are others.
-        unchanged = play(path, {**answer, "friction_changes": []})
-        assert largest_error(unchanged, answer) > answer["tolerance"]["slip"]
+@pytest.mark.parametrize("preset", ON_SLIDES)
+def test_mujoco_plays_fingers_on_slides(tmp_path, preset, capsys):
+    check(*write(tmp_path, preset, "mjcf", assignments=ON_SLIDES[preset]))
+
+
+@pytest.mark.parametrize("preset", ["gripper-lift", "composite-case-2"])
+def test_mujoco_plays_a_change_of_friction(tmp_path, preset, capsys):
+    path, answer = write(tmp_path, smoother(tmp_path, preset), "mjcf")
+    check(path, answer)
+    # The change matters: without it the slips are others.
+    unchanged = play(path, {**answer, "friction_changes": []})
+    assert largest_error(unchanged, answer) > answer["tolerance"]["slip"]
 
 
 def check(path, answer):
