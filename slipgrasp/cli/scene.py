@@ -53,7 +53,7 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
     for each in (scene, answer):
         check_output(each, arguments.force)
     scenario = read_scenario(arguments)
-    load_simulation(scenario.space)
+    load_simulation(scenario)
     from slipgrasp.recordings.engines.bodies import check_for_scene
     from slipgrasp.recordings.engines.expected import DURATION, record_densely
     from slipgrasp.recordings.engines.formats import describe
