@@ -8,7 +8,7 @@ from pathlib import Path
 
 from slipgrasp.cli.arguments import add_scenario, check_output, read_scenario
 from slipgrasp.cli.progress import Progress, load_simulation
-from slipgrasp.cli.status import ExitStatus
+from slipgrasp.cli.status import CommandError, ExitStatus
 
 DESCRIPTION = (
     "Write the grasp of a scenario as a scene of another engine, and the expected answer beside it "
@@ -50,6 +50,8 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
 def _execute(arguments: argparse.Namespace) -> ExitStatus:
     scene: Path = arguments.output
     answer = scene.with_suffix(".json")
+    if scene == answer:
+        raise CommandError(f"--output '{scene}': the answer goes there; use another ending")
     for each in (scene, answer):
         check_output(each, arguments.force)
     scenario = read_scenario(arguments)

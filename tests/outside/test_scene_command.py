@@ -94,3 +94,9 @@ def test_what_the_scene_cannot_have_is_refused(tmp_path, preset, words, capsys):
     assert main(["scene", preset, "--output", str(path)]) == 2
     assert words in capsys.readouterr().err
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_scene_does_not_replace_its_own_answer(tmp_path, capsys):
+    file = tmp_path / "hold.json"
+    assert main(["scene", "paper-case-1", "--output", str(file)]) == 2
+    assert "use another ending" in capsys.readouterr().err and not file.exists()
