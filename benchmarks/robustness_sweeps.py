@@ -54,10 +54,10 @@ class MeasuredSweep(NamedTuple):
 
 
 def measure_sweep(sweep: Sweep, count: int = COUNT) -> MeasuredSweep:
-    """Lets the composite law and the oracle hold the same objects at every point.
+    """Simulates the composite law and the oracle with the same objects at every point.
 
     Args:
-        sweep: What is swept.
+        sweep: The swept parameter.
         count: Number of objects.
     """
     held = {}
