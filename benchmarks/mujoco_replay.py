@@ -21,10 +21,9 @@ from benchmarks.replay import (
     record_case,
 )
 from slipgrasp.core.run.result import RunResult
+from slipgrasp.recordings.engines.bodies import OBJECT, contacts_of
 from slipgrasp.recordings.engines.expected import mean_torques
 from slipgrasp.recordings.engines.mjcf import (
-    OBJECT,
-    contacts_of,
     describe_contact,
     describe_scene,
     motors,

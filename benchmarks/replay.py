@@ -18,8 +18,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.core.scenario import Scenario
-from slipgrasp.core.scenario.geometry import contact_frame
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.scenario.space import PLANAR, SPATIAL
 from slipgrasp.core.trace.types import ContactPhase
@@ -64,25 +62,6 @@ def record_case(name: str, duration: float) -> RunResult:
     if scenario.space is PLANAR:
         scenario = with_values(scenario, {"controller.control_period": 0.0})
     return record_densely(scenario, duration)
-
-
-def slip_of(scenario: Scenario, object_pose: Floats, tips: Floats) -> Floats:
-    """Slip of each fingertip from its position relative to the object, ``(n,)`` [m].
-
-    Args:
-        scenario: The hand.
-        object_pose: ``(3,)`` [m, m, rad].
-        tips: ``(n, 2)`` fingertips in the inertial frame [m].
-    """
-    c, s = np.cos(object_pose[2]), np.sin(object_pose[2])
-    local = (tips - object_pose[:2]) @ np.array([[c, -s], [s, c]])
-    frames = [contact_frame(scenario.object, finger) for finger in scenario.fingers]
-    return np.array(
-        [
-            (tip - frame.anchor) @ np.array(frame.tangent)
-            for tip, frame in zip(local, frames, strict=True)
-        ]
-    )
 
 
 def extrapolate(coarse: Replay, fine: Replay) -> Replay:

@@ -20,11 +20,11 @@ from slipgrasp.core.trace.trace import Trace
 
 Floats = NDArray[np.float64]
 
-STEP = 1e-4  # of the other engine [s]
 DURATION = 0.2  # [s]
 OUTPUT_RATE = 1e4  # [Hz]; between its rows torques bend by less than 1e-5 of their size
 _ROWS = 30  # stated instants
-# MuJoCo needs at most two thirds of these, for the presets in tests/outside/test_scene_command.py.
+_INSTANT = 1e-9  # beyond the rounding of times [s]
+# For the presets in tests/outside, MuJoCo needs at most two thirds of these, Drake three quarters.
 _SHARE_OF_SLIP, _LEAST = 2e-3, 1e-5  # [1, m]
 
 
@@ -47,7 +47,12 @@ def mean_torques(result: RunResult, step: float) -> Floats:
     """
     trace, ticks = result.trace, result.ticks
     if ticks:
-        times, torques = np.append(ticks.times, trace.times[-1]), ticks.commands
+        # A held torque acts after the latency, and within the limits: so the rows have it.
+        acting = ticks.times + result.scenario.controller.latency
+        times = np.array(
+            [0.0, *acting[(acting > 0.0) & (acting < trace.times[-1])], trace.times[-1]]
+        )
+        torques = trace.joint_torque[np.searchsorted(trace.times, times[1:] - _INSTANT) - 1]
     else:
         times, torques = trace.times, 0.5 * (trace.joint_torque[1:] + trace.joint_torque[:-1])
     areas = np.diff(times)[:, None] * torques
@@ -62,16 +67,21 @@ def interpolate(trace: Trace, signal: Floats, times: Floats) -> Floats:
     return np.stack([np.interp(times, trace.times, column) for column in signal.T], axis=1)
 
 
-def expected_answer(result: RunResult) -> dict[str, Any]:
-    """Torques per step, and slips, forces and phases at stated times, as plain values, SI units."""
-    trace, torques = result.trace, mean_torques(result, STEP)
+def expected_answer(result: RunResult, step: float) -> dict[str, Any]:
+    """Torques per step, and slips, forces and phases at stated times, as plain values, SI units.
+
+    Args:
+        result: A run that starts from rest, densely stored.
+        step: Time step of the engine [s].
+    """
+    trace, torques = result.trace, mean_torques(result, step)
     steps = np.linspace(0, len(torques), _ROWS + 1).round().astype(int)[1:]
-    times = STEP * steps
+    times = step * steps
     signals = ("slip", "normal_force", "tangential_force")
     largest = float(np.abs(trace.slip).max())
     return {
         "scenario": result.name,
-        "step": STEP,
+        "step": step,
         "torques": torques.tolist(),
         "times": times.tolist(),
         **{name: interpolate(trace, getattr(trace, name), times).tolist() for name in signals},
