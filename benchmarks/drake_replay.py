@@ -1,10 +1,10 @@
-"""`python -m benchmarks.drake_replay`: our torques in Drake, ever finer and ever stiffer.
+"""`python -m benchmarks.drake_replay`: torques in Drake: finer steps, stiffer contacts.
 
-Drake is not in the extra `test`: `pip install drake` first. It is imported only when a replay
-starts. Its SAP solver knows several convex approximations of a contact. The one called
-``sap`` lets sliding bodies glide at a distance of mu times speed times relaxation time, more
-than our contacts are pressed in where case II slides fast: there its slip stops converging at
-50 um. ``similar`` glides less.
+Drake is not in the extra `test`: run `pip install drake` first. It is imported only when a replay
+starts. Its SAP solver has several convex approximations of a contact. With ``sap``, sliding bodies
+have a gap of mu times speed times relaxation time, which exceeds the compression of our contacts
+during fast slip in case II: there its slip stops converging at 50 um. With ``similar`` the gap is
+smaller.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ APPROXIMATIONS = ("sap", "similar")
 
 
 def replay_in_drake(result: RunResult, step: float, approximation: str = "sap") -> Replay:
-    """Plays the torques of a run into Drake.
+    """Replays the torques of a run in Drake.
 
     Args:
         result: A run that starts from rest, densely stored.
@@ -76,7 +76,7 @@ def build(text: str, given: dict[str, Any]) -> tuple[Any, Any]:
 
     Args:
         text: The scene in SDFormat.
-        given: Settings of the plant, as in the expected answer.
+        given: Settings of the plant, as in the file of the expected motion.
     """
     from pydrake.multibody.parsing import Parser
     from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlantConfig

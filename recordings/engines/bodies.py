@@ -1,4 +1,4 @@
-"""A scenario as rigid bodies, joints and contact faces, from which every format writes its scene.
+"""A scenario as rigid bodies, joints and contact faces, from which all formats are written.
 
 The z axis points up: x and z are the x and y of a planar hand, whose angles turn about -y.
 """
@@ -23,18 +23,18 @@ Floats = NDArray[np.float64]
 
 OBJECT = "object"
 TIP_RADIUS = 1e-5
-"""Radius of the sphere at a fingertip, which rolls by nanometres only: our tips are points [m]."""
+"""Radius of the sphere at a fingertip, which rolls only nanometres: our tips are points [m]."""
 LEAST_MASS = 1e-9
-"""Mass of a body that only connects two joints, where a format has none without mass [kg]."""
+"""Mass of a body that only connects two joints, for formats without massless bodies [kg]."""
 
 _SLAB = 0.01  # half the thickness of the slab below a face [m]
-_THIN = 1e-9  # moment of inertia of a thin rod about its own axis, of which ours has none [kg m^2]
+_THIN = 1e-9  # moment of inertia of a thin rod about its axis, which is zero here [kg m^2]
 _X, _Y, _Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 _MINUS_Y = (0.0, -1.0, 0.0)
 
 
 class SceneError(SlipgraspError):
-    """A scenario that a scene cannot show."""
+    """A scenario that a scene cannot represent."""
 
 
 class Frame(NamedTuple):
@@ -91,7 +91,7 @@ class Chain(NamedTuple):
         name: Its name.
         links: Its bodies, one for each joint; the last one has the shapes.
         frames: Their frames in the world.
-        shapes: The shapes that touch.
+        shapes: The shapes in contact.
         tip: The fingertip in the frame of the last link [m]; None for the object.
     """
 
@@ -103,7 +103,7 @@ class Chain(NamedTuple):
 
 
 def check_for_scene(scenario: Scenario) -> None:
-    """Refuses properties that no scene has.
+    """Rejects properties that no scene can represent.
 
     Raises:
         SceneError: If the scenario has one of them.
@@ -144,7 +144,7 @@ def friction_changes(scenario: Scenario) -> list[dict[str, Any]]:
 
 
 def _finger_that_changes(parameter: str) -> int | None:
-    """Index of the finger whose friction a parameter is."""
+    """Index of the finger whose friction is given by a parameter."""
     parts = parameter.split(".")
     return int(parts[1]) if parts[0] == "fingers" and parts[2:] == ["friction"] else None
 
@@ -203,9 +203,9 @@ def _bar(own: FingerParameters | SpatialFinger, i: int, k: int) -> Link:
 
 
 def _held_object(scenario: Scenario) -> Chain:
-    """The object: a box, in space a slab below every face that a finger touches.
+    """The object: a box, or for spatial hands a slab below every face that a finger touches.
 
-    Engines find in closed form where a sphere touches a box, and a prism only by iterating.
+    Engines compute contacts of a sphere with a box in closed form, those with a prism iteratively.
     """
     body, start = scenario.object, scenario.trajectory.start
     if isinstance(scenario, SpatialScenario):
@@ -244,7 +244,7 @@ def _face(scenario: Scenario, i: int) -> tuple[Floats, Floats, Floats]:
 
 
 def contacts_of(scenario: Scenario) -> list[dict[str, Any]]:
-    """Where each tip begins to slip and along which tangents, in the frame of the object.
+    """Initial contact point and tangents of each tip, in the frame of the object.
 
     The slip of a tip at x, with the object at p and turned by R, is tangents (R' (x - p) - anchor).
     """
@@ -269,11 +269,11 @@ def _frames(links: Sequence[Link], positions: Iterable[float]) -> list[Frame]:
 
 
 def point(ours: Iterable[float]) -> list[float]:
-    """A point or a direction of our plane or space in these axes."""
+    """A point or a direction of a planar or spatial hand in these axes."""
     values = [float(each) for each in ours]
     return [values[0], 0.0, values[1]] if len(values) == 2 else values
 
 
 def numbers(values: Iterable[float]) -> str:
-    """Numbers as XML has them."""
+    """Numbers in the notation of XML."""
     return " ".join(repr(float(value)) for value in values)

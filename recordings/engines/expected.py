@@ -1,8 +1,8 @@
-"""The torques that drive a scene in another engine, and the motion that is expected of it.
+"""The torques for a scene in another engine, and the expected motion.
 
-Torques are played open loop: nothing corrects the engine. A squeezed object is an unstable plant,
-which turns away between the tips like a rod that buckles, so only the first tenths of a second
-compare the engines and not this instability.
+Torques are applied open loop, without correction. A squeezed object is an unstable plant, which
+rotates between the tips like a buckling rod, so only the first tenths of a second compare the
+engines rather than this instability.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from slipgrasp.core.trace.trace import Trace
 Floats = NDArray[np.float64]
 
 DURATION = 0.2  # [s]
-OUTPUT_RATE = 1e4  # [Hz]; between its rows torques bend by less than 1e-5 of their size
+OUTPUT_RATE = 1e4  # [Hz]; between rows, torques deviate from a line by less than 1e-5 of their size
 _ROWS = 30  # stated instants
 _INSTANT = 1e-9  # beyond the rounding of times [s]
 # For the presets in tests/outside, MuJoCo needs at most two thirds of these, Drake three quarters.
@@ -29,7 +29,7 @@ _SHARE_OF_SLIP, _LEAST = 2e-3, 1e-5  # [1, m]
 
 
 def record_densely(scenario: Scenario, duration: float) -> RunResult:
-    """A run whose torques can be played back.
+    """A run whose torques can be replayed.
 
     Args:
         scenario: The hand and its object.
@@ -43,11 +43,11 @@ def mean_torques(result: RunResult, step: float) -> Floats:
     """Mean joint torque over each step of an engine, shape ``(steps, joints)`` [N m].
 
     The mean has the impulse of the recorded torque. Two rows at one time (an event, at
-    which the torque jumps) enclose no time and so need no case of their own.
+    which the torque jumps) have no duration and need no special case.
     """
     trace, ticks = result.trace, result.ticks
     if ticks:
-        # A held torque acts after the latency, and within the limits: so the rows have it.
+        # A held torque acts after the latency and within the limits, as in the rows.
         acting = ticks.times + result.scenario.controller.latency
         times = np.array(
             [0.0, *acting[(acting > 0.0) & (acting < trace.times[-1])], trace.times[-1]]
@@ -63,7 +63,7 @@ def mean_torques(result: RunResult, step: float) -> Floats:
 
 
 def interpolate(trace: Trace, signal: Floats, times: Floats) -> Floats:
-    """A signal at some times, shape ``(times, columns)``."""
+    """A signal at given times, shape ``(times, columns)``."""
     return np.stack([np.interp(times, trace.times, column) for column in signal.T], axis=1)
 
 

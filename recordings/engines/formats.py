@@ -1,4 +1,4 @@
-"""The formats of scenes, each with the answer that is expected of its engine."""
+"""The formats of scenes, each with the expected motion in its engine."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ STEPS = {"mjcf": 1e-4, "drake": 5e-5, "usd": 1e-4}
 
 
 def describe(result: RunResult, name: str) -> tuple[str, dict[str, Any]]:
-    """The text of a scene, and the expected answer.
+    """The text of a scene, and the expected motion.
 
     Args:
         result: A run that starts from rest, densely stored.

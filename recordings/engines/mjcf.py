@@ -1,7 +1,7 @@
 """A scenario as a MuJoCo scene: same bodies, gravity, friction and start pose, as MJCF.
 
-In the plane the object carries a slide out of it, without which MuJoCo's no-slip solver has no
-effect there.
+The object of a planar hand has an out-of-plane slide, without which MuJoCo's no-slip solver has no
+effect.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from slipgrasp.recordings.engines.bodies import (
     numbers,
 )
 
-_NO_SLIP_ITERATIONS = 5  # three already give all digits that ten give
+_NO_SLIP_ITERATIONS = 5  # three give the same digits as ten
 _OSCILLATION_PER_STEP = 0.3  # natural frequency of a contact times the step [rad]
 
 
@@ -44,10 +44,10 @@ def describe_contact(step: float) -> Contact:
     """A contact whose compliance falls with the square of the step.
 
     The contact is a spring and damper per unit of apparent mass: stiffness (0.3 / step)^2,
-    half critically damped, which the step still resolves. MuJoCo's convex contact model ties
-    friction to the normal direction: a sliding tip is lifted off until it hops, unless the
-    friction is soft in the main solve (``impratio`` far below 1). The no-slip solver then
-    restores Coulomb's law exactly.
+    half critically damped, which the step still resolves. MuJoCo's convex contact model couples
+    friction with the normal direction: a sliding tip lifts off until it hops, unless friction is
+    soft in the main solve (``impratio`` far below 1). The no-slip solver then restores Coulomb's
+    law exactly.
     """
     frequency = _OSCILLATION_PER_STEP / step
     return Contact(
@@ -58,7 +58,7 @@ def describe_contact(step: float) -> Contact:
 
 
 def start_coordinates(scenario: Scenario, angles: Floats) -> Floats:
-    """MuJoCo's coordinates in the start pose: all joints, then the object's, then out of plane."""
+    """MuJoCo's coordinates in the start pose: joints, object, then the out-of-plane slide."""
     out_of_plane = [0.0] * (3 - scenario.space.num_positions)
     return np.concatenate((angles, scenario.trajectory.start, out_of_plane))
 
@@ -81,10 +81,10 @@ def describe_scene(
 
     Args:
         scenario: The hand and its object.
-        angles: Joint positions of the start pose, which place the tip spheres [rad, m].
+        angles: Joint positions of the start pose, which determine the tip spheres [rad, m].
         step: Time step [s].
         actuators: XML of the actuators.
-        contact: How fingertips and object touch.
+        contact: Parameters of the contacts.
     """
     chains = chains_of(scenario, angles, contact.tip_radius)
     bodies = "".join(_chain(chain, contact) for chain in chains)
@@ -114,7 +114,7 @@ def _chain(chain: Chain, contact: Contact) -> str:
 
 
 def _geom(shape: Shape, contact: Contact) -> str:
-    # Of two friction coefficients MuJoCo takes the larger one: the object has none.
+    # MuJoCo uses the larger of two friction coefficients, so that of the object is zero.
     kind, mask = ("box", (2, 1)) if shape.friction is None else ("sphere", (1, 2))
     return f"""<geom name="{shape.name}" type="{kind}" size="{numbers(shape.sizes)}"
       pos="{numbers(shape.frame.place)}" quat="{numbers(shape.frame.turn)}"

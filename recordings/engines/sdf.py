@@ -1,7 +1,7 @@
 """A scenario as a scene for Drake: bodies, joints, friction and contacts as SDFormat.
 
-The file is in the start pose, from which Drake counts the joint positions. What SDFormat has no
-element for in Drake are settings of the plant, in the expected answer.
+The file is in the start pose, in which Drake's joint positions are zero. Properties without an
+element of SDFormat in Drake are settings of the plant, in the file of the expected motion.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ from slipgrasp.recordings.engines.bodies import (
 _APPARENT_MASS = 0.3  # of a fingertip [kg]
 _OSCILLATION_PER_STEP = 0.3  # natural frequency of a contact times the step [rad]
 _TYPICAL_FORCE = 20.0  # normal force at which ``similar`` is half critically damped [N]
-_STICTION_SPEED = 1e-6  # below which friction is viscous in ``similar`` [m/s]
-_ROUGH = 1e9  # Drake combines friction as 2 a b / (a + b), which is 2 a where b is this
+_STICTION_SPEED = 1e-6  # speed below which friction is viscous in ``similar`` [m/s]
+_ROUGH = 1e9  # Drake combines friction as 2 a b / (a + b), which is 2 a if b is this
 _TYPES = {"hinge": "revolute", "slide": "prismatic"}
 
 
@@ -52,7 +52,7 @@ def describe_scene(scenario: Scenario, angles: Floats, step: float) -> str:
     Args:
         scenario: The hand and its object.
         angles: Joint positions of the start pose [rad, m].
-        step: Drake's time step, from which the stiffness of contacts follows [s].
+        step: Drake's time step, which determines the stiffness of contacts [s].
     """
     chains = "".join(_chain(chain, step) for chain in chains_of(scenario, angles))
     return f"""<sdf version="1.9" xmlns:drake="http://drake.mit.edu"><model name="grasp">
@@ -85,7 +85,7 @@ def _chain(chain: Chain, step: float) -> str:
 def _collision(shape: Shape, step: float) -> str:
     """A contact whose compliance falls with the square of the step, as in MuJoCo's scene.
 
-    Both bodies have twice the stiffness, which is in series; ``similar`` takes the
+    Both bodies have twice the stiffness, because they are in series; ``similar`` uses the
     dissipation, ``sap`` the relaxation time.
     """
     frequency = _OSCILLATION_PER_STEP / step

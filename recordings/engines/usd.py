@@ -1,7 +1,7 @@
 """A scenario as a stage in the text form of USD, with the schemas of UsdPhysics.
 
 No engine has simulated these stages: they are checked as files. Lengths are metres, masses
-kilograms; a joint position is zero where the frames of both bodies agree, as ours is.
+kilograms; a joint position is zero if the frames of both bodies coincide, as here.
 """
 
 from __future__ import annotations
@@ -86,7 +86,7 @@ def _body(link: Link, frame: Frame, shapes: str) -> str:
 
 
 def _shape(shape: Shape, roughest: float) -> str:
-    """A collider; the file asks PhysX for the smaller friction of two, which is the fingertip's."""
+    """A collider; PhysX uses the smaller of two frictions, which is that of the fingertip."""
     friction = roughest if shape.friction is None else shape.friction
     is_box = shape.friction is None
     return f"""

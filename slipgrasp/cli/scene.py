@@ -1,4 +1,4 @@
-"""``slipgrasp scene``: the same grasp for another engine, with the answer to expect."""
+"""``slipgrasp scene``: the same grasp for another engine, with the expected motion."""
 
 from __future__ import annotations
 
