@@ -1,4 +1,4 @@
-"""`python -m benchmarks.drake_replay`: torques in Drake: finer steps, stiffer contacts.
+"""`python -m benchmarks.drake_replay`: torques in Drake, finer steps and stiffer contacts.
 
 Drake is not in the extra `test`: run `pip install drake` first. It is imported only when a replay
 starts. Its SAP solver has several convex approximations of a contact. With ``sap``, sliding bodies

@@ -1,4 +1,4 @@
-"""`python -m benchmarks.mujoco_replay`: torques in MuJoCo: finer steps, stiffer contacts."""
+"""`python -m benchmarks.mujoco_replay`: torques in MuJoCo, finer steps and stiffer contacts."""
 
 from __future__ import annotations
 
