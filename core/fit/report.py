@@ -48,13 +48,21 @@ class StartReport:
 
     Attributes:
         count: Number of starts.
-        same_minimum: Number of starts that reached the lowest minimum.
+        same_minimum: Number of starts that reached the lowest minimum; 0 if only a scan over a
+            friction found it.
         chi_squared: Final value of each start, lowest first.
     """
 
     count: int
     same_minimum: int
     chi_squared: tuple[float, ...]
+
+    @property
+    def sentence(self) -> str:
+        """How the lowest minimum was reached."""
+        if self.same_minimum == 0:
+            return f"a scan over a friction reached the minimum, none of {self.count} starts did"
+        return f"{self.same_minimum} of {self.count} starts reached the minimum"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
