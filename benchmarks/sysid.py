@@ -122,9 +122,7 @@ def _scene(base: Any, recorded: RunResult) -> tuple[mujoco.MjSpec, Any, Any]:
     """MuJoCo's scene with sensors of the pose, the torques of the recording, and the start."""
     angles = recorded.trace.joint_position[0]
     contact = describe_contact(STEP)
-    spec = mujoco.MjSpec.from_string(
-        describe_scene(base, angles.tolist(), STEP, motors(base), contact)
-    )
+    spec = mujoco.MjSpec.from_string(describe_scene(base, angles, STEP, motors(base), contact))
     for joint, name in zip(_object(spec).joints, POSE, strict=False):
         joint.name = f"object_{name}"
         spec.add_sensor(
