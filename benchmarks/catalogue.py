@@ -68,8 +68,8 @@ def measure_catalogue(rounds: int = ROUNDS, count: int = COUNT) -> Table:
     ]
     table = tuple((words, f"{MILLISECONDS * own:.0f}") for words, own in rows)
     note = (
-        f"A folder of more than {SMALL} recordings is looked over in the background; the first "
-        "listing without a catalogue has the newest runs only. Target: 300 ms with a catalogue."
+        f"Folders of more than {SMALL} recordings are indexed in the background. "
+        "Target: 300 ms with a catalogue."
     )
     return Table("catalogue", (f"{count} recordings", "CPU [ms]"), table, (note,))
 

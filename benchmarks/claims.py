@@ -175,10 +175,7 @@ def _tabulate(
         for k, label in enumerate(labels)
     )
     count = next(iter(series.values()))[0].count
-    legend = (
-        f"{count} objects: held, with the 95 % interval, gains K_p/K_v; slip path, median/worst "
-        "[mm]."
-    )
+    legend = f"{count} objects: held (95 % interval), gains K_p/K_v; slip path, median/worst [mm]."
     return Table(name, (head, *series), rows, (legend, *notes), PAGE)
 
 

@@ -111,8 +111,7 @@ def project(costs: Costs) -> Table:
     small, large = MAX_RUNS * costs.row / 1e6, LARGE * costs.row / 1e9
     notes = (
         f"One worker: {of_worker:.0f} runs/s. One scheduler: {of_scheduler:.0f} runs/s at most. "
-        f"A study has at most {MAX_RUNS} runs: {LARGE} are {LARGE // MAX_RUNS} studies, which any "
-        "number of schedulers can share.",
+        f"A study has at most {MAX_RUNS} runs: {LARGE} are {LARGE // MAX_RUNS} studies.",
         f"Their files take {small:.0f} MB and {large:.0f} GB.",
     )
     heads = (

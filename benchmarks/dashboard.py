@@ -58,10 +58,7 @@ def tabulate_edits(edits: int = EDITS) -> Table:
         edits: How many.
     """
     rows = [row for preset in (PRESET, IN_SPACE) for row in _edit_rows(preset, edits)]
-    note = (
-        "Chromium, 1440 x 900, drawn by the processor itself: a page that is drawing takes its "
-        "messages from the socket later, which a graphics card does not know."
-    )
+    note = "Chromium, 1440 x 900, rendered without a graphics card."
     heads = (f"{edits} edits of the mass", "message in the page [ms]", "taken by the page [ms]")
     return Table("dashboard-edits", heads, tuple(rows), (note,))
 

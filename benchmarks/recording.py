@@ -61,8 +61,8 @@ def measure_recording(rounds: int = ROUNDS, duration: float = 7.0) -> Table:
     per_frame = (seconds["write the recording"] - bare_seconds) / frames
     outcome = "met" if per_sample <= TARGET else "missed"
     notes = (
-        f"Our own topics cost {MICROSECONDS * per_sample:.1f} us per stored sample, opening and "
-        f"closing the file included (target {MICROSECONDS * TARGET:g} us: {outcome}), the display "
+        f"Our own topics cost {MICROSECONDS * per_sample:.1f} us per stored sample "
+        f"(target {MICROSECONDS * TARGET:g} us: {outcome}), the display "
         f"topics {MICROSECONDS * per_frame:.1f} us per frame at {DISPLAY_RATE:g} Hz.",
         f"The recording takes {size / 1e3:.0f} kB, {size / duration / 1e3:.0f} kB per simulated "
         f"second, without display topics {bare_size / 1e3:.0f} and "

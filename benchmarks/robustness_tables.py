@@ -22,10 +22,7 @@ _HOW_WORLDS = (
     "detected after 20 ms, latency 17 ms",
 )
 _PICTURED = (2, 3)  # fingers
-_LEGEND = (
-    "Held, with the 95 % interval, and the gains K_p/K_v. {} objects in every cell, {} others to "
-    "choose the gains."
-)
+_LEGEND = "Held (95 % interval), gains K_p/K_v; {} objects per cell, {} others for the gains."
 
 
 def tabulate(found: Found) -> list[Table]:

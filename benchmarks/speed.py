@@ -87,8 +87,8 @@ def profile(rounds: int = ROUNDS, duration: float = 7.0) -> Table:
     step = median_seconds({_ENGINE: hold.run}, rounds)[_ENGINE]
     each = 1e6 * step * STEP / duration
     ticks = (
-        "A control tick is one evaluation of the law and one step of the plant up to it, 1 ms "
-        f"as in MuJoCo, whose own step takes {each:.1f} us: that bounds the ratio at 1 kHz."
+        "A control tick is one evaluation of the law and 1 ms of the plant; "
+        f"MuJoCo's step of 1 ms takes {each:.1f} us."
     )
     return Table("profile", heads, rows, (ticks,))
 

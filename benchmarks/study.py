@@ -152,8 +152,8 @@ def _tabulate_rates(count: int, found: _Rates) -> Table:
     rows = tuple((words[way], f"{rate:.0f}", f"{rate / bare:.2f}") for way, rate in rates.items())
     met = "met" if rates["over REST"] >= RATE_TARGET * bare else "missed"
     notes = (
-        f"From first to last result, median of {len(found.loads)} rounds; "
-        f"target {RATE_TARGET:g} over REST: {met}. All ways gave the same file, byte for byte.",
+        f"Median of {len(found.loads)} rounds; target {RATE_TARGET:g} over REST: {met}. "
+        "All files are equal, byte for byte.",
         f"Starting the workers: {found.start_seconds:.1f} s.",
     )
     return Table("study", (f"{count} runs of 7 s, varied", "runs/s", "ratio"), rows, notes)

@@ -66,7 +66,7 @@ class DaskConnection:
         return sum(self._threads_by_worker().values())
 
     def replace_lost_workers(self) -> None:
-        """Restarts workers that a cluster on this machine has given up.
+        """Restarts workers that a cluster on this machine no longer restarts.
 
         Dask restarts workers that die at work, but not those that die while starting.
         """
@@ -108,7 +108,7 @@ class DaskConnection:
         return cast("dict[str, int]", self.client.nthreads())
 
     def _check_workers(self) -> None:
-        """Lets every worker load the kernel and report its versions."""
+        """Loads the kernel in every worker and compares versions."""
         ours = describe_installation()
         asked = {
             worker: self.client.submit(

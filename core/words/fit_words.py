@@ -1,4 +1,4 @@
-"""What a fit found of a parameter, in words."""
+"""Result of a fit for a parameter, in words."""
 
 from __future__ import annotations
 

@@ -57,10 +57,10 @@ class Retention:
 KEEP_ALL = Retention()
 
 LARGEST_SHARE = 10
-"""At most one in so many runs of a folder is deleted at a time, and one in small folders."""
+"""At most the number of runs divided by this is deleted at a time, but at least one run."""
 
 LONGEST_GAP = timedelta(days=3)
-"""A clock that is further ahead of the newest run may be wrong."""
+"""Largest distance of the clock from the newest run; beyond it, the clock may be wrong."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,12 +78,12 @@ def find_expired(
     now: datetime,
     used: Collection[str] = (),
 ) -> list[Expired]:
-    """Finds the runs that may be deleted, newest first; nothing is changed.
+    """Finds the runs that may be deleted, newest first, without deleting them.
 
     Args:
         runs: Where they are kept.
         studies: Store of the studies of these recordings.
-        retention: What stays.
+        retention: Retention rules.
         now: From when ages count.
         used: Ids of runs that stay, whatever their age.
     """

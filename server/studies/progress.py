@@ -91,7 +91,7 @@ class LiveStudy(Job):
     Args:
         stored: The study in the store.
         results: Its rows so far.
-        run: Runs what is left of it.
+        run: Runs the rest of the study.
         cost: Its estimated cost; None if unknown.
         warnings: Warnings about it.
     """
@@ -116,7 +116,7 @@ class LiveStudy(Job):
         self._pace = _Pace()
 
     def perform(self, should_stop: ShouldStop) -> StudyEnd | None:
-        """Runs what is left of it; finished runs are kept."""
+        """Runs the rest of the study; finished runs are kept."""
         return self._run(self, should_stop)
 
     def take(self, row: StudyRow) -> None:

@@ -170,7 +170,7 @@ def check_output(output: Path, force: bool, option: str = "--output") -> None:
     Args:
         output: The file.
         force: Whether one that exists is replaced.
-        option: What names it on the command line.
+        option: Name of the argument on the command line.
 
     Raises:
         CommandError: If it cannot be written, or exists and is not to be replaced.

@@ -132,7 +132,7 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
         scenario = read_scenario(arguments)
         with _naming_options():
             problem, options = _read(arguments, scenario)
-    load_simulation(scenario.space)
+    load_simulation(scenario)
     from slipgrasp.recordings.fit.journal import FitStoppedError
 
     try:

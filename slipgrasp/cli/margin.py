@@ -101,7 +101,7 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
     # This fails before the simulation is loaded, which takes a second.
     ParameterRange.of(scenario, arguments.key, arguments.start, arguments.stop)
     place = _find_place(arguments)
-    load_simulation(scenario.space)
+    load_simulation(scenario)
     from slipgrasp.core.study.margin import DEFAULT_TOLERANCE, MarginError, find_margin
 
     tolerance: float | None = arguments.tolerance

@@ -48,7 +48,7 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
     for each in (scene, answer):
         check_output(each, arguments.force)
     scenario = read_scenario(arguments)
-    load_simulation(scenario.space)
+    load_simulation(scenario)
     from slipgrasp.recordings.engines.expected import DURATION, expected_answer, record_densely
     from slipgrasp.recordings.engines.mjcf import check_for_scene, contacts_of, write_scene
 

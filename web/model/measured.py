@@ -25,7 +25,7 @@ def thinned(measured: MeasuredRecording) -> MeasuredRecording:
 
 
 def laid_over(run: RunResult, measured: MeasuredRecording) -> RunResult:
-    """A run that holds nothing but the measured signals; all others are not a number.
+    """A run with only the measured signals; all others are NaN.
 
     Args:
         run: The run over which they are drawn, of which it has the scenario.

@@ -14,7 +14,7 @@ PUSH, PATCH = "pulses", "patches"
 
 @dataclass(frozen=True, slots=True)
 class Selection:
-    """What the controls show.
+    """Content of the controls.
 
     Attributes:
         part: The beginning of the keys of its parameters, such as ``object`` or ``fingers.0``.

@@ -1,7 +1,7 @@
-"""The plant where fingertips are soft: which contacts turn, and with which moments.
+"""Plant with soft fingertips: moments in stick, and onset of slips.
 
-It solves the equations of `slipgrasp.core.kernel.spatial.torsion_phases`, keeps stick exact, and
-begins slips by those of `slipgrasp.core.kernel.spatial.torsion_equations`.
+The equations are those of `slipgrasp.core.kernel.spatial.torsion_phases` and, at slip onset, of
+`slipgrasp.core.kernel.spatial.torsion_equations`. Velocities in stick are kept exact.
 """
 
 from __future__ import annotations
@@ -44,26 +44,26 @@ from slipgrasp.core.kernel.spatial.torsion_split import contacts_creep, relieve,
 from slipgrasp.core.kernel.spatial.ways import name_phase, size_with_spin, way_speed
 from slipgrasp.core.kernel.spatial.workspace import DISCRETE, STICK, WORKSPACE
 
-UNDETERMINED = 1e-3  # share of the mobility of one turn, below which moments are not determined
-FIRM = 1e3  # with which given amounts of moments enter the contact problem [1/kg]
-INSTANT = 1e-9  # after which friction of what begins to slip is against its velocity [s]
-AT_REST = 1e-9  # share of its bound by which the friction of a contact at rest is less
-RESTS = 2  # of ``frozen``: it has begun to slip, and has come to rest
-EXACT = 1e-14  # a spin velocity times e that counts as none [m/s]
+UNDETERMINED = 1e-3  # relative mobility of a mode below which its moment is undetermined
+FIRM = 1e3  # penalty that holds given moments in the contact problem [1/kg]
+INSTANT = 1e-9  # time after which friction at slip onset opposes the velocity [s]
+AT_REST = 1e-9  # relative distance of the friction of a contact at rest from its bound
+RESTS = 2  # value of ``frozen``: at rest after slip onset
+EXACT = 1e-14  # spin velocity times e that counts as zero [m/s]
 
 
 @compiled
 def _holds_turn(model: Record, discrete: Record, i: int) -> bool:
-    """Whether contact ``i`` sticks and resists turning."""
+    """True if contact ``i`` sticks and resists turning."""
     return discrete.phases[i] == STICK and model.hand.eccentricities[i] > 0.0
 
 
 @compiled
 def find_modes(model: Record, discrete: Record, work: Record) -> None:
-    """The moments of stick by their mobility, and how the object moves by them.
+    """Computes the modes of the moments in stick, sorted by mobility, and their effect.
 
-    Where contacts hold the object against the turning of their fingers alone, as two opposed ones
-    do, some moments move nothing: they are undetermined, and come last. Sigma is factored.
+    Some modes, such as that of two opposed contacts that twist the object against each other, cause
+    no motion: they are undetermined and come last. Sigma must be factored.
     """
     torsion, count, largest = work.torsion, 0, 0.0
     torsion.some_slip = 0
@@ -89,7 +89,7 @@ def find_modes(model: Record, discrete: Record, work: Record) -> None:
 
 @compiled
 def _put_determined_first(torsion: Record, count: int, least: float) -> None:
-    """Sorts the modes, with their mobilities on the diagonal of ``symmetric``."""
+    """Sorts the determined modes first, with the mobilities on the diagonal of ``symmetric``."""
     determined = 0
     for k in range(count):
         if not torsion.symmetric[k, k] > least:
@@ -107,7 +107,7 @@ def _put_determined_first(torsion: Record, count: int, least: float) -> None:
 
 @compiled
 def _find_moments(torsion: Record) -> None:
-    """Moments of stick, in ``held``, with w = -``wanted`` in the determined modes.
+    """Computes the moments in stick, ``held``, with w = -``wanted`` in the determined modes.
 
     The amounts of the undetermined modes are given in ``amounts``.
     """
@@ -124,7 +124,7 @@ def _find_moments(torsion: Record) -> None:
                 moved += torsion.turns[k, j] * torsion.held[j]
             total -= torsion.modes[k, row] * moved
         torsion.small_right[row] = total
-        # With all contacts in stick the modes are those of the mobility itself.
+        # If all contacts stick, the mobility is symmetric and the modes are decoupled.
         torsion.amounts[row] = total / torsion.symmetric[row, row]
     if torsion.some_slip == 1:
         _mix_modes(torsion)
@@ -135,7 +135,7 @@ def _find_moments(torsion: Record) -> None:
 
 @compiled
 def _mix_modes(torsion: Record) -> None:
-    """The same amounts where slips make the mobility of the moments asymmetric."""
+    """Computes the amounts if slips make the mobility of the moments asymmetric."""
     count, determined = torsion.num_holders, torsion.num_determined
     for row in range(determined):
         for column in range(determined):
@@ -155,7 +155,7 @@ def _mix_modes(torsion: Record) -> None:
 def begin_contact_problem(
     model: Record, discrete: Record, state: Record, work: Record, h: float
 ) -> None:
-    """G and c with the velocities of slips over a time ``h``."""
+    """Computes G and c, including slip velocities divided by a time ``h``."""
     n, torsion = model.num_fingers, work.torsion
     spatial_mobility(model, state, work)
     _add_velocities(model, discrete, state, torsion, 1.0 / h)
@@ -168,9 +168,9 @@ def begin_contact_problem(
 def _add_velocities(
     model: Record, discrete: Record, state: Record, torsion: Record, share: float
 ) -> None:
-    """Adds a multiple of the velocities of what slips to c."""
+    """Adds a multiple of the velocities of slipping contacts to c."""
     for i in range(model.num_fingers):
-        # What is as slow as rounding has no direction.
+        # Velocities at the level of rounding have no direction.
         slips = discrete.phases[i] != STICK and way_speed(model, state, i, 0) > EXACT
         for part in range(NORMAL if slips else 0):
             speed = state.x[velocity_at(model.num_fingers, i, part)]
@@ -179,7 +179,7 @@ def _add_velocities(
 
 @compiled
 def _hold_amounts(torsion: Record, share: float) -> None:
-    """Adds a multiple of what keeps undetermined moments of stick as they are to the problem."""
+    """Adds a multiple of the penalty that keeps undetermined moments in stick at their values."""
     for mode in range(torsion.num_determined, torsion.num_holders):
         for k in range(torsion.num_holders):
             i, pull = torsion.holders[k], share * FIRM * torsion.modes[k, mode]
@@ -190,7 +190,7 @@ def _hold_amounts(torsion: Record, share: float) -> None:
 
 @compiled_apart(types.void, MODEL, DISCRETE, STATE, WORKSPACE)
 def spatial_soft_phases(model: Record, discrete: Record, state: Record, work: Record) -> None:
-    """Accelerations and contact forces in the present phases, with directions in ``gamma``."""
+    """Computes accelerations and contact forces in the present phases and directions ``gamma``."""
     torsion = work.torsion
     prepare_pads(model, state, work)
     work.system.determinant = assemble_phases(model, discrete, work.gamma, work)
@@ -212,7 +212,7 @@ def spatial_soft_phases(model: Record, discrete: Record, state: Record, work: Re
 
 @compiled
 def _take_phases(model: Record, discrete: Record, work: Record) -> None:
-    """Accelerations and forces with the amounts of the undetermined moments of stick."""
+    """Computes accelerations and forces, given the amounts of the undetermined modes."""
     torsion = work.torsion
     _find_moments(torsion)
     _add_moments(torsion)
@@ -228,7 +228,7 @@ def _take_phases(model: Record, discrete: Record, work: Record) -> None:
 
 @compiled
 def _add_moments(torsion: Record) -> None:
-    """Adds what the moments of stick do to the motion of the object."""
+    """Adds the effect of the moments in stick to the motion of the object."""
     for j in range(torsion.num_holders):
         for k in range(6):
             torsion.motion[k] += torsion.held[j] * torsion.moves[j, k]
@@ -236,7 +236,7 @@ def _add_moments(torsion: Record) -> None:
 
 @compiled
 def _moment_of(torsion: Record, i: int) -> float:
-    """F_tau / e of a contact that sticks [N]."""
+    """F_tau / e of a sticking contact [N]."""
     for k in range(torsion.num_holders):
         if torsion.holders[k] == i:
             return torsion.held[k]
@@ -245,7 +245,7 @@ def _moment_of(torsion: Record, i: int) -> float:
 
 @compiled
 def _take_as_start(model: Record, work: Record) -> None:
-    """Puts the forces where Newton's method starts."""
+    """Sets the initial forces of Newton's method."""
     for i in range(model.num_fingers):
         first, torsion = ROWS * i, work.torsion
         torsion.force[first], torsion.force[first + 1] = work.forces[i, 0], work.forces[i, 1]
@@ -255,7 +255,7 @@ def _take_as_start(model: Record, work: Record) -> None:
 
 @compiled
 def begins_slip(model: Record, discrete: Record) -> bool:
-    """Whether a contact of a hand with soft fingertips has just begun to slip."""
+    """True if a contact of a hand with soft fingertips is at slip onset."""
     if model.soft == 0:
         return False
     for i in range(model.num_fingers):
@@ -268,17 +268,16 @@ def begins_slip(model: Record, discrete: Record) -> bool:
 def begin_slips(
     model: Record, discrete: Record, state: Record, work: Record, h: float, at_once: bool
 ) -> bool:
-    """Forces while slips begin, against the velocities after a time ``h``; False if there are none.
+    """Computes friction at slip onset that opposes the velocity after ``h``; False on failure.
 
     Args:
         model: Constants of the run.
         discrete: Phases.
-        state: With velocities.
-        work: With the moments of stick in the present phases, and the forces from which Newton's
-            method starts; directions of slip become those against which the forces are, shorter
-            than 1 where a contact rests.
+        state: State, with the velocities.
+        work: Moments in stick in the present phases, and initial forces of Newton's method; slip
+            directions are set opposite to the forces, shorter than 1 for contacts at rest.
         h: Short time [s].
-        at_once: Whether the friction of slips that go on is against their present velocities.
+        at_once: True if friction of slips in progress opposes their present velocities.
     """
     n, torsion = model.num_fingers, work.torsion
     for i in range(n):
@@ -310,14 +309,14 @@ def begin_slips(
 
 @compiled
 def _point(work: Record, i: int) -> None:
-    """The direction that the friction of contact ``i`` is against."""
+    """Sets the direction that the friction of contact ``i`` opposes."""
     torsion, first = work.torsion, ROWS * i
     bound, opening = torsion.bounds[i] * torsion.force[first + NORMAL], torsion.opening
     if bound > 0.0:
         for part in range(NORMAL):
             work.gamma[i, part] = -torsion.force[first + part] / bound
         return
-    # Without friction it slips as it is pushed.
+    # Without friction, the slip follows its acceleration.
     size = size_with_spin(opening[first], opening[first + 1], opening[first + 2])
     for part in range(NORMAL if size > 0.0 else 0):
         work.gamma[i, part] = opening[first + part] / size
@@ -325,24 +324,21 @@ def _point(work: Record, i: int) -> None:
 
 @compiled
 def is_short(directions: Floats, i: int) -> bool:
-    """Whether the friction of contact ``i``, which begins to slip, is less than its bound.
-
-    Then it rests.
-    """
+    """True if the friction of contact ``i`` at slip onset is below its bound, so that it rests."""
     x, y, z = directions[i, 0], directions[i, 1], directions[i, 2]
     return x * x + y * y + z * z < 1.0 - AT_REST
 
 
 @compiled
 def mark_resting(model: Record, discrete: Record, directions: Floats) -> bool:
-    """Marks contacts that begin to slip and rest; whether there are any.
+    """Marks contacts that are at slip onset and at rest; True if there are any.
 
-    Until they stick their friction is still on its bound, against the direction that they had.
+    Until they stick, their friction remains on its bound, opposite to their last direction.
 
     Args:
         model: Constants of the run.
         discrete: Phases.
-        directions: That friction is against, shorter than 1 of what rests.
+        directions: Directions that friction opposes, shorter than 1 for contacts at rest.
     """
     found = False
     for i in range(model.num_fingers):
@@ -354,7 +350,7 @@ def mark_resting(model: Record, discrete: Record, directions: Floats) -> bool:
 
 @compiled
 def let_marked_stick(model: Record, discrete: Record, state: Record) -> None:
-    """Lets those contacts stick."""
+    """Sets the marked contacts to stick."""
     for i in range(model.num_fingers):
         if discrete.frozen[i, 0] == RESTS:
             discrete.frozen[i, 0] = 0
@@ -368,7 +364,7 @@ def let_marked_stick(model: Record, discrete: Record, state: Record) -> None:
 
 @compiled
 def _hold_at_rest(model: Record, state: Record, work: Record, i: int, h: float) -> None:
-    """Gives contact ``i`` the acceleration that it has to rounding, if it rests after ``h``."""
+    """Sets the acceleration of contact ``i`` that stops it after ``h``, exact, if it rests then."""
     n = model.num_fingers
     if is_short(work.gamma, i):
         for axis in range(2):
@@ -378,7 +374,7 @@ def _hold_at_rest(model: Record, state: Record, work: Record, i: int, h: float) 
 
 @compiled
 def _opening(n: int, torsion: Record, a: int) -> float:
-    """Row ``a`` of G F + c."""
+    """Component ``a`` of G F + c."""
     total = torsion.offset[a]
     for b in range(ROWS * n):
         total += torsion.mobility[a, b] * torsion.force[b]
@@ -387,7 +383,7 @@ def _opening(n: int, torsion: Record, a: int) -> float:
 
 @compiled
 def _put_on_surface(model: Record, work: Record, i: int) -> None:
-    """The friction of contact ``i``, which slips, to rounding."""
+    """Sets the friction of slipping contact ``i`` exactly on its limit surface."""
     torsion, first = work.torsion, ROWS * i
     normal = model.truth.friction[i] * torsion.force[first + NORMAL]
     for row in range(NORMAL):
@@ -398,13 +394,13 @@ def _put_on_surface(model: Record, work: Record, i: int) -> None:
 
 @compiled
 def creeps_in_stick(model: Record, discrete: Record, torsion: Record, i: int) -> bool:
-    """Whether contact ``i``, which sticks, may turn since its moment is undetermined."""
+    """True if sticking contact ``i`` may turn because moments are undetermined."""
     return contacts_creep(torsion) and _holds_turn(model, discrete, i)
 
 
 @compiled
 def take_forces(model: Record, discrete: Record, work: Record) -> None:
-    """Forces and accelerations of the solution; what sticks does not accelerate."""
+    """Writes forces and accelerations of the solution; sticking contacts do not accelerate."""
     n, torsion = model.num_fingers, work.torsion
     for k in range(6):
         work.acceleration[k] = torsion.fall[k]
@@ -425,18 +421,19 @@ def take_forces(model: Record, discrete: Record, work: Record) -> None:
 
 @compiled_apart(types.int64, MODEL, DISCRETE, STATE, WORKSPACE)
 def spatial_keep_stick(model: Record, discrete: Record, state: Record, work: Record) -> int:
-    """Stops the spin of contacts that stick by an impulse, and updates the spin of the others.
+    """Stops the spin of sticking contacts by an impulse, and updates the spin of the others.
 
-    In stick psi' = 0 is kept by psi'' = 0 alone, and where a slip ends only its state is set to 0.
+    Otherwise psi' would drift in stick, where only psi'' = 0 is imposed, and would not be zero at
+    the end of a slip, where only its state is set to 0.
 
     Args:
         model: Constants of the run.
         discrete: Phases.
-        state: Its velocities change.
-        work: With kinematics and mobility of this state.
+        state: State; its velocities are changed.
+        work: Kinematics and mobility of this state.
 
     Returns:
-        1 where a velocity has changed.
+        1 if a velocity has changed, else 0.
     """
     n, x, torsion, changed = model.num_fingers, state.x, work.torsion, 0
     largest = 0.0
@@ -460,9 +457,9 @@ def spatial_keep_stick(model: Record, discrete: Record, state: Record, work: Rec
 
 @compiled
 def _stop_spins(model: Record, discrete: Record, state: Record, work: Record) -> None:
-    """The impulse on what sticks and all normals after which no determined mode turns.
+    """Applies the impulse at sticking contacts and all normals that stops the determined modes.
 
-    Friction takes the energy of these turns.
+    Their energy is dissipated by friction.
     """
     n, x, torsion, work_done = model.num_fingers, state.x, work.torsion, 0.0
     assemble_phases(model, discrete, torsion.no_slide, work)
@@ -490,9 +487,9 @@ def _stop_spins(model: Record, discrete: Record, state: Record, work: Record) ->
 
 @compiled
 def respond_to_tip_force(model: Record, discrete: Record, work: Record, i: int, axis: int) -> None:
-    """What a unit tip force of finger ``i`` changes of the accelerations, in ``responding``.
+    """Computes the change of the accelerations per tip force of finger ``i``, in ``responding``.
 
-    ``work`` has the equations of the present phases factored, and the modes.
+    ``work`` must contain the factored equations of the present phases, and the modes.
     """
     n, torsion = model.num_fingers, work.torsion
     x, y, z = (1.0 if axis == 0 else 0.0), (1.0 if axis == 1 else 0.0), (1.0 if axis == 2 else 0.0)

@@ -1,7 +1,7 @@
-"""How contacts share moments that no equation determines (docs/space.md, Undetermined moments).
+"""Distribution of undetermined moments among contacts (docs/space.md, Undetermined moments).
 
-They are against what spin there is of their mode, without spin the least ones, unless a contact
-would exceed its friction so: then others take over as much of its moment as they can hold.
+The moments oppose the spin of their mode and are the smallest without spin. If a contact would
+exceed its friction, other contacts take over as much of its moment as they can hold.
 """
 
 from __future__ import annotations
@@ -14,20 +14,20 @@ from slipgrasp.core.kernel.numerics.elementary import square
 from slipgrasp.core.kernel.spatial.plant import to_contact_frame
 from slipgrasp.core.kernel.spatial.torsion_equations import spin_of
 
-CREEP = 3e-8  # of spins that no determined moment stops, times e, per F_tau / e [m/(N s)]
-SPARE = 1e-3  # share of its friction that a contact keeps which others relieve
-LEAST_PART = 1e-3  # of a contact in a mode by which it may be relieved
+CREEP = 3e-8  # e psi' of undetermined modes per F_tau / e [m/(N s)]
+SPARE = 1e-3  # fraction of its friction that a relieved contact keeps in reserve
+LEAST_PART = 1e-3  # least part of a contact in a mode that can relieve it
 
 
 @compiled
 def contacts_creep(torsion: Record) -> bool:
-    """Whether some of the moments for which modes were found last are undetermined."""
+    """True if any mode of the latest `find_modes` is undetermined."""
     return torsion.num_determined < torsion.num_holders
 
 
 @compiled
 def set_creep(model: Record, state: Record, work: Record) -> None:
-    """Moments of the undetermined modes: against what there is of their spin."""
+    """Sets the moments of the undetermined modes, opposite to their spin."""
     torsion = work.torsion
     for mode in range(torsion.num_determined, torsion.num_holders):
         spin = 0.0
@@ -39,14 +39,14 @@ def set_creep(model: Record, state: Record, work: Record) -> None:
 
 @compiled
 def relieve(model: Record, work: Record) -> bool:
-    """Shares the undetermined moments so that no contact exceeds its friction, if that can be.
+    """Changes undetermined moments so that no contact exceeds its friction, if possible.
 
     Args:
         model: Constants of the run.
-        work: With amounts of the modes, which may change, and forces with these.
+        work: Amounts of the modes and corresponding forces; both may change.
 
     Returns:
-        Whether any amount has changed.
+        True if any amount has changed.
     """
     torsion, found = work.torsion, False
     if not _some_exceed(model, work):
@@ -55,12 +55,12 @@ def relieve(model: Record, work: Record) -> bool:
         low, high = _bounds_of_mode(model, work, mode, 1.0 - SPARE)
         shift = min(max(0.0, low), high)
         if low > high:
-            # They are overcome together: none keeps more of what it spares than another.
+            # Friction is exceeded at several contacts: the reserve is reduced equally.
             least, most = _bounds_of_mode(model, work, mode, 1.0)
             share = (low - high) / (low - high + max(0.0, most - least))
             shift = low + share * (least - low) if least < most else 0.5 * (least + most)
         amount = torsion.amounts[mode]
-        # What exceeds its friction by creep slips.
+        # A contact that exceeds its friction due to creep must slip.
         if shift != 0.0 and abs(amount + shift) >= abs(amount):
             torsion.amounts[mode] += shift
             _add_mode(model, work, mode, shift)
@@ -70,7 +70,7 @@ def relieve(model: Record, work: Record) -> bool:
 
 @compiled
 def _some_exceed(model: Record, work: Record) -> bool:
-    """Whether a contact that holds has more friction than it is to have."""
+    """True if a sticking contact exceeds its friction, less the reserve."""
     for k in range(work.torsion.num_holders):
         i = work.torsion.holders[k]
         most = (1.0 - SPARE) * model.truth.static_friction[i] * work.forces[i, 2]
@@ -82,20 +82,20 @@ def _some_exceed(model: Record, work: Record) -> bool:
 
 @compiled
 def _pull_of_moment(model: Record, work: Record, i: int) -> tuple[float, float, float]:
-    """The force of contact ``i`` per F_tau / e that moves nothing."""
+    """Force of contact ``i`` per F_tau / e of an undetermined mode."""
     e, turning = model.hand.eccentricities[i], work.torsion.turning[i]
     return to_contact_frame(work.kin, i, e * turning[0], e * turning[1], e * turning[2])
 
 
 @compiled
 def _bounds_of_mode(model: Record, work: Record, mode: int, share: float) -> tuple[float, float]:
-    """The least and the most of a mode that all contacts can take besides [N].
+    """Smallest and largest additional amount of a mode that all contacts can take [N].
 
     Args:
         model: Constants of the run.
-        work: With forces.
-        mode: Which.
-        share: Of their friction that they may use.
+        work: Workspace, with the forces.
+        mode: Index of the mode.
+        share: Usable fraction of the friction.
     """
     low, high = -np.inf, np.inf
     for k in range(work.torsion.num_holders):
@@ -108,10 +108,10 @@ def _bounds_of_mode(model: Record, work: Record, mode: int, share: float) -> tup
 def _most_of_mode(
     model: Record, work: Record, k: int, mode: int, share: float
 ) -> tuple[float, float]:
-    """The same of the k-th contact that holds.
+    """As `_bounds_of_mode`, for the k-th sticking contact.
 
-    They have no bounds where it has no part in the mode. Where it exceeds its friction with any of
-    it, both are what it exceeds it least with.
+    There are no bounds if the contact has no part in the mode. If it exceeds its friction for any
+    amount, both bounds are the amount with the smallest excess.
     """
     i, part = work.torsion.holders[k], work.torsion.modes[k, mode]
     x, y, z = _pull_of_moment(model, work, i)
@@ -135,7 +135,7 @@ def _most_of_mode(
 
 @compiled
 def _add_mode(model: Record, work: Record, mode: int, amount: float) -> None:
-    """Adds some of a mode to the forces."""
+    """Adds an amount of a mode to the forces."""
     torsion = work.torsion
     for k in range(torsion.num_holders):
         i, share = torsion.holders[k], amount * torsion.modes[k, mode]

@@ -1,4 +1,4 @@
-"""Fingers of a hand from its description: what lies between the base and each fingertip.
+"""Fingers of a hand from its description: joints and links from the base to each fingertip.
 
 Links that are fixed to each other are merged, and joints can be locked or coupled to others, so
 that every finger has three independent joints (`slipgrasp.core.scenario.chain`).

@@ -26,4 +26,4 @@ class FindParameters(LatestIntent):
 
 @dataclass(frozen=True, slots=True)
 class ToggleAllParameters(Intent):
-    """The user wants the controls of all parts, or those of the selected part alone."""
+    """Requests to show the controls of all parts, or only those of the selected part."""
