@@ -7,6 +7,9 @@ from typing import Any
 
 from slipgrasp.core.fit.profile import ParameterClass
 
+EXPLAINED = 1.1
+"""Chi-squared per degree of freedom up to which the noise explains the residuals."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FittedParameter:
@@ -192,7 +195,7 @@ class FitReport:
     @property
     def explains(self) -> bool:
         """Whether the residuals are no larger than the noise, within a tenth."""
-        return self.chi_squared <= 1.1 * self.degrees_of_freedom
+        return self.chi_squared <= EXPLAINED * self.degrees_of_freedom
 
     @property
     def noise_is_smaller(self) -> bool:

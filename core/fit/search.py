@@ -14,12 +14,13 @@ import numpy as np
 from slipgrasp.core.fit.objective import Objective
 from slipgrasp.core.fit.optimiser import SAME_MINIMUM, Minimum, minimise, start_points
 from slipgrasp.core.fit.progress import ProgressReports
+from slipgrasp.core.fit.report import EXPLAINED
 from slipgrasp.core.trace.signals import Floats
 
 SCAN_POINTS = 32
 MOST_VALLEYS = 4
 MOST_MINIMA = 4
-"""Number of different minima, the lowest, from which frictions are scanned."""
+"""Most minima, the lowest different ones, that are scanned until one explains the data."""
 
 _FLAT = 1e-6
 """Relative change of chi-squared between points of a scan below which it is a plateau."""
@@ -51,6 +52,8 @@ def scan_frictions(
     best = minima[0]
     chosen = _different(minima)[:MOST_MINIMA]
     for number, minimum in enumerate(chosen):
+        if number > 0 and best.chi_squared <= EXPLAINED * objective.degrees_of_freedom:
+            break
         reports.enter("scanning friction", number / len(chosen))
         best = min(best, _descended(objective, minimum), key=_height)
         reports.improve(best)
