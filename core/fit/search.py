@@ -20,7 +20,7 @@ from slipgrasp.core.trace.signals import Floats
 SCAN_POINTS = 32
 MOST_VALLEYS = 4
 MOST_MINIMA = 4
-"""Most minima, the lowest different ones, that are scanned until one explains the data."""
+"""Largest number of minima, the lowest ones, that are scanned until one explains the data."""
 
 _FLAT = 1e-6
 """Relative change of chi-squared between points of a scan below which it is a plateau."""
@@ -42,12 +42,12 @@ def search_from_starts(
 def scan_frictions(
     objective: Objective, minima: Sequence[Minimum], reports: ProgressReports
 ) -> Minimum:
-    """The lowest minimum that scans over the frictions find from other minima.
+    """The lowest minimum found by scans over the frictions from other minima.
 
     Args:
         objective: The objective.
         minima: Minima, lowest first.
-        reports: Takes the progress.
+        reports: Receives the progress.
     """
     best = minima[0]
     chosen = _different(minima)[:MOST_MINIMA]
@@ -96,8 +96,8 @@ def _lower(objective: Objective, minimum: Minimum) -> Minimum | None:
 def _valleys(objective: Objective, shares: Floats, index: int) -> Iterator[float]:
     """Scaled values of a parameter where a scan has local minima, lowest first.
 
-    Points of a plateau count as infinitely high, because the valley beside one may be so narrow
-    that no point of the scan in it is lower than the plateau.
+    Points of a plateau count as infinitely high, because an adjacent valley may be so narrow that
+    no point of the scan in it is lower than the plateau.
     """
     scan = (np.arange(SCAN_POINTS) + 0.5) / SCAN_POINTS
     points = np.tile(shares, (SCAN_POINTS, 1))

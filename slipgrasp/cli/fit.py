@@ -152,7 +152,7 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
 
 @contextmanager
 def _naming_options() -> Iterator[None]:
-    """Errors within it begin with the option that is wrong."""
+    """A context whose errors begin with the wrong option."""
     from slipgrasp.core.fit.problem import FitError
 
     try:
