@@ -1,9 +1,9 @@
-"""Builds a release from what is committed, twice, and installs it into empty environments.
+"""Builds a release from a commit twice, and installs it into empty environments.
 
-`python .ci/release_check.py [PYTHON …]`: the files beside the code are checked
-(release_material.py); source archive and wheel, with the kernel as WebAssembly, are built in two
-folders and have to be equal bytes; their metadata and contents are checked; each interpreter
-installs the wheel and runs a preset on that kernel and compiled, whose hash has to be the one in
+`python .ci/release_check.py [PYTHON …]`: the other files are checked (release_material.py); source
+archive and wheel, with the kernel as WebAssembly, are built in two folders and must have equal
+bytes; their metadata and contents are checked; each interpreter installs the wheel and runs a
+preset with that kernel and with machine code, and its hash must be the one in
 docs/data/preset-hashes.csv. Nothing is published. `… --build FOLDER` only builds.
 """
 
@@ -28,7 +28,7 @@ from release_material import check_forms, check_material
 
 ROOT = Path(__file__).parents[1]
 PRESET = "paper-case-1"
-# Waits for the machine code, which the first run has left to another process.
+# Waits for the machine code, which another process has compiled since the first run.
 COMPILE = """
 from slipgrasp.core.kernel.compilation.shipped import shipped_file
 from slipgrasp.core.run.simulator import prepare_kernel
@@ -39,7 +39,7 @@ VERSIONS = ("python3.11", "python3.12", "python3.13")
 
 
 def main(interpreters: Sequence[str]) -> None:
-    """Checks a release with some interpreters; with those that are installed if none is named."""
+    """Checks a release with the given interpreters; with the installed ones if none is given."""
     check_material()
     check_forms()
     print("Citation, Zenodo, conda recipe, paper and workflows are in order")
@@ -59,7 +59,7 @@ def main(interpreters: Sequence[str]) -> None:
 
 
 def last_commit() -> str:
-    """The commit that is checked, also where another one is made meanwhile."""
+    """The commit that is checked, even if another one is made meanwhile."""
     return subprocess.check_output(["git", "rev-parse", "HEAD"], cwd=ROOT, text=True).strip()
 
 
@@ -75,7 +75,7 @@ def build(folder: Path, commit: str) -> list[Path]:
         ["git", "log", "-1", "--format=%ct", commit], cwd=ROOT, text=True
     )
     kernels = sources / "core" / "kernel" / "compilation" / "kernels"
-    # As imported here: where that is not the commit, the wheel does not use it (check_installed).
+    # As imported here: if that is not the commit, the wheel does not use it (check_installed).
     tool("slipgrasp.core.kernel.compilation.webassembly", kernels)
     environment = {**os.environ, "SOURCE_DATE_EPOCH": instant.strip()}
     subprocess.run(
@@ -92,7 +92,7 @@ def build(folder: Path, commit: str) -> list[Path]:
 
 
 def without_build_time(path: Path, instant: int) -> None:
-    """Writes a source archive again with one time for all files; setuptools takes the present."""
+    """Rewrites a source archive with one time for all files; setuptools uses the present time."""
     with tarfile.open(path) as tar:
         members = [(each, tar.extractfile(each)) for each in tar.getmembers()]
         contents = [(each, file.read() if file else b"") for each, file in members]
@@ -121,14 +121,14 @@ def check_installed(interpreter: str, wheel: Path, folder: Path) -> None:
     """Installs a wheel into an empty environment, and compares the hashes of two runs."""
     subprocess.run([interpreter, "-m", "venv", str(folder)], check=True)
     python = str(folder / "bin" / "python")
-    # Not in the sources, which lie beside: only what is installed is to be imported.
+    # Outside the sources, so that only installed packages are imported.
     own = {"SLIPGRASP_DATA": str(folder / "runs"), "SLIPGRASP_CACHE": str(folder / "cache")}
     environment = {**os.environ, **own}
     install = [python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", str(wheel)]
     subprocess.run(install, check=True, cwd=folder)
 
     def check_hash() -> float:
-        """Compares the hash of a run; the seconds that it takes."""
+        """Compares the hash of a run; returns the time taken [s]."""
         start = time.monotonic()
         run = [python, "-m", "slipgrasp", "run", PRESET, "--json"]
         printed = subprocess.check_output(run, cwd=folder, env=environment, text=True)

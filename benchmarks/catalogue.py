@@ -23,7 +23,7 @@ COUNT = 10_000
 PAGE = 100
 POLL = 0.1
 LINKS = 60_000
-"""File systems allow about so many names for one file."""
+"""Approximate limit of file systems for the number of names of a file."""
 
 
 def run(_docs: Path | None = None) -> list[Table]:
@@ -32,11 +32,11 @@ def run(_docs: Path | None = None) -> list[Table]:
 
 
 def measure_catalogue(rounds: int = ROUNDS, count: int = COUNT) -> Table:
-    """Processor time of searches in a folder, of which each gives a page of 100 runs.
+    """Processor time of searches in a folder, each for a page of 100 runs.
 
     Args:
-        rounds: How often each is timed.
-        count: Recordings in the folder.
+        rounds: Number of timings of each search.
+        count: Number of recordings in the folder.
     """
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -75,7 +75,7 @@ def measure_catalogue(rounds: int = ROUNDS, count: int = COUNT) -> Table:
 
 
 def fill(folder: Path, count: int) -> None:
-    """Links one real recording under many names, each with a valid sidecar of its own."""
+    """Links one real recording under many names, each with a separate valid sidecar."""
     scenario = with_values(load_scenario("paper-case-1"), {"simulation.duration": 0.1})
     stored, files = RecordingStore(folder).save(simulate(scenario)), RunFiles(folder)
     source = stored.path

@@ -1,4 +1,4 @@
-"""What surrounds a run: writing and reading its recording, and a change of a slider."""
+"""Cost around a run: writing and reading its recording, and a change of a slider."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def measure_recording(rounds: int = ROUNDS, duration: float = 7.0) -> Table:
     """CPU time around a run of the paper's case I, and the size of its recording.
 
     Args:
-        rounds: How often each is timed.
+        rounds: Number of timings of each.
         duration: Simulated time [s].
     """
     case = with_values(load_scenario("paper-case-1"), {"simulation.duration": duration})

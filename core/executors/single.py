@@ -87,7 +87,7 @@ class SingleTasks:
         return cast("Result", open_answer(answer))
 
     def close(self) -> None:
-        """Stops the workers; tasks are asked to stop."""
+        """Stops the workers; running tasks are requested to stop."""
         self._closed.set()
         with suppress(Empty):
             while True:
@@ -154,6 +154,6 @@ class _Worker:
             return None
 
     def close(self) -> None:
-        """Lets the worker exit, and waits for it."""
+        """Ends the worker, and waits until it has exited."""
         self._process.close()
         self._process.how_it_ended()

@@ -18,7 +18,7 @@ class FitProgress:
     Attributes:
         stage: Present stage, in a few words.
         share: Completed fraction of the stage, 0 to 1.
-        evaluations: Number of different runs so far, twins apart.
+        evaluations: Number of different runs so far, without those of twins.
         best: Values of the best run so far, by key; empty until the first search has ended.
         profiles: Values and rise of chi-squared there, increasing, by key, as far as computed.
         threshold: Rise of chi-squared at the ends of the intervals; None until profiles begin.

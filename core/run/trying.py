@@ -66,7 +66,7 @@ class TriedOption:
     """A successful option.
 
     Attributes:
-        option: What to set.
+        option: The option.
         effect: Its effect, as a clause: ``held instead of lost at 0.31 s``.
     """
 

@@ -57,7 +57,7 @@ class Retention:
 KEEP_ALL = Retention()
 
 LARGEST_SHARE = 10
-"""At most the number of runs divided by this is deleted at a time, but at least one run."""
+"""Inverse of the largest fraction of runs that is deleted at a time; at least one run is."""
 
 LONGEST_GAP = timedelta(days=3)
 """Largest distance of the clock from the newest run; beyond it, the clock may be wrong."""
@@ -81,10 +81,10 @@ def find_expired(
     """Finds the runs that may be deleted, newest first, without deleting them.
 
     Args:
-        runs: Where they are kept.
+        runs: Store of the runs.
         studies: Store of the studies of these recordings.
         retention: Retention rules.
-        now: From when ages count.
+        now: Reference time of ages.
         used: Ids of runs that stay, whatever their age.
     """
     marks = _Marks(studies)
@@ -125,8 +125,8 @@ def in_share(expired: Sequence[Expired], num_runs: int, *, at_start: bool) -> li
 class TrustedClock:
     """The wall clock, limited by the age of the newest run at the start.
 
-    It is at most some days, plus the time since the start, ahead of that run. If no run was made
-    for longer, ages are counted from an earlier time, and runs are retained longer.
+    It is at most some days, plus the time since the start, ahead of that run. If that run is
+    older, ages are counted from an earlier time, and runs are retained longer.
 
     Args:
         runs: Store of the runs, read at the first call.

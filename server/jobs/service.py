@@ -1,6 +1,6 @@
 """Accepts jobs of one kind, runs one at a time, and finds them again; independent of HTTP.
 
-The next service continues jobs that were interrupted by the end of the service, or by a kill.
+The next service continues jobs that were interrupted because the service ended or was killed.
 """
 
 from __future__ import annotations

@@ -31,7 +31,7 @@ class StudyStatus:
         rate: Recent number of runs per second; None unless it is running [1/s].
         time_left: Estimated remaining time; None if unknown [s].
         estimate: Its estimated cost; None once it has ended.
-        message: Why it ended before it was complete; empty otherwise.
+        message: Reason of an early end; empty otherwise.
         warnings: Warnings at its creation.
     """
 
@@ -51,7 +51,7 @@ class StudyStatus:
 
         Args:
             stored: The study in the store.
-            finding: Why it cannot continue; empty if it can.
+            finding: Reason why it cannot continue; empty if it can.
         """
         if stored.end is None:
             state = StudyState.FAILED if finding else StudyState.QUEUED

@@ -47,7 +47,7 @@ def add_scenario(parser: argparse.ArgumentParser) -> None:
 def read_scenario(arguments: argparse.Namespace) -> Scenario:
     """Reads the scenario from the arguments of `add_scenario`, with its assignments.
 
-    Prints the settings of the law, and what it knows, on one line of standard error.
+    Prints the settings of the law, and its unknowns, on one line of standard error.
 
     Raises:
         CommandError: If an assignment is malformed.
@@ -165,15 +165,15 @@ def names_a_file(source: str) -> bool:
 
 
 def check_output(output: Path, force: bool, option: str = "--output") -> None:
-    """Refuses a file that cannot be written, or that exists.
+    """Raises an error if a file cannot be written, or exists and must not be replaced.
 
     Args:
         output: The file.
-        force: Whether one that exists is replaced.
+        force: Whether an existing file is replaced.
         option: Name of the argument on the command line.
 
     Raises:
-        CommandError: If it cannot be written, or exists and is not to be replaced.
+        CommandError: If it cannot be written, or exists and must not be replaced.
     """
     if output.is_dir() or not output.parent.is_dir():
         raise CommandError(f"{option} '{output}': give the name of a file in an existing folder")

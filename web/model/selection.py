@@ -57,6 +57,6 @@ def is_of_part(key: str, part: str) -> bool:
 
 
 def matches(search: str, *texts: str) -> bool:
-    """True if every word of a search is in one of some texts, whatever the case."""
+    """True if every word of a search is in one of some texts, regardless of case."""
     text = " ".join(texts).lower()
     return all(word in text for word in search.lower().split())

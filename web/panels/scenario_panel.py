@@ -46,7 +46,7 @@ _REACHES: dict[str, Reach] = {reach.value: reach for reach in Reach}
 
 
 class ScenarioPanel:
-    """Lets the user choose a preset, undo changes, and view the changes during the run.
+    """Presets, undo, and the changes during the run.
 
     Args:
         gui: Parent of the widgets.
@@ -173,7 +173,7 @@ def _resting_time(playback: Playback | None) -> float | None:
 
 
 def law_buttons_html(law: str, runs: Sequence[LawRun]) -> str:
-    """A row of buttons for the control laws, and how each went where that is known.
+    """A row of buttons for the control laws, with the outcomes of their runs if known.
 
     Args:
         law: The law at the play head.

@@ -8,8 +8,8 @@ the one or two units in which it is inlined, a change of a docstring recompiles 
 
 With the environment variable SLIPGRASP_KERNEL=python nothing is compiled: Python runs the kernel,
 thousands of times slower but with the same bits, for debuggers and coverage reports. With
-SLIPGRASP_KERNEL=webassembly wasmtime runs it. Where an installation has the kernel as WebAssembly
-(`slipgrasp.core.kernel.compilation.shipped`), runs start on that while another process compiles.
+SLIPGRASP_KERNEL=webassembly wasmtime runs it. If an installation has the kernel as WebAssembly
+(`slipgrasp.core.kernel.compilation.shipped`), runs start on it while another process compiles.
 """
 
 from __future__ import annotations
@@ -57,8 +57,8 @@ class Unit:
     """A separately compiled function.
 
     Attributes:
-        entry: What runs it, from when it is loaded.
-        is_native: Whether that is its machine code.
+        entry: Executes the unit; None until it is loaded.
+        is_native: Whether ``entry`` is its machine code.
     """
 
     def __init__(self, function: Callable[..., Any], signature: Any, prefix: str) -> None:
@@ -104,7 +104,7 @@ def _link(code: bytes) -> int:
         return int(linked.get_pointer_to_function(name))
 
 
-# Returns what runs a unit in another engine.
+# Returns a function that executes a unit in another engine.
 Enter = Callable[[Unit], Callable[..., Any]]
 
 _UNITS: dict[str, Unit] = {}
@@ -191,7 +191,7 @@ def prepare_units(
 
     Args:
         report: Called with the fraction of ready units, 0 to 1.
-        machine_code: Whether no other engine may run them.
+        machine_code: Whether other engines are excluded.
     """
 
     def tell() -> None:
@@ -232,14 +232,14 @@ def _load_units(tell: Callable[[], None]) -> None:
 
 
 def _enter_units(enter: Enter) -> None:
-    """Lets another engine run what is not loaded."""
+    """Assigns units that are not loaded to another engine."""
     for unit in all_units():
         if unit.entry is None:
             unit.entry = enter(unit)
 
 
 def _start_elsewhere() -> None:
-    """Lets another engine run the units until their machine code is there."""
+    """Runs units in another engine until their machine code is available."""
     if all(unit.entry for unit in all_units()):
         return
     _enter_units(_FIRST[-1]())
@@ -249,7 +249,7 @@ def _start_elsewhere() -> None:
 def _go_over() -> None:
     """Compiles in another process, which may outlive this one; then the machine code is loaded.
 
-    Runs need not wait for a change of the engine: each call has all its data in its arguments.
+    The engine may change during a run, because each call has all its data in its arguments.
     """
     with only_process(meanwhile=lambda: None):
         if _uncompiled_units():
@@ -260,7 +260,7 @@ def _go_over() -> None:
 
 
 def choose_backend(make: Callable[[], Enter]) -> None:
-    """Runs later loaded units in another engine.
+    """Selects another engine for units that are loaded later.
 
     Args:
         make: Returns the argument of `entered_by`, when units are needed.
@@ -269,7 +269,7 @@ def choose_backend(make: Callable[[], Enter]) -> None:
 
 
 def start_in(make: Callable[[], Enter]) -> None:
-    """Runs units in another engine until their machine code is there.
+    """Selects another engine for units until their machine code is available.
 
     Args:
         make: Returns the argument of `entered_by`, when units are needed.
@@ -281,7 +281,7 @@ def share_ready(*, machine_code: bool = False) -> float:
     """Fraction of units that can run without being compiled, 0 to 1.
 
     Args:
-        machine_code: Whether no other engine may run them.
+        machine_code: Whether other engines are excluded.
     """
     return 1.0 if _FIRST and not machine_code else _share(_uncompiled_units())
 
@@ -341,13 +341,13 @@ def compile_from_the_end() -> None:
 
 
 def _start_process(command: str, *, outlives: bool = False) -> subprocess.Popen[bytes] | None:
-    """Starts a process that has the same units.
+    """Starts a process that declares the same units.
 
     Args:
         command: A call of a function of this module.
-        outlives: Whether it goes on when this process ends.
+        outlives: Whether it continues after this process has ended.
     """
-    # A unit may be declared by another module than that of its function.
+    # A unit may be declared in another module than its function.
     modules = ", ".join(name for name in sys.modules if name.startswith(_KERNEL))
     code = f"import {modules}; from {__name__} import *; {command}"
     path = os.pathsep.join(entry or os.getcwd() for entry in sys.path)

@@ -1,7 +1,7 @@
-"""The kernel as WebAssembly beside its code, so that runs need not wait for the compiler.
+"""The kernel as a WebAssembly file, so that runs need not wait for the compiler.
 
-A wheel has it (`.ci/release_check.py`). Runs start on it while machine code, which has the same
-bits, is compiled in the background.
+Wheels contain it (`.ci/release_check.py`). Runs start on it while machine code, which gives the
+same bits, is compiled in the background.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ _DIGEST_BYTES = 16
 
 
 def shipped_file() -> Path | None:
-    """The file of the present sources; None if there is none, or nothing that runs it."""
+    """The file that matches the sources; None if it is missing or wasmtime is not installed."""
     if not FOLDER.is_dir() or find_spec("wasmtime") is None:
         return None
     path = FOLDER / f"{sources_digest()}.wasm"
@@ -27,7 +27,7 @@ def shipped_file() -> Path | None:
 
 @cache
 def enter_shipped() -> Enter:
-    """What runs units in this file."""
+    """Returns the functions that execute units in this file."""
     from slipgrasp.core.kernel.compilation.foreign import Wasmtime
 
     path = shipped_file()

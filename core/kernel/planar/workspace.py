@@ -58,7 +58,7 @@ CURRENT = np.dtype(
     [
         ("mechanics", np.int64),  # 1: kinematics and dynamics are those of ``state``
         ("state", STATE),
-        ("factors", np.int64),  # 1: M~ and h~ belong to these mechanics and ``phases``
+        ("factors", np.int64),  # 1: M~ and h~ belong to this state and ``phases``
         ("phases", np.int64, (MAX_FINGERS,)),
         ("law", np.int64),  # 1: the law's values belong to them and to the values below
         ("time", np.float64),  # [s]

@@ -213,7 +213,7 @@ def _next_stop(model: Record, run: Record, t_stop: float) -> float:
 
 @compiled
 def _pass_instant(model: Record, run: Record, outlet: Record, _t_stop: float) -> int:
-    """Handles the jump of the torque at such an instant."""
+    """Handles the jump of the torque at a tick or at the time of a command."""
     if run.own.asked == ANSWERED or next_tick(model, run) <= run.now:
         return control_tick(model, run, outlet, 0, 0)
     return spatial_apply(model, run, outlet)

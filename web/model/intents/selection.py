@@ -12,14 +12,14 @@ from slipgrasp.web.model.intents.intent import Intent, LatestIntent
 
 @dataclass(frozen=True, slots=True)
 class Select(Intent):
-    """The user selects a part of the scenario, by its key; it is not validated yet."""
+    """Selects a part of the scenario by its key, which is not validated yet."""
 
     part: Annotated[str, MaxLen(40)]
 
 
 @dataclass(frozen=True, slots=True)
 class FindParameters(LatestIntent):
-    """The user looks for parameters by their names, keys or units."""
+    """Requests a search for parameters by their names, keys or units."""
 
     search: Annotated[str, MaxLen(80)]
 
