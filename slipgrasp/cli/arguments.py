@@ -54,7 +54,8 @@ def read_scenario(arguments: argparse.Namespace) -> Scenario:
         ScenarioError: If the scenario does not exist or is not valid.
     """
     from slipgrasp.core.scenario.law_choice import choose_law
-    from slipgrasp.core.scenario.loading import load_scenario, settable_parameters, with_values
+    from slipgrasp.core.scenario.loading import load_scenario, settable_parameters
+    from slipgrasp.core.study.definition import apply_values
 
     assignments = arguments.assignments
     # The law is loaded before the file, which may name it.
@@ -64,7 +65,7 @@ def read_scenario(arguments: argparse.Namespace) -> Scenario:
     scenario = scenario if choice is None else choice.scenario
     if assignments:
         values = parse_assignments(assignments, settable_parameters(scenario))
-        scenario = with_values(scenario, values)
+        scenario = apply_values(scenario, values)
     if choice is not None:
         complain(f"{law}: {_law_words(scenario, choice)}")
     return scenario
@@ -187,7 +188,7 @@ def parse_assignments(texts: Iterable[str], definitions: Mapping[str, Parameter]
     """Reads assignments; the last one of each key counts.
 
     Args:
-        texts: Assignments such as ``object.mass=1.4``.
+        texts: Assignments such as ``object.mass=1.4``; ``*`` stands for every index of a list.
         definitions: The parameters by dotted key; the validation of the scenario does the remaining
             checks.
 
@@ -200,7 +201,7 @@ def parse_assignments(texts: Iterable[str], definitions: Mapping[str, Parameter]
         if not equals or not key.strip():
             raise CommandError(f"--set needs KEY=VALUE, such as object.mass=1.4, not '{text[:80]}'")
         key = key.strip()
-        values[key] = parse_value(value.strip(), definitions.get(key))
+        values[key] = parse_value(value.strip(), definitions.get(key.replace(".*", ".0", 1)))
     return values
 
 

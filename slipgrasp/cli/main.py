@@ -75,6 +75,13 @@ def _drop_output() -> None:
 class _Parser(argparse.ArgumentParser):
     """An argument parser that reports errors on one line."""
 
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """Refuses unknown arguments with the name of the command that they follow."""
+        parsed, unknown = super().parse_known_args(args, namespace)
+        if unknown:
+            self.error(f"unrecognized arguments: {' '.join(unknown)}")
+        return parsed, unknown
+
     def error(self, message: str) -> NoReturn:
         complain(f"{message} (see '{self.prog} --help')")
         sys.exit(ExitStatus.BAD_INPUT)

@@ -11,6 +11,7 @@ import viser
 from slipgrasp.core.run.verdict import describe_run, scenario_title
 from slipgrasp.core.scenario.custom_laws import law_names
 from slipgrasp.core.scenario.law_choice import LAW
+from slipgrasp.core.scenario.laws import law_alias, law_label
 from slipgrasp.web.charts.law_charts import law_run_words
 from slipgrasp.web.model.colours import tone
 from slipgrasp.web.model.disturbances import DisturbanceKind, disturbance_words
@@ -188,14 +189,15 @@ def law_buttons_html(law: str, runs: Sequence[LawRun]) -> str:
 
 
 def _law_button(name: str, run: LawRun | None, is_present: bool) -> str:
-    hint, dot = "Takes this law on the whole run; undo takes it back", ""
+    hint, dot = f"Applies {law_label(name)} to the whole run; can be undone", ""
     if run is not None:
         hint = f"{law_run_words(run)}. {hint}"
         colour = tone("bad" if run.result is None else describe_run(run.result).tone)
         dot = f" <i style='color:{colour}'>●</i>"
     return (
         f"<button type='button' class='sg-chip' aria-pressed='{str(is_present).lower()}' "
-        f"title='{escape(hint)}' {click_attribute(ChooseLaw(name))}>{escape(name)}{dot}</button>"
+        f"title='{escape(hint)}' {click_attribute(ChooseLaw(name))}>"
+        f"{escape(law_alias(name))}{dot}</button>"
     )
 
 
