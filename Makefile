@@ -14,7 +14,7 @@ export UV_SYSTEM_CERTS ?= 1
 # What is imported is compiled then and kept; most of what pip brings never is.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: serve check quick test test-browser test-others programs kernel lint benchmark wasm site audit release-check constraints requirements clean
+.PHONY: serve check quick test test-browser test-others programs kernel kernels lint benchmark wasm site audit release-check constraints requirements clean
 .DELETE_ON_ERROR:
 
 serve: $(VENV)/.serve
@@ -48,6 +48,12 @@ PREPARE := from slipgrasp.core.run.simulator import prepare_kernel; \
   from slipgrasp.core.scenario.space import SPATIAL; prepare_kernel(space=SPATIAL)
 kernel: $(VENV)/.develop
 	$(BIN)/python -c "$(PREPARE)"
+
+# The same for WebAssembly too, which tests need; each unit is compiled once, on two processors.
+kernels: $(VENV)/.develop
+	@for end in first last; do \
+	  $(BIN)/python -m slipgrasp.core.kernel.compilation.webassembly $$end & \
+	done; wait
 
 lint: $(VENV)/.develop
 	$(BIN)/ruff check

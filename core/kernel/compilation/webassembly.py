@@ -5,7 +5,8 @@
 The file imports nothing; docs/webassembly.md describes its exports and the layout of its memory,
 as does the file itself, as JSON in its section ``slipgrasp``. Linking needs the extra ``wasm``.
 With a folder instead of a file, the units of all hands are written for the folder of
-`slipgrasp.core.kernel.compilation.shipped`.
+`slipgrasp.core.kernel.compilation.shipped`; with ``first`` or ``last`` they are only compiled into
+the cache, from that end, for this processor and WebAssembly.
 """
 
 from __future__ import annotations
@@ -273,15 +274,27 @@ def _leb128(number: int) -> bytes:
     return bytes(encoded)
 
 
-def _main(output: Path) -> None:
-    if output.suffix == ".wasm":
-        build(output)
+def _compile_units(units: Sequence[Unit]) -> None:
+    """Compiles units into the cache, unless another process has done so."""
+    for unit in units:
+        # Nothing is called here, so that any address satisfies the linker.
+        binding.add_symbol(unit.symbol, 1)
+    for unit in units:
+        object_code(unit)
+
+
+def _main(output: str) -> None:
+    if output.endswith(".wasm"):
+        build(Path(output))
         return
     # Declares the units of spatial hands.
     from slipgrasp.core.kernel.spatial import advance as _  # noqa: F401
 
-    build(output / f"{sources_digest()}.wasm")
+    if output in ("first", "last"):
+        _compile_units(all_units() if output == "first" else all_units()[::-1])
+    else:
+        build(Path(output) / f"{sources_digest()}.wasm")
 
 
 if __name__ == "__main__":
-    _main(Path(sys.argv[1]))
+    _main(sys.argv[1])
