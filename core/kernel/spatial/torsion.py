@@ -10,20 +10,23 @@ from numba import types
 
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import Floats, Record
-from slipgrasp.core.kernel.numerics.dense import diagonalise, factor_dense, solve_dense
 from slipgrasp.core.kernel.spatial.contact_problem import times
 from slipgrasp.core.kernel.spatial.model import MODEL
 from slipgrasp.core.kernel.spatial.state import (
     STATE,
-    VELOCITY,
-    dissipated_at,
     slip_velocity_at,
-    spin_velocity_at,
     velocity_at,
 )
 from slipgrasp.core.kernel.spatial.torsion_contacts import spatial_soft_newton
-from slipgrasp.core.kernel.spatial.torsion_equations import spatial_mobility, spin_of
+from slipgrasp.core.kernel.spatial.torsion_equations import spatial_mobility
 from slipgrasp.core.kernel.spatial.torsion_layout import FREE, MOVING, NORMAL, ROWS, STUCK, TURN
+from slipgrasp.core.kernel.spatial.torsion_modes import (
+    add_moments,
+    creeps_in_stick,
+    find_modes,
+    find_moments,
+    find_reliefs,
+)
 from slipgrasp.core.kernel.spatial.torsion_phases import (
     along_normal,
     along_tangent,
@@ -37,118 +40,24 @@ from slipgrasp.core.kernel.spatial.torsion_phases import (
     spin_rest,
     take_slip,
     take_stick,
-    turn_mobility,
     twist_of,
 )
-from slipgrasp.core.kernel.spatial.torsion_split import contacts_creep, relieve, set_creep
+from slipgrasp.core.kernel.spatial.torsion_split import (
+    contacts_creep,
+    need_relief,
+    relieve,
+    set_creep,
+)
 from slipgrasp.core.kernel.spatial.ways import name_phase, size_with_spin, way_speed
 from slipgrasp.core.kernel.spatial.workspace import DISCRETE, STICK, WORKSPACE
 
-UNDETERMINED = 1e-3  # share of the mobility of one turn, below which moments are not determined
 FIRM = 1e3  # with which given amounts of moments enter the contact problem [1/kg]
 INSTANT = 1e-9  # after which friction of what begins to slip is against its velocity [s]
 AT_REST = 1e-9  # share of its bound by which the friction of a contact at rest is less
-RESTS = 2  # of ``frozen``: it has begun to slip, and has come to rest
+# Of ``frozen``: it has begun to slip, and has come to rest; it begins to at this instant.
+RESTS, LEAVES = 2, 3
+LEAST_LEFT = 0.1  # share of a slip that impulses leave
 EXACT = 1e-14  # a spin velocity times e that counts as none [m/s]
-
-
-@compiled
-def _holds_turn(model: Record, discrete: Record, i: int) -> bool:
-    """Whether contact ``i`` sticks and resists turning."""
-    return discrete.phases[i] == STICK and model.hand.eccentricities[i] > 0.0
-
-
-@compiled
-def find_modes(model: Record, discrete: Record, work: Record) -> None:
-    """The moments of stick by their mobility, and how the object moves by them.
-
-    Where contacts hold the object against the turning of their fingers alone, as two opposed ones
-    do, some moments move nothing: they are undetermined, and come last. Sigma is factored.
-    """
-    torsion, count, largest = work.torsion, 0, 0.0
-    torsion.some_slip = 0
-    for i in range(model.num_fingers):
-        if discrete.phases[i] != STICK:
-            torsion.some_slip = 1
-        if _holds_turn(model, discrete, i):
-            solve_phases(torsion, torsion.twists[i], torsion.moves[count])
-            largest = max(largest, turn_mobility(model, work, i))
-            torsion.holders[count] = i
-            count += 1
-    torsion.num_holders = count
-    for k in range(count):
-        for j in range(count):
-            torsion.turns[k, j] = twist_of(torsion, torsion.holders[k], torsion.moves[j])
-    for k in range(count):
-        for j in range(count):
-            torsion.symmetric[k, j] = 0.5 * (torsion.turns[k, j] + torsion.turns[j, k])
-            torsion.modes[k, j] = 1.0 if k == j else 0.0
-    diagonalise(torsion.symmetric, torsion.modes, count)
-    _put_determined_first(torsion, count, UNDETERMINED * largest)
-
-
-@compiled
-def _put_determined_first(torsion: Record, count: int, least: float) -> None:
-    """Sorts the modes, with their mobilities on the diagonal of ``symmetric``."""
-    determined = 0
-    for k in range(count):
-        if not torsion.symmetric[k, k] > least:
-            continue
-        for row in range(count):
-            value = torsion.modes[row, determined]
-            torsion.modes[row, determined] = torsion.modes[row, k]
-            torsion.modes[row, k] = value
-        value = torsion.symmetric[determined, determined]
-        torsion.symmetric[determined, determined] = torsion.symmetric[k, k]
-        torsion.symmetric[k, k] = value
-        determined += 1
-    torsion.num_determined = determined
-
-
-@compiled
-def _find_moments(torsion: Record) -> None:
-    """Moments of stick, in ``held``, with w = -``wanted`` in the determined modes.
-
-    The amounts of the undetermined modes are given in ``amounts``.
-    """
-    count, determined = torsion.num_holders, torsion.num_determined
-    for k in range(count):
-        torsion.held[k] = 0.0
-        for mode in range(determined, count):
-            torsion.held[k] += torsion.modes[k, mode] * torsion.amounts[mode]
-    for row in range(determined):
-        total = 0.0
-        for k in range(count):
-            moved = torsion.wanted[k]
-            for j in range(count):
-                moved += torsion.turns[k, j] * torsion.held[j]
-            total -= torsion.modes[k, row] * moved
-        torsion.small_right[row] = total
-        # With all contacts in stick the modes are those of the mobility itself.
-        torsion.amounts[row] = total / torsion.symmetric[row, row]
-    if torsion.some_slip == 1:
-        _mix_modes(torsion)
-    for k in range(count):
-        for mode in range(determined):
-            torsion.held[k] += torsion.modes[k, mode] * torsion.amounts[mode]
-
-
-@compiled
-def _mix_modes(torsion: Record) -> None:
-    """The same amounts where slips make the mobility of the moments asymmetric."""
-    count, determined = torsion.num_holders, torsion.num_determined
-    for row in range(determined):
-        for column in range(determined):
-            total = 0.0
-            for k in range(count):
-                for j in range(count):
-                    between = torsion.turns[k, j] * torsion.modes[j, column]
-                    total += torsion.modes[k, row] * between
-            torsion.small[row, column] = total
-    factor_dense(torsion.small, determined, torsion.small_order)
-    solve_dense(
-        torsion.small, determined, torsion.small_order, torsion.small_right, torsion.amounts
-    )
 
 
 @compiled
@@ -170,11 +79,46 @@ def _add_velocities(
 ) -> None:
     """Adds a multiple of the velocities of what slips to c."""
     for i in range(model.num_fingers):
+        x, y, z = slide_velocity(model, discrete, state, i)
         # What is as slow as rounding has no direction.
-        slips = discrete.phases[i] != STICK and way_speed(model, state, i, 0) > EXACT
-        for part in range(NORMAL if slips else 0):
+        if discrete.phases[i] != STICK and size_with_spin(x, y, z) > EXACT:
+            first = ROWS * i
+            torsion.offset[first] += share * x
+            torsion.offset[first + 1] += share * y
+            torsion.offset[first + TURN] += share * z
+
+
+@compiled
+def slide_velocity(
+    model: Record, discrete: Record, state: Record, i: int
+) -> tuple[float, float, float]:
+    """(s_x', s_y', e psi') of contact ``i``, as it begins to slip without what creep has made."""
+    n, share = model.num_fingers, 0.0 if discrete.frozen[i, 0] == 0 else 1.0
+    crept = discrete.crept[i]
+    return (
+        state.x[velocity_at(n, i, 0)] - share * crept[0],
+        state.x[velocity_at(n, i, 1)] - share * crept[1],
+        state.x[velocity_at(n, i, 2)] - share * crept[2],
+    )
+
+
+@compiled
+def add_crept(model: Record, discrete: Record, state: Record, share: float) -> None:
+    """Adds a multiple of the velocities of what has begun to slip to what creep has made."""
+    for i in range(model.num_fingers):
+        for part in range(NORMAL if discrete.frozen[i, 0] == 1 else 0):
             speed = state.x[velocity_at(model.num_fingers, i, part)]
-            torsion.offset[ROWS * i + part] += share * speed
+            discrete.crept[i, part] += share * speed
+
+
+@compiled
+def forget_crept(model: Record, discrete: Record, state: Record) -> None:
+    """Forgets it where impulses stop a slip again and again that would begin without them."""
+    for i in range(model.num_fingers):
+        x, y, z = slide_velocity(model, discrete, state, i)
+        if way_speed(model, state, i, 0) < LEAST_LEFT * size_with_spin(x, y, z):
+            for part in range(NORMAL):
+                discrete.crept[i, part] = 0.0
 
 
 @compiled
@@ -202,20 +146,19 @@ def spatial_soft_phases(model: Record, discrete: Record, state: Record, work: Re
         torsion.wanted[k] = twist_of(torsion, i, torsion.motion) + spin_rest(model, work, i)
     set_creep(model, state, work)
     _take_phases(model, discrete, work)
-    if contacts_creep(torsion) and relieve(model, work):
+    if contacts_creep(torsion) and need_relief(model, state, work):
+        find_reliefs(model, work)
+        relieve(model, work)
         solve_phases(torsion, torsion.load, torsion.motion)
         _take_phases(model, discrete, work)
-    if begins_slip(model, discrete):
-        _take_as_start(model, work)
-        begin_slips(model, discrete, state, work, INSTANT, True)
 
 
 @compiled
 def _take_phases(model: Record, discrete: Record, work: Record) -> None:
     """Accelerations and forces with the amounts of the undetermined moments of stick."""
     torsion = work.torsion
-    _find_moments(torsion)
-    _add_moments(torsion)
+    find_moments(torsion)
+    add_moments(torsion)
     for k in range(6):
         work.acceleration[k] = torsion.motion[k]
     for i in range(model.num_fingers):
@@ -224,14 +167,6 @@ def _take_phases(model: Record, discrete: Record, work: Record) -> None:
             take_stick(model, work, i, _moment_of(torsion, i), creeps)
         else:
             take_slip(model, work, i)
-
-
-@compiled
-def _add_moments(torsion: Record) -> None:
-    """Adds what the moments of stick do to the motion of the object."""
-    for j in range(torsion.num_holders):
-        for k in range(6):
-            torsion.motion[k] += torsion.held[j] * torsion.moves[j, k]
 
 
 @compiled
@@ -274,7 +209,7 @@ def begin_slips(
         model: Constants of the run.
         discrete: Phases.
         state: With velocities.
-        work: With the moments of stick in the present phases, and the forces from which Newton's
+        work: With the moments of stick in the present phases, and forces from which Newton's
             method starts; directions of slip become those against which the forces are, shorter
             than 1 where a contact rests.
         h: Short time [s].
@@ -282,13 +217,14 @@ def begin_slips(
     """
     n, torsion = model.num_fingers, work.torsion
     for i in range(n):
-        goes_on = at_once and discrete.frozen[i, 0] == 0
-        torsion.kinds[i] = MOVING if goes_on else FREE
+        begins = discrete.frozen[i, 0] == 1 or discrete.frozen[i, 0] == LEAVES
+        torsion.kinds[i] = FREE if begins or not at_once else MOVING
         if discrete.phases[i] == STICK:
             torsion.kinds[i] = STUCK
         torsion.bounds[i] = model.truth.friction[i]
         for part in range(NORMAL):
             torsion.slides[i, part] = work.gamma[i, part]
+    _take_as_start(model, work)
     begin_contact_problem(model, discrete, state, work, h)
     _hold_amounts(torsion, 1.0)
     solved = spatial_soft_newton(model, torsion) == 1
@@ -304,8 +240,59 @@ def begin_slips(
     take_forces(model, discrete, work)
     for i in range(n):
         if torsion.kinds[i] == FREE:
-            _hold_at_rest(model, state, work, i, h)
+            _hold_at_rest(model, discrete, state, work, i, h)
     return True
+
+
+@compiled
+def begin_at_once(model: Record, discrete: Record, state: Record, work: Record) -> None:
+    """Directions of what begins to slip, by its velocity an instant later.
+
+    Args:
+        model: Constants of the run.
+        discrete: Its directions change.
+        state: With velocities.
+        work: Evaluated in the present phases, which it is with other directions afterwards.
+    """
+    found = begins_slip(model, discrete)
+    for i in range(model.num_fingers if model.soft == 1 else 0):
+        for part in range(NORMAL if discrete.frozen[i, 0] == LEAVES else 0):
+            discrete.crept[i, part] = state.x[velocity_at(model.num_fingers, i, part)]
+            found = True
+    if not (found and begin_slips(model, discrete, state, work, INSTANT, True)):
+        return
+    take_directions(model, work.gamma, discrete)
+    for i in range(model.num_fingers):
+        # Whether it rests after all is told after a step.
+        leaves = discrete.frozen[i, 0] == LEAVES and not is_short(work.gamma, i)
+        for part in range(NORMAL if leaves else 0):
+            discrete.directions[i, part] = work.gamma[i, part]
+
+
+@compiled
+def take_directions(model: Record, directions: Floats, discrete: Record) -> None:
+    """Lets what begins to slip have these directions."""
+    for i in range(model.num_fingers):
+        for part in range(NORMAL if discrete.frozen[i, 0] == 1 else 0):
+            discrete.directions[i, part] = directions[i, part]
+
+
+@compiled
+def keep_directions_at_rest(
+    model: Record, directions: Floats, before: Floats, discrete: Record
+) -> None:
+    """Lets what begins to slip and rests have the directions before: its friction is on its bound.
+
+    Args:
+        model: Constants of the run.
+        directions: That friction is against, shorter than 1 of what rests.
+        before: Those before.
+        discrete: Its directions change.
+    """
+    for i in range(model.num_fingers):
+        rests = discrete.frozen[i, 0] == 1 and is_short(directions, i)
+        for part in range(NORMAL if rests else 0):
+            discrete.directions[i, part] = before[i, part]
 
 
 @compiled
@@ -316,6 +303,10 @@ def _point(work: Record, i: int) -> None:
     if bound > 0.0:
         for part in range(NORMAL):
             work.gamma[i, part] = -torsion.force[first + part] / bound
+        x, y, z = work.gamma[i, 0], work.gamma[i, 1], work.gamma[i, 2]
+        size = 1.0 if is_short(work.gamma, i) else size_with_spin(x, y, z)
+        for part in range(NORMAL):
+            work.gamma[i, part] /= size
         return
     # Without friction it slips as it is pushed.
     size = size_with_spin(opening[first], opening[first + 1], opening[first + 2])
@@ -353,6 +344,14 @@ def mark_resting(model: Record, discrete: Record, directions: Floats) -> bool:
 
 
 @compiled
+def let_begin(model: Record, discrete: Record) -> None:
+    """From now on what has begun to slip at this instant takes its direction from its velocity."""
+    for i in range(model.num_fingers):
+        if discrete.frozen[i, 0] == LEAVES:
+            discrete.frozen[i, 0] = 1
+
+
+@compiled
 def let_marked_stick(model: Record, discrete: Record, state: Record) -> None:
     """Lets those contacts stick."""
     for i in range(model.num_fingers):
@@ -367,13 +366,14 @@ def let_marked_stick(model: Record, discrete: Record, state: Record) -> None:
 
 
 @compiled
-def _hold_at_rest(model: Record, state: Record, work: Record, i: int, h: float) -> None:
+def _hold_at_rest(
+    model: Record, discrete: Record, state: Record, work: Record, i: int, h: float
+) -> None:
     """Gives contact ``i`` the acceleration that it has to rounding, if it rests after ``h``."""
-    n = model.num_fingers
     if is_short(work.gamma, i):
-        for axis in range(2):
-            work.slip_acceleration[i, axis] = -state.x[velocity_at(n, i, axis)] / h
-        work.spin_acceleration[i] = -state.x[velocity_at(n, i, 2)] / h
+        x, y, z = slide_velocity(model, discrete, state, i)
+        work.slip_acceleration[i, 0], work.slip_acceleration[i, 1] = -x / h, -y / h
+        work.spin_acceleration[i] = -z / h
 
 
 @compiled
@@ -397,12 +397,6 @@ def _put_on_surface(model: Record, work: Record, i: int) -> None:
 
 
 @compiled
-def creeps_in_stick(model: Record, discrete: Record, torsion: Record, i: int) -> bool:
-    """Whether contact ``i``, which sticks, may turn since its moment is undetermined."""
-    return contacts_creep(torsion) and _holds_turn(model, discrete, i)
-
-
-@compiled
 def take_forces(model: Record, discrete: Record, work: Record) -> None:
     """Forces and accelerations of the solution; what sticks does not accelerate."""
     n, torsion = model.num_fingers, work.torsion
@@ -421,71 +415,6 @@ def take_forces(model: Record, discrete: Record, work: Record) -> None:
             work.slip_acceleration[i, axis] = _opening(n, torsion, first + axis) if slips else 0.0
         turns = slips or creeps_in_stick(model, discrete, torsion, i)
         work.spin_acceleration[i] = _opening(n, torsion, first + TURN) if turns else 0.0
-
-
-@compiled_apart(types.int64, MODEL, DISCRETE, STATE, WORKSPACE)
-def spatial_keep_stick(model: Record, discrete: Record, state: Record, work: Record) -> int:
-    """Stops the spin of contacts that stick by an impulse, and updates the spin of the others.
-
-    In stick psi' = 0 is kept by psi'' = 0 alone, and where a slip ends only its state is set to 0.
-
-    Args:
-        model: Constants of the run.
-        discrete: Phases.
-        state: Its velocities change.
-        work: With kinematics and mobility of this state.
-
-    Returns:
-        1 where a velocity has changed.
-    """
-    n, x, torsion, changed = model.num_fingers, state.x, work.torsion, 0
-    largest = 0.0
-    for i in range(n):
-        if _holds_turn(model, discrete, i):
-            largest = max(largest, abs(spin_of(model, state, work, i)))
-    if largest > EXACT:
-        _stop_spins(model, discrete, state, work)
-        changed = 1
-    for i in range(n):
-        turns = discrete.phases[i] != STICK
-        if largest > EXACT and creeps_in_stick(model, discrete, torsion, i):
-            turns = True
-        spin, at = spin_of(model, state, work, i) if turns else 0.0, spin_velocity_at(n, i)
-        if abs(spin) <= EXACT:
-            spin = 0.0
-        if x[at] != spin:
-            x[at], changed = spin, 1
-    return changed
-
-
-@compiled
-def _stop_spins(model: Record, discrete: Record, state: Record, work: Record) -> None:
-    """The impulse on what sticks and all normals after which no determined mode turns.
-
-    Friction takes the energy of these turns.
-    """
-    n, x, torsion, work_done = model.num_fingers, state.x, work.torsion, 0.0
-    assemble_phases(model, discrete, torsion.no_slide, work)
-    find_modes(model, discrete, work)
-    for k in range(torsion.num_holders):
-        torsion.wanted[k] = spin_of(model, state, work, torsion.holders[k])
-        torsion.amounts[k] = 0.0
-    _find_moments(torsion)
-    for k in range(6):
-        torsion.motion[k] = 0.0
-    _add_moments(torsion)
-    for k in range(torsion.num_holders):
-        turned = twist_of(torsion, torsion.holders[k], torsion.motion)
-        work_done += torsion.held[k] * (torsion.wanted[k] + 0.5 * turned)
-    x[dissipated_at(model)] += max(0.0, -work_done)
-    for k in range(6):
-        x[VELOCITY + k] += torsion.motion[k]
-    for i in range(n):
-        if discrete.phases[i] == STICK:
-            continue
-        _, dx, dy, dz = slip_forces(work, torsion.motion, i, 0.0, 0.0, 0.0)
-        for axis in range(2):
-            x[slip_velocity_at(n, i, axis)] += along_tangent(work.kin, i, axis, dx, dy, dz)
 
 
 @compiled
@@ -507,8 +436,8 @@ def respond_to_tip_force(model: Record, discrete: Record, work: Record, i: int, 
     for k in range(torsion.num_holders):
         torsion.wanted[k] = twist_of(torsion, torsion.holders[k], torsion.motion)
         torsion.amounts[k] = 0.0
-    _find_moments(torsion)
-    _add_moments(torsion)
+    find_moments(torsion)
+    add_moments(torsion)
     for k in range(6):
         torsion.responding[k] = torsion.motion[k]
     for j in range(n):
