@@ -31,8 +31,8 @@ from slipgrasp.core.kernel.spatial.flow import (
 from slipgrasp.core.kernel.spatial.model import MODEL
 from slipgrasp.core.kernel.spatial.state import ATTITUDE, STATE, velocity_at
 from slipgrasp.core.kernel.spatial.torsion import (
-    INSTANT,
     LEAVES,
+    RESTS,
     begin_at_once,
     begin_contact_problem,
     let_marked_stick,
@@ -448,6 +448,9 @@ def _let_rest_stick(
     for _ in range(model.num_fingers if model.soft == 1 else 0):
         if not mark_resting(model, discrete, discrete.directions):
             return
+        for i in range(model.num_fingers):
+            if discrete.frozen[i, 0] == RESTS:
+                room.free[i, 0] = 1
         let_marked_stick(model, discrete, state)
         _take_phases(model, discrete, state, work)
         _let_all_overcome(model, discrete, state, work, room)
@@ -480,7 +483,7 @@ def spatial_select(
         _let_rest_stick(model, discrete, state, work, room)
         return status
     if model.soft == 1:
-        begin_contact_problem(model, discrete, state, work, INSTANT)
+        begin_contact_problem(model, discrete, state, work, 0.0)
     else:
         spatial_contacts(model, state, work, room)
     if status == NONE_CONSISTENT:

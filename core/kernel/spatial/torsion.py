@@ -64,10 +64,10 @@ EXACT = 1e-14  # a spin velocity times e that counts as none [m/s]
 def begin_contact_problem(
     model: Record, discrete: Record, state: Record, work: Record, h: float
 ) -> None:
-    """G and c with the velocities of slips over a time ``h``."""
+    """G and c with the velocities of slips over a time ``h``, and an instant where they begin."""
     n, torsion = model.num_fingers, work.torsion
     spatial_mobility(model, state, work)
-    _add_velocities(model, discrete, state, torsion, 1.0 / h)
+    _add_velocities(model, discrete, state, torsion, h, 1.0)
     for i in range(n):
         for j in range(n):
             torsion.creep[i, j] = 0.0
@@ -75,10 +75,11 @@ def begin_contact_problem(
 
 @compiled
 def _add_velocities(
-    model: Record, discrete: Record, state: Record, torsion: Record, share: float
+    model: Record, discrete: Record, state: Record, torsion: Record, h: float, sign: float
 ) -> None:
-    """Adds a multiple of the velocities of what slips to c."""
+    """Adds the velocities of what slips over that time to c, or takes them off."""
     for i in range(model.num_fingers):
+        share = sign / time_of_slip(discrete, i, h)
         x, y, z = slide_velocity(model, discrete, state, i)
         # What is as slow as rounding has no direction.
         if discrete.phases[i] != STICK and size_with_spin(x, y, z) > EXACT:
@@ -86,6 +87,15 @@ def _add_velocities(
             torsion.offset[first] += share * x
             torsion.offset[first + 1] += share * y
             torsion.offset[first + TURN] += share * z
+
+
+@compiled
+def time_of_slip(discrete: Record, i: int, h: float) -> float:
+    """Time after which friction of contact ``i`` is against its velocity, in a step of size ``h``.
+
+    What begins to slip has the direction of an instant later, however short the step.
+    """
+    return h if h > 0.0 and discrete.frozen[i, 0] == 0 else h + INSTANT
 
 
 @compiled
@@ -229,7 +239,7 @@ def begin_slips(
     _hold_amounts(torsion, 1.0)
     solved = spatial_soft_newton(model, torsion) == 1
     _hold_amounts(torsion, -1.0)
-    _add_velocities(model, discrete, state, torsion, -1.0 / h)
+    _add_velocities(model, discrete, state, torsion, h, -1.0)
     if not solved:
         return False
     for i in range(n):
@@ -240,7 +250,7 @@ def begin_slips(
     take_forces(model, discrete, work)
     for i in range(n):
         if torsion.kinds[i] == FREE:
-            _hold_at_rest(model, discrete, state, work, i, h)
+            _hold_at_rest(model, discrete, state, work, i, time_of_slip(discrete, i, h))
     return True
 
 
@@ -259,7 +269,7 @@ def begin_at_once(model: Record, discrete: Record, state: Record, work: Record) 
         for part in range(NORMAL if discrete.frozen[i, 0] == LEAVES else 0):
             discrete.crept[i, part] = state.x[velocity_at(model.num_fingers, i, part)]
             found = True
-    if not (found and begin_slips(model, discrete, state, work, INSTANT, True)):
+    if not (found and begin_slips(model, discrete, state, work, 0.0, True)):
         return
     take_directions(model, work.gamma, discrete)
     for i in range(model.num_fingers):
