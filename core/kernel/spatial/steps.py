@@ -251,6 +251,9 @@ def spatial_emit_inside(model: Record, run: Record, outlet: Record, h: float) ->
         found = True
     if found:
         spatial_step(model, run.discrete, h, step, run.work)
+    if begins:
+        # For the rows of slips, which are chosen later.
+        keep_directions_at_rest(model, step.directions, step.begun, run.discrete)
 
 
 @compiled
