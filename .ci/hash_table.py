@@ -17,7 +17,7 @@ _DIGITS = 12
 
 
 def known_hashes() -> dict[str, str]:
-    """The hashes that the documentation has, by preset."""
+    """The hashes in the documentation, by preset."""
     with KNOWN.open(encoding="utf-8") as file:
         return {row["preset"]: row["SHA-256"] for row in csv.DictReader(file)}
 
@@ -31,7 +31,7 @@ def compute(path: Path) -> None:
 
 
 def join(paths: Sequence[Path]) -> bool:
-    """Prints the table, and returns whether all hashes are the known ones."""
+    """Prints the table; returns whether all hashes are those of the documentation."""
     known = known_hashes()
     systems = {path.stem.removeprefix("hashes-"): json.loads(path.read_text()) for path in paths}
     print(f"| preset | known | {' | '.join(systems)} |")

@@ -1,6 +1,6 @@
-"""Lays out the packages as they lie when installed, as links in build/links.
+"""Links the packages in build/links as they are installed.
 
-Linters find modules by folders: they see each folder beside slipgrasp/ as a package inside it.
+Linters find modules by folder: there, each folder next to slipgrasp/ is a package inside it.
 """
 
 import os

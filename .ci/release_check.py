@@ -1,10 +1,10 @@
-"""Builds a release from what is committed, twice, and installs it into empty environments.
+"""Builds a release from a commit twice, and installs it into empty environments.
 
-`python .ci/release_check.py [PYTHON …]`: the files beside the code are checked
-(release_material.py); source archive and wheel are built in two folders and have to be equal bytes;
-their metadata and contents are checked; each interpreter installs the wheel and runs a preset,
-whose hash has to be the one in docs/data/preset-hashes.csv. Nothing is published.
-`… --build FOLDER` only builds.
+`python .ci/release_check.py [PYTHON …]`: the other files are checked (release_material.py); source
+archive and wheel, with the kernel as WebAssembly, are built in two folders and must have equal
+bytes; their metadata and contents are checked; each interpreter installs the wheel and runs a
+preset with that kernel and with machine code, and its hash must be the one in
+docs/data/preset-hashes.csv. Nothing is published. `… --build FOLDER` only builds.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ import subprocess
 import sys
 import tarfile
 import tempfile
+import time
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -27,11 +28,18 @@ from release_material import check_forms, check_material
 
 ROOT = Path(__file__).parents[1]
 PRESET = "paper-case-1"
+# Waits for the machine code, which another process has compiled since the first run.
+COMPILE = """
+from slipgrasp.core.kernel.compilation.shipped import shipped_file
+from slipgrasp.core.run.simulator import prepare_kernel
+assert shipped_file() is not None, "the wheel has no kernel of its sources"
+prepare_kernel(machine_code=True)
+"""
 VERSIONS = ("python3.11", "python3.12", "python3.13")
 
 
 def main(interpreters: Sequence[str]) -> None:
-    """Checks a release with some interpreters; with those that are installed if none is named."""
+    """Checks a release with the given interpreters; with the installed ones if none is given."""
     check_material()
     check_forms()
     print("Citation, Zenodo, conda recipe, paper and workflows are in order")
@@ -51,7 +59,7 @@ def main(interpreters: Sequence[str]) -> None:
 
 
 def last_commit() -> str:
-    """The commit that is checked, also where another one is made meanwhile."""
+    """The commit that is checked, even if another one is made meanwhile."""
     return subprocess.check_output(["git", "rev-parse", "HEAD"], cwd=ROOT, text=True).strip()
 
 
@@ -63,10 +71,13 @@ def build(folder: Path, commit: str) -> list[Path]:
     (folder / "sources.tar").write_bytes(archive)
     with tarfile.open(folder / "sources.tar") as tar:
         tar.extractall(sources, filter="data")
-    time = subprocess.check_output(
+    instant = subprocess.check_output(
         ["git", "log", "-1", "--format=%ct", commit], cwd=ROOT, text=True
     )
-    environment = {**os.environ, "SOURCE_DATE_EPOCH": time.strip()}
+    kernels = sources / "core" / "kernel" / "compilation" / "kernels"
+    # As imported here: if that is not the commit, the wheel does not use it (check_installed).
+    tool("slipgrasp.core.kernel.compilation.webassembly", kernels)
+    environment = {**os.environ, "SOURCE_DATE_EPOCH": instant.strip()}
     subprocess.run(
         [sys.executable, "-m", "build", "--outdir", str(folder / "dist"), str(sources)],
         env=environment,
@@ -76,22 +87,22 @@ def build(folder: Path, commit: str) -> list[Path]:
     files = sorted((folder / "dist").iterdir())
     for each in files:
         if each.suffix == ".gz":
-            without_build_time(each, int(time))
+            without_build_time(each, int(instant))
     return files
 
 
-def without_build_time(path: Path, time: int) -> None:
-    """Writes a source archive again with one time for all files; setuptools takes the present."""
+def without_build_time(path: Path, instant: int) -> None:
+    """Rewrites a source archive with one time for all files; setuptools uses the present time."""
     with tarfile.open(path) as tar:
         members = [(each, tar.extractfile(each)) for each in tar.getmembers()]
         contents = [(each, file.read() if file else b"") for each, file in members]
     with (
         path.open("wb") as raw,
-        gzip.GzipFile(filename="", fileobj=raw, mode="wb", mtime=time) as packed,
+        gzip.GzipFile(filename="", fileobj=raw, mode="wb", mtime=instant) as packed,
         tarfile.open(fileobj=packed, mode="w") as tar,
     ):
         for member, content in sorted(contents, key=lambda each: each[0].name):
-            member.mtime, member.uid, member.gid, member.uname, member.gname = time, 0, 0, "", ""
+            member.mtime, member.uid, member.gid, member.uname, member.gname = instant, 0, 0, "", ""
             member.pax_headers = {}
             tar.addfile(member, io.BytesIO(content))
 
@@ -107,18 +118,28 @@ def tool(module: str, *arguments: str | Path) -> None:
 
 
 def check_installed(interpreter: str, wheel: Path, folder: Path) -> None:
-    """Installs a wheel into an empty environment, and compares the hash of a run."""
+    """Installs a wheel into an empty environment, and compares the hashes of two runs."""
     subprocess.run([interpreter, "-m", "venv", str(folder)], check=True)
     python = str(folder / "bin" / "python")
-    # Not in the sources, which lie beside: only what is installed is to be imported.
-    environment = {**os.environ, "SLIPGRASP_DATA": str(folder / "runs")}
+    # Outside the sources, so that only installed packages are imported.
+    own = {"SLIPGRASP_DATA": str(folder / "runs"), "SLIPGRASP_CACHE": str(folder / "cache")}
+    environment = {**os.environ, **own}
     install = [python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", str(wheel)]
     subprocess.run(install, check=True, cwd=folder)
-    run = [python, "-m", "slipgrasp", "run", PRESET, "--json"]
-    printed = subprocess.check_output(run, cwd=folder, env=environment, text=True)
-    assert json.loads(printed)["sha256"] == known_hashes()[PRESET], f"{interpreter}: another hash"
+
+    def check_hash() -> float:
+        """Compares the hash of a run; returns the time taken [s]."""
+        start = time.monotonic()
+        run = [python, "-m", "slipgrasp", "run", PRESET, "--json"]
+        printed = subprocess.check_output(run, cwd=folder, env=environment, text=True)
+        assert json.loads(printed)["sha256"] == known_hashes()[PRESET], f"{python}: another hash"
+        return time.monotonic() - start
+
+    first = check_hash()
+    subprocess.run([python, "-c", COMPILE], cwd=folder, env=environment, check=True)
+    check_hash()
     version = subprocess.check_output([python, "--version"], text=True).strip()
-    print(f"{version}: installed, and {PRESET} has the known hash")
+    print(f"{version}: installed, and {PRESET} has the known hash, first after {first:.1f} s")
 
 
 def build_into(folder: Path) -> None:

@@ -1,4 +1,4 @@
-"""Checks what a release needs beside its code: every file has the present version and form.
+"""Checks the files of a release other than its code: every file has the present version and form.
 
 `python .ci/release_material.py` needs nothing but PyYAML; `make release-check` checks the forms of
 workflows and citation too, with check-jsonschema.
@@ -35,7 +35,7 @@ def check_versions() -> None:
 
 
 def check_paper() -> None:
-    """Every work that the paper cites is in its bibliography, and the other way round."""
+    """Every work that the paper cites is in its bibliography, and vice versa."""
     text = _text("paper/paper.md")
     cited = set(re.findall(r"@([a-z]+)", text.split("---", 2)[2]))
     known = set(re.findall(r"^@\w+{(\w+),", _text("paper/paper.bib"), re.MULTILINE))
@@ -58,7 +58,7 @@ def check_workflows() -> None:
 
 
 def check_forms() -> None:
-    """Workflows and citation have the forms of their schemas."""
+    """Workflows and citation match their schemas."""
     workflows = sorted(map(str, (ROOT / ".github" / "workflows").glob("*.yml")))
     for schema, files in {
         "vendor.github-workflows": workflows,

@@ -1,1 +1,1 @@
-"""Speed, cost, memory and accuracy, measured beside a peer in the same run."""
+"""Speed, cost, memory and accuracy, compared with other programs in the same run."""

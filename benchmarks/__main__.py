@@ -66,10 +66,10 @@ ONLY_IF_NAMED = ("soak", "reality", "sysid")
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Runs the parts asked for, all of them if none is named.
+    """Runs the named parts; all of them if none is named.
 
     Args:
-        arguments: Of the command line; those of this process if left out.
+        arguments: Arguments of the command line; those of this process if None.
     """
     parser = _parser()
     options = parser.parse_args(arguments)
@@ -104,7 +104,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 def _options_of(name: str, options: argparse.Namespace) -> dict[str, Any]:
-    """The arguments of the command line that a part receives besides its output."""
+    """The command-line arguments that a part receives in addition to its output."""
     seed = {"seed": options.seed} if name in SEEDED and options.seed is not None else {}
     minutes = {"minutes": options.minutes} if name == "soak" and options.minutes else {}
     count = {"count": options.count} if name == "soft-grasps" and options.count else {}

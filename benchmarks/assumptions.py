@@ -1,4 +1,4 @@
-"""What each choice that the paper leaves open does in both of its cases, one made otherwise.
+"""Effect of each choice that the paper leaves open: both cases with one choice changed.
 
 The runs are those of the studies ``docs/studies/assumptions-case-1.toml`` and ``…-case-2.toml``.
 """
@@ -17,7 +17,7 @@ from slipgrasp.core.study.loading import load_study
 
 CASES = (1, 2)
 STUDIES = Path(__file__).parents[1] / "docs" / "studies"
-SHORTEST = 1e-5  # slip paths below it count as it [m]
+SHORTEST = 1e-5  # smaller slip paths count as this one [m]
 TEXTS = {
     "controller.lyapunov_weight": "weight $Q$",
     "controller.slip_position_gain": "gain of the slips $K_{p2}$ [1/s²]",
@@ -39,11 +39,11 @@ TEXTS = {
 
 
 class Choice(NamedTuple):
-    """One choice made otherwise.
+    """One changed choice.
 
     Attributes:
-        name: What is chosen, and its value.
-        runs: By case; the preset's own first, then this one; None where it has no part.
+        name: The choice and its value.
+        runs: Runs of the preset and of the changed choice by case; None if it does not apply.
     """
 
     name: str
@@ -51,12 +51,12 @@ class Choice(NamedTuple):
 
     @property
     def effect(self) -> float:
-        """The largest change of a slip path, as a logarithm; infinite where an object is lost."""
+        """The largest change of a slip path, as a logarithm; infinite if an object is lost."""
         return max(_effect(*pair) for pair in self.runs if pair is not None)
 
 
 def run(docs: Path | None = None) -> list[Table]:
-    """The table ``assumptions`` and its picture, by effect."""
+    """The table ``assumptions`` and its diagram, ordered by effect."""
     choices = measure()
     if docs is not None:
         from benchmarks.charts import draw_assumptions, save
@@ -66,7 +66,7 @@ def run(docs: Path | None = None) -> list[Table]:
 
 
 def measure() -> list[Choice]:
-    """Runs both studies; the choices in falling order of effect."""
+    """Runs both studies; returns the choices in decreasing order of effect."""
     found: dict[str, dict[int, tuple[RunSummary, RunSummary]]] = {}
     for case in CASES:
         default, *others = _runs_of(case)

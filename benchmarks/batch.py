@@ -1,4 +1,4 @@
-"""Many varied runs on two threads, against MuJoCo on two threads."""
+"""Many varied runs on two threads, compared with MuJoCo on two threads."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def vary(name: str, count: int, duration: float) -> Iterator[Scenario]:
 
     Args:
         name: The preset.
-        count: How many.
+        count: Number of variants.
         duration: Simulated time of each [s].
     """
     base = load_scenario(name)
@@ -54,7 +54,7 @@ def compare_batches(count: int = COUNT, rounds: int = ROUNDS, duration: float = 
 
     Args:
         count: Runs of a batch.
-        rounds: How often each batch is timed.
+        rounds: Number of timings of each batch.
         duration: Simulated time of every run [s].
     """
     scenarios = list(vary("paper-case-1", count, duration))

@@ -23,7 +23,7 @@ COUNT = 10_000
 PAGE = 100
 POLL = 0.1
 LINKS = 60_000
-"""File systems allow about so many names for one file."""
+"""Approximate limit of file systems for the number of names of a file."""
 
 
 def run(_docs: Path | None = None) -> list[Table]:
@@ -32,11 +32,11 @@ def run(_docs: Path | None = None) -> list[Table]:
 
 
 def measure_catalogue(rounds: int = ROUNDS, count: int = COUNT) -> Table:
-    """Processor time of searches in a folder, of which each gives a page of 100 runs.
+    """Processor time of searches in a folder, each for a page of 100 runs.
 
     Args:
-        rounds: How often each is timed.
-        count: Recordings in the folder.
+        rounds: Number of timings of each search.
+        count: Number of recordings in the folder.
     """
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -68,14 +68,14 @@ def measure_catalogue(rounds: int = ROUNDS, count: int = COUNT) -> Table:
     ]
     table = tuple((words, f"{MILLISECONDS * own:.0f}") for words, own in rows)
     note = (
-        f"A folder of more than {SMALL} recordings is looked over in the background; the first "
-        "listing without a catalogue has the newest runs only. Target: 300 ms with a catalogue."
+        f"Folders of more than {SMALL} recordings are indexed in the background. "
+        "Target: 300 ms with a catalogue."
     )
     return Table("catalogue", (f"{count} recordings", "CPU [ms]"), table, (note,))
 
 
 def fill(folder: Path, count: int) -> None:
-    """Links one real recording under many names, each with a valid sidecar of its own."""
+    """Links one real recording under many names, each with a separate valid sidecar."""
     scenario = with_values(load_scenario("paper-case-1"), {"simulation.duration": 0.1})
     stored, files = RecordingStore(folder).save(simulate(scenario)), RunFiles(folder)
     source = stored.path

@@ -58,7 +58,7 @@ def draw_work_precision(points: Sequence[Point]) -> Figure:
 
 
 def draw_sampled(points: Sequence[SampledPoint]) -> Figure:
-    """Error of the pose in the end over CPU time, one curve per case and way."""
+    """Error of the final pose over CPU time, one curve per case and method."""
     with paper_style():
         figure = new_figure(90.0)
         cases = sorted({point.case for point in points})
@@ -89,7 +89,7 @@ def draw_scaling(durations: Scaling, fingers: Scaling) -> Figure:
 
 
 def _draw_fingers(axes: Axes, fingers: Scaling) -> None:
-    """Both axes logarithmic, so that powers are straight."""
+    """Makes both axes logarithmic, so that powers are straight lines."""
     axes.set(xscale="log", yscale="log", xlim=(1.9, 6.6), xlabel="fingers $n$")
     axes.set_title("(b) CPU time of 7 s [ms]", loc="left", fontsize=8.5)
     _draw_cost(axes, fingers, {"continuous": (2, 2.0, -12.0), "1 kHz": (1, -2.0, 8.0)})
@@ -122,7 +122,7 @@ def _draw_curves(axes: Axes, points: Sequence[Point], error: str) -> None:
 
 
 def _draw_legend(axes: Axes) -> None:
-    """The marks of both cases; the engines are named at their curves."""
+    """The legend of both cases; the engines are named next to their curves."""
     marks = {"case I": ("o", "black", "-"), "case II": ("s", "white", "--")}
     handles = [
         Line2D([], [], color="black", marker=marker, markersize=3.5, markerfacecolor=face, ls=line)
@@ -154,7 +154,7 @@ def _write(
     colour: tuple[float, float, float],
     size: float = 7.0,
 ) -> None:
-    """Words beside a point: on its left if the offset [pt] is negative."""
+    """Text next to a point: on its left if the offset [pt] is negative."""
     axes.annotate(
         words,
         place,
@@ -176,7 +176,7 @@ def _draw_cost(axes: Axes, scaling: Scaling, labels: dict[str, tuple[int, float,
 
 
 def _draw_guide(axes: Axes, scaling: Scaling, power: int, name: str) -> None:
-    """What a power would make of the cost of the first continuous run."""
+    """The cost of the first continuous run, extrapolated with a power."""
     size, cost = _places(scaling, "continuous")[0]
     ends = [(size, cost), (scaling.sizes[-1], cost * (scaling.sizes[-1] / size) ** power)]
     grey = paint(MUTED)
@@ -194,7 +194,7 @@ def _plain(value: float, _position: float) -> str:
 
 
 def draw_assumptions(choices: Sequence[Choice]) -> Figure:
-    """Slip path of both cases, one row per choice, the strongest on top."""
+    """Slip path of both cases, one row per choice, the largest effect on top."""
     with paper_style():
         row, top = 4.2, 12.0
         figure = new_figure(top + row * len(choices) + 12.0)

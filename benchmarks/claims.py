@@ -1,6 +1,6 @@
-"""Claims about the composite law, each with the figure that carries or refutes it.
+"""Claims about the composite law, each with the result that supports or refutes it.
 
-Both are about the composite law alone, with one of its parts and without; it is compared with
+Both compare the composite law with and without one of its parts; it is compared with
 other laws in `benchmarks.robustness_gains`.
 """
 
@@ -29,9 +29,9 @@ from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 
 PAGE = "robustness.md"
-FEWER = 500  # objects where gains are chosen
-EXPECTED = 0.3  # error of a force that the law expects beside that from noise [N]
-SIGMAS = 6.0  # beyond which an error counts as news and what was known is forgotten
+FEWER = 500  # objects for the choice of gains
+EXPECTED = 0.3  # error of a force that the law expects in addition to noise [N]
+SIGMAS = 6.0  # larger errors are new information, and the previous estimate is discarded
 
 LATENCIES = (0.0, 0.01, 0.02, 0.03, 0.04, 0.05)  # [s]
 _SWITCHES = {**SETTINGS, "controller.distribution": "exact"}
@@ -58,7 +58,7 @@ AWARE: dict[str, dict[str, Any]] = {
     "6 mm/s, slip by sums": {**SETTINGS, **_DETECTED},
 }
 _PRESET_GAINS = ((100.0, 20.0),)
-LATENCY, NOISE = 0.03, 3e-3  # put to more hands [s], [m/s]
+LATENCY, NOISE = 0.03, 3e-3  # for more hands [s], [m/s]
 _LIGHT, _HEAVY = ({"controller.link_mass_ratio": ratio} for ratio in (0.9, 1.1))
 HANDS: dict[str, tuple[int, dict[str, float]]] = {
     "2 fingers": (2, {}),
@@ -74,8 +74,8 @@ Series = Mapping[str, Sequence[Result]]
 
 
 def run(docs: Path | None = None) -> list[Table]:
-    """The tables ``claim-1``, ``claim-2`` and ``claim-hands``, and their picture."""
-    # That module knows this one.
+    """The tables ``claim-1``, ``claim-2`` and ``claim-hands``, and their diagram."""
+    # That module imports this one.
     from benchmarks.claims_chart import draw_claims
 
     delay, noise = measure_switching(), measure_noise()
@@ -109,7 +109,7 @@ def measure_switching(count: int = FEWER, tuned: int = TUNED) -> Series:
 
 
 def measure_noise(count: int = COUNT) -> Series:
-    """Velocity noise where the law expects its errors, and where it does not; preset gains."""
+    """Velocity noise with errors that the law expects, and with larger ones; preset gains."""
     return {
         name: [_hold({**values, **noisy_motion(noise)}, count) for noise in NOISES]
         for name, values in AWARE.items()
@@ -117,7 +117,7 @@ def measure_noise(count: int = COUNT) -> Series:
 
 
 def measure_hands(count: int = FEWER, tuned: int = TUNED) -> Series:
-    """Both claims put to more fingers and to models that do not match."""
+    """Both claims with more fingers, and with models that do not match."""
     late = {"controller.latency": LATENCY}
     found: dict[str, list[Result]] = {}
     for n, model in HANDS.values():
@@ -139,13 +139,13 @@ def measure_hands(count: int = FEWER, tuned: int = TUNED) -> Series:
 def _hold(
     values: Mapping[str, Any], count: int, tuned: int = 0, base: Scenario | None = None
 ) -> Result:
-    """The composite law for a second, with its best gains or, if none are tuned, the preset's."""
+    """The composite law for a second, with its best gains, or the preset's if none are tuned."""
     base = with_values(base or load_scenario("composite-case-2"), values)
     return hold_at_best(base, "composite", tuned or 1, count, GAINS if tuned else _PRESET_GAINS)
 
 
 def noise_that_fails(scenario: Scenario) -> float:
-    """Velocity noise whose error in the row of the vertical force is what the law expects [m/s].
+    """Velocity noise whose error in the row of the vertical force equals the expected one [m/s].
 
     A filtered difference of white noise sigma has the deviation sigma / T times
     a sqrt(2 / (2 - a)), a = T / (T_f + T); the row multiplies it by that row of M~.
@@ -175,10 +175,7 @@ def _tabulate(
         for k, label in enumerate(labels)
     )
     count = next(iter(series.values()))[0].count
-    legend = (
-        f"{count} objects: held, with the 95 % interval, gains K_p/K_v; slip path, median/worst "
-        "[mm]."
-    )
+    legend = f"{count} objects: held (95 % interval), gains K_p/K_v; slip path, median/worst [mm]."
     return Table(name, (head, *series), rows, (legend, *notes), PAGE)
 
 

@@ -1,4 +1,4 @@
-"""The picture of the claims: held over latency and over noise."""
+"""Diagram of the claims: held objects over latency and over noise."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ _STYLES = (("#e66100", "o--"), ("#005596", "s--"), ("#e66100", "o-"), ("#005596"
 
 
 def draw_claims(delay: Series, noise: Series, fails: float, path: Path) -> None:
-    """Two squares, one per claim.
+    """Draws two squares, one per claim.
 
     Args:
-        delay: Held over latency.
-        noise: Held over velocity noise.
+        delay: Held objects over latency.
+        noise: Held objects over velocity noise.
         fails: Velocity noise at which errors of a row are as expected [m/s].
-        path: Where to write.
+        path: Output path.
     """
     figure = new_figure(12.0, 5.0)
     first, second = figure.subplots(1, 2)

@@ -1,4 +1,4 @@
-"""What a study costs on every engine, and from that how far a cluster of workers goes."""
+"""Cost of a study with every executor, and the resulting limits of a cluster of workers."""
 
 from __future__ import annotations
 
@@ -30,14 +30,14 @@ _UNITS = (("s", 1.0), ("min", 60.0), ("h", 3600.0), ("days", 86_400.0), ("years"
 
 
 class Costs(NamedTuple):
-    """What was measured.
+    """The measurements.
 
     Attributes:
-        worker: CPU time that a run takes of its worker [s].
-        scheduler: CPU time that it takes of the scheduler [s].
-        rates: Runs per second of the engines [1/s].
-        tasks: Tasks per second that have nothing to do, likewise [1/s].
-        row: What a run takes in the file of the study [B].
+        worker: CPU time of a run in its worker [s].
+        scheduler: CPU time of a run in the scheduler [s].
+        rates: Runs per second of the executors [1/s].
+        tasks: Empty tasks per second of the executors [1/s].
+        row: Size of a run in the file of the study [B].
     """
 
     worker: float
@@ -54,12 +54,12 @@ def run(_docs: Path | None = None) -> list[Table]:
 
 
 def measure_costs(count: int = COUNT, rounds: int = ROUNDS, empty: int = EMPTY_TASKS) -> Costs:
-    """Costs of a study, and rates of all engines in turns.
+    """Costs of a study, and rates of all executors, measured in turns.
 
     Args:
-        count: Runs of the study.
-        rounds: How often each is timed.
-        empty: How many tasks with nothing to do are timed.
+        count: Number of runs of the study.
+        rounds: Number of timings of each.
+        empty: Number of empty tasks that are timed.
     """
     study = make_study(count)
     engines = {
@@ -85,11 +85,11 @@ def measure_costs(count: int = COUNT, rounds: int = ROUNDS, empty: int = EMPTY_T
 
 
 def measure_costs_of_a_run(study: Study, rounds: int) -> tuple[float, float, float]:
-    """CPU time of its worker and of the scheduler [s], and its size in the file [B].
+    """CPU time of a run in its worker and in the scheduler [s], and its size in the file [B].
 
     Args:
         study: The study.
-        rounds: How often each is timed.
+        rounds: Number of timings of each.
     """
     collector = _Collector()
     size = _scheduling(study, collector)()
@@ -104,15 +104,14 @@ def measure_costs_of_a_run(study: Study, rounds: int) -> tuple[float, float, flo
 
 
 def project(costs: Costs) -> Table:
-    """How long clusters take, by arithmetic."""
+    """The calculated duration of studies on clusters."""
     of_worker = costs.rates["1 worker process"]
     of_scheduler = min(1.0 / costs.scheduler, RUNS_PER_CHUNK * costs.tasks["Dask, 2 workers"])
     rows = tuple(_project_row(number, of_worker, of_scheduler) for number in CLUSTERS)
     small, large = MAX_RUNS * costs.row / 1e6, LARGE * costs.row / 1e9
     notes = (
         f"One worker: {of_worker:.0f} runs/s. One scheduler: {of_scheduler:.0f} runs/s at most. "
-        f"A study has at most {MAX_RUNS} runs: {LARGE} are {LARGE // MAX_RUNS} studies, which any "
-        "number of schedulers can share.",
+        f"A study has at most {MAX_RUNS} runs: {LARGE} are {LARGE // MAX_RUNS} studies.",
         f"Their files take {small:.0f} MB and {large:.0f} GB.",
     )
     heads = (
@@ -134,7 +133,7 @@ def _project_row(number: int, of_worker: float, of_scheduler: float) -> tuple[st
 
 
 def _duration(seconds: float) -> str:
-    """A duration with two digits, in the largest unit of which there is one and a half."""
+    """A duration with two digits, in the largest unit that gives at least 1.5."""
     units = [(name, unit) for name, unit in _UNITS if seconds >= 1.5 * unit]
     name, unit = units[-1] if units else _UNITS[0]
     count = seconds / unit
@@ -164,7 +163,7 @@ def _tabulate_engines(costs: Costs) -> Table:
 
 
 class _Replay(InlineExecutor):
-    """Gives results that were computed before, packed as they come from a worker."""
+    """Yields results that were computed before, packed as a worker sends them."""
 
     def __init__(self, packed: dict[int, bytes]) -> None:
         self._packed = packed
@@ -176,14 +175,14 @@ class _Replay(InlineExecutor):
         *,
         should_stop: Callable[[], bool],
     ) -> Iterator[Finished[Any, Any]]:
-        """Gives what there is for every task."""
+        """Yields the stored result of every task."""
         for task in tasks:
             pickle.dumps((function, task), pickle.HIGHEST_PROTOCOL)
             yield Finished(task, pickle.loads(self._packed[task.first]))
 
 
 class _Collector(InlineExecutor):
-    """Keeps what comes out, packed."""
+    """Retains the packed results."""
 
     def __init__(self) -> None:
         self.packed: dict[int, bytes] = {}
@@ -195,7 +194,7 @@ class _Collector(InlineExecutor):
         *,
         should_stop: Callable[[], bool],
     ) -> Iterator[Finished[Any, Any]]:
-        """Does the tasks."""
+        """Executes the tasks."""
         for done in super().map(function, tasks, should_stop=should_stop):
             self.packed[done.task.first] = pickle.dumps(done.result, pickle.HIGHEST_PROTOCOL)
             yield done
@@ -224,7 +223,7 @@ def _scheduling(study: Study, executor: Executor) -> Callable[[], int]:
 
 
 def _passing(executor: Executor, count: int) -> Callable[[], None]:
-    """What passes tasks with nothing to do through an engine."""
+    """A function that executes empty tasks with an executor."""
 
     def pass_tasks() -> None:
         done = executor.map(_do_nothing, range(count), should_stop=_never)

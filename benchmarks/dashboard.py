@@ -1,4 +1,4 @@
-"""The dashboard under its users: edits in a page, playing, many viewers, coming and going."""
+"""The dashboard in use: edits in a page, playback, many viewers, connecting and disconnecting."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _AFTER_LAST = 3.0 * LOOK_SECONDS
 
 
 class Served(NamedTuple):
-    """A dashboard in a process of its own."""
+    """A dashboard in a separate process."""
 
     process: int
     port: int
@@ -52,16 +52,13 @@ def run(_docs: Path | None = None) -> list[Table]:
 
 
 def tabulate_edits(edits: int = EDITS) -> Table:
-    """From a key on a slider to the last message of its run.
+    """Time from a key press on a slider to the last message of its run.
 
     Args:
-        edits: How many.
+        edits: Number of edits.
     """
     rows = [row for preset in (PRESET, IN_SPACE) for row in _edit_rows(preset, edits)]
-    note = (
-        "Chromium, 1440 x 900, drawn by the processor itself: a page that is drawing takes its "
-        "messages from the socket later, which a graphics card does not know."
-    )
+    note = "Chromium, 1440 x 900, rendered without a graphics card."
     heads = (f"{edits} edits of the mass", "message in the page [ms]", "taken by the page [ms]")
     return Table("dashboard-edits", heads, tuple(rows), (note,))
 
@@ -79,11 +76,11 @@ def _edit_rows(preset: str, edits: int) -> Iterator[tuple[str, ...]]:
 def tabulate_viewers(
     counts: tuple[int, ...] = (1, 5, VIEWERS), counts_in_space: tuple[int, ...] = (1, 5)
 ) -> Table:
-    """Update rate, age and cost while viewers watch a run play.
+    """Update rate, age and cost while viewers watch the playback of a run.
 
     Args:
-        counts: How many viewers, one row each.
-        counts_in_space: The same of a spatial hand.
+        counts: Numbers of viewers, one row each.
+        counts_in_space: Numbers of viewers of a spatial hand.
     """
     heads = (
         "viewers, each its own session",
@@ -115,10 +112,10 @@ def _watch_row(served: Served, count: int) -> tuple[str, ...]:
 
 
 def tabulate_memory(connects: int = CONNECTS) -> Table:
-    """Memory after many viewers have come and gone.
+    """Memory after many viewers have connected and disconnected.
 
     Args:
-        connects: How many.
+        connects: Number of connections.
     """
     with serve_dashboard() as served:
         come_and_go(served.socket, _WARM_UP)
@@ -139,10 +136,10 @@ def _memory_at_rest(served: Served) -> int:
 
 @contextmanager
 def serve_dashboard(preset: str = PRESET) -> Iterator[Served]:
-    """A dashboard of its own data folder, as long as the ``with`` block lasts.
+    """A context with a dashboard that has a separate data folder.
 
     Args:
-        preset: What it opens with.
+        preset: Initial preset.
     """
     with tempfile.TemporaryDirectory() as folder:
         process = subprocess.Popen(

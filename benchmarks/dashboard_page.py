@@ -1,4 +1,4 @@
-"""Edits in a real Chromium: from the key to the last message that the page is sent for it."""
+"""Edits in a real Chromium: time from a key press to the last message for it."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from slipgrasp.web.charts.chosen import CHOSEN_TAB
 from slipgrasp.web.model.charts_view import ChartsView
 from tests.ensure_programs import FLAGS, find_chromium
 
-_QUIET = 450  # [ms]; a run is saved once its control has rested for half a second.
+_QUIET = 450  # [ms]; a run is saved half a second after the last edit.
 _BETWEEN = 700
 _PATIENCE = 60_000
 _SIGNALS = ("x", "normal_force_0", "joint_velocity_0_0", "kinetic_energy")
 _LAYOUT = ChartsView(chosen=_SIGNALS).layout()
 _MASS = "xpath=//label[normalize-space(.)='mass [kg]']/../../.."
 
-# The page's websocket lives in a worker. Its messages are noted there, by the clock, so that
+# The page's websocket lives in a worker. Its messages are recorded there with their times, so that
 # a page that is busy drawing does not count as a message on its way.
 _LISTEN = """
 const arrivals = []; let batches = 0; let pressed = 0;
@@ -58,11 +58,11 @@ window.addEventListener('keydown', () => {
 
 
 class Edit(NamedTuple):
-    """What became of one key on a slider.
+    """Effect of one key press on a slider.
 
     Attributes:
-        arrived: When the page's socket had the last scene and chart message [s].
-        handled: When the page itself had taken it from there, between two drawings [s].
+        arrived: Time at which the page's socket received the last scene or chart message [s].
+        handled: Time at which the page has processed it, between two drawings [s].
     """
 
     arrived: float
@@ -70,13 +70,13 @@ class Edit(NamedTuple):
 
 
 def measure_edits(url: str, edits: int) -> list[Edit]:
-    """Presses an arrow key on the slider of the mass, at rest, again and again.
+    """Presses an arrow key on the slider of the mass repeatedly, during a pause of playback.
 
     Four charts are open, with both cursors in them.
 
     Args:
         url: Address of the dashboard.
-        edits: How often.
+        edits: Number of key presses.
     """
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=find_chromium(), args=list(FLAGS))

@@ -1,7 +1,7 @@
-"""`python -m benchmarks.dashboard_server FOLDER PRESET`: a dashboard that says how old frames are.
+"""`python -m benchmarks.dashboard_server FOLDER PRESET`: a dashboard that reports ages of frames.
 
-It opens with the preset, prints its port, and ends with its standard input. The stamp is the last
-message of a frame: its receiver has the whole frame, and knows its age.
+It opens with the preset, prints its port, and ends when its standard input is closed. The stamp is
+the last message of a frame, so that its receiver has the whole frame and its age.
 """
 
 from __future__ import annotations
@@ -23,18 +23,18 @@ from slipgrasp.web.model.view import ViewState
 from slipgrasp.web.screen import Screen
 
 STAMP = "drawn at "
-"""What a stamp begins with; the monotonic clock follows [s]."""
+"""Start of a stamp; the monotonic clock follows [s]."""
 
 
 class StampedScreen(Screen):
-    """A screen that says when each frame was begun."""
+    """A screen that reports the start time of each frame."""
 
     def __init__(self, client: Any, *arguments: Any) -> None:
         super().__init__(client, *arguments)
         self._stamp = client.gui.add_html("")
 
     def update(self, view: ViewState) -> None:
-        """Draws a frame, and then its stamp."""
+        """Draws a frame, then its stamp."""
         began = time.monotonic()
         super().update(view)
         if view.playback is not None and view.playback.playing:
@@ -42,7 +42,7 @@ class StampedScreen(Screen):
 
 
 def main() -> None:
-    """Serves until the standard input ends."""
+    """Serves until the standard input is closed."""
     give_back_freed_memory()
     slipgrasp.web.session.Screen = StampedScreen
     slipgrasp.web.session.FIRST_PRESET = sys.argv[2]

@@ -1,4 +1,4 @@
-"""Many viewers at once, without a browser: what they are sent, how often, and how old it is."""
+"""Many concurrent viewers without a browser: amount, rate and age of the received messages."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ _PATIENCE = 60.0
 
 @dataclass
 class Watched:
-    """What one viewer saw.
+    """Messages received by one viewer.
 
     Attributes:
-        arrivals: When frames arrived, by the monotonic clock [s].
-        ages: How old each was then, since the server began to draw it [s].
-        num_bytes: How much was sent.
+        arrivals: Arrival times of frames, by the monotonic clock [s].
+        ages: Age of each frame on arrival, since the server began to draw it [s].
+        num_bytes: Number of bytes received.
     """
 
     arrivals: list[float] = field(default_factory=list)
@@ -35,13 +35,13 @@ class Watched:
     num_bytes: int = 0
 
     def forget(self) -> None:
-        """Begins anew."""
+        """Resets the counts."""
         self.arrivals.clear()
         self.ages.clear()
         self.num_bytes = 0
 
     def take(self, content: bytes) -> None:
-        """Takes note of a websocket message."""
+        """Records a websocket message."""
         self.num_bytes += len(content)
         now = time.monotonic()
         for message in _messages(content):
@@ -54,17 +54,17 @@ class Watched:
 def watch(
     url: str, viewers: int, settle: float, duration: float, clock: Callable[[], float]
 ) -> tuple[list[Watched], float]:
-    """Lets viewers, each with its own session, see the first run play.
+    """Connects viewers, each with a separate session, while the first run is played.
 
     Args:
         url: Address of the dashboard's websocket.
-        viewers: How many.
-        settle: How long all are connected before anything counts [s].
-        duration: How long they watch then [s].
-        clock: Read when they begin to watch and when they end.
+        viewers: Number of viewers.
+        settle: Time that all are connected before the measurement [s].
+        duration: Duration of the measurement [s].
+        clock: Clock, read at the start and at the end of the measurement.
 
     Returns:
-        What each of them saw, and how far the clock went.
+        The messages received by each viewer, and the difference of the clock.
     """
     return asyncio.run(_watch(url, viewers, settle, duration, clock))
 
@@ -87,11 +87,11 @@ async def _watch(
 
 
 async def view(url: str, seen: Watched) -> None:
-    """Is a viewer until it is cancelled, or sent away.
+    """Acts as a viewer until it is cancelled or disconnected.
 
     Args:
         url: Address of the dashboard's websocket.
-        seen: Takes what it is sent.
+        seen: Records the received messages.
     """
     async with connect_viewer(url) as socket:
         await say_hello(socket)
@@ -101,12 +101,12 @@ async def view(url: str, seen: Watched) -> None:
 
 
 def come_and_go(url: str, times: int, together: int = 4) -> None:
-    """Connects and disconnects, each time after the first frame has been seen.
+    """Connects and disconnects repeatedly, each time after the first frame was received.
 
     Args:
         url: Address of the dashboard's websocket.
-        times: How often in all.
-        together: How many viewers are there at once.
+        times: Total number of connections.
+        together: Number of concurrent viewers.
     """
     asyncio.run(_come_and_go(url, times, together))
 
@@ -132,7 +132,7 @@ async def _visit(url: str) -> None:
 
 
 def connect_viewer(url: str) -> connect:
-    """A connection as a viewer's page opens it.
+    """A connection like that of a viewer's page.
 
     Args:
         url: Address of the dashboard's websocket.
@@ -149,7 +149,7 @@ def connect_viewer(url: str) -> connect:
 
 
 async def say_hello(socket: ClientConnection) -> None:
-    """Sends the camera of the viewer, with which a session begins."""
+    """Sends the camera of the viewer, which starts a session."""
     message = {"type": "ViewerCameraMessage", **camera_fields()}
     await socket.send(msgspec.msgpack.encode(message))
 

@@ -22,10 +22,10 @@ from slipgrasp.core.scenario.loading import scenario_to_toml
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Prints the scenario on the standard output and its object on the standard error.
+    """Prints the scenario to standard output and its object to standard error.
 
     Args:
-        arguments: Of the command line; those of this process if left out.
+        arguments: Arguments of the command line; those of this process if None.
     """
     options = _parser().parse_args(arguments)
     number = options.number if options.near is None else find_object(options.near)
@@ -38,19 +38,19 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 def scenario_of(cell: Cell, number: int, gains: tuple[float, float] = GAINS[0]) -> Scenario:
-    """One of the runs behind a cell.
+    """The scenario of one of the runs of a cell.
 
     Args:
         cell: Hand, world and law.
-        number: Of the object.
-        gains: K_p and K_v, as the cell prints them.
+        number: Number of the object.
+        gains: K_p and K_v, as in the cell.
     """
     load_published_laws()
     return next(islice(scenarios_of(cell, gains, COUNT), number, None))
 
 
 def find_object(near: Sequence[float]) -> int:
-    """Number of the object of two fingers whose friction, left and right, is nearest."""
+    """Number of the object of two fingers with the nearest friction, left and right."""
     friction = random_objects(COUNT)[:, 1:]
     return int(np.argmin(np.linalg.norm(friction - near, axis=1)))
 

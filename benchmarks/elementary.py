@@ -1,7 +1,7 @@
-"""Error of the kernel's elementary functions against mpmath, beside numpy's and scipy's.
+"""Errors of the elementary functions of the kernel, numpy and scipy, relative to mpmath.
 
-``python -m benchmarks.elementary 10000000 [FUNCTION ...]`` takes that many points of every
-function, or of those that are named.
+``python -m benchmarks.elementary 10000000 [FUNCTION ...]`` tests that many points of every
+function, or of the named functions.
 """
 
 from __future__ import annotations
@@ -25,21 +25,21 @@ POINTS = 100_000
 
 _BLOCK = 100_000
 _BITS = 113
-_FINER = 1024  # than the smallest number a double can be
+_FINER = 1024  # than the smallest positive double
 
 Array = NDArray[np.float64]
 
 
 class Function(NamedTuple):
-    """One function, what it is measured against, and where.
+    """A function with its references and its points.
 
     Attributes:
-        own: The kernel's, of arrays.
-        peer: That of numpy or scipy, of arrays.
-        exact: That of mpmath, of its numbers.
-        draw: That many arguments, as arrays, from a generator.
+        own: Function of the kernel, for arrays.
+        peer: Function of numpy or scipy, for arrays.
+        exact: Function of mpmath, for its numbers.
+        draw: Returns a number of arguments as arrays, from a generator.
         bound: Largest error that its docstring states [ulp].
-        points: Where the points lie, in words.
+        points: Description of the points.
     """
 
     own: Callable[..., Array]
@@ -54,8 +54,8 @@ class Errors(NamedTuple):
     """Errors over many points.
 
     Attributes:
-        largest: The largest [ulp].
-        missed: Share of the points at which the result is not the nearest number.
+        largest: Largest error [ulp].
+        missed: Fraction of points at which the result is not the nearest number.
     """
 
     largest: float
@@ -63,7 +63,7 @@ class Errors(NamedTuple):
 
     @property
     def cells(self) -> tuple[str, str]:
-        """In a table."""
+        """The errors as cells of a table."""
         return f"{self.largest:.4f}", f"{100.0 * self.missed:.1f} %"
 
 
@@ -71,8 +71,8 @@ def run(_docs: Path | None = None, count: int = POINTS, names: Sequence[str] = (
     """The table ``elementary``.
 
     Args:
-        count: Points per function.
-        names: Of functions; all by default.
+        count: Number of points per function.
+        names: Names of functions; all by default.
     """
     rows = []
     for name in names or FUNCTIONS:
@@ -88,11 +88,11 @@ def run(_docs: Path | None = None, count: int = POINTS, names: Sequence[str] = (
 
 
 def measure_errors(function: Function, count: int) -> tuple[Errors, Errors]:
-    """Errors of the kernel's function and of its peer.
+    """Errors of a function of the kernel and of its peer.
 
     Args:
         function: One of `FUNCTIONS`.
-        count: Points.
+        count: Number of points.
     """
     generator = np.random.default_rng(count)
     found = np.empty((2, count))
@@ -106,7 +106,7 @@ def measure_errors(function: Function, count: int) -> tuple[Errors, Errors]:
 
 
 def _ulps(values: Array, exact: Callable[..., Any], points: tuple[Array, ...]) -> Array:
-    """Distances of values ``(m, k)`` from the exact ones at points of k numbers each."""
+    """Errors of values ``(m, k)`` at points of k numbers each."""
     near, rest = np.empty((2, len(points[0])))
     with mp.workprec(_BITS):
         for k, arguments in enumerate(zip(*(p.tolist() for p in points), strict=True)):
@@ -118,14 +118,14 @@ def _ulps(values: Array, exact: Callable[..., Any], points: tuple[Array, ...]) -
 
 
 def _quantile(share: Any) -> Any:
-    """Where the normal distribution function is ``share``: a Newton step from a near value."""
+    """Argument with normal distribution function ``share``: a Newton step from a near value."""
     near = mp.mpf(float(ndtri(float(share))))
     tail = mp.ncdf(near) - share if near < 0 else (1 - share) - mp.ncdf(-near)
     return near - tail / mp.npdf(near)
 
 
 def _angles(generator: np.random.Generator, count: int) -> tuple[Array]:
-    """A third each small, to 1000 turns, and next to multiples of a quarter turn."""
+    """A third each: small, up to 1000 turns, and next to multiples of a quarter turn."""
     third = count // 3
     small = generator.uniform(-1.0, 1.0, third)
     turning = generator.uniform(-6e3, 6e3, third)
@@ -158,7 +158,7 @@ def _probabilities(generator: np.random.Generator, count: int) -> tuple[Array]:
 
 
 def _of_one(function: Callable[..., float]) -> Callable[[Array], Array]:
-    """A compiled function, of arrays."""
+    """A compiled function for arrays."""
 
     @numba.njit(**OPTIONS)
     def over(x: Array) -> Array:
@@ -171,7 +171,7 @@ def _of_one(function: Callable[..., float]) -> Callable[[Array], Array]:
 
 
 def _of_two(function: Callable[..., float]) -> Callable[[Array, Array], Array]:
-    """A compiled function of two arguments, of arrays."""
+    """A compiled function of two arguments, for arrays."""
 
     @numba.njit(**OPTIONS)
     def over(y: Array, x: Array) -> Array:

@@ -1,4 +1,4 @@
-"""The kernel in WebAssembly as an engine of this program: what Python calls of it runs there."""
+"""The kernel in WebAssembly as an engine of this program, called from Python."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 SCRIPT = Path(__file__).parents[1] / "web" / "standalone" / "kernel.js"
 
-# Steps of a run in one call.
+# Number of steps of a run in one call.
 STEPS = 1000
 
 _ROWS = OUTLET.fields["rows"][1]
@@ -33,7 +33,7 @@ _NUM_TICKS = OUTLET.fields["num_ticks"][1]
 _NUM_CHANGES = PROGRESS.fields["num_changes"][1]
 _ROW_LENGTH = PROGRESS.fields["row"][1] + ROW.fields["length"][1]
 
-# What a page needs beside the script to serve as an engine.
+# Additional script for a page that serves as an engine.
 _LOAD = """async ([script, file]) => {
   const module = await import("data:text/javascript;base64," + script);
   const decode = text => Uint8Array.from(atob(text), c => c.charCodeAt(0));
@@ -76,15 +76,15 @@ class Engine(Protocol):
     """An engine in which a run is timed."""
 
     def enter(self, unit: Unit) -> Callable[..., Any]:
-        """The function called in place of a unit, for `compiler.entered_by`."""
+        """The replacement of a unit, for `compiler.entered_by`."""
         ...
 
     def seconds_of_run(self, table: Record, end: float) -> float:
-        """Wall time of one run in the engine, without what copies it to Python [s].
+        """Wall time of one run in the engine, without copying it to Python [s].
 
         Args:
             table: The numbers of a scenario without pulses, patches and timed changes.
-            end: When it ends [s].
+            end: End time [s].
         """
         ...
 
@@ -93,7 +93,7 @@ class TimedWasmtime(Wasmtime):
     """The file in wasmtime."""
 
     def seconds_of_run(self, table: Record, end: float) -> float:
-        """Wall time of one run in the engine, without what copies it to Python [s]."""
+        """Wall time of one run in the engine, without copying it to Python [s]."""
         at = {name: self.place(record_type(layout)) for name, layout in RECORDS.items()}
         start = time.perf_counter()
         for name, content in (("table", table), ("stretch", whole_faces())):
@@ -116,7 +116,7 @@ class TimedWasmtime(Wasmtime):
 
 
 class Chromium(ForeignKernel):
-    """The file in a page of Chromium, by the script that the documentation shows."""
+    """The file in a page of Chromium, with the script of the documentation."""
 
     def __init__(self, path: Path, browser: Browser) -> None:
         self.page: Page = browser.new_page()
@@ -126,11 +126,11 @@ class Chromium(ForeignKernel):
         super().__init__()
 
     def heap(self) -> int:
-        """Address at which free memory begins."""
+        """Start address of free memory."""
         return self._heap
 
     def grow(self, size: int) -> None:
-        """Makes the memory at least so large [bytes]."""
+        """Grows the memory to at least this size [bytes]."""
         self.page.evaluate("size => grow(size)", size)
 
     def perform(
@@ -150,7 +150,7 @@ class Chromium(ForeignKernel):
         return result, [base64.b64decode(content) for content in contents]
 
     def read(self, at: int, size: int) -> bytes:
-        """A part of the memory."""
+        """A span of the memory."""
         return base64.b64decode(self.page.evaluate("([at, size]) => read(at, size)", [at, size]))
 
     def rows_of_run(self, table: Record) -> Floats:
@@ -161,6 +161,6 @@ class Chromium(ForeignKernel):
         return np.frombuffer(rows, "<f8").reshape(-1, columns)
 
     def seconds_of_run(self, table: Record, end: float) -> float:
-        """Wall time of one run in the engine, without what copies it to Python [s]."""
+        """Wall time of one run in the engine, without copying it to Python [s]."""
         numbers = base64.b64encode(table.tobytes()).decode()
         return 1e-3 * self.page.evaluate(_TIME, numbers)

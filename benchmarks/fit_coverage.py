@@ -1,4 +1,4 @@
-"""How often the 95 % intervals of fits hold the truth, on synthetic twins."""
+"""How often the 95 % intervals of fits contain the true values, on synthetic twins."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ POSES = {"object_pose": 2e-4, "slip": 2e-4}
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Case:
-    """What is fitted.
+    """A fit problem.
 
     Attributes:
         preset: The scenario.
-        truth: True values of what is free; the delay is that of the measurement.
-        noise: Signals, and the standard deviations of their noise.
+        truth: True values of the free parameters; the delay is that of the measurement.
+        noise: Standard deviations of the noise, by signal.
     """
 
     preset: str
@@ -34,7 +34,7 @@ class Case:
 
     @property
     def name(self) -> str:
-        """The preset, and what is measured beyond poses and slips."""
+        """The preset, and the signals measured in addition to poses and slips."""
         late = ", late" if DELAY in self.truth else ""
         return self.preset + (f", forces{late}" if set(self.noise) - set(POSES) else "")
 
@@ -73,7 +73,7 @@ def run(_docs: Path | None = None, seed: int = SEED, twins: int = TWINS) -> list
 
 
 def make_problem(case: Case) -> FitProblem:
-    """A fit of a run with the true values, whose data have no noise: its twins are around it."""
+    """A fit of a run with the true values, with data without noise: its twins are centred on it."""
     values = {key: value for key, value in case.truth.items() if key != DELAY}
     base = with_values(load_scenario(case.preset), {"simulation.duration": DURATION})
     true = with_values(base, values)

@@ -1,4 +1,4 @@
-"""Cost per control tick of a law in every front end, beside MuJoCo with a controller in Python."""
+"""Cost per control tick of a law in every front end, and of MuJoCo with a controller in Python."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ def run(_docs: Path | None = None) -> list[Table]:
 
 
 def measure_front_ends(rounds: int = ROUNDS, duration: float = DURATION) -> Table:
-    """CPU time of a tick at 1 kHz: the law pd-gravity in every way, and MuJoCo holding the same.
+    """CPU time of a tick at 1 kHz: the law pd-gravity in every front end, and MuJoCo with one.
 
     Args:
-        rounds: How often each is timed, in turns.
+        rounds: Number of timings of each, in turns.
         duration: Simulated time of every run [s].
     """
     base = with_values(

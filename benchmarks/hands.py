@@ -11,7 +11,7 @@ from slipgrasp.core.scenario.loading import scenario_from_mapping
 
 SPREAD = 0.05  # the outermost fingertips of a face are this far from its middle [m]
 
-# Without a grasp force, which is for two fingers, friction must replace the internal force.
+# The grasp force exists for two fingers only; without it, friction must replace it.
 FRICTION = 2.0
 
 

@@ -1,12 +1,12 @@
-"""Whether random spatial hands end truly, with every force inside its cone or pyramid.
+"""Checks that random spatial hands end correctly, with every force inside its cone or pyramid.
 
-Runs are drawn so that every two levels of all that can be set meet, and judged by their traces and
-by the same runs with a finer output (half of them); where no phases agree, or a
-contact can only open under a new torque, an independent search looks for an answer
+Runs are drawn so that every pair of levels of all settings occurs. They are checked by their traces
+and, for half of them, by the same runs with a finer output; if no phases are consistent, or a
+contact can only open under a new torque, an independent search is made
 (`tests.references.spatial_instant`, of soft fingertips `tests.references.soft_instant`).
 
 `python -m benchmarks.hands_in_space INDEX [--seed N]` prints a single run as a scenario file, and
-what is wrong with it.
+its faults.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ from slipgrasp.core.scenario.spatial import SpatialScenario
 from slipgrasp.core.trace.types import Outcome
 
 COUNT = 10_000
-LEDGER_SHARE = 1e-8  # of the greatest energy of the run: the relative tolerance of the steps
+LEDGER_SHARE = 1e-8  # of the largest energy of the run: the relative tolerance of the steps
 SAME_VELOCITY = 1e-7  # of 1 m/s and the velocity; slips below that may end together
 CHECKS_IN_SPACE = CHECKS | {
     "ledger": Check("energy ledger off by more than 1e-6 J and 1e-8 of the greatest energy", "J"),
@@ -52,11 +52,11 @@ def run(_docs: Path | None = None, seed: int = SEED) -> list[Table]:
 
 
 def judge_in_space(scenario: Scenario, *, twice: bool = True) -> Judgement:
-    """Runs a scenario in space, perhaps once more with an output of 10 kHz, and judges it.
+    """Checks a run of a spatial scenario, if requested also with an output of 10 kHz.
 
     Args:
-        scenario: What to simulate.
-        twice: Whether it is run once more.
+        scenario: Scenario to simulate.
+        twice: Whether to simulate it again.
     """
     plain, fine, held = simulate_runs(scenario, twice=twice)
     return Judgement(plain.outcome.value, find_missed_in_space(plain, fine, held))
@@ -65,12 +65,12 @@ def judge_in_space(scenario: Scenario, *, twice: bool = True) -> Judgement:
 def find_missed_in_space(
     plain: RunResult, fine: RunResult | None, held: np.ndarray
 ) -> dict[str, float]:
-    """By how much each check that fails is missed, by its name.
+    """Deviations of the failed checks, by name.
 
     Args:
         plain: The run.
-        fine: The same run with an output of 10 kHz, if there is one.
-        held: The torques that act at its end, ``(n, 3)`` [N m].
+        fine: The same run with an output of 10 kHz, if any.
+        held: Torques at its end, ``(n, 3)`` [N m].
     """
     runs = (plain,) if fine is None else (plain, fine)
     missed = common_missed(plain, fine, SAME_VELOCITY) | {
@@ -84,8 +84,8 @@ def find_missed_in_space(
 def _outside_friction(run: RunResult) -> float:
     """The largest excess over cone, pyramid or limit surface, or distance in slip, relative.
 
-    Rows are those that `benchmarks.outcome_checks` looks at in the plane. Where forces are known
-    no better than the rounding of the state allows, what that may change is no excess.
+    The rows are those that `benchmarks.outcome_checks` uses for planar hands. Changes of a force
+    within the rounding of the state are no excess.
     """
     from tests.references.spatial_instant import force_rounding
 
@@ -102,9 +102,9 @@ def _outside_friction(run: RunResult) -> float:
     against = -bound * directions
     slips = (phases != 0.0)[:, :, None]
     if scenario.friction_cone == "pyramid":
-        # Beside a slip along one tangent, the other one sticks with static friction.
+        # During slip along one tangent, the other one sticks with static friction.
         ratios = np.where(slips, _static_over_kinetic(run)[rows][:, :, None], 1.0)
-        known = np.isfinite(ratios)  # with no friction in slip the trace does not show the other
+        known = np.isfinite(ratios)  # without sliding friction the trace lacks the static one
         most = np.where(known, bound * np.where(known, ratios, 1.0), np.inf)
         slips = against != 0.0
         excess = np.where(slips, np.abs(forces - against), np.abs(forces) - most)
@@ -122,7 +122,7 @@ def _outside_friction(run: RunResult) -> float:
 
 
 def _static_over_kinetic(run: RunResult) -> np.ndarray:
-    """How many times more friction a contact has in stick at every row, ``(rows, n)``."""
+    """Ratio of static to sliding friction of each contact at every row, ``(rows, n)``."""
     from tests.references.changes import scenario_at
 
     times, scenario = run.trace.times, run.scenario
@@ -132,17 +132,18 @@ def _static_over_kinetic(run: RunResult) -> np.ndarray:
         kinetic = np.array([finger.friction for finger in fingers])
         static = np.array([finger.static_friction or finger.friction for finger in fingers])
         after = np.divide(static, kinetic, out=np.full(len(fingers), np.inf), where=kinetic > 0.0)
-        # Of the two rows of an instant either may be the one before.
+        # Either of the two rows of an instant may be the previous one.
         ratios[times == time] = np.maximum(ratios[times == time], after)
         ratios[times > time] = after
     return ratios
 
 
 def _directions(run: RunResult, phases: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """Where contacts slip to, ``(rows, n, 2)``: by phase, or by slip velocity where it is one.
+    """Slip directions, ``(rows, n, 2)``: by phase, or by slip velocity if there is one.
 
-    On the cone a slip that has just begun keeps the direction of its beginning for a while; there
-    that of the force is taken, which leaves its size to be judged. So it is of soft fingertips.
+    On the cone a slip that has just begun keeps its initial direction for some time; the direction
+    of the force is used for it, so that only its magnitude is checked. The same applies to soft
+    fingertips.
     """
     if run.scenario.simulation.friction == "pyramid":
         signs = np.where(phases == 0.0, 0.0, phases - 7.0)
@@ -160,13 +161,13 @@ SURE_SPEED = 1e-7  # [m/s]
 
 
 def eccentricities(scenario: Scenario) -> np.ndarray:
-    """Greatest moment over greatest tangential force of every contact, 0 of a point, ``(n,)``."""
+    """Ratio of largest moment to largest tangential force of contacts, 0 for points, ``(n,)``."""
     assert isinstance(scenario, SpatialScenario)
     return np.array([finger.eccentricity for finger in scenario.fingers])
 
 
 def friction_of(run: RunResult) -> np.ndarray:
-    """(F_x, F_y), of a hand with soft fingertips (F_x, F_y, F_tau / e), ``(rows, n, 2 or 3)``."""
+    """(F_x, F_y), or (F_x, F_y, F_tau / e) for soft fingertips, ``(rows, n, 2 or 3)``."""
     trace, e = run.trace, eccentricities(run.scenario)
     forces = trace.tangential_force.reshape(*trace.phase.shape, 2)
     if not e.any():
@@ -176,14 +177,14 @@ def friction_of(run: RunResult) -> np.ndarray:
 
 
 def slide_of(run: RunResult) -> np.ndarray:
-    """The velocities against which these are, (s_x', s_y') and e psi'."""
+    """The velocities that these oppose, (s_x', s_y') and e psi'."""
     trace, e = run.trace, eccentricities(run.scenario)
     velocities = trace.slip_velocity.reshape(*trace.phase.shape, 2)
     return np.dstack((velocities, e * trace.spin_velocity)) if e.any() else velocities
 
 
 def _untrue_ends(run: RunResult, held: np.ndarray) -> dict[str, float]:
-    """1 where a run ends at an instant at which some phases of closed contacts agree."""
+    """1 if a run ends at an instant with consistent phases of closed contacts."""
     by_jump = run.reason is not None and run.reason.value is None
     ends_so = run.outcome is Outcome.INCONSISTENT or (run.outcome is Outcome.SEPARATED and by_jump)
     if not ends_so:
@@ -198,13 +199,13 @@ def _untrue_ends(run: RunResult, held: np.ndarray) -> dict[str, float]:
 
 
 def print_judged(program: str, population: str, judge: Judge, checks: Mapping[str, Check]) -> None:
-    """Prints a run as a scenario file, how it ended, and which checks it misses by how much.
+    """Prints a run as a scenario file, its end, and the failed checks with their deviations.
 
     Args:
-        program: The module that is run; its arguments are the index of the run and a seed.
-        population: From which it is drawn.
-        judge: Judges it.
-        checks: What is checked.
+        program: The main module; its arguments are the index of the run and a seed.
+        population: Population of the run.
+        judge: Checks the run.
+        checks: The checks.
     """
     parser = argparse.ArgumentParser(
         prog=f"python -m {program}", description="Prints one run, and what is wrong with it."

@@ -1,4 +1,4 @@
-"""A viewer without a browser: it speaks viser's protocol, and reads what a page would be sent."""
+"""A viewer without a browser: it implements viser's protocol, and reads the messages for a page."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ class HeadlessViewer:
         url: Address of its websocket.
 
     Attributes:
-        bytes_received: How much it was sent so far.
+        bytes_received: Number of bytes received so far.
     """
 
     def __init__(self, url: str) -> None:
         protocol = Subprotocol(f"viser-v{viser.__version__}")
-        # What it was sent and never read keeps it from hearing that it may close.
+        # Unread messages would delay the response to its close request.
         self._socket = connect(
             url, subprotocols=[protocol], compression=None, max_size=None, close_timeout=0.5
         )
@@ -57,11 +57,11 @@ class HeadlessViewer:
         self._socket.close()
 
     def set(self, label: str, value: object) -> None:
-        """Moves the control of that label."""
+        """Moves the control with a label."""
         self._send("GuiUpdateMessage", {"uuid": self._uuids[label], "updates": {"value": value}})
 
     def post(self, **intent: object) -> None:
-        """Asks for what the page's own script would ask for, once the session has sent its key."""
+        """Sends the requests of the page's script, after the session has sent its key."""
         while not self._key:
             list(self._receive())
         request = urllib.request.Request(
@@ -72,10 +72,10 @@ class HeadlessViewer:
         urllib.request.urlopen(request, timeout=_PATIENCE).close()
 
     def wait_for(self, condition: Callable[[dict[str, Any]], bool], times: int = 1) -> None:
-        """Reads messages until so many of them meet a condition.
+        """Reads messages until a number of them meet a condition.
 
         Raises:
-            TimeoutError: If nothing comes for a minute.
+            TimeoutError: If no message arrives for a minute.
         """
         while times > 0:
             times -= sum(condition(message) for message in self._receive())
@@ -94,7 +94,7 @@ class HeadlessViewer:
             yield message
 
     def _hear(self, message: dict[str, Any]) -> None:
-        """Takes the key of the session from its state."""
+        """Stores the key of the session from its state."""
         content = message.get("updates", {}).get("content", "")
         state = session_state(content) if isinstance(content, str) else None
         if state is not None:
@@ -111,7 +111,7 @@ def session_state(content: str) -> dict[str, Any] | None:
 
 
 def camera_fields() -> dict[str, object]:
-    """What a viewer says about its camera when it connects."""
+    """The camera message of a viewer when it connects."""
     return {
         "wxyz": (1.0, 0.0, 0.0, 0.0),
         "position": (1.0, -6.0, 1.0),

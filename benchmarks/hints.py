@@ -1,10 +1,10 @@
-"""Whether hints do what they say: those of random runs are pressed, and what follows is judged.
+"""Checks the effects of hints: those of random runs are applied, and the results are checked.
 
-Half of the runs are any scenario at all (`tests.core.drawn_scenarios`), half usual hands with
-random objects, laws, delays, sensors and limits; each in the plane and in space. Every hint that
-is shown after trying is pressed as on the page, and what follows is held against its words by the
-trace alone. The second table says what every change did where it was not chosen by trying, which
-the order of `slipgrasp.core.words.cures` follows.
+Half of the runs are random scenarios (`tests.core.drawn_scenarios`), half usual hands with random
+objects, laws, delays, sensors and limits; planar and spatial. Every hint that is shown after a
+trial is applied as on the page, and its text is compared with the new trace. The second table shows
+the effect of every change without selection by trials, which determines the order of
+`slipgrasp.core.words.cures`.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from slipgrasp.core.words.options import Option
 
 PRESSED = 600
 MOST_RUNS = 2000
-OPTIONS_OF = 200  # runs of which every change is tried
+OPTIONS_OF = 200  # runs with trials of every change
 SEED = 32
 HOLD_WINDOW = 0.5  # [s]
 DURATION = 1.5  # [s]
@@ -47,16 +47,16 @@ _SPATIAL = ("spatial-box", "spatial-composite", "spatial-prism", "spatial-unknow
 _LENGTHS = {"mm": 1e-3, "µm": 1e-6, "nm": 1e-9}
 _LENGTH = r"(?:([\d.]+) (mm|µm|nm)|less than 1 nm)"
 _ROUNDED = 0.006
-"""By how much a number in words may differ from that of a trace, as a share."""
+"""Allowed relative difference between a number in the text and that of a trace."""
 
 
 class Press(NamedTuple):
-    """A hint that was pressed.
+    """A hint that was applied.
 
     Attributes:
         is_first: Whether it was shown first.
-        is_true: Whether what followed is as it says.
-        holds: Whether the object is held then.
+        is_true: Whether its text was correct.
+        holds: Whether the object was then held.
     """
 
     is_first: bool
@@ -69,10 +69,10 @@ class Case(NamedTuple):
 
     Attributes:
         held: Whether its object is held.
-        goal: What its hint is for.
-        tried: How many options were tried.
-        presses: The hints that were shown, pressed.
-        untried: Whether the option that is named first without trying holds the object.
+        goal: Goal of its hint.
+        tried: Number of tried options.
+        presses: The displayed hints, applied.
+        untried: Whether the first option without trials holds the object.
         law: The law.
     """
 
@@ -98,8 +98,8 @@ def run(_docs: Path | None = None, seed: int = SEED) -> list[Table]:
 
 
 def press_hints(seed: int, index: int) -> Case:
-    """Draws a run, tries its hint as the page does, and presses all that is shown."""
-    # Imported late: the page needs viser, and these runs nothing else of it.
+    """Draws a run, tries its hint as the page does, and applies all that is displayed."""
+    # Deferred: the page needs viser, which the other runs do not need.
     from slipgrasp.web.model.draft import Draft
     from slipgrasp.web.model.hints import followed
 
@@ -123,13 +123,13 @@ def press_hints(seed: int, index: int) -> Case:
 
 
 def _ordered(scenario: Scenario) -> Scenario:
-    """A scenario with its timed changes in order: the page sorts them."""
+    """A scenario with its timed changes sorted, as by the page."""
     changes = sorted(scenario.changes, key=lambda change: (change.time, change.parameter))
     return replace(scenario, changes=tuple(changes))
 
 
 def follow_all(seed: int, index: int) -> tuple[bool, dict[str, bool]]:
-    """Whether the object of a random run is held, and whether it is with every change."""
+    """Whether the object of a random run is held, originally and with every change."""
     scenario = draw(seed, index)
     before = simulate(scenario)
     hint, after = describe_run(before).hint, {}
@@ -146,7 +146,7 @@ def follow_all(seed: int, index: int) -> tuple[bool, dict[str, bool]]:
 
 
 def name_of(option: Option) -> str:
-    """What a change is called in the table, without its numbers."""
+    """Name of a change in the table, without its numbers."""
     keys = dict.fromkeys(re.sub(r"\.\d+\.", ".*.", key) for key in option.values)
     if LAW not in keys:
         return ", ".join(keys)
@@ -156,7 +156,7 @@ def name_of(option: Option) -> str:
 
 
 def is_held(result: RunResult) -> bool:
-    """Whether nothing slips over the last half second of a run that came to its end."""
+    """Whether a complete run has no slip in its last half second."""
     trace = result.trace
     recent = trace.times > result.end_time - HOLD_WINDOW
     sticks = trace.phase[recent] == ContactPhase.STICK
@@ -164,7 +164,7 @@ def is_held(result: RunResult) -> bool:
 
 
 def does_what_it_says(effect: str, before: RunResult, after: RunResult, goal: Goal) -> bool:
-    """Whether all that the words of an effect say is so in the traces of both runs."""
+    """Whether the text about an effect agrees with the traces of both runs."""
     if not is_held(after):
         return False
     said: list[bool] = []
@@ -192,7 +192,7 @@ def does_what_it_says(effect: str, before: RunResult, after: RunResult, goal: Go
 
 
 def _near(found: re.Match[str], *lengths: float) -> bool:
-    """Whether all lengths in words are those of the traces [m]."""
+    """Whether all lengths in a text are those of the traces [m]."""
     for place, length in enumerate(lengths):
         number, unit = found[2 * place + 1], found[2 * place + 2]
         told = 0.0 if number is None else float(number) * _LENGTHS[unit]
@@ -202,7 +202,7 @@ def _near(found: re.Match[str], *lengths: float) -> bool:
 
 
 def slip_of(result: RunResult) -> float:
-    """How far the fingertip that slid the most slid, from the trace [m]."""
+    """Longest slip path of a fingertip, from the trace [m]."""
     trace = result.trace
     if trace.shape.space is SPATIAL:
         return float(trace.slip_path[-1].max())
@@ -210,13 +210,13 @@ def slip_of(result: RunResult) -> float:
 
 
 def offset_of(result: RunResult) -> float:
-    """How far the object is from its target at the end, from the trace [m]."""
+    """Final distance of the object from its target, from the trace [m]."""
     ways = result.trace.shape.space.num_positions
     return float(np.linalg.norm(result.trace.tracking_error[-1, :ways]))
 
 
 def draw(seed: int, index: int) -> Scenario:
-    """A random run, the same every time: any in the plane, any in space, usual ones likewise."""
+    """A reproducible random run: random planar and spatial ones, usual planar and spatial ones."""
     return _DRAWS[index % len(_DRAWS)](f"hints {seed} {index}")
 
 
@@ -235,7 +235,7 @@ def _any_in_space(seed: str) -> Scenario:
 
 
 def _usual(presets: tuple[str, ...], seed: str) -> Scenario:
-    """A hand of a preset, with a law and settings that suit it, and all that a user may have."""
+    """A hand of a preset, with a law and suitable settings, and random conditions."""
     rng = Random(seed)
     base = load_scenario(rng.choice(presets))
     base = with_law(base, rng.choice(tuple(CONTROL_LAWS)))
@@ -277,7 +277,7 @@ def _setting(base: Scenario, rng: Random) -> Iterator[tuple[str, Any]]:
 
 
 def _imperfect(rng: Random) -> Iterator[tuple[str, Any]]:
-    """Delays, slip that is detected, limits and noise, each in some runs."""
+    """Delays, detection of slip, limits and noise, each in some runs."""
     if rng.random() < 0.4:
         yield "controller.latency", rng.uniform(0.001, 0.03)
     if rng.random() < 0.4:
@@ -298,11 +298,11 @@ _DRAWS = (
 
 
 def tabulate(cases: list[Case], seed: int) -> Table:
-    """What came of pressing the hints of random runs.
+    """Results of applying the hints of random runs.
 
     Args:
         cases: The runs.
-        seed: Of the draws.
+        seed: Seed of the draws.
     """
     presses = [press for case in cases for press in case.presses]
     held = [case for case in cases if case.held]
@@ -328,10 +328,10 @@ def tabulate(cases: list[Case], seed: int) -> Table:
 
 
 def tabulate_options(found: list[tuple[bool, dict[str, bool]]]) -> Table:
-    """What every change did on its own: of lost objects, and of held ones.
+    """Effect of every single change on lost objects, and on held ones.
 
     Args:
-        found: Whether the object of each run was held, and with each change.
+        found: Whether the object of each run was held, originally and with each change.
     """
     held, lost = Counter[str](), Counter[str]()
     kept, saved = Counter[str](), Counter[str]()

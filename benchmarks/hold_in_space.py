@@ -1,8 +1,8 @@
-"""Which random objects in space are held by laws that do not know them.
+"""Random objects held by spatial hands with laws that do not know the objects.
 
-Objects as in the plane (`benchmarks.robustness`), in the hand of `spatial-composite`: mass, with
-the inertias in proportion, three independent frictions, contacts up to 20 mm off their middles
-along both tangents; in an ideal world, and with the noisy sensors of the plane.
+Objects as for planar hands (`benchmarks.robustness`), in the hand of `spatial-composite`: mass with
+proportional inertias, three independent frictions, contacts up to 20 mm off centre along both
+tangents; without noise, and with the noisy sensors of planar hands.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ LAWS: dict[str, dict[str, Any]] = {
     "composite, `hold`": {"distribution": "hold"},
     ORACLE: {"distribution": "hold"},
 }
-TARGET = 0.99  # of what the oracle holds
+TARGET = 0.99  # of the objects that the oracle holds
 
 
 def run(_docs: Path | None = None) -> list[Table]:
@@ -42,17 +42,17 @@ def run(_docs: Path | None = None) -> list[Table]:
 
 
 def hold_in_world(world: str, count: int) -> Table:
-    """What all laws hold of the random objects in one of `WORLDS`."""
+    """The random objects that each law holds in one of `WORLDS`."""
     runs = {law: list(simulate_many(vary_objects(law, count, world))) for law in LAWS}
     return tabulate(runs, world)
 
 
 def vary_objects(law: str, count: int, world: str = "ideal") -> Iterator[Scenario]:
-    """The random objects held by a law, each with noise of its own.
+    """Runs of a law with the random objects, each with separate noise.
 
     Args:
         law: One of `LAWS`.
-        count: How many; the first ones are the same for every count and law.
+        count: Number of objects; the first ones are the same for every count and law.
         world: One of `WORLDS`.
     """
     chosen = {f"controller.{key}": value for key, value in LAWS[law].items()}
@@ -76,11 +76,11 @@ def vary_objects(law: str, count: int, world: str = "ideal") -> Iterator[Scenari
 
 
 def tabulate(runs: dict[str, Sequence[RunSummary]], world: str = "ideal") -> Table:
-    """What every law held, of all objects and of those that the oracle held, and how far it slid.
+    """Fractions held by each law, of all objects and of those that the oracle held, and slip paths.
 
     Args:
-        runs: By law, in the order of the objects.
-        world: In which they were.
+        runs: Runs by law, in the order of the objects.
+        world: World of the runs.
     """
     held = {law: np.array([run.metrics.held for run in those]) for law, those in runs.items()}
     by_oracle = held[ORACLE]

@@ -1,8 +1,8 @@
-"""A service whose folder holds many recordings: its start, lists, searches and memory.
+"""A service with many recordings in its folder: start, lists, searches and memory.
 
 `python -m benchmarks.large_folder [COUNT [FOLDER]]` fills a temporary folder, or uses one that it
-filled before, and prints the table. Processor time of the service is printed beside wall time,
-since other programs take their share of the latter only.
+filled before, and prints the table. Processor time of the service is printed next to wall time,
+because other programs affect only the latter.
 """
 
 from __future__ import annotations
@@ -38,11 +38,11 @@ SEARCHES = {
 
 
 def measure_large_folder(folder: Path, rounds: int = ROUNDS) -> Table:
-    """Start of a service, its answers and its memory, with the catalogue of a folder kept.
+    """Start, response times and memory of a service, with an existing index of the folder.
 
     Args:
-        folder: As `fill` makes it.
-        rounds: How often each answer is timed.
+        folder: A folder made by `fill`.
+        rounds: Number of timings of each response.
     """
     count = enter_all(folder)
     began = time.perf_counter()
@@ -83,7 +83,7 @@ def _processor_seconds(pid: int) -> float:
 
 
 def _memory(pid: int) -> int:
-    """Largest resident memory so far [B]."""
+    """Peak resident memory so far [B]."""
     status = Path(f"/proc/{pid}/status").read_text(encoding="utf-8")
     found = re.search(r"VmHWM:\s*(\d+) kB", status)
     assert found is not None
@@ -91,7 +91,7 @@ def _memory(pid: int) -> int:
 
 
 def main(count: str = str(COUNT), folder: str = "") -> None:
-    """Fills a folder unless it is filled, and prints the table."""
+    """Fills a folder if it is empty, and prints the table."""
     with tempfile.TemporaryDirectory() as temporary:
         path = Path(folder or temporary)
         if not any(path.glob("*.mcap")):

@@ -1,7 +1,7 @@
-"""The longest runs that a service takes: their memory, beside a figure of two such and readers.
+"""Memory of the longest runs that a service accepts, with a figure of two such runs and readers.
 
-Two recordings of the greatest length are made over REST; then two more such runs, a figure of
-the first two and readers of all kinds go on at once, while somebody asks for the service's health.
+Two recordings of the greatest length are made over REST; then two more such runs, a figure of the
+first two and readers of all kinds run concurrently with health requests.
 """
 
 from __future__ import annotations
@@ -44,17 +44,17 @@ Address = tuple[str, int]
 
 @dataclass(frozen=True, slots=True)
 class LongRuns:
-    """What came of the longest runs.
+    """Results of the longest runs.
 
     Attributes:
-        samples: Of each of the four runs.
-        outcomes: How many of them ended how.
-        first_peak: Largest memory of the service while two runs were recorded [bytes].
-        peak: Largest memory in all [bytes].
-        statuses: How many readers and figures were answered with each status.
-        unexplained: Refusals that are no problem document with a sentence.
-        figure_seconds: How long the figures took that were drawn [s].
-        health: How long each question for its health took [s].
+        samples: Number of samples of each of the four runs.
+        outcomes: Number of runs by outcome.
+        first_peak: Peak memory of the service while two runs were recorded [bytes].
+        peak: Peak memory [bytes].
+        statuses: Number of responses to readers and figures by status.
+        unexplained: Rejections without a problem document with a sentence.
+        figure_seconds: Drawing times of the figures [s].
+        health: Response times of health requests [s].
     """
 
     samples: list[int] = field(default_factory=list)
@@ -74,13 +74,13 @@ def run(_docs: Path | None = None, seed: int = SEED) -> list[Table]:
 
 
 def measure(duration: float, output_rate: float, readers: int, seed: int) -> LongRuns:
-    """Records two runs, then two more beside a figure of the first two and readers.
+    """Records two runs, then two more together with a figure of the first two and readers.
 
     Args:
-        duration: Of each run [s].
+        duration: Duration of each run [s].
         output_rate: Samples per second [Hz].
-        readers: How many clients read at once.
-        seed: Of what they ask for, and of the mass of the objects.
+        readers: Number of concurrent readers.
+        seed: Seed of their requests, and of the masses of the objects.
     """
     draw = random.Random(seed)
     asked = [request_of(duration, output_rate, round(draw.uniform(0.2, 0.3), 4)) for _ in range(4)]
@@ -138,7 +138,7 @@ def request_of(duration: float, output_rate: float, mass: float) -> dict[str, An
 
 
 def post(address: Address, body: dict[str, Any]) -> str:
-    """Asks for a run; its id."""
+    """Requests a run; returns its id."""
     headers = {"Content-Type": "application/json", "Prefer": "respond-async"}
     status, found, answer = _ask(address, "POST", "/runs", json.dumps(body), headers)
     assert status == 202, answer[:300]
@@ -155,7 +155,7 @@ def await_runs(address: Address, run_ids: list[str]) -> None:
 def _read(
     address: Address, run_ids: list[str], seed: int, done: threading.Event, found: LongRuns
 ) -> None:
-    """Reads this and that of the long recordings until all is done."""
+    """Makes random requests about the long recordings until the runs end."""
     draw = random.Random(seed)
     while not done.is_set():
         run_id, start = draw.choice(run_ids), round(draw.uniform(0.0, 5.0), 2)
@@ -175,7 +175,7 @@ def _read(
 
 
 def _draw(address: Address, run_ids: list[str], done: threading.Event, found: LongRuns) -> None:
-    """Asks for the figure again and again, at least once."""
+    """Requests the figure repeatedly, at least once."""
     path = f"/diff/figure?a={run_ids[0]}&b={run_ids[1]}&format=png"
     while not found.figure_seconds or not done.is_set():
         started = time.perf_counter()
@@ -198,7 +198,7 @@ def _note(found: LongRuns, path: str, status: int, headers: Message, body: bytes
 
 
 def _num_samples(address: Address, run_id: str) -> int:
-    """How many samples a recording has, from the head of the answer to a question for its times."""
+    """Number of samples of a recording, from the header of a response with its times."""
     path = f"{_API}/runs/{run_id}/signals?names=times"
     connection = http.client.HTTPConnection(*address, timeout=_PATIENCE)
     try:
@@ -236,7 +236,7 @@ def _ask(
     body: str | None = None,
     headers: dict[str, str] | None = None,
 ) -> tuple[int, Message, bytes]:
-    """Status, headers and the beginning of an answer, which is read to its end."""
+    """Status, headers and start of a response, which is read completely."""
     connection = http.client.HTTPConnection(*address, timeout=_PATIENCE)
     try:
         connection.request(method, _API + path, body, headers or {})
@@ -250,7 +250,7 @@ def _ask(
 
 
 def peak_of(pid: int) -> int:
-    """Largest resident memory of a process so far [bytes]."""
+    """Peak resident memory of a process so far [bytes]."""
     lines = Path(f"/proc/{pid}/status").read_text().splitlines()
     return 1024 * next(int(line.split()[1]) for line in lines if line.startswith("VmHWM"))
 

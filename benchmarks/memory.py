@@ -1,4 +1,4 @@
-"""Peak memory of a batch without traces, in a fresh process for every number of runs.
+"""Peak memory of a batch without traces, in a new process for every number of runs.
 
 `python -m benchmarks.memory RUNS` is such a process: it prints its peak in bytes.
 """
@@ -17,7 +17,7 @@ from benchmarks.report import Table
 from slipgrasp import simulate_many
 
 COUNTS = (1000, 3000, 10_000)
-DURATION = 0.5  # [s]; a batch keeps no trace, so longer runs need no more
+DURATION = 0.5  # [s]; a batch stores no trace, so that longer runs need no more memory
 LIMIT = 500e6  # [B]
 
 _ROOT = Path(__file__).parents[1]
@@ -30,16 +30,16 @@ def run(_docs: Path | None = None) -> list[Table]:
 
 
 def measure_memory(count: int) -> int:
-    """Peak memory of a process that simulates a batch of so many runs [B]."""
+    """Peak memory of a process that simulates a batch of a number of runs [B]."""
     command = [sys.executable, "-m", "benchmarks.memory", str(count)]
     done = subprocess.run(command, check=True, capture_output=True, text=True, cwd=_ROOT)
     return int(done.stdout)
 
 
 def peak_memory() -> int:
-    """Largest resident memory of this process so far [B].
+    """Peak resident memory of this process so far [B].
 
-    On Linux not ``ru_maxrss``, which a process inherits there from the one that started it.
+    On Linux not ``ru_maxrss``, which a process inherits there from its parent.
     """
     if not _STATUS.exists():
         return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
@@ -61,7 +61,7 @@ def _tabulate(counts: Sequence[int], peaks: Sequence[int]) -> Table:
 
 
 def main() -> None:
-    """Simulates a batch and prints the peak memory it took."""
+    """Simulates a batch and prints its peak memory."""
     for _ in simulate_many(vary("paper-case-1", int(sys.argv[1]), DURATION), threads=THREADS):
         pass
     sys.stdout.write(f"{peak_memory()}\n")

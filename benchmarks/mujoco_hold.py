@@ -1,7 +1,7 @@
-"""MuJoCo holding the object of a scenario still: the peer of every comparison of speed.
+"""MuJoCo holding the object of a scenario at rest, for all comparisons of speed.
 
-A hold is the cheapest thing the scene can do, and MuJoCo gets it for nothing: pose, grip and
-gravity compensation come from our run, and neither adaptation nor output is asked of it.
+Holding is the cheapest task of the scene, and favours MuJoCo: pose, grip and gravity compensation
+come from our run, without adaptation or output.
 """
 
 from __future__ import annotations
@@ -29,14 +29,14 @@ STEP = 1e-3
 
 
 class Hold(NamedTuple):
-    """MuJoCo with an object in its hand, and the controller in Python, if there is one.
+    """MuJoCo with a held object, and the controller in Python, if there is one.
 
     Attributes:
         model: The scene.
         data: Its state.
-        start: Coordinates at the start, to which every run returns.
-        steps: Steps of a run.
-        law: The controller; None where MuJoCo's own actuators hold.
+        start: Initial coordinates of every run.
+        steps: Number of steps of a run.
+        law: The controller; None if MuJoCo's actuators hold the object.
     """
 
     model: mujoco.MjModel
@@ -46,7 +46,7 @@ class Hold(NamedTuple):
     law: PdLaw | None = None
 
     def run(self) -> None:
-        """One run from the start; without a law it never returns to Python between steps."""
+        """One run from the start; without a law, it does not call Python between steps."""
         model, data, law = self.model, self.data, self.law
         data.qpos[:], data.qvel[:] = self.start, 0.0
         if law is None:
@@ -58,21 +58,21 @@ class Hold(NamedTuple):
             mujoco.mj_step(model, data)
 
     def sinking(self) -> float:
-        """How far the object is below its place at the start [m]."""
+        """Distance of the object below its initial position [m]."""
         # MuJoCo's height is the second of our two coordinates, the last of three.
         height = self.model.nu + (1 if self.model.nq == self.model.nv else 2)
         return float(self.start[height] - self.data.qpos[height])
 
 
 class PdLaw:
-    """Gravity and grip compensated, and a PD law about the start pose, in NumPy.
+    """Compensation of gravity and grip, and a PD law about the start pose, in NumPy.
 
-    The least a user would write: one joint space law for all fingers, every constant
-    prepared, no Jacobian, no adaptation.
+    A minimal controller: one joint-space law for all fingers, precomputed constants, no Jacobian,
+    no adaptation.
     """
 
     def __init__(self, scenario: Scenario) -> None:
-        """Takes the grip from the end of our run."""
+        """Reads the grip from the end of our run."""
         fingers = scenario.fingers
         masses = np.array([finger.link_masses for finger in fingers])
         lengths = np.array([finger.link_lengths for finger in fingers])
@@ -81,7 +81,7 @@ class PdLaw:
         self._inner = weights[:, 0] * centres[:, 0] + weights[:, 1] * lengths[:, 0]  # [N m]
         self._outer = weights[:, 1] * centres[:, 1]  # [N m]
         trace = simulate(scenario).trace
-        # In space a yaw about the vertical comes first, which carries no weight.
+        # For spatial hands, the first joint is a yaw about the vertical, which carries no weight.
         joints = trace.shape.joints_per_finger
         self._pitches = slice(joints - 2, None, joints), slice(joints - 1, None, joints)
         self.goal = trace.joint_position[0]
@@ -102,7 +102,7 @@ class PdLaw:
 
 
 def hold_by_actuators(scenario: Scenario, duration: float) -> Hold:
-    """PD laws as MuJoCo's own actuators: no Python between the steps."""
+    """PD laws as MuJoCo's actuators, without Python between the steps."""
     model, data = build_model(scenario, STEP)
     return Hold(model, data, data.qpos.copy(), round(duration / STEP))
 

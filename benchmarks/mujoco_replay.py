@@ -1,4 +1,4 @@
-"""`python -m benchmarks.mujoco_replay`: our torques in MuJoCo, ever finer and ever stiffer."""
+"""`python -m benchmarks.mujoco_replay`: torques in MuJoCo, finer steps and stiffer contacts."""
 
 from __future__ import annotations
 
@@ -21,10 +21,9 @@ from benchmarks.replay import (
     record_case,
 )
 from slipgrasp.core.run.result import RunResult
+from slipgrasp.recordings.engines.bodies import OBJECT, contacts_of
 from slipgrasp.recordings.engines.expected import mean_torques
 from slipgrasp.recordings.engines.mjcf import (
-    OBJECT,
-    contacts_of,
     describe_contact,
     describe_scene,
     motors,
@@ -35,7 +34,7 @@ Floats = NDArray[np.float64]
 
 
 def replay_in_mujoco(result: RunResult, step: float) -> Replay:
-    """Plays the torques of a run into MuJoCo.
+    """Replays the torques of a run in MuJoCo.
 
     Args:
         result: A run that starts from rest, densely stored.
@@ -79,8 +78,8 @@ def measure_differences(
 
     Args:
         name: Preset, or path of a scenario.
-        steps: MuJoCo's time steps [s]; the last one is half of the one before.
-        duration: How long to play [s].
+        steps: MuJoCo's time steps [s]; the last one is half of the previous one.
+        duration: Simulated time [s].
     """
     result = record_case(name, duration)
     replays = [replay_in_mujoco(result, step) for step in steps]

@@ -1,4 +1,4 @@
-"""MuJoCo holding a scenario's start pose with its own actuators."""
+"""MuJoCo holding the start pose of a scenario with its actuators."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from slipgrasp.recordings.engines.mjcf import (
 
 STIFFNESS, DAMPING = 2000.0, 120.0
 
-# MuJoCo's own defaults, with a tip that one can see.
+# MuJoCo's defaults, with a visible tip.
 DEFAULT_CONTACT = Contact(tip_radius=0.005, attributes="", friction_hardness=1.0)
 
 
 def build_model(scenario: Scenario, step: float) -> tuple[mujoco.MjModel, mujoco.MjData]:
-    """The scenario in its start pose, held by PD laws around the torque our run ends with.
+    """The scenario in its start pose, held by PD laws around the final torque of our run.
 
-    The PD laws are MuJoCo's own actuators, so that no Python runs between the steps.
+    The PD laws are MuJoCo's actuators, so that no Python runs between the steps.
     """
     trace = simulate(scenario).trace
     angles = trace.joint_position[0]

@@ -1,4 +1,4 @@
-"""MuJoCo driven by the torques of one of our runs: its forces, and its cost without Python."""
+"""MuJoCo with the torques of one of our runs: its forces, and its cost without Python."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Floats = NDArray[np.float64]
 
 
 def stepping(result: RunResult, step: float) -> Callable[[], object]:
-    """The replay of a run as one call, to be timed: all its steps without Python in between.
+    """The replay of a run as one call for timing: all steps without Python in between.
 
     Args:
         result: A run that starts from rest, densely stored.
@@ -37,14 +37,14 @@ def stepping(result: RunResult, step: float) -> Callable[[], object]:
 
 
 def friction_margins(result: RunResult, step: float) -> tuple[Floats, Floats]:
-    """Times at the ends of MuJoCo's steps [s] and mu F_n - |F_x| in each of them [N].
+    """Times at the ends of MuJoCo's steps [s] and mu F_n - |F_x| in each step [N].
 
     Args:
         result: A run that starts from rest, densely stored.
         step: MuJoCo's time step [s].
 
     Returns:
-        ``(steps,)`` and ``(steps, n)``; not a number where a contact is open.
+        ``(steps,)`` and ``(steps, n)``; NaN if a contact is open.
     """
     model, data = _scene(result, step)
     times, margins = [], []
@@ -60,7 +60,7 @@ def friction_margins(result: RunResult, step: float) -> tuple[Floats, Floats]:
 
 
 def _scene(result: RunResult, step: float) -> tuple[mujoco.MjModel, mujoco.MjData]:
-    """The scene that `replay_in_mujoco` plays in, at the start."""
+    """The scene of `replay_in_mujoco`, at the start."""
     scenario, trace = result.scenario, result.trace
     angles = trace.joint_position[0]
     contact = describe_contact(step)
@@ -77,6 +77,6 @@ def _margins(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[tuple[int, 
     for index in range(data.ncon):
         contact = data.contact[index]
         mujoco.mj_contactForce(model, data, index, force)
-        # The scene names the fingertips first, the object last.
+        # The fingertips are first in the scene, the object is last.
         finger = int(min(contact.geom1, contact.geom2))
         yield finger, contact.friction[0] * force[0] - float(np.hypot(force[1], force[2]))

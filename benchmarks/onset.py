@@ -1,10 +1,10 @@
-"""When a sticking contact starts to slip, at an instant known in closed form.
+"""Onset of slip of a sticking contact, at an instant known in closed form.
 
-Two fingers turn the object of weight m g at a constant speed, from an angle at which the
-weight presses it against finger 1. Both carry m g cos(theta) / 2 by friction; the least
-internal force keeps finger 0, which the weight leaves, on the friction cone of the estimate
-mu^, and presses finger 1 by -m g sin(theta) more. So finger 1, whose friction mu_1 is
-less than mu^, leaves its cone where tan(theta) = (1 / mu^ - 1 / mu_1) / 2.
+Two fingers turn the object of weight m g at a constant speed, from an angle at which its weight
+presses it against finger 1. Both carry m g cos(theta) / 2 by friction; the smallest internal force
+keeps finger 0, which the weight unloads, on the friction cone of the estimate mu^, and presses
+finger 1 with an additional -m g sin(theta). So finger 1, whose friction mu_1 is smaller than mu^,
+leaves its cone where tan(theta) = (1 / mu^ - 1 / mu_1) / 2.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ from slipgrasp.core.scenario.loading import load_scenario, with_values
 ESTIMATE, FRICTION = 0.5, 0.45
 INERTIA = 0.001  # [kg m^2]
 SPIN, SPEEDING_UP = 100.0, 0.05  # [rad/s^2], [s]
-AFTER = 0.02  # how long a run goes on after the onset [s]
+AFTER = 0.02  # duration of a run after the onset [s]
 
 STEPS = (1e-3, 1e-4)  # of MuJoCo [s]
-# Spread over a step as the golden ratio spreads them: an onset on the grid would be luck.
+# Distributed over a step by the golden ratio, because an onset on the grid would be luck.
 COASTING = tuple(0.05 + 1e-3 * (k * 0.6180339887 % 1.0) for k in range(10))  # [s]
 
 _DENSE = 1e4  # [Hz], for replaying
@@ -39,11 +39,11 @@ _TARGET = 1e-9  # [s]
 
 
 class Onset(NamedTuple):
-    """What MuJoCo says of the onset.
+    """The onset in MuJoCo.
 
     Attributes:
         told: End of the first step in which the contact lies on its cone [s].
-        extrapolated: Where the line through the margins of the two steps before is zero [s].
+        extrapolated: Zero of the line through the margins of the two previous steps [s].
     """
 
     told: float
@@ -56,10 +56,10 @@ def run(_docs: Path | None = None) -> list[Table]:
 
 
 def turning_hand(coasting: float) -> tuple[Scenario, float]:
-    """A hand whose finger 1 starts to slip at a known instant, and that instant [s].
+    """A hand whose finger 1 starts to slip at a known instant, with that instant [s].
 
     Args:
-        coasting: How long the object turns at constant speed until then [s].
+        coasting: Time for which the object turns at constant speed before [s].
     """
     angle = math.atan(0.5 * (1.0 / ESTIMATE - 1.0 / FRICTION))
     start = angle - SPIN * SPEEDING_UP * (0.5 * SPEEDING_UP + coasting)
@@ -83,12 +83,12 @@ def turning_hand(coasting: float) -> tuple[Scenario, float]:
 
 
 def our_onset(scenario: Scenario) -> float:
-    """When our run changes its first phase [s]."""
+    """Time of the first phase change of our run [s]."""
     return simulate(scenario).phase_changes[0].time
 
 
 def mujoco_onset(scenario: Scenario, step: float) -> Onset:
-    """When finger 1 slips in MuJoCo under the torques of our run.
+    """Time at which finger 1 slips in MuJoCo with the torques of our run.
 
     Args:
         scenario: A `turning_hand`.

@@ -1,7 +1,7 @@
-"""What must be true of every run.
+"""Checks that apply to every run.
 
-Judged by its trace, by the same run with a finer output (of half of the runs), and, where phases
-are said to contradict each other or a contact to open, by an independent search for an answer.
+Based on its trace, on the same run with a finer output (for half of the runs) and, if a run ends as
+inconsistent or separated, on an independent search for consistent phases.
 """
 
 from __future__ import annotations
@@ -28,23 +28,23 @@ if TYPE_CHECKING:
 FINE_RATE = 10_000.0  # [Hz]
 SAME_INSTANT = 1e-9  # [s]
 GIVEN_BACK = 1e-9  # [J]
-ROUNDING = 1e-15  # of the energy that friction took
+ROUNDING = 1e-15  # of the energy dissipated by friction
 OUTSIDE_CONE = 1e-9  # of 1 N and the forces
 LEDGER = 1e-6  # [J]
 VELOCITY_JUMP = 1e-8  # of 1 m/s and the velocity; slips below 3e-9 m/s end at once
-LEDGER_SHARE = 1e-9  # of the greatest energy of the run
+LEDGER_SHARE = 1e-9  # of the largest energy of the run
 SAME_METRIC = 1e-9  # of 1 and the metric
-TOLERANCES = 10.0  # of the steps, that their sum may reach
+TOLERANCES = 10.0  # of the steps, for their sum
 FORCES = ("peak_normal_force", "minimum_friction_margin")
 INSIDE_STEP = 1e-7  # accuracy of a force within a step, of 1 N and the largest force
 STATED = re.compile(r"(?P<changes>\d+) phase changes within (?P<seconds>[-+.e\d]+) s")
 
 
 class Check(NamedTuple):
-    """One thing that must hold.
+    """One check.
 
     Attributes:
-        text: What must not be.
+        text: Description of the violation.
         unit: Unit of the deviation; empty for a mere count.
     """
 
@@ -67,11 +67,11 @@ CHECKS = {
 
 
 class Judgement(NamedTuple):
-    """What became of one run.
+    """Result of the checks of one run.
 
     Attributes:
-        outcome: How it ended.
-        missed: By how much each check that failed was missed, in its unit, or 1.
+        outcome: Outcome of the run.
+        missed: Deviation of each failed check, in its unit, or 1.
     """
 
     outcome: str
@@ -79,23 +79,23 @@ class Judgement(NamedTuple):
 
 
 def judge_run(scenario: Scenario, *, twice: bool = True) -> Judgement:
-    """Runs a scenario, perhaps once more with an output of 10 kHz, and judges what became of it.
+    """Checks a run of a scenario, if requested also with an output of 10 kHz.
 
     Args:
-        scenario: What to simulate.
-        twice: Whether it is run once more.
+        scenario: Scenario to simulate.
+        twice: Whether to simulate it again.
     """
     plain, fine, held = simulate_runs(scenario, twice=twice)
     return Judgement(plain.outcome.value, find_missed(plain, fine, held))
 
 
 def find_missed(plain: RunResult, fine: RunResult | None, held: np.ndarray) -> dict[str, float]:
-    """By how much each check that fails is missed, by its name.
+    """Deviations of the failed checks, by name.
 
     Args:
         plain: The run.
-        fine: The same run with an output of 10 kHz, if there is one.
-        held: The torques that act at its end, ``(n, 2)`` [N m].
+        fine: The same run with an output of 10 kHz, if any.
+        held: Torques at its end, ``(n, 2)`` [N m].
     """
     runs = (plain,) if fine is None else (plain, fine)
     missed = common_missed(plain, fine) | {
@@ -110,12 +110,12 @@ def find_missed(plain: RunResult, fine: RunResult | None, held: np.ndarray) -> d
 def common_missed(
     plain: RunResult, fine: RunResult | None, same: float = VELOCITY_JUMP
 ) -> dict[str, float]:
-    """By how much each check is missed that knows neither forces nor energies.
+    """Deviations of the failed checks that need neither forces nor energies.
 
     Args:
         plain: The run.
-        fine: The same run with an output of 10 kHz, if there is one.
-        same: By what share of 1 m/s and a velocity it may differ from itself.
+        fine: The same run with an output of 10 kHz, if any.
+        same: Allowed difference of equal velocities, relative to 1 m/s and the velocity.
     """
     runs = (plain,) if fine is None else (plain, fine)
     return {
@@ -131,7 +131,7 @@ def common_missed(
 def simulate_runs(
     scenario: Scenario, *, twice: bool
 ) -> tuple[RunResult, RunResult | None, np.ndarray]:
-    """The run, the same with an output of 10 kHz if asked for, and the torques at its end."""
+    """The run, the same with an output of 10 kHz if requested, and the torques at its end."""
     plain, held = simulate_with_torques(scenario)
     if not twice:
         return plain, None, held
@@ -140,9 +140,9 @@ def simulate_runs(
 
 
 def simulate_with_torques(scenario: Scenario) -> tuple[RunResult, np.ndarray]:
-    """The run, and the torques that act at its end ``(n, 2)``.
+    """The run, and the torques at its end ``(n, 2)``.
 
-    The trace ends before a jump that no phases agree with, hence with the torques before it.
+    The trace ends before a jump without consistent phases, hence with the torques before it.
     """
     simulation = Simulation(scenario)
     run_to_end(simulation, lambda _: None)
@@ -151,7 +151,7 @@ def simulate_with_torques(scenario: Scenario) -> tuple[RunResult, np.ndarray]:
 
 
 def stalled(run: RunResult) -> float:
-    """1 if a run ends as chattering without the phase changes in the time that its reason states.
+    """1 if a run ends as chattering without the phase changes stated in its reason.
 
     Each contact counts once at an instant.
     """
@@ -166,7 +166,7 @@ def stalled(run: RunResult) -> float:
 
 
 def _count_distinct(changes: Sequence[PhaseChange]) -> int:
-    """Phase changes, without those of a contact at an instant at which it changed already."""
+    """Phase changes, without further ones of a contact at the same instant."""
     last: dict[int, float] = {}
     count = 0
     for change in changes:
@@ -176,7 +176,7 @@ def _count_distinct(changes: Sequence[PhaseChange]) -> int:
 
 
 def _same_course(run: RunResult, other: RunResult) -> bool:
-    """Whether both end alike after the same phase changes at the same times."""
+    """Whether both have the same end after the same phase changes at the same times."""
     if run.outcome is not other.outcome or len(run.phase_changes) != len(other.phase_changes):
         return False
     times = [(run.end_time, other.end_time)]
@@ -188,7 +188,7 @@ def _same_course(run: RunResult, other: RunResult) -> bool:
 
 
 def given_back(trace: Trace) -> float:
-    """How far the energy lost to friction falls below what was lost before [J]; 0 if allowed."""
+    """Decrease of the energy dissipated by friction [J]; 0 if allowed."""
     lost = trace.dissipated_energy
     peak = np.maximum.accumulate(lost)
     returned = float(np.max(peak - lost))
@@ -198,9 +198,8 @@ def given_back(trace: Trace) -> float:
 def _outside_cone(run: RunResult) -> float:
     """The largest excess over the cone, or distance from it in slip, relative; 0 if allowed.
 
-    The first row only assumes stick, and rows at the instant at which physics ends a run show
-    what cannot go on. A force that falls so fast that it changes more between two numbers for the
-    time is known no better than that.
+    The first row only assumes stick, and rows at the instant at which physics ends a run are
+    excluded. A fast force is known only up to its change between adjacent floating-point times.
     """
     trace = run.trace
     rows = np.arange(len(trace)) > 0
@@ -216,9 +215,9 @@ def _outside_cone(run: RunResult) -> float:
 
 
 def _change_per_time_number(trace: Trace) -> np.ndarray:
-    """How much each normal force changes from one number for the time to the next, ``(rows, n)``.
+    """Change of each normal force between adjacent floating-point times, ``(rows, n)``.
 
-    The fastest of its changes beside the row: an event has two rows at its instant.
+    The fastest change next to the row: an event has two rows at its instant.
     """
     passed = np.diff(trace.times)[:, None]
     change = np.abs(np.diff(trace.normal_force, axis=0))
@@ -228,7 +227,7 @@ def _change_per_time_number(trace: Trace) -> np.ndarray:
 
 
 def ledger_error(trace: Trace, share: float = LEDGER_SHARE) -> float:
-    """Energy unaccounted for [J]; 0 if allowed, also by a share of the greatest energy."""
+    """Error of the energy balance [J]; 0 if allowed, also relative to the largest energy."""
     energies = (
         trace.kinetic_energy,
         trace.potential_energy,
@@ -243,7 +242,7 @@ def ledger_error(trace: Trace, share: float = LEDGER_SHARE) -> float:
 def velocity_jump(trace: Trace, same: float | np.ndarray = VELOCITY_JUMP) -> float:
     """The largest difference of a velocity between rows at one time [m/s, rad/s]; 0 if allowed.
 
-    Forces and accelerations jump at events; no impulse acts on anything.
+    Forces and accelerations jump at events; there are no impulses.
     """
     velocities = np.column_stack((trace.object_velocity, trace.slip_velocity))
     before, after = velocities[:-1], velocities[1:]
@@ -253,7 +252,7 @@ def velocity_jump(trace: Trace, same: float | np.ndarray = VELOCITY_JUMP) -> flo
 
 
 def _metrics_hold(run: RunResult) -> bool:
-    """Whether every metric is what its trace shows, or beyond it where more happens in between."""
+    """Whether every metric agrees with the trace, or exceeds it if extremes are between rows."""
     trace, metrics = run.trace, run.metrics
     slips = trace.phase != ContactPhase.STICK
     begins_twice = len(trace) > 1 and trace.times[1] == trace.times[0]
@@ -273,26 +272,26 @@ def _metrics_hold(run: RunResult) -> bool:
 
 
 def _slip_paths(trace: Trace) -> np.ndarray:
-    """Length of the way between the rows, ``(n,)`` [m]."""
+    """Path length between the rows, ``(n,)`` [m]."""
     tangents = trace.shape.space.num_tangents
     ways = np.diff(trace.slip, axis=0).reshape(len(trace) - 1, trace.phase.shape[1], tangents)
     return np.linalg.norm(ways, axis=2).sum(axis=0)
 
 
 def _share_of_paths(run: RunResult) -> float:
-    """How much of 1 m and a path it may fall short: path and slips are integrals of their own."""
+    """Allowed deficit, relative to 1 m and a path: path and slips are separate integrals."""
     return max(SAME_METRIC, TOLERANCES * run.scenario.simulation.relative_tolerance)
 
 
 def _reaches(upper: ArrayLike, lower: ArrayLike, share: float = SAME_METRIC) -> bool:
-    """Whether no number lies below its lower bound by more than a share of 1 and that."""
+    """Whether all numbers reach their lower bounds, within a relative and absolute tolerance."""
     lower = np.asarray(lower, float)
     slack = share * (1.0 + np.abs(np.where(np.isfinite(lower), lower, 0.0)))
     return bool(np.all(np.asarray(upper, float) >= lower - slack))
 
 
 def _same_metrics(run: RunResult, other: RunResult | None) -> bool:
-    """Whether the metrics of two runs agree, forces as far as they are known within a step."""
+    """Whether the metrics of two runs agree; forces within their accuracy in a step."""
     if other is None or not _same_course(run, other):
         return True
     mine, others = run.metrics.flattened(), other.metrics.flattened()
@@ -315,16 +314,16 @@ def ends_wrongly(run: RunResult) -> float:
 
 
 def _has_answer(run: RunResult, held: np.ndarray) -> float:
-    """1 if a run ends as inconsistent though there is a combination that agrees."""
+    """1 if a run ends as inconsistent although consistent phases exist."""
     if run.outcome is not Outcome.INCONSISTENT:
         return 0.0
     return 1.0 if any(True for _ in _answers(run, held)) else 0.0
 
 
 def _need_not_open(run: RunResult, held: np.ndarray) -> float:
-    """1 if, beyond doubt, a jump ends a run as separated though that contact need not, or cannot.
+    """1 if a jump certainly ends a run as separated although the contact need not open, or cannot.
 
-    While a phase is held, continuous control may know of answers that it has to forgo.
+    While a phase is held, continuous control may have to exclude consistent phases.
     """
     if run.outcome is not Outcome.SEPARATED or run.reason is None or run.reason.value is not None:
         return 0.0
@@ -335,7 +334,7 @@ def _need_not_open(run: RunResult, held: np.ndarray) -> float:
     if contact is None:
         return 1.0
     if not is_sampled_at_end(run) and any(c.time == run.end_time for c in run.scenario.changes):
-        # After a timed change continuous control gives a torque that no row shows.
+        # After a timed change, continuous control gives a torque that is in no row.
         return 0.0
     if is_sampled_at_end(run) and any(OPEN not in sure.phases for sure in _answers(run, held)):
         return 1.0
@@ -344,7 +343,7 @@ def _need_not_open(run: RunResult, held: np.ndarray) -> float:
 
 
 def _answers(run: RunResult, held: np.ndarray, *, beyond_doubt: bool = True) -> Iterator[Answer]:
-    """Combinations that agree at the end of a run, by code that shares nothing with the kernel."""
+    """Consistent phases at the end of a run, by code that is independent of the kernel."""
     from tests.references.instant import answers_at_end
 
     return answers_at_end(run, held, beyond_doubt=beyond_doubt)

@@ -1,8 +1,8 @@
-"""Runs at the default tolerances beside the same runs at tight ones: is any materially different?
+"""Runs at the default tolerances, compared with the same runs at tight tolerances.
 
-Only runs whose truth is known count: well conditioned throughout, the same at two tight
-tolerances and with an object heavier by a ten-billionth, so that what differs is the error of the
-default and not chaos.
+Only runs with a known true result count: well conditioned throughout, and equal at two tight
+tolerances and with an object that is heavier by 1e-10, so that differences are errors of the
+default tolerances and not chaos.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import with_values
 
 COUNT = 1000
-MOST = 4 * COUNT  # so many are drawn to find them
+MOST = 4 * COUNT  # number of draws to find them
 TIGHT, TIGHTER = (1e-11, 1e-13), (2e-12, 2e-14)  # relative and absolute tolerance
 CONDITION = 1e4  # largest condition number of the reduced inertia and of its estimate
-SETTLED = 0.1  # how far the tight runs may be apart, in limits
-NUDGE = 1e-10  # by this share the object is heavier in one of them
+SETTLED = 0.1  # allowed difference of the tight runs, in limits
+NUDGE = 1e-10  # relative increase of the mass in one of them
 
 SHARE = 0.01  # of end time and slip path
 SLIP = 1e-7  # [m]
@@ -39,12 +39,12 @@ QUANTITIES = {
 
 
 class Comparison(NamedTuple):
-    """One run beside its truth.
+    """One run, compared with its true result.
 
     Attributes:
         number: Index of the draw.
-        known: Whether its truth is known.
-        differences: How far each quantity is off, in limits.
+        known: Whether the true result is known.
+        differences: Deviation of each quantity, in limits.
     """
 
     number: int
@@ -53,7 +53,7 @@ class Comparison(NamedTuple):
 
     @property
     def is_material(self) -> bool:
-        """Whether a truth that is known is missed."""
+        """Whether the run differs from its known true result."""
         return self.known and max(self.differences.values()) > 1.0
 
 
@@ -61,9 +61,9 @@ def measure_truth(seed: int, count: int = COUNT, most: int = MOST) -> Table:
     """The table ``outcomes-truth``.
 
     Args:
-        seed: Other seeds draw other runs.
-        count: How many runs whose truth is known.
-        most: How many are drawn at most.
+        seed: Seed of the runs.
+        count: Number of runs with a known true result.
+        most: Largest number of draws.
     """
     comparisons = in_processes(partial(_compare_drawn, seed), most)
     known = (comparison for comparison in comparisons if comparison.known)
@@ -72,10 +72,10 @@ def measure_truth(seed: int, count: int = COUNT, most: int = MOST) -> Table:
 
 
 def compare(scenario: Scenario, number: int = 0) -> Comparison:
-    """Simulates a scenario at its own tolerances, at two tight ones, and nudged.
+    """Simulates a scenario at its tolerances, at two tight ones, and with a perturbed mass.
 
     Args:
-        scenario: What to simulate.
+        scenario: Scenario to simulate.
         number: Index of the draw.
     """
     tight = _at(scenario, *TIGHT)
@@ -88,7 +88,7 @@ def compare(scenario: Scenario, number: int = 0) -> Comparison:
 
 
 def tabulate_truth(comparisons: list[Comparison]) -> Table:
-    """How many runs miss their truth, and by how much at worst."""
+    """Number of runs that differ from their true results, and the largest deviations."""
     rows = []
     for name, words in QUANTITIES.items():
         off = [comparison.differences[name] for comparison in comparisons]
@@ -127,7 +127,7 @@ def _is_well_conditioned(run: RunResult) -> bool:
 
 
 def _differences(run: RunResult, truth: RunResult) -> dict[str, float]:
-    """How far a run is from its truth, in limits."""
+    """Deviations of a run from its true result, in limits."""
     paths, true_paths = np.array(run.metrics.slip_path), np.array(truth.metrics.slip_path)
     allowed = np.maximum(SHARE * true_paths, SLIP)
     return {

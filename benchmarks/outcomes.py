@@ -1,12 +1,12 @@
-"""Whether every outcome is true.
+"""Checks that every outcome is correct.
 
-Random runs are judged by `benchmarks.outcome_checks`. Most are drawn so that every two levels of
-all that can be set meet; others are objects held by theorem 4 with physical bounds and continuous
-control, whose estimates run into those bounds. Others again are compared with their truth at tight
-tolerances (`benchmarks.outcome_truth`).
+Random runs are checked by `benchmarks.outcome_checks`. Most are drawn so that every pair of levels
+of all settings occurs; others are objects held by theorem 4 with physical bounds and continuous
+control, whose estimates reach those bounds. Further runs are compared with their true results at
+tight tolerances (`benchmarks.outcome_truth`).
 
 `python -m benchmarks.outcomes POPULATION INDEX [--seed N]` prints a single run as a scenario file,
-and what is wrong with it.
+and its faults.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ SEED = 14
 
 
 class Judge(Protocol):
-    """What runs a scenario, once or twice, and judges it."""
+    """A function that checks a run of a scenario."""
 
     def __call__(self, scenario: Scenario, *, twice: bool) -> Judgement:
         """See `benchmarks.outcome_checks.judge_run`."""
@@ -47,12 +47,12 @@ class Judge(Protocol):
 
 
 class Campaign(NamedTuple):
-    """Judged runs of one population.
+    """Checked runs of one population.
 
     Attributes:
         population: One of `benchmarks.random_runs.POPULATIONS`.
-        seed: Of the draws.
-        judgements: By index.
+        seed: Seed of the draws.
+        judgements: Results of the checks, by index.
     """
 
     population: str
@@ -60,7 +60,7 @@ class Campaign(NamedTuple):
     judgements: list[Judgement]
 
     def failures(self, check: str) -> dict[int, float]:
-        """By how much a check was missed, by index of the run."""
+        """Deviations of a failed check, by index of the run."""
         return {
             index: judgement.missed[check]
             for index, judgement in enumerate(self.judgements)
@@ -80,12 +80,12 @@ def judge_many(
     seed: int,
     judge: Judge = judge_run,
 ) -> Campaign:
-    """Draws and judges runs.
+    """Draws and checks runs.
 
     Args:
         population: One of `benchmarks.random_runs.POPULATIONS`.
-        count: How many runs, from index 0 on.
-        seed: Other seeds draw other runs.
+        count: Number of runs, from index 0.
+        seed: Seed of the draws.
         judge: A function that other processes can import.
     """
     judgements = in_processes(partial(_judge, population, seed, judge), count)
@@ -98,12 +98,12 @@ def tabulate(
     part: str = "outcomes",
     checks: Mapping[str, Check] = CHECKS,
 ) -> list[Table]:
-    """How often each check failed, and how the runs ended.
+    """Number of failures of each check, and outcomes of the runs.
 
     Args:
-        campaigns: Judged by these checks.
-        part: The tables are called so, and so with ``-endings``.
-        checks: By their names.
+        campaigns: Runs checked by these checks.
+        part: Name of the first table; the second one ends in ``-endings``.
+        checks: The checks by name.
     """
     heads = ["what must not be"]
     for campaign in campaigns:
@@ -126,7 +126,7 @@ def tabulate(
 
 
 def _judge(population: str, seed: int, judge: Judge, index: int) -> Judgement:
-    """Judges a run, every other one by a second run with a finer output too."""
+    """Checks a run, every second one also with a finer output."""
     return judge(draw(population, seed, index), twice=index % 2 == 0)
 
 
@@ -144,7 +144,7 @@ def _outcome(campaigns: Sequence[Campaign], checks: Mapping[str, Check]) -> str:
 
 
 def main() -> None:
-    """Prints one run as a scenario file, and what is wrong with it."""
+    """Prints one run as a scenario file, and its faults."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.outcomes", description=main.__doc__)
     parser.add_argument("population", choices=POPULATIONS)
     parser.add_argument("index", type=int)

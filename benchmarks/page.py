@@ -1,4 +1,4 @@
-"""The page that simulates, in Chromium: size, first picture, sliders, and a map."""
+"""The page that simulates, in Chromium: size, time to the first image, sliders, and a map."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ FIRST_TARGET, SLIDER_TARGET, SIZE_TARGET = 3.0, 100.0, 1.4
 _STARTED = "document.documentElement.dataset.sgStarted !== undefined"
 _PATIENCE = 300_000  # [ms]
 
-# From a key on the slider of the mass until the picture of its run is drawn, in the page.
+# Time in the page from a key press on the slider of the mass until its run is drawn.
 _MOVE = """async (key) => {
   const slider = document.querySelector("[role=slider]");
   const root = document.documentElement, before = root.dataset.sgSha256;
@@ -47,7 +47,7 @@ _MOVE = """async (key) => {
   await new Promise((next) => requestAnimationFrame(() => setTimeout(next)));
   return performance.now() - start;
 }"""
-# What the map shows: the category of each cell.
+# Content of the map: the category of each cell.
 CELLS_OF_MAP = r"""() => {
   const found = [];
   for (const rect of document.querySelectorAll("rect[data-sg-intent]")) {
@@ -59,12 +59,12 @@ CELLS_OF_MAP = r"""() => {
 
 
 class Opened(NamedTuple):
-    """What was measured of one page.
+    """Measurements of one page.
 
     Attributes:
         megabytes: Its size.
-        first: From its address to the first picture of the hand [s].
-        moves: From a key on a slider to the picture of its run [ms].
+        first: Time from opening its address to the first image of the hand [s].
+        moves: Times from a key press on a slider to the image of its run [ms].
         computing: Computing time of the first run, as the page shows it [ms].
     """
 
@@ -175,7 +175,7 @@ def _study_of(scenario: Scenario, side: int, across: Control, up: Control) -> St
 
 
 def _run_study(folder: Path, study: Study) -> tuple[float, StudyResults]:
-    """Wall time of a study in processes that are there already [s], and its results."""
+    """Wall time of a study in processes that are already running [s], and its results."""
     results = StudyResults(study)
     with make_executor("processes") as executor:
         executor.prepare()

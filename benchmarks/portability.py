@@ -1,4 +1,4 @@
-"""Whether the same scenario gives the same bits under every kind of machine code there is here."""
+"""Checks that a scenario gives the same bits with every kind of machine code available here."""
 
 from __future__ import annotations
 
@@ -42,9 +42,9 @@ def run(_docs: Path | None = None) -> list[Table]:
 
 
 def tabulate(hashes: dict[str, dict[str, str]]) -> Table:
-    """The first digits of the hash under the first engine; where another has others, they too.
+    """The first digits of the hash with the first engine, and different ones of other engines.
 
-    An engine that does not run a case has a dash there.
+    An engine that does not run a case has a dash.
     """
     first, *others = hashes.values()
     rows = []
@@ -68,7 +68,7 @@ def _beside(value: str, other: str | None) -> str:
 
 
 def _code_variants() -> dict[str, dict[str, str]]:
-    """Environments under which the kernel is compiled for other processors."""
+    """Environments in which the kernel is compiled for other processors."""
     features = binding.get_host_cpu_features()
     without_fma = [name for name in features if not name.startswith(("fma", "avx512"))]
     without_avx = [name for name in without_fma if not name.startswith(("avx", "f16c", "v", "xop"))]
@@ -85,14 +85,14 @@ def _for_processor(name: str, features: str) -> dict[str, str]:
 
 
 def _features(present: dict[str, bool], kept: list[str]) -> str:
-    """The features of this processor, all others switched off."""
+    """The features of this processor, with all others switched off."""
     return ",".join(
         f"{'+' if there and name in kept else '-'}{name}" for name, there in sorted(present.items())
     )
 
 
 def _hashes_under(variables: dict[str, str]) -> dict[str, str]:
-    """All hashes, from a process with its own environment."""
+    """All hashes, from a process with a separate environment."""
     done = subprocess.run(
         [sys.executable, "-m", "benchmarks.portable_runs"],
         env=os.environ | variables,

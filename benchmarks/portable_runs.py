@@ -1,4 +1,4 @@
-"""Runs whose hash is to be the same on every machine; as a script, prints the hashes as JSON."""
+"""Runs whose hashes must be the same on every machine; as a script, prints them as JSON."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _DECIMALS = 9
 
 
 def run_hash(scenario: Scenario) -> str:
-    """Hash of all that a run gives: its rows, its phase changes and how it ended."""
+    """Hash of the results of a run: rows, phase changes and outcome."""
     return simulate(scenario).sha256
 
 
@@ -64,7 +64,7 @@ def _hash_of_all(scenarios: Iterable[Scenario]) -> str:
 
 
 def _laws() -> Iterator[Scenario]:
-    """Each on the hand that slips, continuous where it can be."""
+    """Each law with the hand that slips, continuous if possible."""
     for kind, law in CONTROL_LAWS.items():
         for period in (0.001,) if law.sampled else (0.0, 0.001):
             values = {"controller.kind": kind, "controller.control_period": period}
@@ -95,7 +95,7 @@ def _random(count: int) -> Iterator[Scenario]:
 
 
 def _rounded(scenario: Scenario) -> Scenario:
-    """The same with bases to a nanometre: they were drawn with numpy's sine and cosine."""
+    """The same with bases rounded to 1 nm, because they were drawn with numpy's sine and cosine."""
     fingers = [
         replace(finger, base=tuple(round(x, _DECIMALS) for x in finger.base))
         for finger in scenario.fingers

@@ -1,4 +1,4 @@
-"""The hashes of the presets' runs, as docs/portability.md keeps them."""
+"""The hashes of the presets' runs, as in docs/portability.md."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ def run(_docs: Path | None = None) -> list[Table]:
 
 
 def tabulate_presets(hashes: Mapping[str, str]) -> Table:
-    """The whole hashes of the presets, of all hashes."""
+    """The complete hashes of the presets, from all hashes."""
     rows = tuple((name, hashes[name]) for name in preset_names())
     return Table(NAME, ("preset", "SHA-256"), rows, (), PORTABILITY)
 
 
 def read_presets(page: Path) -> dict[str, str]:
-    """The hashes that docs/portability.md has."""
+    """The hashes in docs/portability.md."""
     return dict(read_table(page, NAME)[1:])

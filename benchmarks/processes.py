@@ -1,4 +1,4 @@
-"""Memory and work of a process and all that it has started, while it works (Linux)."""
+"""Memory and processor time of a process and its descendants, while it works (Linux)."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ S = TypeVar("S")
 
 
 class Sample(NamedTuple):
-    """Memory at a moment.
+    """Memory at one instant.
 
     Attributes:
-        progress: How far the work was.
+        progress: Progress of the work.
         memory: Of all processes together, shared pages counted once [B].
     """
 
@@ -33,13 +33,13 @@ class Sample(NamedTuple):
 
 
 class Watch(ABC, Generic[S]):
-    """Takes samples in a thread of its own inside its ``with`` block.
+    """Takes samples in a separate thread inside its ``with`` block.
 
     Args:
-        period: Between two of them [s].
+        period: Sampling interval [s].
 
     Attributes:
-        samples: What was found so far.
+        samples: The samples so far.
     """
 
     def __init__(self, period: float) -> None:
@@ -50,7 +50,7 @@ class Watch(ABC, Generic[S]):
 
     @abstractmethod
     def look(self) -> S:
-        """A sample of now."""
+        """A present sample."""
 
     def __enter__(self) -> Self:
         self._thread.start()
@@ -76,7 +76,7 @@ class MemoryWatch(Watch[Sample]):
     """Samples the memory of a process and its descendants.
 
     Attributes:
-        progress: How far the work is, as the worker reports it.
+        progress: Progress of the work, as reported by the worker.
     """
 
     def __init__(self, process: int) -> None:
@@ -86,11 +86,11 @@ class MemoryWatch(Watch[Sample]):
 
     @property
     def peak(self) -> int:
-        """Largest memory so far [B]."""
+        """Peak memory so far [B]."""
         return max(sample.memory for sample in self.samples)
 
     def look(self) -> Sample:
-        """How far the work is, and the memory of all processes."""
+        """Progress of the work, and the memory of all processes."""
         progress = self.progress
         return Sample(progress, sum(map(memory_of, family_of(self._process))))
 
@@ -106,14 +106,14 @@ def family_of(process: int) -> list[int]:
 
 
 def memory_of(process: int) -> int:
-    """Memory of a process, its part of shared pages in it; 0 once it has ended [B]."""
+    """Memory of a process, including its part of shared pages; 0 after its end [B]."""
     return _rolled_up(process, _PROPORTIONAL)
 
 
 def own_memory_of(process: int) -> int:
-    """Memory that a process has written itself; 0 once it has ended [B].
+    """Memory that a process itself has written; 0 after its end [B].
 
-    Files that it maps are not in it, of which it has the more the fewer others do.
+    Mapped files are excluded, because its part of them depends on the other processes.
     """
     return _rolled_up(process, _OWN)
 
@@ -127,7 +127,7 @@ def _rolled_up(process: int, kind: str) -> int:
 
 
 def processor_time_of(process: int) -> float:
-    """What a process has worked so far, in all its threads [s]."""
+    """Processor time of a process so far, in all threads [s]."""
     text = (_PROC / str(process) / "stat").read_text(encoding="ascii")
     words = text.rpartition(")")[2].split()
     return (int(words[11]) + int(words[12])) / os.sysconf("SC_CLK_TCK")

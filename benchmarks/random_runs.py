@@ -1,4 +1,4 @@
-"""Populations of random runs, each run of a seed and its index, and processes to run them."""
+"""Populations of random runs, each determined by a seed and an index, and processes to run them."""
 
 from __future__ import annotations
 
@@ -33,23 +33,23 @@ T = TypeVar("T")
 
 
 def draw(population: str, seed: int, index: int) -> Scenario:
-    """One run, the same every time.
+    """One reproducible run.
 
     Args:
         population: One of `POPULATIONS`.
-        seed: Other seeds draw other runs.
-        index: Which.
+        seed: Seed of the draws.
+        index: Index of the run.
     """
     return POPULATIONS[population](seed, index)
 
 
 def in_processes(work: Callable[[int], T], count: int, processes: int = PROCESSES) -> Iterator[T]:
-    """What a function gives for 0, 1, 2 …, in this order, from processes at low priority.
+    """Results of a function for 0, 1, 2 …, in this order, from processes with low priority.
 
     Args:
         work: A function that other processes can import.
-        count: How many; fewer are worked through if nobody asks for the rest.
-        processes: How many at a time.
+        count: Number of calls; fewer if the results are not all requested.
+        processes: Number of concurrent processes.
     """
     context = get_context("spawn")
     pool = ProcessPoolExecutor(processes, context, initializer=_begin)
@@ -62,7 +62,7 @@ def in_processes(work: Callable[[int], T], count: int, processes: int = PROCESSE
 def reported(
     results: Iterable[T], count: int, name: str, is_wrong: Callable[[T], bool]
 ) -> Iterator[T]:
-    """Passes results on; says on standard error how far it is, and which of them are wrong."""
+    """Yields results; reports the progress and faulty runs on standard error."""
     wrong: list[int] = []
     for index, result in enumerate(results):
         wrong += [index] * is_wrong(result)
@@ -79,14 +79,14 @@ def _begin() -> None:
 
 
 def _in_pairs(seed: int, index: int) -> Scenario:
-    """All that can be set, so that every two of its levels meet."""
+    """All settings, so that every pair of their levels occurs."""
     from tests.core.drawn_pairs import draw_in_pairs
 
     return draw_in_pairs(seed, index, spatial=False).scenario
 
 
 def _pairs_in_space(seed: int, index: int) -> Scenario:
-    """The same of spatial hands."""
+    """The same for spatial hands."""
     from tests.core.drawn_pairs import draw_in_pairs
 
     return draw_in_pairs(seed, index, spatial=True).scenario
@@ -109,9 +109,9 @@ def _anywhere(seed: int, index: int) -> Scenario:
 
 
 def _on_bounds(seed: int, index: int) -> Scenario:
-    """The hand of case II and an object that it does not know, within physical bounds.
+    """The hand of case II and an unknown object within physical bounds.
 
-    Continuous control, and adaptation so fast that the estimates run into their bounds.
+    Continuous control, and adaptation so fast that the estimates reach their bounds.
     """
     rng = Random(f"object {seed} {index}")
     mass = rng.uniform(*MASS)

@@ -1,4 +1,4 @@
-"""Real slides: the tosses of a cube that DAIRLab/contact-nets publishes, cut to flat slides.
+"""Real slides: the tosses of a cube published as DAIRLab/contact-nets, reduced to flat slides.
 
 Cite S. Pfrommer, M. Halm, M. Posa, ContactNets, CoRL 2020. The data are not part of this project:
 `git clone https://github.com/DAIRLab/contact-nets` has them in ``data/tosses_processed``.
@@ -56,10 +56,10 @@ class Slide:
 
 
 def read_slides(folder: Path) -> list[Slide]:
-    """All flat slides in a clone of the data.
+    """All flat slides in a clone of the repository.
 
     Raises:
-        ValueError: If the folder has no tosses, or a file is none.
+        ValueError: If the folder has no tosses, or a file is not a toss.
     """
     files = sorted(folder.rglob("tosses_processed/*.pt"), key=lambda path: int(path.stem))
     if not files:
@@ -69,10 +69,10 @@ def read_slides(folder: Path) -> list[Slide]:
 
 
 class _Unpickler(pickle.Unpickler):
-    """Reads a tensor without torch, and runs nothing that a file names."""
+    """Reads a tensor without torch, without executing anything named in a file."""
 
     def find_class(self, module: str, name: str) -> Any:
-        """The few names that a tensor of doubles needs."""
+        """The few names required by a tensor of doubles."""
         known = {
             ("torch._utils", "_rebuild_tensor_v2"): lambda *parts: parts[:4],
             ("torch", "DoubleStorage"): "double",
@@ -91,7 +91,7 @@ def read_tensor(path: Path) -> Floats:
     """The states of a toss from torch's old format of files, shape ``(samples, 19)``.
 
     Raises:
-        ValueError: If the file is no such tensor.
+        ValueError: If the file is not such a tensor.
     """
     with path.open("rb") as stream:
         try:
@@ -127,7 +127,7 @@ def cut_slides(toss: int, states: Floats) -> list[Slide]:
 
 
 def _lies_flat(states: Floats) -> NDArray[np.bool_]:
-    """True where the cube lies on a face and does not roll or rise."""
+    """True if the cube lies on a face and does not roll or rise."""
     axes = np.abs(_vertical_in_body(states[:, 3:7])).max(axis=1)
     height = np.abs(states[:, 2] - 1.0) * HALF_WIDTH
     roll = np.hypot(states[:, 10], states[:, 11])
@@ -160,7 +160,7 @@ def _slide(toss: int, states: Floats) -> Slide | None:
 
 
 def _yaw(quaternions: Floats) -> Floats:
-    """Angle about the vertical from the first sample: of the rotation since then."""
+    """Angle about the vertical of the rotation since the first sample."""
     first = quaternions[0] * np.array([1.0, -1.0, -1.0, -1.0])
     w, z = _product_w_z(quaternions, first)
     return np.unwrap(2.0 * np.arctan2(z, w))

@@ -20,10 +20,10 @@ from benchmarks.slide_models import MODELS, UNIFORM_RADIUS, Model, stop_distance
 PAGE = "reality.md"
 SEED = 1
 FIRST_SAMPLES = 8
-"""Samples from which the start of a slide that is predicted is known: 47 ms."""
+"""Number of samples that determine the start of a predicted slide: 47 ms."""
 
 SPINNING = 1.5
-"""Spin at the start above which a slide counts as spinning [rad/s]."""
+"""Initial spin above which a slide counts as spinning [rad/s]."""
 
 SIGMA_POSITION, SIGMA_YAW = 2e-4, 3e-3  # [m], [rad]
 RADII = (0.010, 0.030, 0.036, 0.040, 0.050, 0.070)
@@ -44,7 +44,7 @@ class Prediction:
     """Errors of one slide that was not fitted.
 
     Attributes:
-        stop: Error of the stop distance as a share of the measured one.
+        stop: Relative error of the stop distance.
         yaw: Error of the final yaw [rad].
         spins: Whether it spins at the start.
     """
@@ -69,7 +69,7 @@ def run(_docs: Path | None = None, data: Path | None = None, seed: int = SEED) -
 
 
 def halves(slides: Sequence[Slide], seed: int) -> tuple[list[Slide], list[Slide]]:
-    """Half of the slides to fit, and the other half to predict."""
+    """Half of the slides for fitting, and the other half for prediction."""
     order = np.random.default_rng(seed).permutation(len(slides))
     middle = len(slides) // 2
     return [slides[k] for k in order[:middle]], [slides[k] for k in order[middle:]]
@@ -110,7 +110,7 @@ def start_of(slide: Slide) -> Floats:
 def fit_start(
     slide: Slide, model: Model, friction: float, radius: float, samples: int | None = None
 ) -> tuple[Floats, float]:
-    """The start that explains a slide, or its first samples, and chi-squared per freedom."""
+    """The start that fits a slide, or its first samples, and chi-squared per degree of freedom."""
     count = len(slide.times) if samples is None else min(samples, len(slide.times))
 
     def apart(start: Floats) -> Floats:
@@ -122,7 +122,7 @@ def fit_start(
 
 
 def fit_friction(slide: Slide, model: Model, radius: float) -> tuple[float, float]:
-    """The friction of one slide, and its chi-squared per freedom."""
+    """The friction of one slide, and its chi-squared per degree of freedom."""
 
     def apart(values: Floats) -> Floats:
         return residuals(slide, model, values[:3], values[3], radius, len(slide.times))
@@ -134,10 +134,10 @@ def fit_friction(slide: Slide, model: Model, radius: float) -> tuple[float, floa
 
 
 def fit_all(slides: Sequence[Slide], model: Model, *, with_radius: bool) -> Fitted:
-    """One friction, and perhaps one radius, for all slides.
+    """One friction, and optionally one radius, for all slides.
 
-    The sum of the roots of chi-squared is least: slides differ in friction by more than the noise,
-    and a sum of squares would be decided by a few of them.
+    The sum of the square roots of chi-squared is minimized: frictions of slides differ by more than
+    the noise, and a few of them would dominate a sum of squares.
     """
 
     def misfit(friction: float, radius: float) -> float:
@@ -156,7 +156,7 @@ def fit_all(slides: Sequence[Slide], model: Model, *, with_radius: bool) -> Fitt
 
 
 def predict(slide: Slide, model: Model, fitted: Fitted) -> Prediction:
-    """The errors of a model for a slide of which it knows the first samples."""
+    """The errors of a model for a slide whose first samples are given."""
     start, _ = fit_start(slide, model, fitted.friction, fitted.radius, FIRST_SAMPLES)
     speed = float(np.hypot(start[0], start[1]))
     motion = model(speed, float(start[2]), fitted.friction, fitted.radius)
@@ -170,7 +170,7 @@ def predict(slide: Slide, model: Model, fitted: Fitted) -> Prediction:
 
 
 def _plain(slides: Sequence[Slide], resting: Sequence[Slide]) -> Table:
-    """Friction from the slope of the speed, and the plain formula of the stop distance."""
+    """Friction from the slope of the speed, and the simple formula of the stop distance."""
     frictions = np.array([_slope(slide) for slide in slides])
     middle = float(np.median(frictions))
     errors = [
@@ -190,7 +190,7 @@ def _plain(slides: Sequence[Slide], resting: Sequence[Slide]) -> Table:
             f"{100.0 * float(np.median(np.abs(np.array(errors) - 1.0))):.1f} %",
         ),
     )
-    return Table("reality-plain", ("", ""), rows, page=PAGE)
+    return Table("reality-plain", ("quantity", "value"), rows, page=PAGE)
 
 
 def _slope(slide: Slide) -> float:
@@ -245,7 +245,7 @@ def _models(fitted: Sequence[Slide], held_out: Sequence[Slide]) -> Table:
 
 
 def _radius(slides: Sequence[Slide]) -> Table:
-    """Every spinning slide with its own friction and start, for several radii."""
+    """Every spinning slide with separate friction and start, for several radii."""
     rows = []
     for radius in RADII:
         cells = [

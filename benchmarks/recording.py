@@ -1,4 +1,4 @@
-"""What surrounds a run: writing and reading its recording, and a change of a slider."""
+"""Cost around a run: writing and reading its recording, and a change of a slider."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def measure_recording(rounds: int = ROUNDS, duration: float = 7.0) -> Table:
     """CPU time around a run of the paper's case I, and the size of its recording.
 
     Args:
-        rounds: How often each is timed.
+        rounds: Number of timings of each.
         duration: Simulated time [s].
     """
     case = with_values(load_scenario("paper-case-1"), {"simulation.duration": duration})
@@ -61,8 +61,8 @@ def measure_recording(rounds: int = ROUNDS, duration: float = 7.0) -> Table:
     per_frame = (seconds["write the recording"] - bare_seconds) / frames
     outcome = "met" if per_sample <= TARGET else "missed"
     notes = (
-        f"Our own topics cost {MICROSECONDS * per_sample:.1f} us per stored sample, opening and "
-        f"closing the file included (target {MICROSECONDS * TARGET:g} us: {outcome}), the display "
+        f"Our own topics cost {MICROSECONDS * per_sample:.1f} us per stored sample "
+        f"(target {MICROSECONDS * TARGET:g} us: {outcome}), the display "
         f"topics {MICROSECONDS * per_frame:.1f} us per frame at {DISPLAY_RATE:g} Hz.",
         f"The recording takes {size / 1e3:.0f} kB, {size / duration / 1e3:.0f} kB per simulated "
         f"second, without display topics {bare_size / 1e3:.0f} and "

@@ -1,12 +1,12 @@
-"""Recorded torques played open loop into another engine, and how far it strays from our run.
+"""Open-loop replay of recorded torques in another engine, and its deviation from our run.
 
-Open loop means that nothing corrects the engine: it gets the torques that our controller
-commanded in our run, whatever its own hand does. A squeezed object is an unstable plant, which
-turns away between the tips like a rod that buckles. After 0.3 s, a turn of the object at the
-start has grown 58 times in case I and 136 times in case II, a shift twice; after 0.5 s the
-turn has grown thousands of times. So 0.3 s, which hold the slip, its end and a while of
-stick, show the engine's own error, and much longer replays only its amplification. In space
-control is sampled, and torques are played as they are held.
+Open loop means that there is no correction: the engine uses the torques that our controller
+commanded in our run, regardless of its own motion. A squeezed object is an unstable plant, which
+rotates between the tips like a buckling rod. After 0.3 s, an initial rotation of the object has
+grown 58 times in case I and 136 times in case II, a displacement twice; after 0.5 s the rotation
+has grown thousands of times. So 0.3 s, which contain the slip, its end and some time of stick, show
+the engine's error, and much longer replays only its amplification. Control of spatial hands is
+sampled, and their torques are held.
 """
 
 from __future__ import annotations
@@ -18,8 +18,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.core.scenario import Scenario
-from slipgrasp.core.scenario.geometry import contact_frame
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.scenario.space import PLANAR, SPATIAL
 from slipgrasp.core.trace.types import ContactPhase
@@ -54,7 +52,7 @@ class Differences(NamedTuple):
 
 
 def record_case(name: str, duration: float) -> RunResult:
-    """Our run of a preset, in the plane under continuous control, stored densely for playing back.
+    """Our run of a preset, with continuous control of planar hands, stored densely for the replay.
 
     Args:
         name: Preset, or path of a scenario.
@@ -64,25 +62,6 @@ def record_case(name: str, duration: float) -> RunResult:
     if scenario.space is PLANAR:
         scenario = with_values(scenario, {"controller.control_period": 0.0})
     return record_densely(scenario, duration)
-
-
-def slip_of(scenario: Scenario, object_pose: Floats, tips: Floats) -> Floats:
-    """Slip of each fingertip from its position relative to the object, ``(n,)`` [m].
-
-    Args:
-        scenario: The hand.
-        object_pose: ``(3,)`` [m, m, rad].
-        tips: ``(n, 2)`` fingertips in the inertial frame [m].
-    """
-    c, s = np.cos(object_pose[2]), np.sin(object_pose[2])
-    local = (tips - object_pose[:2]) @ np.array([[c, -s], [s, c]])
-    frames = [contact_frame(scenario.object, finger) for finger in scenario.fingers]
-    return np.array(
-        [
-            (tip - frame.anchor) @ np.array(frame.tangent)
-            for tip, frame in zip(local, frames, strict=True)
-        ]
-    )
 
 
 def extrapolate(coarse: Replay, fine: Replay) -> Replay:
@@ -95,7 +74,7 @@ def extrapolate(coarse: Replay, fine: Replay) -> Replay:
 
 
 def slip_ends(result: RunResult) -> Floats:
-    """When each contact of a run stops for the last time, shape ``(n,)`` [s]."""
+    """Last time at which each contact of a run stops, shape ``(n,)`` [s]."""
     ends = np.full(result.trace.shape.num_contacts, np.nan)
     for change in result.phase_changes:
         if change.to_phase is ContactPhase.STICK:
@@ -104,7 +83,7 @@ def slip_ends(result: RunResult) -> Floats:
 
 
 def extrapolated_ends(replay: Replay, contacts: int) -> Floats:
-    """The same of an engine with fixed steps, from late steps that surely are slip."""
+    """The same for an engine with fixed steps, from late steps that certainly have slip."""
     step = replay.times[0]
     moves = np.diff(replay.slip, axis=0, prepend=0.0).reshape(len(replay.times), contacts, -1)
     speeds = np.linalg.norm(moves, axis=2) / step
@@ -116,7 +95,7 @@ def extrapolated_ends(replay: Replay, contacts: int) -> Floats:
 
 
 def compare(result: RunResult, replay: Replay, step: float) -> Differences:
-    """How far a replay strays from the run whose torques it was given."""
+    """Deviation of a replay from the run whose torques it uses."""
     trace, ends = result.trace, slip_ends(result)
     pose = interpolate(trace, trace.object_pose, replay.times)
     pose_error = np.abs(replay.object_pose - pose)
@@ -137,7 +116,7 @@ def compare(result: RunResult, replay: Replay, step: float) -> Differences:
 
 
 def format_table(title: str, rows: Iterable[Differences]) -> str:
-    """The differences as lines of text, micrometres and microradians."""
+    """The differences as lines of text, in micrometres and microradians."""
     heads = ("step [ms]", "position", "angle", "slip", "final slip", "slip end [ms]")
     lines = [f"{title}, largest differences [um, urad]", "".join(f"{head:>14}" for head in heads)]
     for row in rows:

@@ -1,4 +1,4 @@
-"""Scrubbing through a stored minute: from the slider to the picture's and the charts' messages."""
+"""Seeking in a recording of a minute: time from the slider to the messages of scene and charts."""
 
 from __future__ import annotations
 
@@ -34,10 +34,10 @@ def run(_docs: Path | None = None) -> list[Table]:
 
 
 def measure_seek(seeks: int = SEEKS, duration: float = DURATION) -> Table:
-    """Time from a move of the slider until picture and charts have been received.
+    """Time from a move of the slider until scene and charts are received.
 
     Args:
-        seeks: How many random times to go to.
+        seeks: Number of random times.
         duration: Length of the recording [s].
     """
     case = with_values(load_scenario("paper-case-1"), {"simulation.duration": duration})
@@ -62,7 +62,7 @@ def measure_seek(seeks: int = SEEKS, duration: float = DURATION) -> Table:
 
 @contextmanager
 def _serving(folder: Path, recording: Path) -> Iterator[str]:
-    """A dashboard that opens on a recording, and the address of its websocket."""
+    """A dashboard that opens a recording, and the address of its websocket."""
     settings = Settings(data_directory=folder)
     server = uvicorn.Server(server_config(create_dashboard_app(settings, recording), settings))
     thread = threading.Thread(target=server.run)
@@ -77,7 +77,7 @@ def _serving(folder: Path, recording: Path) -> Iterator[str]:
 
 
 def _open_whole_run(viewer: HeadlessViewer) -> None:
-    """Waits for the recording, stops the play head and spans the whole run."""
+    """Waits for the recording, stops the play head and shows the whole run."""
     viewer.wait_for(lambda message: "Replay" in _content(message))
     viewer.post(kind="choose-window", choice="whole run")
     viewer.post(kind="seek", time=_FIRST_SEEK)
@@ -89,7 +89,7 @@ def _seek(viewer: HeadlessViewer, seeks: int, duration: float) -> list[float]:
     for target in np.random.default_rng(0).uniform(1.0, duration, seeks).round(2).tolist():
         start = time.perf_counter()
         viewer.post(kind="seek", time=target)
-        # The picture comes first, then the values of the charts, and the state of the session last.
+        # The scene is sent first, then the values of the charts, and the state of the session last.
         viewer.wait_for(lambda message, target=target: _time_told(message) == target)
         waits.append(time.perf_counter() - start)
         time.sleep(0.02)
@@ -97,12 +97,12 @@ def _seek(viewer: HeadlessViewer, seeks: int, duration: float) -> list[float]:
 
 
 def _time_told(message: dict[str, Any]) -> float | None:
-    """Where the session says that the play head rests [s]."""
+    """Time of the play head at rest, as stated by the session [s]."""
     state = session_state(_content(message))
     return None if state is None or state["playing"] else state["time"]
 
 
 def _content(message: dict[str, Any]) -> str:
-    """The words that a message puts on the page."""
+    """The text that a message adds to the page."""
     content = message.get("updates", {}).get("content", "")
     return content if isinstance(content, str) else ""

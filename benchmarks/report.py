@@ -1,4 +1,4 @@
-"""Tables of results: printed as text, kept in the documentation between marks or as CSV files."""
+"""Tables of results: printed as text, stored in the documentation between marks or as CSV files."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ class Table(NamedTuple):
     """Results of one part.
 
     Attributes:
-        name: The mark of its place in the documentation.
-        heads: Heads of the columns; the first column holds words, the others numbers.
+        name: Mark of its position in the documentation.
+        heads: Heads of the columns; the first column contains text, the others numbers.
         rows: One string per column.
-        notes: Sentences to be read with it.
-        page: Where in the documentation it stands.
+        notes: Sentences below the table.
+        page: Its page of the documentation.
     """
 
     name: str
@@ -32,7 +32,7 @@ class Table(NamedTuple):
 
 
 def format_text(table: Table) -> str:
-    """The table as aligned lines, notes below."""
+    """The table as aligned lines, with its notes below."""
     columns = zip(table.heads, *table.rows, strict=True)
     widths = [max(len(cell) for cell in column) for column in columns]
     lines = [_align(cells, widths) for cells in (table.heads, *table.rows)]
@@ -41,7 +41,7 @@ def format_text(table: Table) -> str:
 
 
 def judge(value: float, target: float, aim: float | None = None) -> str:
-    """Whether a ratio reaches its target, and the aim beyond it, in words."""
+    """Whether a ratio reaches its target and its further aim, as text."""
     words = f"{value:.1f} times; target {target:g}: {'met' if value >= target else 'missed'}"
     if aim is not None:
         words += f", aim {aim:g}: {'met' if value >= aim else 'missed'}"
@@ -49,10 +49,10 @@ def judge(value: float, target: float, aim: float | None = None) -> str:
 
 
 def share_interval(part: int, whole: int) -> tuple[float, float]:
-    """Wilson's 95 % interval of a share that is known from a sample.
+    """Wilson's 95 % interval of a fraction estimated from a sample.
 
     Args:
-        part: How many of the sample.
+        part: Number of hits in the sample.
         whole: Size of the sample.
     """
     z, p = NORMAL_95, part / whole
@@ -62,13 +62,13 @@ def share_interval(part: int, whole: int) -> tuple[float, float]:
 
 
 def format_share(part: int, whole: int) -> str:
-    """A share in percent, with its 95 % interval: ``28.5 % (25.8–31.4)``."""
+    """A fraction in percent, with its 95 % interval: ``28.5 % (25.8–31.4)``."""
     low, high = share_interval(part, whole)
     return f"{100.0 * part / whole:.1f} % ({100.0 * low:.1f}–{100.0 * high:.1f})"
 
 
 def update_page(path: Path, tables: Iterable[Table]) -> None:
-    """Replaces what a page has of these tables.
+    """Replaces these tables in a page.
 
     Args:
         path: Markdown file with ``<!-- NAME -->`` and ``<!-- end NAME -->`` around each table, or

@@ -1,9 +1,9 @@
-"""Which control law holds objects whose mass and friction it does not know.
+"""Comparison of control laws with objects of unknown mass and friction.
 
 Every law in every world with its best tracking controller (`benchmarks.robustness_gains`); the
-paper's law as printed, and what it lacks; a map over the two friction coefficients; how much a
-single outcome of the printed law is worth; and noise and latency up to where the composite law
-fails (`benchmarks.robustness_sweeps`). All laws hold the same random objects.
+paper's law as printed, and its missing parts; a map over the two friction coefficients; the
+sensitivity of single outcomes of the printed law; and noise and latency up to the failure of the
+composite law (`benchmarks.robustness_sweeps`). All laws are tested with the same random objects.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ PRINTED = "theorem-4, as printed"
 HELD = "held (95 % interval)"
 LAWS = ("theorem-3", "theorem-4", PRINTED, "certainty-equivalence", "composite", ORACLE)
 EXACT = {"controller.distribution": "exact", "controller.prediction": False}
-# What should not matter to a run, and by how little.
+# Changes that should not affect a run, and their sizes.
 DISTURBANCES: dict[str, dict[str, Any]] = {
     "as it is": {},
     "tolerances a thousandth": {
@@ -47,13 +47,13 @@ DISTURBANCES: dict[str, dict[str, Any]] = {
 
 
 def run(docs: Path | None = None, cells: Path | None = None) -> list[Table]:
-    """The tables of the page, all called ``robustness-``, and its pictures.
+    """The tables of the page, whose names start with ``robustness-``, and its diagrams.
 
     Args:
-        docs: Where the pictures go.
-        cells: File of `benchmarks.robustness_gains`; what it has is not measured again.
+        docs: Folder of the diagrams.
+        cells: File of `benchmarks.robustness_gains`; its cells are not measured again.
     """
-    # Those modules know this one.
+    # Those modules import this one.
     from benchmarks.robustness_gains import measure_cells, plan
     from benchmarks.robustness_start import measure_start
     from benchmarks.robustness_sweeps import SWEEPS, measure_sweep, tabulate_sweep
@@ -82,12 +82,12 @@ def random_objects(count: int, fingers: int = 2, seed: int = SEED) -> np.ndarray
 
 
 def noise_seed(number: int, seed: int) -> int:
-    """Seed of the noise of one object of a draw: no two objects share their noise."""
+    """Seed of the noise of one object of a draw; every object has a different one."""
     return number + 10**6 * (seed - SEED)
 
 
 def measure_outcomes(count: int) -> Table:
-    """How many single outcomes of the printed law change with what should not matter.
+    """Number of outcomes of the printed law that change with irrelevant changes.
 
     Args:
         count: Number of objects.
@@ -113,13 +113,13 @@ def measure_outcomes(count: int) -> Table:
 def vary_objects(
     base: Scenario, law: str, objects: np.ndarray, seed: int = SEED
 ) -> Iterator[Scenario]:
-    """One run of a second per object, each with its own noise.
+    """One run of a second per object, each with separate noise.
 
     Args:
         base: Hand, motion and sensors.
         law: One of `LAWS`.
         objects: Mass and friction coefficients, ``(objects, 1 + fingers)``.
-        seed: Of their draw.
+        seed: Seed of their draw.
     """
     base = _with_law(base, law)
     for k, (mass, *frictions) in enumerate(objects.tolist()):
@@ -136,7 +136,7 @@ def vary_objects(
 
 
 def _with_law(base: Scenario, law: str) -> Scenario:
-    """The base with a law; the paper's laws as they need it, the printed one as it was printed."""
+    """The base with a law; the paper's laws with required settings, the printed one as printed."""
     if law == ORACLE:
         return replace(base, estimates=())
     if law == "composite":
@@ -151,7 +151,7 @@ def _with_law(base: Scenario, law: str) -> Scenario:
 
 
 def _success_map(law: str, sides: np.ndarray) -> np.ndarray:
-    """Longest slip path [mm] of each pair of friction coefficients, NaN where it is not held."""
+    """Longest slip path [mm] for each pair of friction coefficients, NaN if an object is lost."""
     pairs = [(1.0, left, right) for right in sides for left in sides]
     base = load_scenario(WORLDS["ideal"])
     runs = simulate_many(vary_objects(base, law, np.array(pairs)))

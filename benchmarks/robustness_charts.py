@@ -1,4 +1,4 @@
-"""Pictures of docs/robustness.md: success maps over both frictions, and sweeps."""
+"""Diagrams of docs/robustness.md: success maps over both frictions, and sweeps."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ def draw_success_maps(sides: np.ndarray, maps: Mapping[str, np.ndarray], path: P
 
     Args:
         sides: Friction coefficients along both axes.
-        maps: Longest slip path [mm] of each law, ``(right, left)``; NaN where it is not held.
-        path: Where to write.
+        maps: Longest slip path [mm] of each law, ``(right, left)``; NaN if it is not held.
+        path: Output path.
     """
     figure = new_figure(4.6 * len(maps) + 1.0, 4.6)
     axes = figure.subplots(1, len(maps), sharey=True, squeeze=False)[0]
@@ -47,7 +47,7 @@ def draw_success_maps(sides: np.ndarray, maps: Mapping[str, np.ndarray], path: P
 
 
 def draw_sweeps(sweeps: Sequence[MeasuredSweep], path: Path) -> None:
-    """Share held over what is swept, one square per sweep: full lines composite, dashed oracle."""
+    """Fraction held over the swept setting, a square per sweep: composite solid, oracle dashed."""
     figure = new_figure(6.2 * len(sweeps), 4.6)
     axes = figure.subplots(1, len(sweeps), sharey=True, squeeze=False)[0]
     for axis, measured in zip(axes, sweeps, strict=True):
@@ -82,13 +82,13 @@ def _draw_series(
 
 
 def new_figure(width: float, height: float) -> Figure:
-    """An empty figure of that size [inch]."""
+    """An empty figure of a size [inch]."""
     figure = Figure((width, height), layout="constrained")
     FigureCanvasAgg(figure)
     return figure
 
 
 def save(figure: Figure, path: Path) -> None:
-    """Writes a figure as it is shown in the docs."""
+    """Writes a figure in the format of the documentation."""
     path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path, dpi=_RESOLUTION)

@@ -2,11 +2,11 @@
 
     python -m benchmarks.robustness_gains CELLS.jsonl
 
-measures what that file lacks and appends each cell as it is done; it may be stopped at any time,
-and several such processes share the work if each is given a ``--part`` of it.
+measures the cells missing from the file, and appends each one when it is finished; it may be
+stopped at any time, and several processes can share the work, each with a ``--part`` of it.
 
-A law is compared with the gains that hold most objects of one draw (`TUNING_SEED`); what is
-reported is another draw. Choosing and reporting on the same objects would favour the choice.
+Laws are compared with the gains that hold most objects of one draw (`TUNING_SEED`); the results are
+those of another draw, because the same objects would favour the chosen gains.
 """
 
 from __future__ import annotations
@@ -35,10 +35,10 @@ from slipgrasp.core.scenario import Scenario
 
 Gains = tuple[float, float]  # K_p [1/s^2] and K_v [1/s] of object and slips
 GAINS: tuple[Gains, ...] = ((100.0, 20.0), (100.0, 10.0), (100.0, 30.0), (25.0, 10.0))
-# Tried where none of those holds all: latency asks for softer and more damped control.
+# Tried if none of those holds all: latency requires softer and more damped control.
 MORE_GAINS: tuple[Gains, ...] = ((25.0, 30.0), (100.0, 50.0))
 TUNING_SEED = SEED + 1
-# Theorem 3 is theorem 4 without the pull-back of large estimates: at 30 ms it held the same.
+# Theorem 3 is theorem 4 without the reduction of large estimates: at 30 ms it held the same.
 TWO_FINGER_LAWS = tuple(law for law in LAWS if law != "theorem 3")
 _FOR_TWO_ONLY = ("learnt friction", "observed slip")
 MOST_LAWS = tuple(law for law in TWO_FINGER_LAWS if law not in _FOR_TWO_ONLY)
@@ -56,20 +56,20 @@ FEWER_WORLDS = (
 
 
 class Objects(NamedTuple):
-    """Numbers of objects: those that gains are chosen with, and those that are reported."""
+    """Numbers of objects for the choice of gains, and for the results."""
 
     tuned: int
     reported: int
 
 
 class Sample(NamedTuple):
-    """What is compared with a hand, and with how many objects.
+    """Laws, worlds and numbers of objects of the comparison with a hand.
 
     Attributes:
         laws: Names of the laws.
         worlds: Names of the worlds.
-        late: In worlds with latency.
-        prompt: In the others.
+        late: Numbers of objects in worlds with latency.
+        prompt: Numbers of objects in the other worlds.
     """
 
     laws: Sequence[str]
@@ -101,17 +101,17 @@ class Cell(NamedTuple):
 
 
 class Result(NamedTuple):
-    """How a cell's objects fared.
+    """Results of a cell.
 
     Attributes:
-        gains: K_p and K_v that were chosen.
-        tried: Objects of the tuning draw held with each of `GAINS`, then of `MORE_GAINS`.
-        count: Objects that are reported.
-        held: How many of them were held.
-        kept: How many runs completed, slipping or not.
-        median: Of the longest slip path of every run [m].
-        worst: The longest of them [m].
-        safety: Least of mu F_n / |F_x| at the end, median of the held; NaN if none is.
+        gains: The chosen K_p and K_v.
+        tried: Number of objects of the tuning draw held with each of `GAINS`, then of `MORE_GAINS`.
+        count: Number of objects of the results.
+        held: Number of these that were held.
+        kept: Number of completed runs, slipping or not.
+        median: Median of the longest slip path of every run [m].
+        worst: Longest slip path [m].
+        safety: Smallest mu F_n / |F_x| at the end, median over held objects; NaN if none is held.
     """
 
     gains: Gains
@@ -129,12 +129,12 @@ Runs = Callable[[Gains, int, int], list[Held]]
 
 
 def can_predict(law: str, world: str) -> bool:
-    """True if prediction makes a difference: under latency, for a built-in law."""
+    """True if prediction has an effect: with latency, for a built-in law."""
     return world in LATE and law not in PUBLISHED_LAWS
 
 
 def plan(hands: Mapping[int, Sample] = HANDS) -> list[Cell]:
-    """Every cell; the most informative first, for the measurement may be stopped."""
+    """Every cell; the most informative first, because the measurement may be stopped."""
     cells = [
         Cell(fingers, world, law, predicts)
         for fingers, sample in hands.items()
@@ -147,11 +147,11 @@ def plan(hands: Mapping[int, Sample] = HANDS) -> list[Cell]:
 
 
 def measure_cells(cells: Iterable[Cell], path: Path | None = None) -> dict[Cell, Result]:
-    """Measures cells; with a file, only those that it lacks.
+    """Measures cells; with a file, only the missing ones.
 
     Args:
-        cells: What to measure.
-        path: JSON lines that results are taken from and appended to.
+        cells: Cells to measure.
+        path: File of JSON lines with results, to which new ones are appended.
     """
     load_published_laws()
     found = read_cells(path) if path is not None and path.exists() else {}
@@ -176,11 +176,11 @@ def read_cells(path: Path) -> dict[Cell, Result]:
 
 
 def measure_cell(cell: Cell, objects: Objects | None = None) -> Result:
-    """Chooses gains for a law in a world and reports what it holds with them.
+    """Chooses gains for a law in a world, and returns the results with them.
 
     Args:
-        cell: What to measure.
-        objects: Their numbers; those of `HANDS` if left out.
+        cell: Cell to measure.
+        objects: Numbers of objects; those of `HANDS` if None.
     """
     tuned, count = objects or HANDS[cell.fingers].objects(cell.world)
 
@@ -197,7 +197,7 @@ def scenarios_of(cell: Cell, gains: Gains, count: int, seed: int = SEED) -> Iter
         cell: Hand, world, law and whether it predicts.
         gains: K_p and K_v.
         count: Number of objects.
-        seed: Of their draw.
+        seed: Seed of their draw.
     """
     tuned = {**set_gains(gains), "controller.prediction": cell.predicts}
     hand = hand_of(cell.fingers)
@@ -211,18 +211,18 @@ def measure_best(
     gains: Sequence[Gains] = GAINS,
     more: Sequence[Gains] = MORE_GAINS,
 ) -> Result:
-    """Chooses gains on one draw of objects and reports another.
+    """Chooses gains with one draw of objects, and returns the results of another.
 
-    The gains that hold most objects are chosen, of equals those that keep most in hand, then those
-    with the shortest slip path on average. Where none of them holds all, more are tried, and taken
-    if they hold more.
+    The gains that hold most objects are chosen; among equal ones those with most completed runs,
+    then those with the shortest mean slip path. If none of them holds all, more are tried, and
+    chosen if they hold more.
 
     Args:
         run: Runs objects, given gains, their number and the seed of their draw.
-        tuned: Number of objects that gains are chosen with.
-        count: Number of objects that are reported.
-        gains: What is chosen from.
-        more: What is tried where none of these holds all.
+        tuned: Number of objects for the choice of gains.
+        count: Number of objects of the results.
+        gains: Gains to choose from.
+        more: Further gains if none of these holds all.
     """
     trials = [run(each, tuned, TUNING_SEED) for each in gains]
     tried = [sum(each.held for each in trial) for trial in trials]
@@ -236,12 +236,12 @@ def measure_best(
 
 
 def report(run: Runs, chosen: Gains, tried: tuple[int, ...], count: int) -> Result:
-    """Runs the reported objects with gains that are chosen.
+    """Runs the objects of the results with the chosen gains.
 
     Args:
         run: Runs objects, given gains, their number and the seed of their draw.
         chosen: The gains.
-        tried: Objects of the tuning draw held with each.
+        tried: Number of objects of the tuning draw held with each.
         count: Number of objects.
     """
     runs = run(chosen, count, SEED)
@@ -264,12 +264,12 @@ def set_gains(gains: Gains) -> dict[str, float]:
 
 
 def _merit(runs: Sequence[Held]) -> tuple[int, int, float]:
-    slipped = round(float(np.mean([run.path for run in runs])), 5)  # rounding decides nothing
+    slipped = round(float(np.mean([run.path for run in runs])), 5)  # rounding must not decide
     return sum(run.held for run in runs), sum(run.kept for run in runs), -slipped
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Measures the cells that a file lacks."""
+    """Measures the cells missing from a file."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("cells", type=Path, help="JSON lines; made if it is not there")
     parser.add_argument("--part", default="1/1", help="K/N: every N-th cell from the K-th (1/1)")

@@ -9,12 +9,12 @@ from benchmarks.robustness_worlds import SETTINGS, two_fingers
 from slipgrasp.core.scenario import Estimate, Scenario
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 
-# Contacts that carry little are pressed by errors of the model more than they hold.
+# Errors of the model load weak contacts by more than their normal forces allow.
 MORE_SETTINGS = {"controller.grip_safety": 1.2, "controller.minimum_normal_force": 10.0}
 
 
 def hand_of(n: int) -> Scenario:
-    """Two and three fingers as in their presets; more on the two faces of case II."""
+    """Two and three fingers as in their presets; more fingers on the two faces of case II."""
     settings = {**SETTINGS, **MORE_SETTINGS}
     if n == 2:
         return two_fingers()

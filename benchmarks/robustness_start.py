@@ -1,7 +1,7 @@
-"""Laws that start from the paper's estimates, and what the paper's law as printed lacks.
+"""Laws that start from the paper's estimates, and the missing parts of the paper's law as printed.
 
 Case II starts from a friction estimate of 1.2, twice the largest friction of the random objects:
-the first grip is too weak for every one of them. Runs last a second.
+the initial grip is too weak for all of them. Runs last one second.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ def measure_start(count: int = COUNT, tuned: int = TUNED) -> Table:
     """The table ``robustness-start``.
 
     Args:
-        count: Number of objects that are reported.
-        tuned: Number of objects that gains are chosen with.
+        count: Number of objects of the results.
+        tuned: Number of objects for the choice of gains.
     """
     bases = [load_scenario(preset) for preset in WORLDS.values()]
     estimates = {f"estimates.{i}.initial": FIRST_FRICTION for i in range(2)}
@@ -50,14 +50,14 @@ def hold_at_best(
     count: int,
     gains: Sequence[Gains] = GAINS,
 ) -> Result:
-    """Lets a law hold random objects for a second, with the best of its gains.
+    """Simulates a law with random objects for a second, with its best gains.
 
     Args:
         base: Hand, motion and sensors.
         law: One of `robustness.LAWS`.
-        tuned: Number of objects that gains are chosen with.
-        count: Number of objects that are reported.
-        gains: What is chosen from.
+        tuned: Number of objects for the choice of gains.
+        count: Number of objects of the results.
+        gains: Gains to choose from.
     """
 
     def run(chosen: Gains, number: int, seed: int) -> list[Held]:
@@ -67,13 +67,13 @@ def hold_at_best(
 
 
 def hold_for_a_second(base: Scenario, law: str, count: int, seed: int = SEED) -> list[Held]:
-    """Lets a law hold random objects for a second.
+    """Simulates a law with random objects for a second.
 
     Args:
         base: Hand, motion and sensors.
         law: One of `robustness.LAWS`.
         count: Number of objects.
-        seed: Of their draw.
+        seed: Seed of their draw.
     """
     objects = random_objects(count, len(base.fingers), seed)
     return [

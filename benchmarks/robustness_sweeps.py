@@ -1,4 +1,4 @@
-"""Noise and latency, swept until the composite law fails, with the oracle beside it."""
+"""Sweeps of noise and latency up to the failure of the composite law, compared with the oracle."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 
 COUNT = 300
-FAILED = 0.5  # the law fails where it holds less
+FAILED = 0.5  # the law fails if it holds less
 
 
 class Sweep(NamedTuple):
-    """One setting that is swept.
+    """A swept setting.
 
     Attributes:
-        name: Of its table, after ``robustness-``.
+        name: Name of its table, after ``robustness-``.
         key: Dotted key of the setting.
-        words: What it is.
-        unit: Of the numbers shown.
-        scale: What a number shown is in SI units.
-        values: The numbers shown.
-        bases: Hands and worlds that are swept, by name.
+        words: Description of the setting.
+        unit: Unit of the displayed numbers.
+        scale: SI value of a displayed number of 1.
+        values: The displayed numbers.
+        bases: Hands and worlds of the sweep, by name.
     """
 
     name: str
@@ -39,14 +39,14 @@ class Sweep(NamedTuple):
 
 
 class HeldShares(NamedTuple):
-    """How many objects each law holds, one number per value of the sweep."""
+    """Number of objects held by each law, per value of the sweep."""
 
     composite: list[int]
     oracle: list[int]
 
 
 class MeasuredSweep(NamedTuple):
-    """A sweep, the number of objects at each of its points, and how many were held by each base."""
+    """A sweep, the number of objects at each point, and the numbers held by each base."""
 
     sweep: Sweep
     num_objects: int
@@ -54,10 +54,10 @@ class MeasuredSweep(NamedTuple):
 
 
 def measure_sweep(sweep: Sweep, count: int = COUNT) -> MeasuredSweep:
-    """Lets the composite law and the oracle hold the same objects at every point.
+    """Simulates the composite law and the oracle with the same objects at every point.
 
     Args:
-        sweep: What is swept.
+        sweep: The swept parameter.
         count: Number of objects.
     """
     held = {}
@@ -72,7 +72,7 @@ def measure_sweep(sweep: Sweep, count: int = COUNT) -> MeasuredSweep:
 
 
 def tabulate_sweep(measured: MeasuredSweep) -> Table:
-    """One row per point, and where the law first holds less than half."""
+    """One row per point, and the first point at which the law holds less than half."""
     sweep, count = measured.sweep, measured.num_objects
     heads = [f"{sweep.words} [{sweep.unit}]"]
     heads += [f"{name}: {law}" for name in measured.held for law in ("composite", "oracle")]
@@ -104,12 +104,12 @@ def _failure(measured: MeasuredSweep, name: str) -> str:
 
 
 def _noisy() -> Scenario:
-    """The law expects more noise than any point has: one setting for all of them."""
+    """The law expects more noise than at any point: one setting for all of them."""
     return with_values(load_scenario(WORLDS["noisy"]), {"controller.velocity_noise": 6e-3})
 
 
 def _detected() -> Scenario:
-    """The noisy world in which slip is detected instead of known, by cumulative sums."""
+    """The noisy world with detection of slip by cumulative sums."""
     detected = {"sensing.true_phases": False, "sensing.slip_detector": "cumulative-sum"}
     return with_values(_noisy(), detected)
 
@@ -123,7 +123,7 @@ def _three_fingers() -> Scenario:
 
 
 def _three_noisy_fingers() -> Scenario:
-    """Three fingers with the sensors of the noisy world, and the law set as there."""
+    """Three fingers with the sensors and the settings of the noisy world."""
     base, noisy = _three_fingers(), _noisy()
     own, law = base.controller, noisy.controller
     tuned = replace(

@@ -1,4 +1,4 @@
-"""Tables and the picture of every law in every world (`benchmarks.robustness_gains`)."""
+"""Tables and the diagram of every law in every world (`benchmarks.robustness_gains`)."""
 
 from __future__ import annotations
 
@@ -22,14 +22,11 @@ _HOW_WORLDS = (
     "detected after 20 ms, latency 17 ms",
 )
 _PICTURED = (2, 3)  # fingers
-_LEGEND = (
-    "Held, with the 95 % interval, and the gains K_p/K_v. {} objects in every cell, {} others to "
-    "choose the gains."
-)
+_LEGEND = "Held (95 % interval), gains K_p/K_v; {} objects per cell, {} others for the gains."
 
 
 def tabulate(found: Found) -> list[Table]:
-    """Every cell: two, three and more fingers, without and with latency, and how they hold.
+    """Tables of every cell: two, three and more fingers, without and with latency.
 
     Args:
         found: Results of the cells of `robustness_gains.plan`.
@@ -44,13 +41,13 @@ def tabulate(found: Found) -> list[Table]:
 
 
 def describe(result: Result) -> str:
-    """Share held with its interval, and the gains: ``100.0 % (99.6–100.0), 100/20``."""
+    """Fraction held with its interval, and the gains: ``100.0 % (99.6–100.0), 100/20``."""
     position, velocity = result.gains
     return f"{format_share(result.held, result.count)}, {position:g}/{velocity:g}"
 
 
 def draw_shares(found: Found, path: Path) -> None:
-    """What every law holds in every world, without and with prediction."""
+    """Fraction held by every law in every world, without and with prediction."""
     figure = new_figure(15.5, 9.0)
     axes = figure.subplots(len(_PICTURED), 1)
     for axis, fingers in zip(axes, _PICTURED, strict=True):
@@ -86,7 +83,7 @@ def _tabulate_hands(name: str, hands: Sequence[int], late: bool, found: Found) -
 
 
 def _tabulate_how(found: Found) -> Table:
-    """Slip and grip of two fingers, with prediction where there is a choice."""
+    """Slip and grip of two fingers, with prediction if possible."""
     laws = HANDS[2].laws
     rows = tuple(
         (

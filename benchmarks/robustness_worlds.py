@@ -1,7 +1,7 @@
-"""Laws, worlds and random objects of the comparison, and one run of it.
+"""Laws, worlds and random objects of the comparison, and its runs.
 
-A world is noise, delay, model mismatch or an event. Every law has one setting for all worlds, but
-for the gains of its tracking controller and prediction (`benchmarks.robustness_gains`).
+A world is noise, delay, model mismatch or an event. Every law has the same settings in all worlds,
+except for the gains of its tracking controller and prediction (`benchmarks.robustness_gains`).
 """
 
 from __future__ import annotations
@@ -27,22 +27,22 @@ from slipgrasp.core.scenario.law_loading import load_law
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.trace.types import Outcome
 
-DURATION = 3.0  # a grip that is too strong at first is probed for a second
-EVENT = 1.5  # when something happens to the object [s]
+DURATION = 3.0  # [s], of which one for probing a grip that is initially too strong
+EVENT = 1.5  # time of an event [s]
 FIRST_FORCE = 30.0  # normal force of both fingertips at the start [N]
 ESTIMATED_MASS = 0.5  # at the start [kg]
 GRAVITY = 9.81
 SAFETY = 1.05
-FIRST_FRICTION = SAFETY * ESTIMATED_MASS * GRAVITY / (2.0 * FIRST_FORCE)  # asks for that force
+FIRST_FRICTION = SAFETY * ESTIMATED_MASS * GRAVITY / (2.0 * FIRST_FORCE)  # gives that force
 
 PUBLISHED_FILE = Path(__file__).parents[1] / "examples" / "laws" / "field.py"
-# Published laws: their classes, and the parameters that they know from the start of the run.
+# Published laws: their classes, and the parameters known from the start of the run.
 PUBLISHED_LAWS: dict[str, tuple[str, tuple[str, ...]]] = {
     "reactive force": ("ReactiveForce", ("object.",)),
     "learnt friction": ("LearntFriction", ("object.",)),
     "observed slip": ("ObservedSlip", ("object.", "fingers.")),
 }
-# Every law that is compared: what it sets. A custom law is one row more.
+# Settings of every compared law. A custom law is one more row.
 LAWS: dict[str, dict[str, Any]] = {
     "plain grip": {"controller.kind": "pd-gravity", **EXACT},
     "grip reflex": {"controller.kind": "grip-reflex", **EXACT},
@@ -53,7 +53,7 @@ LAWS: dict[str, dict[str, Any]] = {
     "composite": {},
     "oracle": {"estimates": []},
 }
-# One setting of the composite law for all worlds: it expects more noise than any of them has.
+# One setting of the composite law for all worlds: it expects more noise than in any of them.
 SETTINGS: dict[str, Any] = {
     "controller.grip_safety": SAFETY,
     "controller.grip_force": FIRST_FORCE,
@@ -65,7 +65,7 @@ SETTINGS: dict[str, Any] = {
 
 
 def noisy_motion(noise: float) -> dict[str, Any]:
-    """What measures motion with so much velocity noise [m/s]."""
+    """Sensors of motion with a velocity noise [m/s]."""
     return {
         "sensing.position_noise": 1e-2 * noise,
         "sensing.velocity_noise": noise,
@@ -78,19 +78,19 @@ def _noise(velocity: float) -> dict[str, Any]:
 
 
 _DETECTED = {"sensing.true_phases": False}
-# Slip as the authors of the reactive force detect it, and the rest of their loop.
+# Detection of slip as by the authors of the reactive force, and the rest of their loop.
 _DELAYED = {
     **_DETECTED,
     **_noise(1e-3),
-    "sensing.slip_detector": "threshold",  # sums would find a fast slip sooner
+    "sensing.slip_detector": "threshold",  # sums would detect a fast slip earlier
     "sensing.slip_delay": 0.0204,
     "sensing.slip_delay_deviation": 0.006,
 }
 _LOOP = {**_DELAYED, "controller.latency": 0.017}
 _JOINTS = {"every finger": {"joint_damping": 0.2, "joint_friction": 0.5}}
 _PUSH = {"pulses": [{"time": EVENT, "duration": 0.05, "force": [0.0, -5.0]}]}
-# Keys of scenarios, but for three: what friction and mass are multiplied by in mid-run, and what
-# holds of every finger.
+# Keys of scenarios, with three exceptions: factors of friction and mass during the run, and
+# settings of every finger.
 _NOT_KEYS = ("friction", "mass", "every finger")
 WORLDS: dict[str, dict[str, Any]] = {
     "ideal": {},
@@ -120,13 +120,13 @@ LATE = tuple(world for world, values in WORLDS.items() if "controller.latency" i
 
 
 class Held(NamedTuple):
-    """How one object fared.
+    """Result of one object.
 
     Attributes:
-        held: True if the run completed and nothing slips during the last half second.
+        held: True if the run completed without slip during the last half second.
         kept: True if the run completed, slipping or not.
-        path: Of the longer slipping fingertip [m].
-        safety: Least of mu F_n / |F_x| over the contacts at the end.
+        path: Longest slip path of a fingertip [m].
+        safety: Smallest mu F_n / |F_x| over the contacts at the end.
     """
 
     held: bool
@@ -150,15 +150,15 @@ def vary_objects(
     tuned: Mapping[str, Any] = MappingProxyType({}),
     seed: int = SEED,
 ) -> Iterator[Scenario]:
-    """Every object in one world, each with its own noise.
+    """Runs of every object in one world, each with separate noise.
 
     Args:
         base: The hand, set for the composite law.
         law: One of `LAWS`.
         world: One of `WORLDS`.
         count: Number of objects.
-        tuned: Keys and values that are chosen for this law in this world.
-        seed: Of the draw of the objects.
+        tuned: Keys and values chosen for this law in this world.
+        seed: Seed of the draw of the objects.
     """
     base = with_values(base, {**LAWS[law], **tuned})
     _, known = PUBLISHED_LAWS.get(law, ("", ()))

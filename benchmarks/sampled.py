@@ -1,6 +1,6 @@
-"""Sampled control: accuracy against cost of whole runs, with the order chosen and with order 5.
+"""Sampled control: accuracy and cost of whole runs, with adaptive order and with order 5.
 
-The truth of each case is its run at the tightest tolerance with several steps per tick.
+The reference of each case is its run at the tightest tolerance with several steps per tick.
 """
 
 from __future__ import annotations
@@ -33,14 +33,14 @@ _TRUE = {
 
 
 class SampledPoint(NamedTuple):
-    """One way to integrate at one tolerance.
+    """One integration method at one tolerance.
 
     Attributes:
-        way: Its name.
+        way: Name of the method.
         case: The preset.
         tolerance: Relative tolerance.
         seconds: CPU time of the run [s].
-        pose: Largest error of the object's pose in the end [m, rad].
+        pose: Largest error of the final object pose [m, rad].
         event: Largest error of the time of a phase change [s].
     """
 
@@ -63,11 +63,11 @@ def run(docs: Path | None = None) -> list[Table]:
 
 
 def measure(case: str, rounds: int = ROUNDS, duration: float = 7.0) -> list[SampledPoint]:
-    """All tolerances of one case, both ways in turns.
+    """All tolerances of one case, both methods in turns.
 
     Args:
         case: The preset.
-        rounds: How often each is timed.
+        rounds: Number of timings of each.
         duration: Simulated time [s].
     """
     truth = simulate(_scenario(case, duration, _TRUE))
@@ -95,7 +95,7 @@ def _scenario(case: str, duration: float, values: dict[str, float]) -> Scenario:
 
 
 def _simulate_with(methods: tuple[np.void, ...], scenario: Scenario) -> RunResult:
-    """A run whose short steps are taken by these methods only."""
+    """A run with only these methods for short steps."""
     simulation = Simulation(scenario)
     model = simulation._model
     model.num_methods = len(methods)

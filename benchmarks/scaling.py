@@ -1,4 +1,4 @@
-"""How the cost of a run grows with its duration and with the number of fingers."""
+"""Cost of a run as a function of its duration and of the number of fingers."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ CONTROL = {"continuous": 0.0, "1 kHz": 0.001}
 
 
 class Scaling(NamedTuple):
-    """Cost over size, for both ways of control.
+    """Cost over size, for both kinds of control.
 
     Attributes:
         sizes: Durations [s], or numbers of fingers.
@@ -51,7 +51,7 @@ def measure_duration(durations: Sequence[float] = DURATIONS, rounds: int = ROUND
 
     Args:
         durations: Simulated times [s].
-        rounds: How often each run is timed.
+        rounds: Number of timings of each run.
     """
     case = load_scenario("paper-case-1")
     scenarios = {
@@ -67,11 +67,11 @@ def measure_duration(durations: Sequence[float] = DURATIONS, rounds: int = ROUND
 def measure_fingers(
     numbers: Sequence[int] = FINGERS, rounds: int = ROUNDS, duration: float = 7.0
 ) -> Scaling:
-    """Cost of a run over the number of fingers, their masses unknown.
+    """Cost of a run over the number of fingers, with unknown masses.
 
     Args:
         numbers: Numbers of fingers.
-        rounds: How often each run is timed.
+        rounds: Number of timings of each run.
         duration: Simulated time of every run [s].
     """
     scenarios = {

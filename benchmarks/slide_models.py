@@ -27,7 +27,7 @@ UNIFORM_RADIUS = 0.3826 * 2.0 * HALF_WIDTH
 
 _STEPS = 400
 _DECAY = 14.0
-"""Where speed and spin are e^-14 of those at the start."""
+"""Value of l at which speed and spin are e^-14 of their initial values."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -36,8 +36,8 @@ class Motion:
 
     Attributes:
         times: Increasing times [s].
-        path: Way along the direction of the velocity [m].
-        angle: Angle turned [rad].
+        path: Distance along the direction of the velocity [m].
+        angle: Angle of rotation [rad].
     """
 
     times: Floats
@@ -45,18 +45,18 @@ class Motion:
     angle: Floats
 
     def at(self, times: Floats) -> tuple[Floats, Floats]:
-        """Way and angle at times; at rest after the end."""
+        """Distance and angle at given times; constant after the end."""
         return np.interp(times, self.times, self.path), np.interp(times, self.times, self.angle)
 
 
 Model = Callable[[float, float, float, float], Motion]
-"""The motion of a start: speed [m/s], spin [rad/s], friction, radius c [m]."""
+"""The motion from initial speed [m/s] and spin [rad/s], friction and radius c [m]."""
 
 
 def slide_on_ellipsoid(speed: float, spin: float, friction: float, radius: float) -> Motion:
     """The motion with an ellipsoid limit surface, which couples friction and torsion."""
     ratio = (radius / GYRATION) ** 2
-    # Denser at the start; the slower of both decays sets the end.
+    # Denser at the start; the slower decay determines the end.
     l = np.linspace(0.0, 1.0, _STEPS) ** 1.5 * _DECAY
     if ratio < 1.0:
         l = np.concatenate([l, np.geomspace(_DECAY, _DECAY / ratio, _STEPS // 2)[1:]])
@@ -66,12 +66,12 @@ def slide_on_ellipsoid(speed: float, spin: float, friction: float, radius: float
 
 
 def slide_without_coupling(speed: float, spin: float, friction: float, radius: float) -> Motion:
-    """The motion with friction alone: u' = -mu g, and a spin that goes on until the slide ends."""
+    """The motion with friction alone: u' = -mu g, and a constant spin until the slide ends."""
     return _parabolas(speed, spin, friction * GRAVITY, 0.0)
 
 
 def slide_independently(speed: float, spin: float, friction: float, radius: float) -> Motion:
-    """The motion with torsion that knows nothing of the slip: w' = -mu g c / k²."""
+    """The motion with torsion independent of the slip: w' = -mu g c / k²."""
     return _parabolas(speed, spin, friction * GRAVITY, friction * GRAVITY * radius / GYRATION**2)
 
 
@@ -83,12 +83,12 @@ MODELS: dict[str, Model] = {
 
 
 def stop_distance(model: Model, speed: float, spin: float, friction: float, radius: float) -> float:
-    """The way until rest [m]."""
+    """The distance until rest [m]."""
     return float(model(speed, spin, friction, radius).path[-1])
 
 
 def _parabolas(speed: float, spin: float, slowing: float, torsion: float) -> Motion:
-    """Speed and spin that decrease evenly, each until it is zero."""
+    """Speed and spin that decrease linearly to zero."""
     ends = [speed / slowing]
     if torsion > 0.0:
         ends.append(abs(spin) / torsion)

@@ -1,4 +1,4 @@
-"""A spatial hand beside MuJoCo: what a run costs, where the time goes, and who moves how."""
+"""A spatial hand compared with MuJoCo: cost of a run, parts of the cost, and motion."""
 
 from __future__ import annotations
 
@@ -43,10 +43,10 @@ def run(_docs: Path | None = None) -> list[Table]:
 
 
 def measure_cost(rounds: int = ROUNDS, duration: float = 7.0) -> tuple[Table, Table]:
-    """CPU time of a run at 1 kHz and of MuJoCo, in turns; and the parts of ours.
+    """CPU time of a run at 1 kHz and of MuJoCo, in turns; and the parts of our cost.
 
     Args:
-        rounds: How often each is timed.
+        rounds: Number of timings of each.
         duration: Simulated time of every run [s].
     """
     case = with_values(load_scenario(CASE), {"simulation.duration": duration})
@@ -65,7 +65,7 @@ def measure_units(calls: int = CALLS) -> Table:
     """CPU time of the parts of a tick, while three contacts slip and while they stick.
 
     Args:
-        calls: Over how many calls each is averaged.
+        calls: Number of calls for each mean.
     """
     found = {words: _time_units(moment, calls) for words, moment in _MOMENTS.items()}
     rows = tuple((part, *(f"{found[words][part]:.2f}" for words in found)) for part in _PARTS)
@@ -96,7 +96,7 @@ def _time_units(moment: float, calls: int) -> dict[str, float]:
 
 
 def _at(scenario: Scenario, moment: float) -> tuple[Record, Record]:
-    """The model and the run of a scenario that ends at a moment [s]."""
+    """The model and the run of a scenario that ends at a given time [s]."""
     simulation = Simulation(with_values(scenario, {"simulation.duration": moment}))
     while not simulation.finished:
         simulation.advance()
@@ -113,7 +113,7 @@ def _time_calls(unit: Any, arguments: tuple[Any, ...], calls: int) -> float:
 
 
 def _repeated(unit: Any) -> Callable[[int, tuple[Any, ...]], None]:
-    """Calls of a unit from compiled code, so many with the same arguments."""
+    """Calls a unit repeatedly from compiled code, with the same arguments."""
 
     @numba.njit
     def repeat(count: int, arguments: tuple[Any, ...]) -> None:
@@ -127,8 +127,8 @@ def measure_soft(calls: int = CALLS // 10, rounds: int = ROUNDS) -> Table:
     """CPU time of the plant with soft and with hard fingertips at the same states, in turns.
 
     Args:
-        calls: Over how many calls each turn is averaged.
-        rounds: How often each has its turn.
+        calls: Number of calls for the mean of each turn.
+        rounds: Number of turns of each.
     """
     hard, repeat, rows, worst = load_scenario(SOFT_CASE), _repeated(spatial_plant), [], 0.0
     pads = {f"fingers.{i}.pad_radius": PAD_RADIUS for i in range(len(hard.fingers))}
@@ -150,11 +150,11 @@ def measure_soft(calls: int = CALLS // 10, rounds: int = ROUNDS) -> Table:
 
 
 def measure_motion(steps: Sequence[float] = STEPS, duration: float = DURATION) -> Table:
-    """How far MuJoCo strays from the run whose torques it is given.
+    """Deviation of MuJoCo from the run whose torques it uses.
 
     Args:
         steps: MuJoCo's time steps [s]; the last one is half of the one before.
-        duration: How long to play [s].
+        duration: Simulated time [s].
     """
     *finite, limit = measure_differences(CASE, steps, duration)
     rows = [

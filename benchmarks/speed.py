@@ -1,4 +1,4 @@
-"""Single runs against MuJoCo on the same scene, and where our time goes."""
+"""Single runs compared with MuJoCo on the same scene, and the parts of our cost."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def compare_speed(rounds: int = ROUNDS, duration: float = 7.0) -> Table:
     """CPU time of the paper's cases and of MuJoCo, measured in turns.
 
     Args:
-        rounds: How often each is timed.
+        rounds: Number of timings of each.
         duration: Simulated time of every run [s].
     """
     runs = dict(_scenarios(duration))
@@ -46,16 +46,16 @@ def compare_speed(rounds: int = ROUNDS, duration: float = 7.0) -> Table:
 def race_mujoco(
     case: Scenario, runs: Mapping[str, Scenario], rounds: int, duration: float
 ) -> tuple[tuple[str, ...], tuple[tuple[str, ...], ...], dict[str, tuple[float, float]]]:
-    """CPU time of runs and of MuJoCo that holds one of them still, measured in turns.
+    """CPU time of runs and of MuJoCo holding the object of one at rest, measured in turns.
 
     Args:
-        case: What MuJoCo holds.
-        runs: Our runs, by name.
-        rounds: How often each is timed.
+        case: Scenario that MuJoCo holds.
+        runs: Our runs by name.
+        rounds: Number of timings of each.
         duration: Simulated time of every run [s].
 
     Returns:
-        Heads and rows of a table; of each of our runs, how much longer MuJoCo takes without and
+        Heads and rows of a table; for each of our runs, the relative time of MuJoCo without and
         with a law in NumPy.
     """
     works: dict[str, Callable[[], object]] = {
@@ -76,10 +76,10 @@ def race_mujoco(
 
 
 def profile(rounds: int = ROUNDS, duration: float = 7.0) -> Table:
-    """Where the CPU time of a run goes: around the kernel, and in it.
+    """Parts of the CPU time of a run: around the kernel, and in it.
 
     Args:
-        rounds: How often each run is timed.
+        rounds: Number of timings of each run.
         duration: Simulated time of every run [s].
     """
     heads, rows = profile_runs(dict(_scenarios(duration)), rounds, duration)
@@ -87,8 +87,8 @@ def profile(rounds: int = ROUNDS, duration: float = 7.0) -> Table:
     step = median_seconds({_ENGINE: hold.run}, rounds)[_ENGINE]
     each = 1e6 * step * STEP / duration
     ticks = (
-        "A control tick is one evaluation of the law and one step of the plant up to it, 1 ms "
-        f"as in MuJoCo, whose own step takes {each:.1f} us: that bounds the ratio at 1 kHz."
+        "A control tick is one evaluation of the law and 1 ms of the plant; "
+        f"MuJoCo's step of 1 ms takes {each:.1f} us."
     )
     return Table("profile", heads, rows, (ticks,))
 
@@ -96,11 +96,11 @@ def profile(rounds: int = ROUNDS, duration: float = 7.0) -> Table:
 def profile_runs(
     runs: Mapping[str, Scenario], rounds: int, duration: float
 ) -> tuple[tuple[str, ...], tuple[tuple[str, ...], ...]]:
-    """Heads and rows of a table that says where the CPU time of runs goes.
+    """Heads and rows of a table with the parts of the CPU time of runs.
 
     Args:
-        runs: By name.
-        rounds: How often each is timed.
+        runs: Runs by name.
+        rounds: Number of timings of each.
         duration: Simulated time of every run [s].
     """
     heads = (f"{duration:g} s of", "set-up [ms]", "kernel [ms]", "trace, metrics [ms]", "tick [us]")

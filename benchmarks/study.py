@@ -1,8 +1,8 @@
-"""Studies of thousands of runs: their rate beside the bare kernel, answers meanwhile, memory.
+"""Studies of thousands of runs: rate compared with the kernel alone, response times, memory.
 
-`python -m benchmarks.study RUNS` is the bare kernel: it simulates the runs of such a study on
-two threads, at the priority of worker processes, and prints the seconds from the first
-result to the last.
+`python -m benchmarks.study RUNS` measures the kernel alone: it simulates the runs of such a study
+on two threads, at the priority of worker processes, and prints the time from the first result to
+the last [s].
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ WORKERS = 2
 WARM_UP = 100
 PAGES = 20
 RATE_TARGET = 0.6
-ANSWER_TARGET = 0.25  # [s], 95 of 100 answers
+ANSWER_TARGET = 0.25  # [s], 95th percentile
 MEMORY_TARGET = 1.5e9  # [B]
 SLOPE_TARGET = 1000.0  # [B] per run
 
@@ -48,7 +48,7 @@ _ROOT = Path(__file__).parents[1]
 
 
 class _Rates(NamedTuple):
-    """Runs per second of every way, round by round, and what else was seen."""
+    """Runs per second of every method, by round, and other measurements."""
 
     by_way: dict[str, list[float]]
     loads: list[Load]
@@ -62,7 +62,7 @@ def run(_docs: Path | None = None) -> list[Table]:
 
 
 def describe_study(count: int) -> dict[str, Any]:
-    """A study of case I as a request: mass and both frictions at random, two laws on each."""
+    """A study of case I as a request: random mass and frictions, two laws on each sample."""
     return {
         "base": "paper-case-1",
         "sampling": {"method": "random", "runs": count // 2, "seed": 1},
@@ -77,11 +77,11 @@ def describe_study(count: int) -> dict[str, Any]:
 
 
 def measure_rates(count: int = COUNT, rounds: int = ROUNDS) -> tuple[Table, Table]:
-    """Runs per second of the bare kernel, of worker processes and over REST, in turns.
+    """Runs per second of the kernel alone, of worker processes and over REST, in turns.
 
     Args:
-        count: Runs of the study.
-        rounds: How often each way is taken.
+        count: Number of runs of the study.
+        rounds: Number of rounds.
     """
     with tempfile.TemporaryDirectory() as name:
         found = _take_turns(count, rounds, Path(name))
@@ -111,7 +111,7 @@ def _take_turns(count: int, rounds: int, folder: Path) -> _Rates:
 
 
 def _time_bare_kernel(count: int) -> float:
-    """From the first result to the last, in a process of its own [s]."""
+    """Time from the first result to the last, in a separate process [s]."""
     command = [sys.executable, "-m", "benchmarks.study", str(count)]
     done = subprocess.run(command, check=True, capture_output=True, text=True, cwd=_ROOT)
     return float(done.stdout)
@@ -137,7 +137,7 @@ def _schedule(count: int, executor: Executor, file: Path) -> float:
         )
         writer.finish(end)
     assert len(moments) == count
-    # The rows of a task come together: those of the first one were computed before.
+    # The rows of a task arrive together: those of the first one were computed before.
     return (count - RUNS_PER_CHUNK) / (moments[-1] - moments[0])
 
 
@@ -152,8 +152,8 @@ def _tabulate_rates(count: int, found: _Rates) -> Table:
     rows = tuple((words[way], f"{rate:.0f}", f"{rate / bare:.2f}") for way, rate in rates.items())
     met = "met" if rates["over REST"] >= RATE_TARGET * bare else "missed"
     notes = (
-        f"From first to last result, median of {len(found.loads)} rounds; "
-        f"target {RATE_TARGET:g} over REST: {met}. All ways gave the same file, byte for byte.",
+        f"Median of {len(found.loads)} rounds; target {RATE_TARGET:g} over REST: {met}. "
+        "All files are equal, byte for byte.",
         f"Starting the workers: {found.start_seconds:.1f} s.",
     )
     return Table("study", (f"{count} runs of 7 s, varied", "runs/s", "ratio"), rows, notes)
@@ -186,10 +186,10 @@ def _answer_row(load: Load, kind: str) -> tuple[str, ...]:
 
 
 def measure_large_study(count: int = LARGE) -> Table:
-    """Memory while a study grows, and pages of its results once it is done.
+    """Memory while a study grows, and pages of its results after its end.
 
     Args:
-        count: Runs of the study.
+        count: Number of runs of the study.
     """
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -222,7 +222,7 @@ def measure_large_study(count: int = LARGE) -> Table:
 
 
 def _time_pages(client: Client, study: str, count: int) -> dict[str, float]:
-    """Median time of answers about a study that is done [s]."""
+    """Median response time of requests about a finished study [s]."""
     results = f"{API}/{study}/results?limit=100"
     paths = {
         "list of studies": API,
@@ -245,14 +245,14 @@ def _median_seconds(client: Client, path: str) -> float:
 
 
 def _slope(watch: MemoryWatch, count: int) -> float:
-    """Memory per further run over the second half, when everything is loaded [B]."""
+    """Memory per additional run over the second half, after everything is loaded [B]."""
     half = [sample for sample in watch.samples if count / 2 < sample.progress < count]
     done, memory = zip(*half, strict=True)
     return float(np.polyfit(done, memory, 1)[0])
 
 
 def main() -> None:
-    """Simulates the runs of a study, and prints how long it took from first to last."""
+    """Simulates the runs of a study, and prints the time from the first to the last."""
     os.nice(NICENESS)
     study = make_study(int(sys.argv[1]))
     scenarios = [study.scenario_of(index) for index in range(study.num_runs)]

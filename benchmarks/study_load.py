@@ -1,4 +1,4 @@
-"""A study over REST, with a client that keeps asking while it runs."""
+"""A study over REST, with a client that sends requests while it runs."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ KEPT_OPEN = 2.0
 
 
 class Client:
-    """Asks a service, over one connection."""
+    """Sends requests to a service, over one connection."""
 
     def __init__(self, url: str) -> None:
         """Connects.
 
         Args:
-            url: Of the service.
+            url: URL of the service.
         """
         address = urlsplit(url)
         assert address.hostname is not None
@@ -52,13 +52,13 @@ class Client:
         self._connection.close()
 
     def ask(self, path: str, body: Mapping[str, Any] | None = None) -> bytes:
-        """What the service answers.
+        """The response of the service.
 
         Raises:
             AssertionError: If it is an error.
         """
         if time.monotonic() - self._used > KEPT_OPEN:
-            self._connection.close()  # the service may have; the next request opens another
+            self._connection.close()  # closed by the service; the next request opens another
         method = "GET" if body is None else "POST"
         content = None if body is None else json.dumps(body)
         headers = {} if body is None else {"Content-Type": "application/json"}
@@ -72,14 +72,14 @@ class Client:
 
 @dataclass(slots=True)
 class Load:
-    """What a client saw of a study.
+    """Measurements of a client during a study.
 
     Attributes:
         study: Its id.
-        seconds: From its first results to its last [s].
-        runs: How many runs were done in that time.
-        waiting: From the request to the first results [s].
-        answers: Times of the answers of each kind [s].
+        seconds: Time from its first results to its last [s].
+        runs: Number of runs finished in that time.
+        waiting: Time from the request to the first results [s].
+        answers: Response times of each kind [s].
     """
 
     study: str
@@ -90,7 +90,7 @@ class Load:
 
     @classmethod
     def together(cls, loads: Sequence[Load]) -> Load:
-        """Several as one."""
+        """Several measurements as one."""
         found = cls("", sum(load.seconds for load in loads), sum(load.runs for load in loads))
         for load in loads:
             for kind, times in load.answers.items():
@@ -103,21 +103,21 @@ class Load:
         return self.runs / self.seconds
 
     def percentile(self, share: float, kind: str | None = None) -> float:
-        """Time that so many percent of the answers took at most, of a kind or all [s]."""
+        """Percentile of the response times, of a kind or all [s]."""
         kinds = self.answers if kind is None else [kind]
         return float(np.percentile([time for one in kinds for time in self.answers[one]], share))
 
 
 def run_over_rest(client: Client, study: Mapping[str, Any], watch: MemoryWatch) -> Load:
-    """Has a study run, and asks for its status and more until it is completed.
+    """Runs a study, and requests its status and other data until it is complete.
 
     Args:
-        client: Of the service.
-        study: As in a request.
-        watch: Receives the progress.
+        client: Client of the service.
+        study: The study, as in a request.
+        watch: Called with the progress.
 
     Raises:
-        AssertionError: If it does not end well, or not within 15 minutes.
+        AssertionError: If it fails, or does not end within 15 minutes.
     """
     asked = time.perf_counter()
     created = json.loads(client.ask(API, study))
@@ -143,7 +143,7 @@ def run_over_rest(client: Client, study: Mapping[str, Any], watch: MemoryWatch) 
 
 
 def _kinds(study: str) -> Iterator[tuple[str, str]]:
-    """What is asked for, in turns; a map now and then."""
+    """The requests in turns, with an occasional map."""
     page = f"{study}/results?limit={PAGE}"
     drawn = time.monotonic()
     while True:

@@ -1,8 +1,8 @@
-"""A fit beside MuJoCo's `sysid` toolbox, on the same noisy recording of a sliding contact.
+"""A fit compared with MuJoCo's `sysid` toolbox, on one noisy recording of a sliding contact.
 
 The recording is ours: case I with other mass and friction. Both fit the pose of the object. Our fit
-closes the loop with the controller of the scenario; MuJoCo has none of it, and is given the torques
-of the recording without noise. It needs ``pip install 'mujoco[sysid]'``.
+simulates the controller of the scenario; MuJoCo has no controller, and uses the torques of the
+recording without noise. It needs ``pip install 'mujoco[sysid]'``.
 """
 
 from __future__ import annotations
@@ -45,14 +45,14 @@ POSE = ("x", "y", "theta")
 
 
 class Estimate(NamedTuple):
-    """A parameter and its 95 % interval; None where there is no end."""
+    """A parameter and its 95 % interval; None if unbounded."""
 
     value: float | None
     low: float | None
     high: float | None
 
     def holds(self, true: float) -> bool:
-        """Whether the interval holds a value."""
+        """Whether the interval contains a value."""
         low = -np.inf if self.low is None else self.low
         return low <= true <= (np.inf if self.high is None else self.high)
 
@@ -122,9 +122,7 @@ def _scene(base: Any, recorded: RunResult) -> tuple[mujoco.MjSpec, Any, Any]:
     """MuJoCo's scene with sensors of the pose, the torques of the recording, and the start."""
     angles = recorded.trace.joint_position[0]
     contact = describe_contact(STEP)
-    spec = mujoco.MjSpec.from_string(
-        describe_scene(base, angles.tolist(), STEP, motors(base), contact)
-    )
+    spec = mujoco.MjSpec.from_string(describe_scene(base, angles, STEP, motors(base), contact))
     for joint, name in zip(_object(spec).joints, POSE, strict=False):
         joint.name = f"object_{name}"
         spec.add_sensor(

@@ -1,4 +1,4 @@
-"""CPU time as a median of rounds in which every candidate takes its turn."""
+"""CPU time as the median of rounds, each with a turn of every candidate."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Line(NamedTuple):
     """Cost as a linear function of size.
 
     Attributes:
-        intercept: Cost of nothing [s].
+        intercept: Cost at size 0 [s].
         slope: Cost per unit of size [s].
         deviation: Largest relative difference between a cost and the line.
     """
@@ -34,16 +34,15 @@ def median_seconds(
     rounds: int,
     clock: Callable[[], float] = time.process_time,
 ) -> dict[str, float]:
-    """Median time of each work [s]; whatever else the machine does hits all of them alike.
+    """Median time of each work [s]; other load of the machine affects all of them equally.
 
-    Every round has another order, the same every time, and Python's garbage is collected
-    between the rounds: in a fixed order the same work always paid for memory that another
-    one had released.
+    Every round has another reproducible order, and Python's garbage is collected between rounds: in
+    a fixed order, the same work would always pay for memory that another one had released.
 
     Args:
-        works: What to time, by name; each is called once more beforehand, uncounted.
-        rounds: How often each is timed, in turns.
-        clock: CPU time of the process, or wall time where threads work together.
+        works: Functions to time, by name; each is first called once without timing.
+        rounds: Number of timings of each, in turns.
+        clock: CPU time of the process, or wall time for several threads.
     """
     times: dict[str, list[float]] = {name: [] for name in works}
     for work in works.values():
@@ -61,7 +60,7 @@ def median_seconds(
 
 
 def on_threads(work: Callable[[Any], object], items: Sequence[Any], threads: int) -> None:
-    """Does the work for every item, so many at a time."""
+    """Calls the work for every item, with a number of concurrent threads."""
     with ThreadPoolExecutor(threads) as pool:
         for _ in pool.map(work, items):
             pass
@@ -83,7 +82,7 @@ def fit_exponent(sizes: Sequence[float], seconds: Sequence[float]) -> float:
 
 
 def fit_line(sizes: Sequence[float], seconds: Sequence[float]) -> Line:
-    """The line nearest to the costs, every one of them weighed by its own size."""
+    """The line of least relative deviation from the costs."""
     costs = np.array(seconds)
     slope, intercept = np.polyfit(sizes, costs, 1, w=1.0 / costs)
     deviation = np.abs((intercept + slope * np.array(sizes)) / costs - 1.0).max()

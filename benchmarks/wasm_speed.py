@@ -1,4 +1,4 @@
-"""Size and speed of the kernel as WebAssembly, beside its native code."""
+"""Size and speed of the kernel as WebAssembly, compared with native code."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from slipgrasp.core.scenario.loading import load_scenario, with_values
 
 ROUNDS = 200
 NATIVE = "native"
-# Period of control and duration [s]: short enough that other processes seldom interrupt them.
+# Control period and duration [s]: short, so that other processes rarely interrupt them.
 CASES = {
     "7 s of case I, continuous control": (0.0, 7.0),
     "1 s of case I, 1 kHz control": (0.001, 1.0),
@@ -29,12 +29,12 @@ CASES = {
 
 
 def compare_engines(engines: Mapping[str, Engine], path: Path, rounds: int = ROUNDS) -> Table:
-    """The table ``webassembly``: least wall time of a run in every engine, in turns.
+    """The table ``webassembly``: smallest wall time of a run in every engine, in turns.
 
     Args:
-        engines: Those that run the file.
-        path: The file.
-        rounds: How often each run is timed.
+        engines: Engines that run the file.
+        path: Path of the file.
+        rounds: Number of timings of each run.
     """
     rows = []
     for words, (period, duration) in CASES.items():

@@ -1,8 +1,8 @@
-"""Accuracy against cost: the slip of the paper's cases and its end, by us and by others.
+"""Accuracy and cost of the slip of the paper's cases and its end, here and in other engines.
 
-Others get the torques of our run (`benchmarks.replay`), so their cost is that of stepping
-alone; ours includes the controller, its adaptation and the trace. Their event is not rounded
-to a step but extrapolated: the line through the slip speeds of two late steps meets zero.
+Other engines use the torques of our run (`benchmarks.replay`), so that their cost is that of
+stepping alone; ours includes the controller, its adaptation and the trace. Their event is not
+rounded to a step but extrapolated: the zero of the line through the slip speeds of two late steps.
 """
 
 from __future__ import annotations
@@ -53,8 +53,8 @@ class Point(NamedTuple):
         case: The preset.
         setting: Relative tolerance, or time step [s].
         seconds: CPU time [s].
-        event: Error of the time at which a contact stops, the worse one [s].
-        state: Error of the end state: of any displacement of object or fingertip [m].
+        event: Larger error of the times at which the contacts stop [s].
+        state: Error of the end state: largest error of a displacement of object or fingertip [m].
     """
 
     engine: str
@@ -66,10 +66,10 @@ class Point(NamedTuple):
 
 
 class Reference:
-    """The run with the tightest tolerance, and how far others are from it."""
+    """The run with the tightest tolerance, and deviations of others from it."""
 
     def __init__(self, case: str, duration: float = DURATION) -> None:
-        """Simulates it, and once more to be played back.
+        """Simulates it, and a second time for the replay.
 
         Args:
             case: The preset.
@@ -117,8 +117,8 @@ def run(docs: Path | None = None) -> list[Table]:
         points += measure_ours(reference) + measure_mujoco(reference)
         difference = oracle_difference(reference)
         notes.append(
-            f"{reference.case}: the reference and SciPy's DOP853 at 1e-9 on independent equations "
-            f"agree on the end of slip to {difference:.0e} s."
+            f"{reference.case}: SciPy's DOP853 at 1e-9 on independent equations ends the slip "
+            f"within {difference:.0e} s of the reference."
         )
     if find_spec("pydrake") is None:
         notes.append("Drake is not installed (pip install drake), so it is not here.")
@@ -153,7 +153,7 @@ def measure_ours(
 def measure_mujoco(
     reference: Reference, steps: Sequence[float] = MUJOCO_STEPS, rounds: int = ROUNDS
 ) -> list[Point]:
-    """MuJoCo under our torques, one replay per time step."""
+    """MuJoCo with our torques, one replay per time step."""
     works = {f"{step:g}": stepping(reference.torques, step) for step in steps}
     seconds = median_seconds(works, rounds)
     points = []
@@ -166,7 +166,7 @@ def measure_mujoco(
 def measure_drake(
     reference: Reference, steps: Sequence[float] = DRAKE_STEPS, rounds: int = 3
 ) -> list[Point]:
-    """Drake under our torques, one replay per time step; its own Python binding steps it."""
+    """Drake with our torques, one replay per time step; its Python binding steps it."""
     from benchmarks.drake_replay import replay_in_drake
 
     replay_in_drake(reference.torques, steps[0])  # imports are not counted
@@ -183,7 +183,7 @@ def measure_drake(
 
 
 def oracle_difference(reference: Reference) -> float:
-    """How far the reference is from the tests' oracle in the end of slip [s]."""
+    """Deviation of the reference from the tests' oracle in the end of slip [s]."""
     from tests.references.continuous import run_continuous
     from tests.references.world import World
 

@@ -1,4 +1,4 @@
-"""`python -m docs.take_gallery_pictures [PRESET …]`: the pictures of docs/gallery.md, in slip."""
+"""`python -m docs.take_gallery_pictures [PRESET …]`: the images of docs/gallery.md, during slip."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def main(names: Sequence[str]) -> None:
 
 
 def time_of_slip(result: RunResult) -> float:
-    """When a fingertip has first slipped half of the farthest slip [s]."""
+    """Time at which a fingertip has first slipped half of the largest slip [s]."""
     slip = np.abs(result.trace.slip).max(axis=1)
     return float(result.trace.times[int(np.argmax(slip >= 0.5 * slip.max()))])
 

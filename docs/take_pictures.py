@@ -1,11 +1,11 @@
-"""Takes the pictures of the dashboard that the README and docs/dashboard.md show.
+"""Takes the images of the dashboard in the README and docs/dashboard.md.
 
-    python -m docs.take_pictures                # all of them, some minutes
+    python -m docs.take_pictures                # all of them, in some minutes
     python -m docs.take_pictures slip study     # those of some stories
 
-Each story is played once per size of the window and per theme, in a page of its own, by a
-Chromium that a server on a scratch folder serves. What is simulated has fixed parameters, so
-that a later call shows the same runs.
+Each story is played once per window size and theme, each in a separate page of a Chromium, with a
+server on a temporary folder. The simulations have fixed parameters, so that later calls show the
+same runs.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ _STUDY: dict[str, Any] = {
 # 1.73 kg at friction 0.24, adapting slowly: lost, while the same cell of the other map is held.
 _MEMBER = (7 * _GRID + 7) * len(_WEIGHTS)
 _LOOK_AGAIN_MS, _LOOKS = 500, 60
-# viser warns of drawing without a graphics card, as soon as it has found out.
+# viser warns that there is no graphics card, once it has detected this.
 _NO_WARNING = ".mantine-Notification-root { display: none }"
 
 
@@ -87,22 +87,22 @@ def show_slip(page: Page, stage: Stage) -> None:
 
 
 def show_comparison(page: Page, stage: Stage) -> None:
-    """Case I adapting slowly, still slipping, and pale below it adapting fast."""
+    """Case I with slow adaptation, still slipping, and with fast adaptation, pale below it."""
     _compare(page, stage, "Q = 1", "Q = 20", 0.2)
 
 
 def show_laws(page: Page, stage: Stage) -> None:
-    """Unequal friction: the paper's law loses the object, pale below it the composite law."""
+    """Unequal friction: the paper's law loses the object; the composite law is pale below it."""
     _compare(page, stage, "theorem 4", "composite", 0.1)
 
 
 def show_three_fingers(page: Page, stage: Stage) -> None:
-    """Two fingers at the sides and one below."""
+    """Two fingers on the sides and one below."""
     _replay(page, stage, "three fingers", 0.005)
 
 
 def show_space(page: Page, stage: Stage) -> None:
-    """A prism slips through three fingers in space."""
+    """A prism slips between three fingers of a spatial hand."""
     _replay(page, stage, "space", 0.06)
 
 
@@ -112,7 +112,7 @@ def show_low_friction_patch(page: Page, stage: Stage) -> None:
 
 
 def show_study(page: Page, stage: Stage) -> None:
-    """Which masses and frictions are held in case I, and one of the runs."""
+    """The masses and frictions that are held in case I, and one of the runs."""
     _open(page, stage.url)
     pause(page)
     page.get_by_role("tab", name="Study").click()
@@ -127,7 +127,7 @@ def show_study(page: Page, stage: Stage) -> None:
 
 
 def show_end(page: Page, stage: Stage) -> None:
-    """Case I, 2 kg and slow adaptation: the object sags until a fingertip runs off its face."""
+    """Case I, 2 kg and slow adaptation: the object sags until a fingertip leaves its face."""
     _open(page, stage.url)
     pause(page)
     _choose(page, "scenario", "paper-case-1")
@@ -159,7 +159,7 @@ _TOLD_LARGE_ONLY = ("laws", "three-fingers", "low-friction-patch", "space")
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Takes the pictures of the stories that are named, or of all."""
+    """Takes the images of the named stories, or of all."""
     parser = argparse.ArgumentParser(description="Takes the pictures of the dashboard.")
     parser.add_argument("stories", nargs="*", choices=[*STORIES, []], help="all if left out")
     parser.add_argument("--output", type=Path, default=FOLDER, help="where the pictures go")
@@ -173,7 +173,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 @contextmanager
 def _setting_the_stage(folder: Path) -> Iterator[Stage]:
-    """Serves a dashboard whose store has the runs of the stories, and a study of case I."""
+    """Serves a dashboard with the runs of the stories, and a study of case I."""
     settings = Settings(data_directory=folder)
     with serve(settings, create_dashboard_app(settings)) as running:
         run_ids = {name: _store_run(running, name) for name in _RUNS}
@@ -221,29 +221,29 @@ def _take_one(
     page = browser.new_page(viewport={"width": width, "height": height}, color_scheme=theme)
     page.set_default_timeout(1000 * PATIENCE)
     tell(page, stage)
-    # Nothing is to look as if the mouse were on it.
+    # No element must appear hovered.
     page.mouse.move(width / 2, 2)
     _reduce(Image.open(io.BytesIO(_picture_at_rest(page)))).save(path, optimize=True)
     page.close()
 
 
 def _reduce(picture: Image.Image) -> Image.Image:
-    """The picture with a palette, which takes a third of the space.
+    """The image with a palette, which needs a third of the space.
 
-    The colour of a phase may be that of a few pixels alone: the palette is to cover all
-    colours, not to be fine where there are many.
+    Few pixels may have the colour of a phase: the palette must cover all colours rather than
+    resolve frequent ones finely.
     """
     method, dither = Image.Quantize.MAXCOVERAGE, Image.Dither.NONE
     return picture.convert("RGB").quantize(COLOURS, method, kmeans=1, dither=dither)
 
 
 def _open(page: Page, url: str, **query: str | float) -> None:
-    """Opens the dashboard at full resolution, which viser else lowers on a slow machine."""
+    """Opens the dashboard at full resolution, which viser would reduce on a slow machine."""
     more = "".join(f"&{key}={value}" for key, value in query.items())
     page.goto(f"{url}/?fixedDpr=1{more}")
     page.get_by_text(re.compile("^Held")).first.wait_for()
     page.add_style_tag(content=_NO_WARNING)
-    # The words for those who are here for the first time would cover what came out.
+    # The introduction for new users would cover the results.
     page.locator("[data-sg-welcomed]").click()
 
 
@@ -268,7 +268,7 @@ def _compare(page: Page, stage: Stage, name: str, other: str, t: float) -> None:
 
 
 def _choose(page: Page, label: str, option: str) -> None:
-    """Chooses the first option of a list that has these words."""
+    """Chooses the first option of a list that contains a text."""
     page.get_by_role("combobox", name=label, exact=True).click()
     page.locator("[role=option]:visible").filter(has_text=option).first.click()
 

@@ -145,10 +145,9 @@ def _residuals(report: FitReport) -> str:
 
 
 def _starts(report: FitReport) -> str:
-    starts = report.starts
-    ends = ", ".join(f"{end:.6g}" for end in starts.chi_squared)
-    text = f"{starts.same_minimum} of {starts.count} starts reached the lowest minimum found"
-    return f"<p>{text}. Their final values of chi-squared: {ends}.</p>"
+    ends = ", ".join(f"{end:.6g}" for end in report.starts.chi_squared)
+    text = report.starts.sentence.capitalize()
+    return f"<p>{text}. Final values of chi-squared of the starts: {ends}.</p>"
 
 
 def _models(report: FitReport) -> str:

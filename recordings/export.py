@@ -96,7 +96,7 @@ class ExportFormat:
         Args:
             result: The run.
             stream: The stream to write.
-            progress: Called with the share that is done, from 0 to 1, by exports that take long.
+            progress: Called with the completed fraction, 0 to 1, by slow exports.
             fps: Frames per second of an animation.
             clip: The content of an image.
             still: The instant of a still.

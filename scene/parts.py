@@ -32,7 +32,7 @@ _ARC_PIECES = 24
 PAD_THICKNESS = 0.25
 """Thickness of the disc of a soft fingertip, in radii of its ball."""
 PAD_POINTER = 1.35
-"""Length of its pointer, in its radius, so that it is visible from all sides."""
+"""Length of its pointer relative to its radius, so that it is visible from all sides."""
 _LEAST_GRAVITY = 1.0
 
 

@@ -7,11 +7,11 @@
     slides:   finger_i/base → finger_i/link_0 → finger_i/link_1 → finger_i/tip
     chain:    finger_i/base → finger_i/link_0 → finger_i/link_1 → finger_i/link_2 → … → finger_i/tip
 
-`world` has z up. `plane` is the model's plane (docs/model.md), upright in the world: its x and y
+`world` has z up. `plane` is the model's plane (docs/model.md), vertical in the world: its x and y
 are x and z of the world, its z points to the viewer. A link lies along x of its frame; planar
-joints turn about z, spatial ones about z (yaw) and -y. Of slides link_0 is their zero and link_1
-the carriage on the first, along x; nothing turns. `contact_i` is at fingertip i. Its first axes are
-those in which the tangential force counts, so that positive slip is along their negatives;
+joints turn about z, spatial ones about z (yaw) and -y. For slides, link_0 is their zero and link_1
+the carriage on the first slide, along x; nothing turns. `contact_i` is at fingertip i. The
+tangential force is expressed along its first axes, so that positive slip is along their negatives;
 the normal into the object is the d-th axis.
 """
 
@@ -45,7 +45,7 @@ WORLD, PLANE, OBJECT, DESIRED = "world", "plane", "object", "desired"
 _ORIGIN = (0.0, 0.0, 0.0)
 _AXES = np.eye(3)
 UPRIGHT = (math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0)
-"""Rotates the plane of a planar hand upright in the world."""
+"""Rotates the plane of a planar hand to vertical in the world."""
 LYING = (math.sqrt(0.5), -math.sqrt(0.5), 0.0, 0.0)
 """The inverse rotation."""
 _Z, _MINUS_Y = np.array([0.0, 0.0, 1.0]), np.array([0.0, -1.0, 0.0])

@@ -43,5 +43,5 @@ def study_path(study_id: str) -> str:
 
 
 def fit_path(fit_id: str) -> str:
-    """Where a fit is found."""
+    """Path of a fit."""
     return from_outside(f"{FITS_PATH}/{fit_id}")

@@ -75,12 +75,12 @@ ROW_COST = 1000
 
 @dataclass(frozen=True, slots=True)
 class Need:
-    """The memory that a job takes.
+    """Memory needed by a job.
 
     Attributes:
-        num_bytes: Its size [bytes].
+        num_bytes: Amount of memory [bytes].
         job: The job, as the subject of a sentence.
-        cure: How to reduce it, or where to run it; empty if there is no way.
+        cure: Remedy: how to reduce it, or where to run the job; empty if there is none.
     """
 
     num_bytes: int

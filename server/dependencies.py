@@ -115,7 +115,7 @@ async def open_columns(
     Raises:
         InvalidRequestError: For an unknown name.
         RecordingError: If its file is damaged.
-        MemoryLimitError: If they need more memory than there is.
+        MemoryLimitError: If they need more memory than the budget.
         ServiceBusyError: If the memory stays in use.
     """
     try:

@@ -143,7 +143,7 @@ class RunUnrecordableError(SlipgraspError):
 
 
 class JobUnfinishedError(SlipgraspError):
-    """Something that can be done with a study or a fit only once it has ended."""
+    """An operation that needs a study or a fit to have ended."""
 
     def __init__(self, noun: str, job_id: str, path: str) -> None:
         super().__init__(
@@ -153,7 +153,7 @@ class JobUnfinishedError(SlipgraspError):
 
 
 class JobEndedError(SlipgraspError):
-    """A study or a fit that is to go on and has nothing left to do."""
+    """A request to continue a study or a fit that has nothing left to do."""
 
     def __init__(self, noun: str, job_id: str, state: str) -> None:
         super().__init__(

@@ -69,7 +69,7 @@ class RecordingReads:
 
         Raises:
             RecordingError: If the recording does not exist, or is damaged.
-            MemoryLimitError: If it needs more memory than there is.
+            MemoryLimitError: If it needs more memory than the budget.
             ServiceBusyError: If the memory stays in use for some time.
         """
         try:

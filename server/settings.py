@@ -52,7 +52,7 @@ class Settings:
         min_free_bytes: Free space on its disk below which no run starts.
         memory_bytes: Memory for runs, recordings, figures and pages together, in addition to
             that of the service itself. None for 600 MB, or half of the machine's memory if less.
-        token: The full token; with None only users who need none are admitted.
+        token: The full token; if None, only users who need no token are admitted.
         require_token: Whether everyone needs the token, also the user who runs this server.
         root_path: Path of the server behind a proxy, such as ``/slipgrasp``; usually empty.
         public_urls: Other URLs of its pages, such as ``https://grasp.example``.

@@ -14,7 +14,7 @@ HEIGHT = 800  # [px]
 
 
 class ShownPage:
-    """A page that notebooks show, also once they are exported as HTML.
+    """A page for notebooks, including those exported to HTML.
 
     Attributes:
         html: The page, as ``slipgrasp page`` writes it.
@@ -37,11 +37,11 @@ def show(
 
     Args:
         shown: A scenario, which is simulated, or a run.
-        controls: Dotted keys of the parameters with sliders; the usual ones if None.
+        controls: Dotted keys of the parameters with sliders; the defaults if None.
         height: Height of the page [px].
 
     Raises:
-        SlipgraspError: If a page cannot simulate the scenario, or a parameter have a slider.
+        SlipgraspError: If a page cannot simulate the scenario, or a parameter cannot have a slider.
     """
     # The page needs the dashboard, whose import takes seconds.
     from slipgrasp.web.standalone.controls import usual_controls

@@ -137,7 +137,7 @@ class Session:
         self._thread.start()
 
     def close(self) -> None:
-        """Asks the session to end; a run that is being saved is completed."""
+        """Requests the session to end; a run that is being saved is completed."""
         self._gone.set()
         self._mailbox.send(Close())
 
@@ -148,7 +148,7 @@ class Session:
             worker.join(timeout)
 
     def _deliver(self, file: ExportFile) -> None:
-        """Lets the browser save a file."""
+        """Sends a file to the browser to be saved."""
         self._client.send_file_download(file.name, file.content, save_immediately=True)
 
     def _live(self) -> None:
@@ -156,8 +156,8 @@ class Session:
             self._loop(self._open_screen())
         except Exception:
             # Top level of the thread: a broken session must not end silently, nor affect others.
-            # A viewer that leaves in the middle of a frame is no error. The page itself sees
-            # that its session is gone, and says so.
+            # It is no error if the viewer disconnects during a frame. The page detects and
+            # reports a lost session.
             if not self._gone.wait(_TIME_TO_LEAVE):
                 _logger.exception("session %d ended by an error", self._client.client_id)
         finally:
@@ -189,8 +189,8 @@ class Session:
             return  # The next frame follows soon, and updates everything that depends on the time.
         self._drawn = self._view
         began = time.thread_time()
-        # In one batch: otherwise the sending loop would take the interpreter at every message,
-        # and wait for more after the first.
+        # In one batch: otherwise the sending loop would take the interpreter lock at every
+        # message, and wait for more after the first.
         with self._client.atomic():
             screen.update(self._view)
         self._client.flush()

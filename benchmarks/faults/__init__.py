@@ -1,6 +1,6 @@
-"""What recordings survive: kills, cuts, flipped bits, bombs, failing disks, power cuts.
+"""Robustness of recordings: kills, cuts, flipped bits, bombs, failing disks, power cuts.
 
-Every campaign is seeded and raises `AssertionError` at the first thing that went wrong;
+Every campaign is seeded and raises `AssertionError` at the first fault;
 the tests run a small sample of each.
 """
 
@@ -43,7 +43,7 @@ Row = tuple[str, str]
 
 
 def run(_docs: Path | None = None) -> list[Table]:
-    """The tables ``faults`` and ``bombs``; each row is printed as soon as it is known."""
+    """The tables ``faults`` and ``bombs``; each row is printed as soon as it is measured."""
     rows = []
     for campaign in CAMPAIGNS:
         rows.append(campaign())
@@ -70,7 +70,7 @@ def _killed_services() -> Row:
 
 
 def _survivors() -> Row:
-    # A program of its own, too, which must not be imported before it is run.
+    # Also a main program, which must not be imported before it is run.
     from benchmarks.faults.survivors import kill_and_compare
 
     found = kill_and_compare(SURVIVOR_KILLS, LAST_SECOND_KILLS, seed=1)

@@ -1,4 +1,4 @@
-"""Small or lying files that would cost a trusting reader minutes or gigabytes."""
+"""Small or false files that would cost a trusting reader minutes or gigabytes."""
 
 from __future__ import annotations
 
@@ -64,14 +64,14 @@ _RECORD = struct.Struct("<BQ")
 
 @dataclass(frozen=True, slots=True)
 class Defused:
-    """What a hostile file cost.
+    """Cost of a hostile file.
 
     Attributes:
-        name: What it is.
-        size: Its size [bytes].
-        seconds: Time until it was refused [s].
+        name: Description of the file.
+        size: Size [bytes].
+        seconds: Time until it was rejected [s].
         megabytes: Growth of the process's peak memory [MB].
-        finding: The sentence it was refused with.
+        finding: Message of the rejection.
     """
 
     name: str
@@ -82,7 +82,7 @@ class Defused:
 
 
 class Bomb:
-    """A file under construction that begins like a recording."""
+    """An incomplete file that begins like a recording."""
 
     def __init__(self, stream: BinaryIO) -> None:
         scenario = load_scenario("paper-case-2")
@@ -96,14 +96,14 @@ class Bomb:
         )
 
     def chunk(self, content: bytes, claimed: int | None = None, level: int = 19) -> bytes:
-        """A compressed chunk record, which may lie about its size."""
+        """A compressed chunk record, which may state a false size."""
         data = zstandard.ZstdCompressor(level=level).compress(content)
         size = len(content) if claimed is None else claimed
         head = struct.pack("<QQQII4sQ", 0, 0, size, zlib.crc32(content), 4, b"zstd", len(data))
         return self.record(Opcode.CHUNK, head + data)
 
     def record(self, opcode: int, body: bytes, claimed: int | None = None) -> bytes:
-        """Any record, which may lie about its length."""
+        """Any record, which may state a false length."""
         return _RECORD.pack(opcode, len(body) if claimed is None else claimed) + body
 
 
@@ -206,7 +206,7 @@ def _finish_run(
     changes: Sequence[PhaseChange] = (),
     repeats: int = 0,
 ) -> None:
-    """A run with another scenario, and more samples and phase changes, all hashes made to fit."""
+    """A run with another scenario, and more samples and phase changes, with matching hashes."""
     run, container = small_run(), bomb.container
     container.add_attachment(SCENARIO_ATTACHMENT, "application/json", scenario)
     documents = documents_hash(bomb.start, scenario)
@@ -263,13 +263,13 @@ WHOLE_BOMBS: dict[str, Callable[[Bomb], None]] = {
     "a million samples of a run of a few": _many_samples,
     "a million phase changes of a run of a few": _many_phase_changes,
 }
-"""Those of which a reader that recovers what is whole keeps the beginning."""
+"""Files whose start is retained by a reader that recovers valid parts."""
 
 
 def write_bombs(
     folder: Path, bombs: Mapping[str, Callable[[Bomb], None]] = BOMBS
 ) -> dict[str, Path]:
-    """Writes every hostile file; each is sealed with a fitting index and checksums."""
+    """Writes every hostile file, each with a matching index and checksums."""
     paths = {}
     for i, (name, make) in enumerate(bombs.items()):
         paths[name] = folder / f"{i}.mcap"
@@ -284,10 +284,10 @@ def write_bombs(
 def defuse(
     path: Path, reads: Sequence[Callable[[Path], object]] = (read_recording, read_unfinished)
 ) -> tuple[float, float, list[str]]:
-    """Reads a hostile file in these ways, in this process.
+    """Reads a hostile file by several methods, in this process.
 
     Returns:
-        The longer time [s], growth of the process's peak memory [MB], and what was said.
+        The longer time [s], growth of the process's peak memory [MB], and the message.
 
     Raises:
         AssertionError: If it is read as a recording.
@@ -305,10 +305,10 @@ def defuse(
 
 
 def defuse_all() -> Table:
-    """The table ``bombs``: every hostile file, each read by a process of its own.
+    """The table ``bombs``: every hostile file, each read in a separate process.
 
     Raises:
-        AssertionError: If one is not refused within the limits.
+        AssertionError: If one is not rejected within the limits.
     """
     with tempfile.TemporaryDirectory() as folder, tempfile.TemporaryDirectory() as other:
         found = [_measure(*file, 2) for file in write_bombs(Path(folder)).items()]

@@ -1,4 +1,4 @@
-"""Many clients at once: who ask for nothing, send slowly, or want all of a large recording."""
+"""Many concurrent clients that send nothing, send slowly, or request a large recording."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ POLL = 0.02
 
 @dataclass(frozen=True, slots=True)
 class Crowd:
-    """What became of a new client while many held connections.
+    """Responses to a new client while many clients hold connections.
 
     Attributes:
-        idle: Connections that asked for nothing.
-        slow: Connections that sent their bodies byte by byte.
-        slowest: Longest time until the new client was answered [s].
-        log_bytes: What the service wrote meanwhile.
+        idle: Number of connections without a request.
+        slow: Number of connections that sent their bodies byte by byte.
+        slowest: Longest response time of the new client [s].
+        log_bytes: Size of the log that the service wrote meanwhile.
     """
 
     idle: int
@@ -45,13 +45,13 @@ class Crowd:
 
 @dataclass(frozen=True, slots=True)
 class Readers:
-    """What became of clients that asked for the signals of one recording.
+    """Responses to clients that requested the signals of one recording.
 
     Attributes:
-        size: Of the recording [bytes].
-        statuses: How many were answered with each status.
-        peak: Largest memory of the service [bytes].
-        health_p95: Time within which 95 % of questions for its health were answered [s].
+        size: Size of the recording [bytes].
+        statuses: Number of responses by status.
+        peak: Peak memory of the service [bytes].
+        health_p95: 95th percentile of the response time of health requests [s].
     """
 
     size: int
@@ -61,7 +61,7 @@ class Readers:
 
 
 def hold_connections(idle: int, slow: int, seconds: float) -> Crowd:
-    """Opens connections that ask for nothing or slowly, and asks for the service's health."""
+    """Opens idle and slow connections, and requests the health of the service."""
     with tempfile.TemporaryDirectory() as folder, serve_logged(Path(folder)) as (address, _, log):
         with ExitStack() as open_sockets:
             for i in range(slow + idle):
@@ -73,11 +73,11 @@ def hold_connections(idle: int, slow: int, seconds: float) -> Crowd:
 
 
 def read_signals(clients: int, duration: float, names: str) -> Readers:
-    """Lets clients ask at once for signals of one recording.
+    """Concurrent clients request signals of one recording.
 
     Args:
-        clients: How many.
-        duration: Of the recorded run [s]; a second makes 4.2 MB.
+        clients: Number of clients.
+        duration: Duration of the recorded run [s]; one second gives 4.2 MB.
         names: The signals, separated by commas.
     """
     with tempfile.TemporaryDirectory() as folder:
@@ -102,7 +102,7 @@ def read_signals(clients: int, duration: float, names: str) -> Readers:
 
 @contextmanager
 def serve_logged(folder: Path) -> Iterator[tuple[tuple[str, int], int, Path]]:
-    """A service on a folder: where it listens, its process and its log."""
+    """A service on a folder: its address, its process and its log."""
     log = folder / "log.txt"
     with log.open("wb") as stream:
         service, url = start_service(folder, stream)

@@ -1,4 +1,4 @@
-"""A service whose wall clock jumps while it works, forwards and back (Linux, with a C compiler)."""
+"""A service whose wall clock jumps forwards and back during work (Linux, with a C compiler)."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.recordings.file.recorder import record
 
 LARGEST_JUMP = 10_800
-"""How far the clock may be from the right time [s]."""
+"""Largest deviation of the clock from the right time [s]."""
 
 JUMPING = """
 #define _GNU_SOURCE
@@ -52,11 +52,12 @@ time_t time(time_t *told) {
 
 @dataclass(frozen=True, slots=True)
 class ClockJumps:
-    """What came of runs and studies under a clock that jumps twice a second.
+    """Runs and studies under a clock that jumps twice a second.
 
     Attributes:
-        runs: How many runs were asked for over REST, of a study too; all are as without jumps.
-        furthest: How far apart two of them say to have been made [s].
+        runs: Number of runs requested over REST, including those of a study; all are as without
+            jumps.
+        furthest: Largest difference of their stated creation times [s].
     """
 
     runs: int
@@ -64,14 +65,14 @@ class ClockJumps:
 
 
 def jump_while_serving(runs: int) -> ClockJumps:
-    """Asks a service for runs and for a study while its wall clock jumps by hours.
+    """Requests runs and a study from a service while its wall clock jumps by hours.
 
     Args:
-        runs: How many runs, and how many rows the study has.
+        runs: Number of runs, and of rows of the study.
 
     Raises:
-        AssertionError: If one fails, differs from one made here, or has the id of another, or
-            if the service logs an error that nobody has handled.
+        AssertionError: If one fails, differs from one simulated here, or has the id of another, or
+            if the service logs an unhandled error.
     """
     with tempfile.TemporaryDirectory() as name:
         folder, log = Path(name), Path(name) / "log.txt"
@@ -109,7 +110,7 @@ def _run(i: int) -> dict[str, Any]:
 
 
 def _simulate(url: str, body: dict[str, Any]) -> dict[str, Any]:
-    """A run once it has ended; on a busy machine the first answer comes before."""
+    """A run after its end; on a busy machine the first response comes earlier."""
     run = _ask(url, "runs", body)
     while "outcome" not in run:
         time.sleep(POLL)
@@ -127,7 +128,7 @@ def _study(runs: int) -> dict[str, Any]:
 
 
 def _check(url: str, run: dict[str, Any], i: int, folder: Path) -> None:
-    """Compares a recording with one made here, where the clock goes as it should."""
+    """Compares a recording with one made here, with a correct clock."""
     assert run["outcome"] == "completed", run
     asked = _run(i)
     here = folder / f"here-{i}.mcap"

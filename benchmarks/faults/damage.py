@@ -1,4 +1,4 @@
-"""Files that are cut off, and files in which one bit is wrong."""
+"""Truncated files, and files with one wrong bit."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ SAMPLES_PER_CHUNK = 3
 
 @dataclass(frozen=True, slots=True)
 class Cuts:
-    """What came of files that were cut off.
+    """Results of reading truncated files.
 
     Attributes:
-        finished: Cuts of a finished file, each refused.
-        prefixes: Cuts of an unfinished file that gave a prefix of the run.
-        empty: Cuts of an unfinished file before its first sample, each refused.
+        finished: Number of truncations of a finished file, each rejected.
+        prefixes: Number of truncations of an unfinished file that gave a prefix of the run.
+        empty: Number of truncations of an unfinished file before its first sample, each rejected.
     """
 
     finished: int
@@ -36,13 +36,13 @@ class Cuts:
 
 @dataclass(frozen=True, slots=True)
 class Flips:
-    """What came of files with a wrong bit.
+    """Results of reading files with a wrong bit.
 
     Attributes:
-        count: How many.
-        refused: How many were refused.
-        identical: How many gave the same run.
-        recovered: Of how many a prefix could be recovered.
+        count: Number of files.
+        refused: Number of rejected files.
+        identical: Number of files that gave the same run.
+        recovered: Number of files with a recoverable prefix.
     """
 
     count: int
@@ -52,13 +52,13 @@ class Flips:
 
 
 def small_run() -> RunResult:
-    """A run whose file is small, with two slips."""
+    """A run with a small file and two slips."""
     values = {"simulation.duration": 0.25, "simulation.output_rate": 50.0}
     return simulate(with_values(load_scenario("paper-case-2"), values))
 
 
 def write_part(run: RunResult, path: Path, samples_per_chunk: int = SAMPLES_PER_CHUNK) -> bytes:
-    """The file of a writer that is stopped before it can finish, in small chunks."""
+    """The file of a writer that is stopped before its end, in small chunks."""
     writer = RecordingWriter(path, run.scenario, run.trace.shape, keep_part=True)
     try:
         with writer:
@@ -73,10 +73,10 @@ def write_part(run: RunResult, path: Path, samples_per_chunk: int = SAMPLES_PER_
 
 
 def cut_everywhere(step: int = 1) -> Cuts:
-    """Cuts a finished and an unfinished file after every ``step``-th byte.
+    """Truncates a finished and an unfinished file after every ``step``-th byte.
 
     Raises:
-        AssertionError: If one reads as something that was not written.
+        AssertionError: If one is read with other content than was written.
     """
     run = small_run()
     with tempfile.TemporaryDirectory() as folder:
@@ -96,7 +96,7 @@ def flip_bits(count: int, seed: int) -> Flips:
     """Flips single bits of a finished file at random.
 
     Raises:
-        AssertionError: If one reads as something that was not written.
+        AssertionError: If one is read with other content than was written.
     """
     run = small_run()
     source = random.Random(seed)
@@ -114,7 +114,7 @@ def flip_bits(count: int, seed: int) -> Flips:
 
 
 def _read(file: Path, data: bytes | bytearray, run: RunResult) -> bool:
-    """Whether it reads, which it may only as the same run."""
+    """Whether it can be read, which must give the same run."""
     file.write_bytes(data)
     try:
         result = read_recording(file)
@@ -127,7 +127,7 @@ def _read(file: Path, data: bytes | bytearray, run: RunResult) -> bool:
 
 
 def _recover(file: Path, data: bytes | bytearray, run: RunResult) -> int:
-    """How many samples are left of it."""
+    """Number of its recovered samples."""
     file.write_bytes(data)
     try:
         result = read_unfinished(file).result
@@ -138,7 +138,7 @@ def _recover(file: Path, data: bytes | bytearray, run: RunResult) -> int:
 
 
 def assert_prefix(result: RunResult, whole: RunResult) -> None:
-    """Checks that a run is the beginning of another, to the bit."""
+    """Checks that a run is a prefix of another, bit for bit."""
     rows = result.trace.to_rows()
     assert rows.tobytes() == whole.trace.to_rows()[: len(rows)].tobytes()
     assert result.phase_changes == whole.phase_changes[: len(result.phase_changes)]

@@ -1,4 +1,4 @@
-"""Disks that fail while a recording is written, and power cuts."""
+"""Disk failures while a recording is written, and power cuts."""
 
 from __future__ import annotations
 
@@ -32,17 +32,17 @@ Clock = Callable[[], float]
 
 ERRORS = {"full": errno.ENOSPC, "broken": errno.EIO, "quota": errno.EDQUOT, "torn": errno.ENOSPC}
 KINDS = tuple(ERRORS)
-"""How a disk fails; a torn write is done by half before the disk is full."""
+"""Kind of disk failure; a torn write writes half of the bytes before the disk is full."""
 
 
 @dataclass(frozen=True, slots=True)
 class Failures:
-    """What came of recordings whose disk failed.
+    """Recordings after disk failures.
 
     Attributes:
-        count: How many.
-        readable: How many left a prefix of the run.
-        empty: How many failed before the first sample.
+        count: Number of recordings.
+        readable: Number of recordings with a readable prefix of the run.
+        empty: Number of failures before the first sample.
     """
 
     count: int
@@ -52,11 +52,11 @@ class Failures:
 
 @dataclass(frozen=True, slots=True)
 class PowerCuts:
-    """What came of power cuts.
+    """Recordings after power cuts.
 
     Attributes:
-        moments: At how many moments of a run the power was cut.
-        longest_loss: Longest time before a cut of which nothing was left [s].
+        moments: Number of power cuts in a run.
+        longest_loss: Longest time before a cut that was lost [s].
     """
 
     moments: int
@@ -64,7 +64,7 @@ class PowerCuts:
 
 
 class FailingFile(io.FileIO):
-    """A file whose k-th write fails, as do all after it."""
+    """A file whose k-th write and all later ones fail."""
 
     def __init__(self, descriptor: int, failing: int, kind: str) -> None:
         super().__init__(descriptor, "wb")
@@ -72,7 +72,7 @@ class FailingFile(io.FileIO):
         self._kind = kind
 
     def write(self, data: Any) -> int:
-        """Writes, or fails: at once, or after half of the bytes."""
+        """Writes, or fails immediately or after half of the bytes."""
         self._left -= 1
         if self._left > 0:
             return super().write(data)
@@ -83,15 +83,15 @@ class FailingFile(io.FileIO):
 
 
 def fail_every_write(duration: float = 60.0, step: int = 1) -> Failures:
-    """Lets every ``step``-th write of a run's recording fail, in each of four ways.
+    """Makes every ``step``-th write of a run's recording fail, in each of four ways.
 
     Args:
         duration: Simulated time of the run [s].
-        step: Distance of the writes.
+        step: Interval between failing writes.
 
     Raises:
-        AssertionError: If anything that was written before cannot be read, or any
-            other recording is touched.
+        AssertionError: If data that were written before cannot be read, or another recording is
+            changed.
     """
     scenario = with_values(load_scenario("paper-case-1"), {"simulation.duration": duration})
     whole = simulate(scenario)
@@ -109,7 +109,7 @@ def fail_every_write(duration: float = 60.0, step: int = 1) -> Failures:
 
 
 def _fail_write(folder: Path, whole: RunResult, number: int, kind: str) -> int | None:
-    """How many samples are left when a write fails; None if there are not so many writes."""
+    """Number of samples left after a write fails; None if there are fewer writes."""
     path = folder / "run.mcap"
     with growing_files(lambda descriptor: FailingFile(descriptor, number, kind)):
         try:
@@ -138,10 +138,10 @@ def _left_of(path: Path, whole: RunResult) -> int:
 
 
 class SyncedFile(io.FileIO):
-    """A file that remembers when it had which size.
+    """A file that records its size over time.
 
     Args:
-        descriptor: Of the file.
+        descriptor: Descriptor of the file.
         clock: Returns the time [s].
     """
 
@@ -151,7 +151,7 @@ class SyncedFile(io.FileIO):
         self.sizes: list[tuple[float, int]] = []
 
     def write(self, data: Any) -> int:
-        """Writes and remembers."""
+        """Writes, and records the size."""
         written = super().write(data)
         self.sizes.append((self._clock(), self.tell()))
         return written
@@ -163,16 +163,16 @@ def cut_the_power(
     duration: float = 300.0,
     clock: Clock = time.monotonic,
 ) -> PowerCuts:
-    """Drops what was not synced at random moments of a run.
+    """Drops unsynced data at random moments of a run.
 
     Args:
-        seed: Of the moments.
-        moments: How many.
+        seed: Seed of the moments.
+        moments: Number of moments.
         duration: Simulated time of the run [s].
-        clock: By which the recorder writes and syncs [s].
+        clock: Clock of the recorder's writes and syncs [s].
 
     Raises:
-        AssertionError: If more is lost than the time between two syncs allows.
+        AssertionError: If more is lost than one interval between syncs.
     """
     looks: list[float] = []
 
@@ -188,7 +188,7 @@ def cut_the_power(
         safe = max((size for at, size in synced if at <= cut), default=0)
         lost = [at for at, size in written if at <= cut and size > safe]
         losses.append(cut - lost[0] if lost else 0.0)
-    # Between two looks at the clock, while it simulates or the disk works, it cannot act.
+    # Between two readings of the clock, during simulation or disk access, it cannot act.
     longest = max(later - earlier for earlier, later in pairwise(looks))
     assert max(losses) <= recorder.SYNC_INTERVAL + recorder.FLUSH_INTERVAL + 2 * longest
     return PowerCuts(moments, max(losses))
@@ -207,7 +207,7 @@ def _watch_a_slow_run(
     scenario: Scenario,
     clock: Clock,
 ) -> tuple[list[tuple[float, int]], list[tuple[float, int]]]:
-    """When the file of a run had which size, and which of them were synced when."""
+    """Sizes of the file of a run over time, and the times at which they were synced."""
     opened: list[SyncedFile] = []
     synced: list[tuple[float, int]] = []
     real_sync = os.fsync
@@ -233,7 +233,7 @@ def _watch_a_slow_run(
 
 @contextmanager
 def growing_files(make: Callable[[int], io.FileIO]) -> Iterator[None]:
-    """Within it every file that grows is made by ``make``."""
+    """A context in which every growing file is created by ``make``."""
 
     def open_raw(descriptor: int, mode: str) -> BinaryIO:
         return io.BufferedWriter(make(descriptor))

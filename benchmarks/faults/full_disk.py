@@ -1,4 +1,4 @@
-"""A service whose disk takes no more, before a run begins or while it goes on."""
+"""A service whose disk is full, before or during a run."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from benchmarks.faults.services import start_service
 SCENARIO = {"scenario": "paper-case-1", "set": {"simulation.output_rate": 1000.0}}
 POLL = 0.1
 BEFORE, DURING = 4096, 200_000
-"""How large a file may become: less than what stands before the first sample, and than a run."""
+"""Largest size of a file: less than the part before the first sample, and less than a run."""
 
 
 @dataclass(frozen=True, slots=True)
 class FullDisk:
-    """The answers to runs that did not fit on the disk.
+    """Responses to runs that did not fit on the disk.
 
     Attributes:
-        refused: How many with 507.
-        failed: How many as ``failed``, with the reason ``disk``.
-        left: Recordings, whole or begun, that are left where nothing could be begun.
+        refused: Number of responses with status 507.
+        failed: Number of ``failed`` runs with the reason ``disk``.
+        left: Number of recordings or parts that are left if no file could be created.
     """
 
     refused: int
@@ -36,13 +36,13 @@ class FullDisk:
 
 
 def fill_the_disk(runs: int) -> FullDisk:
-    """Asks services for runs whose files cannot be begun, and for as many that are cut off.
+    """Requests runs whose files cannot be created, and as many that are interrupted.
 
     Args:
-        runs: How many of each kind.
+        runs: Number of runs of each kind.
 
     Raises:
-        AssertionError: If one is answered in any other way, or a service does not stay up.
+        AssertionError: If a response differs, or a service ends.
     """
     refused, left = _ask(BEFORE, runs)
     failed, _ = _ask(DURING, runs)
@@ -51,7 +51,7 @@ def fill_the_disk(runs: int) -> FullDisk:
 
 
 def _ask(file_bytes: int, runs: int) -> tuple[Counter[str], int]:
-    """How runs are answered if no file may become larger, and how many recordings are left."""
+    """Responses to runs with a limited file size, and the number of recordings left."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         service, url = start_service(folder)
@@ -67,7 +67,7 @@ def _ask(file_bytes: int, runs: int) -> tuple[Counter[str], int]:
 
 
 def _wait_for_the_kernel(url: str) -> None:
-    """What the kernel is compiled to has to be written, too."""
+    """The machine code of the kernel must also be written."""
     while True:
         with urllib.request.urlopen(f"{url}api/v1/health") as answer:
             if json.load(answer)["kernel"] == "ready":
@@ -76,7 +76,7 @@ def _wait_for_the_kernel(url: str) -> None:
 
 
 def _answer(url: str) -> str:
-    """The status of a refusal, or the code of the reason of a run."""
+    """The status of a rejection, or the code of the reason of a run."""
     body = json.dumps(SCENARIO).encode()
     kind = {"Content-Type": "application/json", "Prefer": "wait=60"}
     request = urllib.request.Request(f"{url}api/v1/runs", body, kind)

@@ -41,13 +41,13 @@ POLL = 0.002
 
 @dataclass(frozen=True, slots=True)
 class Kills:
-    """What came of killed writers.
+    """Recordings of killed writers.
 
     Attributes:
-        count: How many were killed, all of them while they wrote.
-        readable: Of how many every flushed sample was read.
-        fewest: Least samples that were left.
-        most: Most samples that were left.
+        count: Number of processes killed during writing.
+        readable: Number of recordings of which every flushed sample was read.
+        fewest: Smallest number of samples left.
+        most: Largest number of samples left.
     """
 
     count: int
@@ -57,7 +57,7 @@ class Kills:
 
 
 def long_scenario(duration: float = 600.0) -> Scenario:
-    """A run that takes seconds to simulate and writes all the time [s]."""
+    """A run that takes seconds to simulate and writes continuously [s]."""
     values = {"simulation.duration": duration, "simulation.max_steps": 100_000_000}
     return with_values(load_scenario("paper-case-1"), values)
 
@@ -66,12 +66,12 @@ def kill_writers(count: int, seed: int, duration: float = 600.0) -> Kills:
     """Kills processes at random moments between their first and their last chunk.
 
     Args:
-        count: How many.
-        seed: Of the moments.
-        duration: Simulated time of their run [s].
+        count: Number of processes.
+        seed: Seed of the moments.
+        duration: Simulated time of the run [s].
 
     Raises:
-        AssertionError: If what one left is not what it flushed.
+        AssertionError: If a recording differs from the flushed samples.
     """
     whole = simulate(long_scenario(duration))
     source = random.Random(seed)
@@ -98,7 +98,7 @@ def _kill_writer(path: Path, duration: float, at_size: float) -> Path:
     """Kills a process as soon as its file has a size; returns the file.
 
     Raises:
-        AssertionError: If each of several processes had ended before it was killed.
+        AssertionError: If all of several processes ended before they were killed.
     """
     for _ in range(ATTEMPTS):
         if _is_killed_in_time(path, duration, at_size):
@@ -108,7 +108,7 @@ def _kill_writer(path: Path, duration: float, at_size: float) -> Path:
 
 
 def _is_killed_in_time(path: Path, duration: float, at_size: float) -> bool:
-    """Whether a writer was still at work when it was killed: we may wait for a processor."""
+    """Whether a writer was still active when it was killed: this process may be too late."""
     part = part_of(path)
     command = [sys.executable, "-c", _WRITER, str(path), str(duration)]
     with subprocess.Popen(command) as writer:
@@ -121,7 +121,7 @@ def _is_killed_in_time(path: Path, duration: float, at_size: float) -> bool:
 
 
 def _size_of(part: Path) -> int:
-    """Its size [B]; none once it has its final name, or before it is there."""
+    """Its size [B]; 0 before it exists and after it has its final name."""
     try:
         return part.stat().st_size
     except FileNotFoundError:
@@ -129,7 +129,7 @@ def _size_of(part: Path) -> int:
 
 
 def _check_what_is_left(part: Path, whole: RunResult) -> int:
-    """Compares what we read with what the mcap library finds, and with the whole run."""
+    """Compares our reading with that of the mcap library, and with the whole run."""
     flushed = _count_samples(part)
     result = read_unfinished(part).result
     assert len(result.trace) == flushed, f"{flushed} samples were flushed"
@@ -140,7 +140,7 @@ def _check_what_is_left(part: Path, whole: RunResult) -> int:
 
 
 def _count_samples(part: Path) -> int:
-    """Samples in complete chunks, by another reader than ours, which then meets the cut."""
+    """Samples in complete chunks, by an independent reader, which fails at the cut."""
     found: dict[int, int] = {}
     with part.open("rb") as stream, suppress(McapError, struct.error, zstandard.ZstdError):
         for entry in StreamReader(stream, validate_crcs=True).records:

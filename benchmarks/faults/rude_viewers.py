@@ -1,8 +1,8 @@
-"""Viewers that flood, send garbage or huge frames, or do not read: how each is dealt with.
+"""Viewers that flood, send garbage or huge frames, or do not read, and the server's response.
 
-`python -m benchmarks.faults.rude_viewers URL COUNT SEED` lets so many of them come again and
-again until its standard input ends. It prints a line as they come, and then how they were sent
-away.
+`python -m benchmarks.faults.rude_viewers URL COUNT SEED` connects that number of them repeatedly
+until its standard input is closed. It prints a line as they connect, and then how they were
+disconnected.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ from benchmarks.dashboard_viewers import connect_viewer, say_hello
 
 POLICY_VIOLATION, UNSUPPORTED_DATA, TOO_BIG = 1008, 1003, 1009
 RESET = 1006
-"""What a viewer makes of a connection that is closed while it sends."""
+"""Errors of a viewer whose connection is closed while it sends."""
 
 TRY_AGAIN_LATER = 1013
-"""The server is full: the place of a refused viewer is free only after a moment."""
+"""The server is full: the place of a rejected viewer becomes free after a moment."""
 
 AGAIN_AFTER = 1.0
-"""A page whose line was lost tries again after so long [s]."""
+"""Time after which a page without a connection tries again [s]."""
 
 TOGETHER = ("flood", "huge message", "stalled", "garbage")
 FLOOD_SECONDS = 8.0
@@ -62,7 +62,7 @@ async def _send_huge(socket: ClientConnection, _source: random.Random) -> None:
 
 
 async def _flood(socket: ClientConnection, _source: random.Random) -> None:
-    """Sends as fast as it is read, for some seconds."""
+    """Sends as fast as the server reads, for some seconds."""
     with suppress(TimeoutError):
         async with asyncio.timeout(FLOOD_SECONDS):
             while True:
@@ -71,7 +71,7 @@ async def _flood(socket: ClientConnection, _source: random.Random) -> None:
 
 
 async def _fill_memory(socket: ClientConnection, _source: random.Random) -> None:
-    """Starts sending files that viser would hold until they are whole, and never are."""
+    """Starts sending files that viser would retain until they are complete, which never happens."""
     for i in range(100):
         start = {
             "type": "FileTransferStartUpload",
@@ -101,22 +101,22 @@ RUDENESS: dict[str, tuple[Rudeness, tuple[int, ...]]] = {
     "endless files": (_fill_memory, (POLICY_VIOLATION,)),
     "stalled": (_stall, ()),
 }
-"""What each does, and with which codes it may be sent away; none for who leaves himself."""
+"""Each behaviour, with the allowed close codes; none if the viewer disconnects itself."""
 
 
 async def be_rude(url: str, kind: str, source: random.Random) -> int | None:
-    """Connects, misbehaves and waits to be sent away.
+    """Connects, misbehaves and waits to be disconnected.
 
     Args:
         url: Address of the dashboard's websocket.
         kind: One of `RUDENESS`.
-        source: Of what is random about it.
+        source: Source of random numbers.
 
     Returns:
-        The code with which the server closed the connection; None if it was the viewer who left.
+        The code with which the server closed the connection; None if the viewer disconnected.
 
     Raises:
-        TimeoutError: If the server puts up with it for half a minute.
+        TimeoutError: If the server tolerates it for half a minute.
     """
     act, codes = RUDENESS[kind]
     async with asyncio.timeout(PATIENCE), connect_viewer(url) as socket:

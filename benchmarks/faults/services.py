@@ -1,4 +1,4 @@
-"""SIGKILL of a service that records, and what its successor finds."""
+"""SIGKILL of a service that records, and recovery by its successor."""
 
 from __future__ import annotations
 
@@ -40,12 +40,12 @@ LONG_RUN = {
 
 @dataclass(frozen=True, slots=True)
 class ServiceKills:
-    """What came of killed services.
+    """Recovery after killed services.
 
     Attributes:
-        count: How many were killed with two runs going on.
-        recovered: How many runs their successors list as recovered.
-        slowest: Longest time until a successor answered [s].
+        count: Number of services killed during two runs.
+        recovered: Number of runs that their successors list as recovered.
+        slowest: Longest time until a successor responded [s].
     """
 
     count: int
@@ -54,11 +54,11 @@ class ServiceKills:
 
 
 def kill_services(count: int, seed: int) -> ServiceKills:
-    """Kills services while they record two runs, and starts another on the same folder.
+    """Kills services while they record two runs, and starts others on the same folder.
 
     Args:
-        count: How many.
-        seed: Of how much they have recorded by then.
+        count: Number of them.
+        seed: Seed of the recorded length.
 
     Raises:
         AssertionError: If a run is not listed as recovered, with samples.
@@ -95,14 +95,14 @@ def _kill_busy_service(folder: Path, at_size: float) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Restart:
-    """What came of a service that found many large unfinished recordings.
+    """A service that finds many large unfinished recordings.
 
     Attributes:
-        count: How many.
-        size: Of each [bytes].
-        empty: Time until the first answer without any [s].
-        waited: Time until the first answer with them [s].
-        slowest: Longest time until an answer while it recovered [s].
+        count: Number of them.
+        size: Size of each [bytes].
+        empty: Time until the first response without recordings [s].
+        waited: Time until the first response with them [s].
+        slowest: Longest response time during recovery [s].
         seconds: Until all were recovered [s].
     """
 
@@ -118,11 +118,11 @@ def restart_with_unfinished(count: int, duration: float) -> Restart:
     """Kills a service, and starts another that finds unfinished recordings.
 
     Args:
-        count: How many.
-        duration: Recorded of each [s]; a second makes 4.2 MB.
+        count: Number of them.
+        duration: Recorded duration of each [s]; one second gives 4.2 MB.
 
     Raises:
-        AssertionError: If one is not recovered with every sample that it holds.
+        AssertionError: If one is not recovered with all its samples.
     """
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -140,7 +140,7 @@ def restart_with_unfinished(count: int, duration: float) -> Restart:
 
 
 def _leave_unfinished(folder: Path, count: int, duration: float) -> tuple[float, int]:
-    """Copies of a recording without its end; the end of what it holds [s], and its size."""
+    """Copies of a truncated recording; the time of its last sample [s], and its size."""
     values = {"simulation.output_rate": 10_000.0, "simulation.duration": duration}
     first = folder / f"{0:012d}{RECORDING_SUFFIX}"
     record(with_values(load_scenario("paper-case-1"), values), first)
@@ -154,7 +154,7 @@ def _leave_unfinished(folder: Path, count: int, duration: float) -> tuple[float,
 
 
 def _recover_all(folder: Path) -> tuple[list[dict[str, Any]], float, list[float]]:
-    """What a service lists once all is recovered, its first answer and its later ones [s]."""
+    """The list of a service after recovery, and the times of its first and later responses [s]."""
     started = time.perf_counter()
     service, url = start_service(folder)
     with service:
@@ -182,7 +182,7 @@ def start_service(
     log: IO[bytes] | int = subprocess.DEVNULL,
     environment: Mapping[str, str] | None = None,
 ) -> tuple[subprocess.Popen[str], str]:
-    """A service on a folder, and its URL; it is ready."""
+    """A service on a folder that is ready, and its URL."""
     command = [sys.executable, "-m", "slipgrasp", "serve", "--port", "0", "--data-dir", str(folder)]
     service = subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=log, text=True, env=environment
@@ -192,7 +192,7 @@ def start_service(
 
 
 def _request_run(url: str) -> None:
-    """Asks for a run, whose answer never comes."""
+    """Requests a run, without a response."""
     body = json.dumps(LONG_RUN).encode()
     request = urllib.request.Request(
         f"{url}api/v1/runs", body, {"Content-Type": "application/json"}

@@ -1,4 +1,4 @@
-"""How soon an endless run has ended and is kept once somebody stops it over REST."""
+"""Time until an endless run has ended and is stored after a stop request over REST."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ LET_RUN = 0.3
 
 
 def stop_runs(count: int) -> float:
-    """Stops runs one after the other.
+    """Stops runs successively.
 
     Args:
-        count: How many.
+        count: Number of runs.
 
     Returns:
-        Time from the request to the kept recording, of which 95 % take less [s].
+        95th percentile of the time from the request to the stored recording [s].
 
     Raises:
-        AssertionError: If one is not kept as ``stopped``.
+        AssertionError: If one is not stored as ``stopped``.
     """
     with tempfile.TemporaryDirectory() as folder:
         service, url = start_service(Path(folder))
@@ -51,7 +51,7 @@ def _stop_one(url: str) -> float:
 
 
 def _ask(url: str, path: str, body: dict[str, Any] | None = None) -> dict[str, Any]:
-    """An answer; a run is not waited for."""
+    """A response, without waiting for a run."""
     data = None if body is None else json.dumps(body).encode()
     headers = {"Content-Type": "application/json", "Prefer": "respond-async"}
     with urllib.request.urlopen(

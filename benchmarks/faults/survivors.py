@@ -1,10 +1,10 @@
-"""SIGKILL of `slipgrasp run` and `slipgrasp serve` at any instant: survivors have equal bytes.
+"""SIGKILL of `slipgrasp run` and `slipgrasp serve` at any instant: recordings have equal bytes.
 
-`python -m benchmarks.faults.survivors RANDOM LAST SEED` kills so many at random instants of their
-life, and so many within the last second of a recording. A recording that states its end has to be
-the file of a run that nobody disturbed, byte for byte; one that was recovered, a prefix of its run.
-Most of the processes start with everything imported (`benchmarks.faults.warm`), since before that
-they touch no file; every tenth is a new interpreter.
+`python -m benchmarks.faults.survivors RANDOM LAST SEED` kills RANDOM processes at random instants,
+and LAST within the last second of a recording. A recording that states its end must equal the file
+of an undisturbed run, byte for byte; a recovered one must be a prefix of its run. Most processes
+start with all modules imported (`benchmarks.faults.warm`), because before that they use no file;
+every tenth is a new interpreter.
 """
 
 from __future__ import annotations
@@ -33,17 +33,17 @@ from slipgrasp.recordings.file.recovery import RECORDING_SUFFIX, recover_orphans
 
 PRESET = "paper-case-1"
 VALUES = {"simulation.duration": 60.0, "simulation.max_steps": 100_000_000}
-"""A run that takes seconds, so that it is flushed on the way, and again to lay its file out."""
+"""A run that takes seconds, so that its file is flushed during the run and rewritten later."""
 
 EACH_SERVICE = 5
-"""Of so many kills one is of a service, which takes longer to start."""
+"""Number of kills per kill of a service, which takes longer to start."""
 
 EACH_COLD = 10
-"""Of so many kills one is of a new interpreter."""
+"""Number of kills per kill of a new interpreter."""
 
 LAST_SECOND = 1.0
 NEARLY_WHOLE = 0.8
-"""The share of a file after which the last second is about to begin."""
+"""The fraction of a file shortly before the last second."""
 
 PATIENCE = 300.0
 SHORT_POLL = 0.001
@@ -51,14 +51,14 @@ SHORT_POLL = 0.001
 
 @dataclass(frozen=True, slots=True)
 class Survivors:
-    """What came of runs whose process was killed.
+    """Recordings of killed processes.
 
     Attributes:
-        kills: How many processes were killed.
-        whole: Recordings with the bytes of an undisturbed run.
-        laid_out: How many of these recovery had to finish.
-        recovered: Recordings that are a prefix of the run, and say so.
-        nothing: Runs of which no sample was written yet.
+        kills: Number of killed processes.
+        whole: Number of recordings with the bytes of an undisturbed run.
+        laid_out: Number of these that recovery finished.
+        recovered: Number of recordings that are, and state to be, a prefix of the run.
+        nothing: Number of runs without a written sample.
     """
 
     kills: int
@@ -74,16 +74,16 @@ def kill_and_compare(
     seed: int,
     report: Callable[[Counter[str]], None] = lambda _found: None,
 ) -> Survivors:
-    """Kills processes that record, and compares what is left with an undisturbed run.
+    """Kills processes that record, and compares their recordings with an undisturbed run.
 
     Args:
-        at_random: How many at random instants.
-        in_last_second: How many in the last second of a recording, or just after it.
-        seed: Of the instants.
+        at_random: Number of kills at random instants.
+        in_last_second: Number of kills in the last second of a recording, or just after it.
+        seed: Seed of the instants.
         report: Called with the counts so far after every kill.
 
     Raises:
-        AssertionError: If a survivor has other bytes, or something else is left.
+        AssertionError: If a recording has other bytes, or another file is left.
     """
     source, found = random.Random(seed), Counter[str]()
     with tempfile.TemporaryDirectory() as name:
@@ -103,7 +103,7 @@ def kill_and_compare(
 
 @dataclass(frozen=True, slots=True)
 class _Start:
-    """How processes start; each function returns what kills one and waits for its end.
+    """Start of processes; each function returns a function that kills one and waits for its end.
 
     Attributes:
         run: Starts `slipgrasp run` with the recording to write.
@@ -149,23 +149,23 @@ _WARM = _Start(_run_warm, _serve_warm)
 
 
 class _Whole:
-    """The run that nobody disturbs.
+    """The undisturbed run.
 
     Attributes:
-        data: The bytes of its file.
-        rows: Its samples.
-        seconds: How long its process lives [s].
+        data: Bytes of its file.
+        rows: Number of its samples.
+        seconds: Duration of its process [s].
     """
 
     def __init__(self, path: Path) -> None:
-        _seconds_of_run(_WARM, path)  # the first process waits for those it is forked from
+        _seconds_of_run(_WARM, path)  # the first one waits for the process that forks
         self.seconds = {start: _seconds_of_run(start, path) for start in (_COLD, _WARM)}
         self.data = path.read_bytes()
         self.rows = read_recording(path).trace.to_rows()
 
 
 def _seconds_of_run(start: _Start, path: Path) -> float:
-    """Until a recording has its name."""
+    """Time until a recording has its final name [s]."""
     path.unlink(missing_ok=True)
     began = time.monotonic()
     kill = start.run(path)
@@ -184,12 +184,12 @@ def _at_random(whole: _Whole, start: _Start, source: random.Random, _parts: _Par
 
 
 def _in_last_second(whole: _Whole, _start: _Start, source: random.Random, parts: _Parts) -> None:
-    """Waits until a file is nearly whole and some more, or until it is laid out or has its name."""
+    """Waits until a file is nearly complete and longer, or is rewritten, or has its name."""
     _wait_until(lambda: max(map(_size, parts()), default=0) >= NEARLY_WHOLE * len(whole.data))
     if source.random() < 0.5:
         _wait_until(lambda: any(not path.name.endswith(".mcap.part") for path in parts()))
     else:
-        # Mostly early: what is left is less than a second once the file is so large.
+        # Mostly early: less than a second is left once the file has this size.
         time.sleep(LAST_SECOND * source.random() ** 2)
 
 
@@ -252,7 +252,7 @@ def _get(url: str, path: str) -> dict[str, int]:
 
 
 def _check(folder: Path, path: Path, was_named: bool, whole: _Whole, found: Counter[str]) -> None:
-    """Compares what is left of one run, and looks that nothing lies beside it."""
+    """Compares the recording of one run, and checks that there are no other files."""
     left = [file.name for file in folder.iterdir() if file.name.startswith(path.stem)]
     parts = [name for name in left if name.endswith(".part")]
     assert not parts, f"left beside the recording: {parts}"

@@ -1,4 +1,4 @@
-"""Many viewers of whom some misbehave: what is left of the frame rate of the others."""
+"""Many viewers, some of which misbehave: remaining frame rate of the others."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ SETTLE_EACH, SETTLE = 0.5, 10.0
 
 @dataclass(frozen=True, slots=True)
 class MixedViewers:
-    """What well-mannered viewers saw alone, and beside those who are not.
+    """Update rates of well-behaved viewers, alone and with others that misbehave.
 
     Attributes:
         alone: Updates per second, the mean over all viewers, round by round.
         beside: The same while the others misbehaved.
-        alone_work: What the server worked in each of the former [s].
-        beside_work: And in each of the latter [s].
-        sent_away: How often the others were, by what they did and the code of the closing.
+        alone_work: Processor time of the server in each round alone [s].
+        beside_work: Processor time of the server in each round with others [s].
+        sent_away: Number of disconnections of the others, by behaviour and close code.
     """
 
     alone: list[float] = field(default_factory=list)
@@ -40,28 +40,28 @@ class MixedViewers:
 
     @property
     def share_kept(self) -> float:
-        """Of the frame rate: of all updates beside the others to all alone."""
+        """Ratio of all updates with the others to all updates alone."""
         return float(np.sum(self.beside) / np.sum(self.alone))
 
     @property
     def share_of_work(self) -> float:
-        """How much of the server's work is left for them, whatever else the machine does."""
+        """Fraction of the server's work that is left for them, independent of other load."""
         alone = np.sum(self.alone) / np.sum(self.alone_work)
         return float(np.sum(self.beside) / np.sum(self.beside_work) / alone)
 
 
 def mix_viewers(polite: int, rude: int, rounds: int, seconds: float, seed: int) -> MixedViewers:
-    """Lets viewers watch a run play, alone and beside others who misbehave, in turns.
+    """Connects viewers to a played run, alone and with others that misbehave, in turns.
 
     Args:
-        polite: How many watch.
-        rude: How many misbehave, again and again, in a process of their own.
-        rounds: How often in turns.
-        seconds: How long each turn is.
-        seed: Of what is random about the misbehaviour.
+        polite: Number of well-behaved viewers.
+        rude: Number of viewers that misbehave repeatedly, in a separate process.
+        rounds: Number of rounds.
+        seconds: Duration of each turn.
+        seed: Seed of the misbehaviour.
 
     Raises:
-        AssertionError: If a well-mannered viewer is sent away, or another one is not.
+        AssertionError: If a well-behaved viewer is disconnected, or another one is not.
     """
     with serve_dashboard() as served:
         come_and_go(served.socket, 1)
@@ -81,7 +81,7 @@ async def _mix(
             *command, f"{seed} {number}", stdin=subprocess.PIPE, stdout=subprocess.PIPE
         )
         assert others.stdout is not None
-        await others.stdout.readline()  # They come now, each with a session to begin.
+        await others.stdout.readline()  # They connect now, and each starts a session.
         await asyncio.sleep(SETTLE)
         await _watch(served, seen, seconds, found.beside, found.beside_work)
         told, _ = await others.communicate(b"")
@@ -103,7 +103,7 @@ async def _watch(
     rates: list[float],
     works: list[float],
 ) -> None:
-    """Notes updates per second, the mean over all viewers, and what the server worked."""
+    """Records updates per second, the mean over all viewers, and the server's processor time."""
     for one in seen:
         one.forget()
     began = processor_time_of(served.process)

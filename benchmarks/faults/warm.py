@@ -1,7 +1,7 @@
 """Processes of the command line that start with all modules imported and the kernel loaded.
 
-They are forked from one process, so that killing a thousand of them costs what they do, and not a
-thousand starts of an interpreter. From there on they run the code of the command.
+They are forked from one process, so that killing a thousand of them does not cost a thousand starts
+of an interpreter. After the fork they run the code of the command.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ def start(*arguments: str) -> ForkServerProcess:
 
 
 def start_service(folder: Path) -> tuple[ForkServerProcess, str]:
-    """A service on a folder, and its URL; it is ready."""
+    """A service on a folder that is ready, and its URL."""
     reader, writer = _CONTEXT.Pipe(duplex=False)
     arguments = ("serve", "--port", "0", "--data-dir", str(folder))
     process = _CONTEXT.Process(target=_execute, args=(arguments, writer))
@@ -43,7 +43,7 @@ def _execute(arguments: tuple[str, ...], output: Connection | None) -> None:
     nothing = os.open(os.devnull, os.O_WRONLY)
     os.dup2(nothing if output is None else output.fileno(), 1)
     os.dup2(nothing, 2)
-    # The old one remembers whether it was a file, in which it could seek.
+    # The old stream has stored whether it was a seekable file.
     sys.stdout = open(1, "w", encoding="utf-8", closefd=False)  # noqa: SIM115
     raise SystemExit(main(arguments))
 

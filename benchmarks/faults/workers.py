@@ -1,4 +1,4 @@
-"""SIGKILL of the worker processes of a study, again and again until it is done."""
+"""SIGKILL of the worker processes of a study, repeated until it is finished."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ PAUSES = (0.0, 0.3)
 
 @dataclass(frozen=True, slots=True)
 class WorkerKills:
-    """What came of a study whose workers were killed.
+    """A study whose workers were killed.
 
     Attributes:
-        count: How many were killed.
-        runs: How many runs the study has; every one was done exactly once.
+        count: Number of killed workers.
+        runs: Number of runs of the study, each simulated exactly once.
     """
 
     count: int
@@ -45,10 +45,10 @@ def kill_workers(
     """Kills workers while they simulate a study, and compares it with an undisturbed one.
 
     Args:
-        count: How many at most; fewer if the study is done before.
-        seed: Of when, and of which.
-        runs: How many runs the study has.
-        engine: Whose workers they are: ``processes`` or ``dask``.
+        count: Largest number of kills; fewer if the study finishes earlier.
+        seed: Seed of the times and workers.
+        runs: Number of runs of the study.
+        engine: Executor of the workers: ``processes`` or ``dask``.
 
     Raises:
         AssertionError: If the two studies are not the same file.
@@ -66,18 +66,18 @@ def kill_workers(
 
 
 def kill_in_a_burst(count: int, seconds: float, runs: int = 2000) -> float:
-    """Kills workers of a study in even steps, and compares it with an undisturbed one.
+    """Kills workers of a study at regular intervals, and compares it with an undisturbed one.
 
     Args:
-        count: How many.
-        seconds: Within what time [s].
-        runs: How many runs the study has.
+        count: Number of kills.
+        seconds: Total time of the kills [s].
+        runs: Number of runs of the study.
 
     Returns:
-        The time from the first kill to the last [s].
+        Time from the first kill to the last [s].
 
     Raises:
-        AssertionError: If the two studies are not the same file, or the study was done before.
+        AssertionError: If the two studies are not the same file, or the study finished earlier.
     """
     study, kills = _short_runs(runs), list[float]()
     others = set(family_of(os.getpid()))
@@ -132,10 +132,10 @@ def _schedule(study: Study, executor: Executor, file: Path, note_row: Callable[[
 
 
 class _Killer:
-    """Kills a child of this process whenever the study has gone on since the last time.
+    """Kills a child of this process whenever the study has progressed since the last time.
 
     Attributes:
-        killed: How many it has killed.
+        killed: Number of killed processes.
     """
 
     def __init__(self, count: int, seed: int) -> None:
@@ -148,7 +148,7 @@ class _Killer:
         self._thread = threading.Thread(target=self._kill, daemon=True)
 
     def note_row(self) -> None:
-        """Notes that the study has gone on."""
+        """Records that the study has progressed."""
         self._went_on.set()
 
     def __enter__(self) -> None:
@@ -172,7 +172,7 @@ class _Killer:
 
 
 def _is_worker(process: int) -> bool:
-    """Whether a process does tasks: Dask has others that help."""
+    """Whether a process executes tasks: Dask also has helper processes."""
     with suppress(OSError):
         command = Path(f"/proc/{process}/cmdline").read_bytes()
         return any(name in command for name in (b"slipgrasp.core.executors", b"spawn_main"))

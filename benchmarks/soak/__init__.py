@@ -1,7 +1,7 @@
-"""A service under mixed load for as long as one likes: what it answers, holds and logs.
+"""A service under mixed load for a given time: its responses, resources and log.
 
-The load comes in spells. After each the service is left alone for as long as it may keep a
-connection, so that the rest is what it does not release.
+The load comes in intervals. After each, the service is idle for the lifetime of a connection, so
+that only unreleased resources remain.
 """
 
 from __future__ import annotations
@@ -37,16 +37,16 @@ PERIOD = 5.0
 SETTLED = 0.25
 RESEARCHERS = 2
 PAUSES = {Researcher: 0.5, Prankster: 0.5, Loiterer: 2.0}
-"""How long each waits on average from one act to the next [s]."""
+"""Mean time between two actions of each user [s]."""
 
 HOUR = 3600.0
 
 
 class Actor(Protocol):
-    """Somebody who does one thing after the other."""
+    """A user who performs actions successively."""
 
     def act(self) -> None:
-        """Does one thing."""
+        """Performs one action."""
 
     def tidy_up(self) -> None:
         """Releases its resources."""
@@ -54,13 +54,13 @@ class Actor(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Soak:
-    """What came of a service under load.
+    """Results of a service under load.
 
     Attributes:
-        tally: All answers.
-        samples: Of the whole time.
-        rests: Samples of the end of each rest.
-        log: What the service wrote.
+        tally: All responses.
+        samples: Samples of the whole time.
+        rests: Samples at the end of each idle interval.
+        log: Log of the service.
     """
 
     tally: Tally
@@ -70,12 +70,12 @@ class Soak:
 
     @property
     def tracebacks(self) -> int:
-        """How many errors nobody has handled."""
+        """Number of unhandled errors."""
         return self.log.count("Traceback")
 
     @property
     def settled_rests(self) -> Sequence[Sample]:
-        """Rests after the first quarter, in which modules are loaded and caches fill."""
+        """Idle intervals after the first quarter, in which modules are loaded and caches fill."""
         return self.rests[int(SETTLED * len(self.rests)) :]
 
 
@@ -83,9 +83,9 @@ def run(docs: Path | None = None, minutes: float = MINUTES, seed: int = 1) -> li
     """The table ``soak``, and its diagram.
 
     Args:
-        docs: Folder of the documentation, if the diagram is to be written.
-        minutes: How long.
-        seed: Of who does what.
+        docs: Folder of the documentation for the diagram; None for no diagram.
+        minutes: Duration [min].
+        seed: Seed of the actions.
     """
     found = soak(60.0 * minutes, seed)
     for fault in found.tally.faults:
@@ -98,13 +98,13 @@ def run(docs: Path | None = None, minutes: float = MINUTES, seed: int = 1) -> li
 
 
 def soak(seconds: float, seed: int, spell: float = SPELL, rest: float = REST) -> Soak:
-    """Loads a service with all that users and others do.
+    """Loads a service with the actions of users and others.
 
     Args:
-        seconds: How long in all.
-        seed: Of who does what.
-        spell: How long the load lasts at a time [s].
-        rest: How long the service is left alone after it [s].
+        seconds: Total duration.
+        seed: Seed of the actions.
+        spell: Duration of an interval of load [s].
+        rest: Duration of the idle interval after it [s].
     """
     tally = Tally()
     rests = []
@@ -122,7 +122,7 @@ def soak(seconds: float, seed: int, spell: float = SPELL, rest: float = REST) ->
 
 
 def _load(address: Address, tally: Tally, seed: int, seconds: float) -> None:
-    """Lets everybody do what they do for some time; returns once all have left."""
+    """Runs all users for some time; returns once all have left."""
     ended = threading.Event()
     actors: list[Actor] = [Researcher(address, tally, seed + i) for i in range(RESEARCHERS)]
     actors += [Prankster(address, tally, seed), Loiterer(address, tally, seed)]
@@ -141,13 +141,13 @@ def _act_until(ended: threading.Event, actor: Actor, tally: Tally, seed: int) ->
     while not ended.wait(source.expovariate(1.0 / PAUSES[kind])):
         try:
             actor.act()
-        except Exception as error:  # Whatever it is, the service has caused it.
+        except Exception as error:  # Any error is caused by the service.
             tally.blame(kind.__name__, f"{error!r} in {_place_of(error)}")
     actor.tidy_up()
 
 
 def _place_of(error: BaseException) -> str:
-    """Function and line of our own in which an error came up."""
+    """Function and line of our code in which an error occurred."""
     frames = traceback.extract_tb(error.__traceback__)
     return next(
         (f"{f.name}, line {f.lineno}" for f in reversed(frames) if "soak" in f.filename), ""
@@ -155,7 +155,7 @@ def _place_of(error: BaseException) -> str:
 
 
 def tabulate(found: Soak) -> Table:
-    """What came of it, beside what is asked for."""
+    """Results, compared with the requirements."""
     tally, rests = found.tally, found.settled_rests
     seconds = found.samples[-1].time
     statuses = Counter[str]()
@@ -193,7 +193,7 @@ def _server_errors(statuses: Counter[str]) -> int:
 
 
 def _peak(samples: Sequence[Sample]) -> float:
-    """Largest memory of the service [MB]."""
+    """Peak memory of the service [MB]."""
     return max(sample.service_memory for sample in samples) / 1e6
 
 
@@ -202,7 +202,7 @@ def _range(values: Sequence[float], unit: float, name: str) -> str:
 
 
 def _slope(rests: Sequence[Sample]) -> str:
-    """Of the service's own memory at rest over time, with the error of the fit."""
+    """Slope of the service's own memory at rest over time, with the error of the fit."""
     times = np.array([rest.time for rest in rests]) / HOUR
     memory = np.array([rest.own_memory for rest in rests]) / 1e6
     if len(rests) < 4:

@@ -1,4 +1,4 @@
-"""Requests whose answers are counted, and held against what is specified."""
+"""Requests whose responses are counted, and compared with the specification."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ Address = tuple[str, int]
 
 
 class Answer(NamedTuple):
-    """What a request was answered with.
+    """Response to a request.
 
     Attributes:
         status: HTTP status.
-        headers: By their names in small letters.
-        content: The whole body.
+        headers: Headers by lower-case name.
+        content: The complete body.
     """
 
     status: int
@@ -41,12 +41,12 @@ class Answer(NamedTuple):
 
 
 class Tally:
-    """Counts answers of each kind and status, and keeps what was not as specified.
+    """Counts responses by kind and status, and stores deviations from the specification.
 
     Attributes:
-        counts: How many answers there were, by kind and by status or another ending.
-        slowest: Longest time until an answer was whole, by kind [s].
-        faults: What was not as specified, in words; the first hundred.
+        counts: Number of responses, by kind and by status or other end.
+        slowest: Longest time until a complete response, by kind [s].
+        faults: Descriptions of the first hundred deviations from the specification.
     """
 
     def __init__(self) -> None:
@@ -57,34 +57,34 @@ class Tally:
 
     @property
     def total(self) -> int:
-        """How many answers there were."""
+        """Number of responses."""
         with self._lock:
             return self.counts.total()
 
     def note(self, kind: str, ending: str, seconds: float = 0.0) -> None:
-        """Counts an answer, or how else a connection ended."""
+        """Counts a response, or another end of a connection."""
         with self._lock:
             self.counts[kind, ending] += 1
             self.slowest[kind] = max(seconds, self.slowest.get(kind, 0.0))
 
     def blame(self, kind: str, words: str) -> None:
-        """Keeps what was not as specified."""
+        """Stores a deviation from the specification."""
         with self._lock:
             if len(self.faults) < MAX_FAULTS:
                 self.faults.append(f"{kind}: {words}")
 
     def expect(self, kind: str, holds: bool, words: str) -> None:
-        """Keeps the words if something does not hold."""
+        """Stores a description if a condition is not met."""
         if not holds:
             self.blame(kind, words)
 
 
 class Asker:
-    """Asks a service over one connection, which it renews; one thread uses it.
+    """Sends requests over one connection, which it renews; for one thread.
 
     Args:
-        address: Of the service.
-        tally: Counts every answer.
+        address: Address of the service.
+        tally: Counts every response.
     """
 
     def __init__(self, address: Address, tally: Tally) -> None:
@@ -94,7 +94,7 @@ class Asker:
         self._used = 0.0
 
     def close(self) -> None:
-        """Lets go of the connection."""
+        """Closes the connection."""
         self._connection.close()
 
     def ask(
@@ -106,18 +106,18 @@ class Asker:
         body: bytes | Mapping[str, Any] | None = None,
         headers: Mapping[str, str] | None = None,
     ) -> Answer:
-        """Asks, counts the answer, and notes what of it is not as specified.
+        """Sends a request, counts the response, and records deviations from the specification.
 
         Args:
-            kind: By which it is counted.
-            method: Of HTTP.
-            path: Below ``/api/v1``.
-            expected: Statuses, of which it must have one.
-            body: Sent as JSON if it is a mapping.
-            headers: Besides those of the body.
+            kind: Kind in the counts.
+            method: HTTP method.
+            path: Path below ``/api/v1``.
+            expected: Allowed statuses.
+            body: Body; a mapping is sent as JSON.
+            headers: Headers in addition to those of the body.
 
         Raises:
-            ConnectionError: If there is no answer.
+            ConnectionError: If there is no response.
         """
         given = dict(headers or {})
         if isinstance(body, Mapping):
@@ -137,9 +137,9 @@ class Asker:
         self, method: str, path: str, body: bytes | None, headers: Mapping[str, str]
     ) -> Answer:
         if time.monotonic() - self._used > KEPT_OPEN:
-            self._connection.close()  # the service may have; the next request opens another
+            self._connection.close()  # closed by the service; the next request opens another
         with suppress(BrokenPipeError, ConnectionResetError):
-            # Refused before all of the body was sent; the answer says why.
+            # Rejected before the body was sent completely; the response gives the reason.
             self._connection.request(method, path, body, dict(headers))
         try:
             answer = self._connection.getresponse()
@@ -150,7 +150,7 @@ class Asker:
 
 
 def find_faults(answer: Answer, expected: Iterable[int], method: str = "GET") -> list[str]:
-    """What of an answer is not as specified: its status, and what every answer has."""
+    """Deviations of a response from the specification: its status, and common properties."""
     faults = []
     if answer.status not in expected:
         faults.append(f"{answer.status} {answer.content[:300]!r}")

@@ -1,4 +1,4 @@
-"""The diagram of a service under load: what it held, and how much it answered."""
+"""The diagram of a service under load: resources and response rate."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _RATE_WINDOW = 6
 
 
 def draw_soak(samples: Sequence[Sample]) -> Figure:
-    """Memory, descriptors and answers per second over time."""
+    """Memory, descriptors and responses per second over time."""
     minutes = [sample.time / _MINUTE for sample in samples]
     with paper_style():
         figure = new_figure(120.0)
@@ -55,7 +55,7 @@ def _draw(
 
 
 def _rate(samples: Sequence[Sample]) -> tuple[list[float], list[float]]:
-    """Answers per second, each over half a minute, and when [min]."""
+    """Responses per second, each over half a minute, and their times [min]."""
     times = np.array([sample.time for sample in samples])
     counts = np.array([sample.answers for sample in samples])
     first, last = slice(None, -_RATE_WINDOW), slice(_RATE_WINDOW, None)

@@ -1,4 +1,4 @@
-"""What a service and its workers hold, sampled while they work (Linux)."""
+"""Resources of a service and its workers, sampled while they work (Linux)."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from benchmarks.processes import Watch, family_of, memory_of, own_memory_of
 
 
 class Sample(NamedTuple):
-    """A moment.
+    """Resources at one instant.
 
     Attributes:
-        time: Since the beginning [s].
-        answers: How many there were so far.
-        service_memory: Of the service, its part of shared pages in it [B].
-        own_memory: What the service has written itself of that [B].
-        worker_memory: Of all that it has started, likewise [B].
-        service_descriptors: Files and sockets that the service has open.
-        worker_descriptors: Those of all that it has started.
+        time: Time since the start [s].
+        answers: Number of responses so far.
+        service_memory: Memory of the service, including its part of shared pages [B].
+        own_memory: The part of it that the service has written itself [B].
+        worker_memory: Memory of its descendants, including their parts of shared pages [B].
+        service_descriptors: Number of open files and sockets of the service.
+        worker_descriptors: Number of those of its descendants.
     """
 
     time: float
@@ -37,9 +37,9 @@ class Observer(Watch[Sample]):
     """Samples a service and its descendants.
 
     Args:
-        process: Of the service.
-        count: Gives how many answers there were so far.
-        period: Between two samples [s].
+        process: Process of the service.
+        count: Returns the number of responses so far.
+        period: Sampling interval [s].
     """
 
     def __init__(self, process: int, count: Callable[[], int], period: float) -> None:
@@ -49,7 +49,7 @@ class Observer(Watch[Sample]):
         self._began = time.monotonic()
 
     def look(self) -> Sample:
-        """A sample of now."""
+        """A present sample."""
         service, *workers = family_of(self._process)
         return Sample(
             time.monotonic() - self._began,
@@ -63,7 +63,7 @@ class Observer(Watch[Sample]):
 
 
 def descriptors_of(process: int) -> int:
-    """How many files and sockets a process has open; 0 once it has ended."""
+    """Number of open files and sockets of a process; 0 after its end."""
     with suppress(OSError):
         return len(list(Path(f"/proc/{process}/fd").iterdir()))
     return 0

@@ -1,4 +1,4 @@
-"""A user of the REST interface who keeps a few runs, and knows what must be answered."""
+"""A user of the REST interface with a few runs, who checks the responses."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ RARELY = 0.2
 
 @cache
 def fixed_hash() -> str:
-    """Of the recording of `FIXED`, made in this process."""
+    """Hash of the recording of `FIXED`, made in this process."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "run.mcap"
         record(with_values(load_scenario(FIXED["scenario"]), FIXED["set"]), path)
@@ -46,12 +46,12 @@ def fixed_hash() -> str:
 
 
 class Researcher:
-    """Does one thing after the other, as a script or a person would, in a seeded order.
+    """Performs actions successively, like a script or a person, in a seeded order.
 
     Args:
-        address: Of the service.
-        tally: Counts every answer.
-        seed: Of what it does.
+        address: Address of the service.
+        tally: Counts every response.
+        seed: Seed of the actions.
     """
 
     def __init__(self, address: Address, tally: Tally, seed: int) -> None:
@@ -78,7 +78,7 @@ class Researcher:
         }
 
     def act(self) -> None:
-        """Does one thing, and deletes what is too much."""
+        """Performs one action, and deletes surplus runs."""
         if len(self._runs) < 2:
             self._simulate()
         action = self._source.choices(list(self._habits), list(self._habits.values()))[0]
@@ -136,7 +136,7 @@ class Researcher:
         self._keep(run)
 
     def _wait_for(self, answer: Answer) -> dict[str, Any]:
-        """The run of an answer, once it has ended."""
+        """The run of a response, after its end."""
         wait = {"Prefer": "wait=5"}
         until = time.monotonic() + PATIENCE
         while answer.status == 202 and time.monotonic() < until:
@@ -284,7 +284,7 @@ class Researcher:
         return study
 
     def _wait_for_study(self, path: str) -> dict[str, Any]:
-        """Follows its events to the end, or asks again and again."""
+        """Follows its events to the end, or requests its status repeatedly."""
         if self._source.random() < 0.5:
             told = self._ask("events", "GET", f"{path}/events?rows=true", (200,)).content
             self._expect("events", b"event: end" in told, "a stream without an end")

@@ -1,4 +1,4 @@
-"""Those who send what is wrong, slow or nothing at all."""
+"""Clients that send invalid requests, send slowly, or send nothing."""
 
 from __future__ import annotations
 
@@ -50,12 +50,12 @@ HUGE_STUDY = {
 
 
 class Prankster:
-    """Sends what is wrong in every way that is listed, in a seeded order.
+    """Sends all listed invalid requests, in a seeded order.
 
     Args:
-        address: Of the service.
-        tally: Counts every answer.
-        seed: Of what it does.
+        address: Address of the service.
+        tally: Counts every response.
+        seed: Seed of the requests.
     """
 
     def __init__(self, address: Address, tally: Tally, seed: int) -> None:
@@ -79,11 +79,11 @@ class Prankster:
         )
 
     def act(self) -> None:
-        """Sends something wrong."""
+        """Sends an invalid request."""
         self._source.choice(self._pranks)()
 
     def tidy_up(self) -> None:
-        """Lets go of the connection."""
+        """Closes the connection."""
         self._asker.close()
 
     def _post(
@@ -139,7 +139,7 @@ class Prankster:
         self._post("too large a study", "/studies", (422,), HUGE_STUDY)
 
     def _leave_midway(self) -> None:
-        """Breaks off an upload, or does not wait for an answer."""
+        """Interrupts an upload, or does not wait for a response."""
         request = self._source.choice(
             (
                 "POST /api/v1/recordings HTTP/1.1\r\nContent-Length: 1000000\r\n",
@@ -154,13 +154,13 @@ class Prankster:
 
 
 class _Way(NamedTuple):
-    """How somebody keeps the server waiting.
+    """A client that keeps the server waiting.
 
     Attributes:
-        kind: What it is called.
-        sent: All that is ever sent.
-        seconds: How long the server may put up with it [s].
-        answer: What an answer begins with; empty if there is to be none.
+        kind: Its name.
+        sent: All sent bytes.
+        seconds: Longest time that the server may wait [s].
+        answer: Start of the response; empty for no response.
     """
 
     kind: str
@@ -170,12 +170,12 @@ class _Way(NamedTuple):
 
 
 class Loiterer:
-    """Opens connections that ask for nothing, or never finish, and waits to be let go.
+    """Opens connections that send nothing, or never finish, and waits until they are closed.
 
     Args:
-        address: Of the service.
+        address: Address of the service.
         tally: Counts how each connection ended.
-        seed: Of how many there are of each kind.
+        seed: Seed of the numbers of each kind.
     """
 
     def __init__(self, address: Address, tally: Tally, seed: int) -> None:
@@ -193,7 +193,7 @@ class Loiterer:
         )
 
     def act(self) -> None:
-        """Opens a connection, and sees which of the others were let go."""
+        """Opens a connection, and checks which of the others were closed."""
         way = self._source.choice(self._ways)
         connection = socket.create_connection(self._address)
         connection.sendall(way.sent)
@@ -203,7 +203,7 @@ class Loiterer:
         self._see_who_was_let_go()
 
     def tidy_up(self) -> None:
-        """Leaves."""
+        """Closes all connections."""
         for connection in list(self._open):
             self._forget(connection)
 

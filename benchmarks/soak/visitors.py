@@ -1,4 +1,4 @@
-"""Viewers of the dashboard who come, look and go, well-mannered or not."""
+"""Viewers of the dashboard that connect, watch and disconnect, well-behaved or not."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ PAUSE = 1.0
 
 
 def visit_until(ended: threading.Event, address: Address, tally: Tally, seed: int) -> None:
-    """Lets viewers visit the dashboard until it is over; returns once all have left."""
+    """Connects viewers to the dashboard until the load ends; returns once all have left."""
     url = f"ws://{address[0]}:{address[1]}/"
     asyncio.run(_visit_until(ended, url, tally, seed))
 
@@ -50,7 +50,7 @@ async def _visit(url: str, tally: Tally, source: random.Random) -> None:
 
 
 async def _look_on(url: str, tally: Tally, seconds: float) -> None:
-    """Watches for some time, then closes the window, or loses the line."""
+    """Watches for some time, then closes the window, or loses the connection."""
     kind, began = "viewer", time.monotonic()
     try:
         async with connect_viewer(url) as socket:

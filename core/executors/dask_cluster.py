@@ -178,7 +178,7 @@ class _Map:
     def _hand_out(self, window: Window[Any]) -> None:
         """Submits as many tasks as the workers can take.
 
-        When a worker dies, Dask does not know which of its tasks caused it, so that a task at its
+        When a worker dies, Dask cannot tell which of its tasks caused it, so that a task at its
         last attempt is executed alone.
         """
         while self._alone not in self._at and len(self._at) < _DEPTH * self.num_workers:

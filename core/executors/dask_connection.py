@@ -66,7 +66,7 @@ class DaskConnection:
         return sum(self._threads_by_worker().values())
 
     def replace_lost_workers(self) -> None:
-        """Restarts workers that a cluster on this machine has given up.
+        """Restarts workers that a cluster on this machine no longer restarts.
 
         Dask restarts workers that die at work, but not those that die while starting.
         """
@@ -94,7 +94,7 @@ class DaskConnection:
             ) from error
 
     def _wait_for_workers(self) -> None:
-        # The wait of Dask uses the wall clock, and ends if that is set forward.
+        # Dask's wait uses the wall clock, and ends early if that is set forward.
         deadline = time.monotonic() + _WORKERS_PATIENCE
         while not self._threads_by_worker():
             if time.monotonic() > deadline:
@@ -108,7 +108,7 @@ class DaskConnection:
         return cast("dict[str, int]", self.client.nthreads())
 
     def _check_workers(self) -> None:
-        """Lets every worker load the kernel and report its versions."""
+        """Loads the kernel in every worker and compares versions."""
         ours = describe_installation()
         asked = {
             worker: self.client.submit(
@@ -163,7 +163,7 @@ def _start_cluster(workers: int) -> LocalCluster:
                 threads_per_worker=1,
                 processes=True,
                 host=_HOST,
-                # Dask always serves this address: with no content, on any free port.
+                # Dask always opens this HTTP server; here it has no pages, on any free port.
                 dashboard_address=f"{_HOST}:0",
                 scheduler_kwargs={"dashboard": False},
                 silence_logs=logging.CRITICAL,

@@ -28,7 +28,7 @@ TaskFunction = Callable[[Task, ShouldStop], Result]
 
 
 class Caller(Protocol):
-    """The caller of a task, as its function sees it: calling it returns whether to stop."""
+    """Connection of a task to its caller; calling it returns whether to stop."""
 
     def __call__(self) -> bool:
         """Whether the task should stop."""
@@ -48,7 +48,7 @@ class ExecutorError(SlipgraspError):
     """An executor that does not exist or cannot work."""
 
 
-class Cancelled(SlipgraspError):  # noqa: N818 - it is no error, but an answer
+class Cancelled(SlipgraspError):  # noqa: N818 - not an error, but a result
     """Raised by a function that stopped on request."""
 
 
@@ -59,7 +59,7 @@ class Finished(Generic[Task, Result]):
     Attributes:
         task: The task.
         result: Result of the function, None if it never finished.
-        failure: Why there is no result, in one sentence; None if there is one.
+        failure: Reason why there is no result, in one sentence; None if there is one.
     """
 
     task: Task

@@ -67,8 +67,8 @@ class SingleTasks:
             function: A function of an imported module. Its second argument returns whether to stop;
                 it still returns its result then. It may report the progress of the task.
             task: Argument of the function.
-            should_stop: Called about 20 times a second; True asks the function to stop. A second
-                later its worker is killed.
+            should_stop: Called about 20 times a second; True requests the function to stop. Its
+                worker is killed a second later.
             progress: Called with the completed fraction, 0 to 1, that the function reports.
 
         Raises:
@@ -87,7 +87,7 @@ class SingleTasks:
         return cast("Result", open_answer(answer))
 
     def close(self) -> None:
-        """Stops the workers; tasks are asked to stop."""
+        """Stops the workers; running tasks are requested to stop."""
         self._closed.set()
         with suppress(Empty):
             while True:
@@ -154,6 +154,6 @@ class _Worker:
             return None
 
     def close(self) -> None:
-        """Lets the worker exit, and waits for it."""
+        """Ends the worker, and waits until it has exited."""
         self._process.close()
         self._process.how_it_ended()

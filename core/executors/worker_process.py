@@ -82,7 +82,7 @@ class WorkerProcess:
             self._asked.append(asked)
 
     def note_ready(self) -> None:
-        """Lets it start its first task; until then it has received none."""
+        """Sends it the tasks that were retained while it started."""
         self.ready = True
         self._at_task = AwakeClock()
         for asked in self._asked:
@@ -90,7 +90,7 @@ class WorkerProcess:
         self._asked.clear()
 
     def note_done(self, number: int) -> None:
-        """Records that it has finished a task, and lets it start the next."""
+        """Records that it has finished a task."""
         self.pending.remove(number)
         self._at_task = AwakeClock()
 
@@ -110,7 +110,7 @@ class WorkerProcess:
             self.pending.clear()
 
     def close(self) -> None:
-        """Lets it exit, which it does immediately."""
+        """Closes its pipe of tasks, so that it exits immediately."""
         with suppress(OSError):
             self._requests.close()
 

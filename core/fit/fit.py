@@ -15,7 +15,7 @@ from slipgrasp.core.fit.objective import (
     event_weights,
     run_at,
 )
-from slipgrasp.core.fit.optimiser import SAME_MINIMUM, Minimum, minimise, start_points
+from slipgrasp.core.fit.optimiser import SAME_MINIMUM, Minimum, minimise
 from slipgrasp.core.fit.problem import (
     JUMPY_UNITS,
     FitError,
@@ -41,6 +41,7 @@ from slipgrasp.core.fit.report import (
     SignalResidual,
     StartReport,
 )
+from slipgrasp.core.fit.search import scan_frictions, search_from_starts
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.trace.signals import Floats
 from slipgrasp.core.trace.trace import rows_from_start
@@ -111,9 +112,10 @@ def fit(
     reports = ProgressReports(problem, watch)
     counted = _Counted(evaluate, reports)
     objective = Objective(problem, counted)
-    minima = _search(objective, options, reports)
-    starts = _start_report(minima)
-    objective, best = _refine(objective, minima[0])
+    minima = search_from_starts(objective, options.starts, options.seed, reports)
+    best = scan_frictions(objective, minima, reports)
+    starts = _start_report(minima, best)
+    objective, best = _refine(objective, best)
     best, profiles, threshold = _profiles(objective, best, reports)
     models = _compare(problem, objective, best, options, counted, reports)
     twin = Objective(problem, evaluate_twin, weights=objective.weights)
@@ -153,20 +155,9 @@ class _Counted:
         return self._evaluate(problem, values)
 
 
-def _search(objective: Objective, options: FitOptions, reports: ProgressReports) -> list[Minimum]:
-    """The minima from all starts, lowest first."""
-    points = start_points(objective.problem.start, options.starts, options.seed)
-    minima = []
-    for number, point in enumerate(points):
-        reports.enter("searching", number / len(points))
-        minima.append(minimise(objective, point))
-        reports.improve(min(minima, key=lambda minimum: minimum.chi_squared))
-    return sorted(minima, key=lambda minimum: minimum.chi_squared)
-
-
-def _start_report(minima: Sequence[Minimum]) -> StartReport:
+def _start_report(minima: Sequence[Minimum], best: Minimum) -> StartReport:
     ends = tuple(minimum.chi_squared for minimum in minima)
-    same = sum(end - ends[0] < SAME_MINIMUM for end in ends)
+    same = sum(end - best.chi_squared < SAME_MINIMUM for end in ends)
     return StartReport(count=len(ends), same_minimum=same, chi_squared=ends)
 
 

@@ -41,7 +41,10 @@ class Minimum:
 
 
 def minimise(
-    objective: Objective, start: Floats, fixed: Mapping[int, float] | None = None
+    objective: Objective,
+    start: Floats,
+    fixed: Mapping[int, float] | None = None,
+    limits: Mapping[int, tuple[float, float]] | None = None,
 ) -> Minimum:
     """Finds the local minimum by least squares.
 
@@ -49,6 +52,7 @@ def minimise(
         objective: The objective.
         start: Scaled initial parameters.
         fixed: Fixed scaled parameters, by index.
+        limits: Limits of scaled parameters, by index; the whole range of the others.
     """
     # Deferred, because the import takes a third of a second.
     from scipy.optimize import least_squares
@@ -74,11 +78,12 @@ def minimise(
 
     if not free:
         return Minimum(whole, objective.chi_squared(whole), np.empty((0, 0)))
+    low, high = np.array([(limits or {}).get(k, (0.0, 1.0)) for k in free]).T
     found = least_squares(
         residuals,
-        np.clip(whole[free], 1e-9, 1.0 - 1e-9),
+        np.clip(whole[free], low + 1e-9, high - 1e-9),
         jacobian,
-        bounds=(0.0, 1.0),
+        bounds=(low, high),
         loss="huber",
         f_scale=OUTLIER_SIGMAS,
         xtol=_LEAST_MOVE,

@@ -38,10 +38,10 @@ _FRICTION = re.compile(r"fingers\.(\d+)\.(static_)?friction")
 
 
 class FitError(SlipgraspError):
-    """A fit that cannot be asked for; the sentence names field, value, limit and remedy.
+    """An invalid fit; the message names field, value, limit and remedy.
 
     Attributes:
-        field: The wrong input, with which the sentence begins; empty if it is no single one.
+        field: The wrong input, with which the message begins; empty if there are several.
     """
 
     def __init__(self, message: str, field: str = "") -> None:

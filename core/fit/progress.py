@@ -1,4 +1,4 @@
-"""The progress of a fit, for those who watch it."""
+"""Progress of a fit."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ class FitProgress:
     """The progress of a fit.
 
     Attributes:
-        stage: What it does, in a word or two.
-        share: Share of the stage that is done, 0 to 1.
-        evaluations: Number of different runs so far, twins apart.
+        stage: Present stage, in a few words.
+        share: Completed fraction of the stage, 0 to 1.
+        evaluations: Number of different runs so far, without those of twins.
         best: Values of the best run so far, by key; empty until the first search has ended.
         profiles: Values and rise of chi-squared there, increasing, by key, as far as computed.
         threshold: Rise of chi-squared at the ends of the intervals; None until profiles begin.
@@ -36,7 +36,7 @@ Watch = Callable[[FitProgress], None]
 
 
 class ProgressReports:
-    """Collects the progress of a fit, and reports every change of it.
+    """Collects the progress of a fit, and reports every change.
 
     Args:
         problem: The fit.
@@ -50,7 +50,7 @@ class ProgressReports:
         self._now = FitProgress()
 
     def enter(self, stage: str, share: float) -> None:
-        """Reports the stage, and the share of it that is done."""
+        """Reports the stage and its completed fraction."""
         self._report(replace(self._now, stage=stage, share=share))
 
     def count(self, evaluations: int) -> None:
@@ -58,7 +58,7 @@ class ProgressReports:
         self._report(replace(self._now, evaluations=evaluations))
 
     def improve(self, best: Minimum, threshold: float | None = None) -> None:
-        """Reports the lowest minimum so far, from which profiles begin anew."""
+        """Reports the lowest minimum so far, from which new profiles start."""
         values = self._problem.values_at(best.shares)
         named = {p.key: value for p, value in zip(self._parameters, values, strict=True)}
         known = {p.key: ((named[p.key], 0.0),) for p in self._parameters}

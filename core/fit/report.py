@@ -7,6 +7,9 @@ from typing import Any
 
 from slipgrasp.core.fit.profile import ParameterClass
 
+EXPLAINED = 1.1
+"""Chi-squared per degree of freedom up to which the noise explains the residuals."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FittedParameter:
@@ -48,13 +51,21 @@ class StartReport:
 
     Attributes:
         count: Number of starts.
-        same_minimum: Number of starts that reached the lowest minimum.
+        same_minimum: Number of starts that reached the lowest minimum; 0 if only a scan over a
+            friction found it.
         chi_squared: Final value of each start, lowest first.
     """
 
     count: int
     same_minimum: int
     chi_squared: tuple[float, ...]
+
+    @property
+    def sentence(self) -> str:
+        """How the lowest minimum was reached."""
+        if self.same_minimum == 0:
+            return f"a scan over a friction reached the minimum, none of {self.count} starts did"
+        return f"{self.same_minimum} of {self.count} starts reached the minimum"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -184,7 +195,7 @@ class FitReport:
     @property
     def explains(self) -> bool:
         """Whether the residuals are no larger than the noise, within a tenth."""
-        return self.chi_squared <= 1.1 * self.degrees_of_freedom
+        return self.chi_squared <= EXPLAINED * self.degrees_of_freedom
 
     @property
     def noise_is_smaller(self) -> bool:

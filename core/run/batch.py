@@ -1,4 +1,4 @@
-"""Many runs in parallel threads, without traces, for their metrics."""
+"""Parallel runs on several threads, for their metrics without traces."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ def simulate_many(
 ) -> Generator[RunSummary, None, None]:
     """Runs scenarios on several threads, without the GIL in the compiled part.
 
-    Scenarios are taken and results returned one by one, so that memory does not grow with their
-    number. Each result is equal to that of `simulate` for its scenario, for any number of threads.
+    Scenarios are read and results returned one by one, so that memory use does not depend on their
+    number. The results are equal to those of `simulate`, for any number of threads.
 
     Args:
         scenarios: Scenarios to simulate.

@@ -1,9 +1,9 @@
 """Compiled custom laws with bounds checks for every index, as in NumPy.
 
 An index outside its array raises IndexError instead of accessing other memory, in the function and
-in all compiled functions that it calls. Numba supports bounds checks, but the option applies to
-single functions, and functions compiled earlier, in this process or in numba's cache on disk, would
-be used without them; so each gets a checked copy here.
+in all compiled functions that it calls. Numba's option for bounds checks applies to single
+functions only, and functions compiled earlier, in this process or in numba's cache on disk, would
+be used without checks. This module therefore compiles a checked copy of each function.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ def in_python() -> Iterator[None]:
 
 @contextmanager
 def _calls_of_twins() -> Iterator[None]:
-    """Returns the type of a compiled function: in this context, that of its checked copy."""
+    """A context in which calls of compiled functions resolve to their checked copies."""
     kind: Any = types.Dispatcher
     before = kind.dispatcher
     with global_compiler_lock:
@@ -66,7 +66,7 @@ def _calls_of_twins() -> Iterator[None]:
 
 @cache
 def _twin(function: Any) -> Any:
-    """A copy of the function with checks; numba's functions, which check arguments, are kept."""
+    """Checked copy of a function; functions of numba, which check arguments, are not copied."""
     if function.py_func.__module__.partition(".")[0] == "numba":
         return function
     return type(function)(function.py_func, targetoptions=function.targetoptions | _OF_TWINS)

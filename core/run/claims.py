@@ -203,7 +203,7 @@ def _of_slip(scenario: SpatialScenario, rows: Trace, contact: int) -> Contradict
 
 
 def _agree(stated: float | None, computed: float | None) -> bool:
-    """Whether two values are equal except for rounding; flags and counts must be equal."""
+    """True if two values are equal except for rounding; flags and counts must be equal."""
     if stated is None or computed is None:
         return stated is computed
     return stated == computed or math.isclose(stated, computed, rel_tol=ROUNDING)

@@ -1,4 +1,4 @@
-"""What computes a run: segments of constant parameters, advanced in short chunks."""
+"""Computation of a run: segments of constant parameters, advanced in short chunks."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ _STEPS_PER_PIECE = 1000
 
 
 class Computation:
-    """One run in progress, advanced piece by piece; `Simulation` gives what can be read from it.
+    """A run in progress, advanced in chunks; `Simulation` adds access to its results.
 
     Attributes:
-        scenario: What is simulated.
+        scenario: Simulated scenario.
         shape: Shape of its trace.
-        outcome: How it ended, None while it goes on.
+        outcome: Outcome of the run, None while it is in progress.
     """
 
     _law: LawCode | Replay | None
@@ -73,7 +73,7 @@ class Computation:
         )
         self._size = count, len(unknowns)
         self._engine = make_engine(scenario, keeps_rows=self._keeps_trace)
-        # The kernel sets them again at the start, but a run may end before it.
+        # The kernel also sets them at the start, but a run may end before.
         self._engine.estimates[:] = [estimate.initial for estimate in scenario.estimates]
         self._run, self._outlet = self._engine.run, self._engine.outlet
         self._timetable = self._engine.timetable
@@ -86,7 +86,7 @@ class Computation:
 
     @property
     def finished(self) -> bool:
-        """Whether the run has ended."""
+        """True if the run has ended."""
         return self.outcome is not None
 
     @property
@@ -159,7 +159,7 @@ class Computation:
         self._run.begun = 0
 
     def _pack(self) -> Record:
-        """The constants of the present segment."""
+        """Constants of the present segment."""
         model, present = self._engine.pack(), self._timetable.present
         model.num_diagnostics = len(self.shape.diagnostics)
         if self._replays_all:
@@ -204,7 +204,7 @@ class Computation:
 
 
 def start_row(shape: TraceShape, scenario: Scenario) -> np.ndarray:
-    """The result of a run whose first row is not finite: its initial state."""
+    """Row with the initial state, the result of a run whose first row is not finite."""
     row = np.zeros((1, shape.num_columns))
     row[0, 1 : 1 + len(scenario.trajectory.start)] = scenario.trajectory.start
     return row

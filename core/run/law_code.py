@@ -1,7 +1,7 @@
 """Calls of a custom law by the kernel: a Python class, or a compiled function.
 
-Both get the same three named tuples: inputs, memory and outputs. Their fields are NumPy arrays in
-the memory of the run, so that a call copies nothing. docs/laws.md describes them.
+Both receive the same three named tuples: inputs, memory and outputs. Their fields are NumPy arrays
+in the memory of the run, so that a call copies no data. docs/laws.md describes them.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ import numpy as np
 
 from slipgrasp.core.exceptions import SlipgraspError
 from slipgrasp.core.kernel.compilation.cache import IN_WEBASSEMBLY, INTERPRETED
+from slipgrasp.core.kernel.compilation.compiler import require_machine_code
 from slipgrasp.core.kernel.compilation.records import Floats, Record
 from slipgrasp.core.run.checked_code import compile_checked, in_python
 from slipgrasp.core.scenario.custom_laws import CustomLaw, Diagnostic
@@ -70,6 +71,7 @@ class LawCode:
         """
         if IN_WEBASSEMBLY:
             raise SlipgraspError("custom laws need the native kernel: unset SLIPGRASP_KERNEL")
+        require_machine_code()
         self.interrupt: BaseException | None = None
         self._failure: str | None = None
         self._refusal: str | None = None
@@ -99,7 +101,7 @@ class LawCode:
         return self._failure or self._refusal or "its compiled code raised an exception"
 
     def _compile(self) -> Any:
-        """The entry point of a compiled law; if numba rejects its code, one that always fails."""
+        """Entry point of a compiled law; if numba rejects its code, one that always fails."""
         try:
             return _compiled_entry(self._law, self._compiled, self._own, self._shape)
         except Exception as error:
@@ -107,7 +109,7 @@ class LawCode:
             return _PROTOTYPE(lambda _seen, _memory, _answer: FAILED)
 
     def _guarded(self, command: Callable[..., Any]) -> Entry:
-        """A Python function for the kernel, which returns a failure as a number."""
+        """Wraps a Python function for the kernel; the wrapper returns failures as a number."""
         look, memory, out = seer(self._law, self._own, self._shape), self._memory, self._out
 
         def entry(_seen: int, _memory: int, _answer: int) -> int:
@@ -168,7 +170,7 @@ def set_parameters(law: CustomLaw | None, values: Mapping[str, float], own: Reco
 
 
 def seer(law: CustomLaw, own: Record, shape: Shape) -> Callable[[], Any]:
-    """Updates the inputs of a law at a tick: views of its arrays, and current numbers."""
+    """Returns a function that gives the inputs of a law at a tick: array views and numbers."""
     seen, kind = own.seen, own.seen.dtype
     words = np.frombuffer(seen, np.float64)
     own_names, model_names = _names(kind)
@@ -225,7 +227,7 @@ def _names(seen: np.dtype) -> tuple[tuple[str, ...], tuple[str, ...]]:
 
 @cache
 def _tuple(name: str, fields: tuple[str, ...]) -> Any:
-    """A class of named tuples, cached by names, so that compiled code is reused."""
+    """A class of named tuples, cached by its names, so that compiled code is reused."""
     return namedtuple(name, fields)
 
 
@@ -243,7 +245,7 @@ def _used(name: str, shape: Shape) -> int | None:
 
 
 def _address(entry: Any) -> int:
-    """Machine code from numba, or a Python function wrapped by ctypes."""
+    """Address of machine code from numba, or of a Python function wrapped by ctypes."""
     found = getattr(entry, "address", None)
     return ctypes.cast(entry, ctypes.c_void_p).value or 0 if found is None else int(found)
 
@@ -255,14 +257,14 @@ def _compiled_part(command: Any) -> Any:
 
 
 def _first_reason(error: Exception) -> str:
-    """The first line of numba's message, with its line in the law's file; the rest is long."""
+    """First line of numba's message, with the line in the law's file; omits the long rest."""
     lines = [line for line in str(error).splitlines() if not line.startswith("Failed in")]
     where = next((line for line in lines if line.startswith('File "')), "").rstrip(":")
     return f"{(lines or [''])[0][:_MOST_WORDS]} {where}".strip()
 
 
 def _describe_failure(error: Exception | SystemExit) -> str:
-    """Describes an exception in a sentence with the innermost line of the law's code."""
+    """Describes an exception, with the innermost line of the law's code."""
     frames = traceback.extract_tb(error.__traceback__)[1:]
     where = f" ({frames[-1].filename}, line {frames[-1].lineno})" if frames else ""
     own = [frame for frame in frames if "site-packages" not in frame.filename]
@@ -307,8 +309,8 @@ def _compiled_entry(law: CustomLaw, command: Any, own: Record, shape: Shape) -> 
 def _compile(
     command: Any, source: str, tuples: Mapping[str, Any], kinds: tuple[np.dtype, np.dtype]
 ) -> Any:
-    """Caches compiled functions by hand within a process."""
-    numba: Any = import_module("numba")  # of which it has no type stubs
+    """Compiles an entry function; cached within the process, for each kind of hand."""
+    numba: Any = import_module("numba")  # has no type stubs
     types = numba.types
     scope = {**tuples, "carray": numba.carray, "command": command}
     exec(source, scope)

@@ -48,7 +48,7 @@ class Metric:
     kind: MetricKind = "number"
 
     def single_values(self, num_contacts: int, space: Space = PLANAR) -> Iterator[Metric]:
-        """Its components: contacts by index, coordinates by letter."""
+        """Components of the metric: contacts by index, coordinates by letter."""
         labels = {
             "": ("",),
             "coordinate": space.coordinates,
@@ -135,7 +135,7 @@ class Metrics:
         return dict(zip(names, values, strict=True))
 
     def are_of(self, num_contacts: int) -> bool:
-        """Whether the metrics fit a hand with this number of contacts."""
+        """True if the metrics fit a hand with this number of contacts."""
         lists = (getattr(self, metric.name) for metric in METRICS if metric.per == "contact")
         pads = {len(self.spin_path), len(self.spin_end)}
         return pads in ({0}, {num_contacts}) and all(
@@ -217,7 +217,7 @@ def compute_metrics(run: Record, shape: TraceShape, outcome: Outcome) -> Metrics
 
 
 def _is_held(outcome: Outcome, rest: float, span: float) -> bool | None:
-    """Whether a run held the object; None if it is too short to decide.
+    """True if a run held the object; None if it is too short to decide.
 
     Args:
         outcome: Outcome of the run.
@@ -287,7 +287,7 @@ def _slip_paths(trace: Trace) -> NDArray[np.float64]:
 
 
 def _tallied_rows(trace: Trace, output_rate: float) -> NDArray[np.intp]:
-    """The rows in the kernel's accumulators: all except additional ones during short slips.
+    """Indices of the rows in the kernel's accumulators: all except additional ones inside slips.
 
     A run without a trace has no additional rows, but the same metrics.
     """

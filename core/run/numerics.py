@@ -11,17 +11,16 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Iterator
 from functools import cache
-from pathlib import Path
 from threading import Lock
 from typing import Any
 
 import numpy as np
 
-import slipgrasp.core
 from slipgrasp.core.kernel.compilation.cache import read_code, write_code
 from slipgrasp.core.kernel.compilation.compiler import OPTIONS, call
 from slipgrasp.core.kernel.compilation.entry import compile_entry
 from slipgrasp.core.kernel.compilation.normal_form import NormalForm
+from slipgrasp.core.kernel.compilation.shipped import sources_digest
 from slipgrasp.core.kernel.laws.own_law import call_law
 from slipgrasp.core.run.computation import Computation
 from slipgrasp.core.run.engine import engine_of, make_engine
@@ -40,14 +39,14 @@ PORTABLE = "numerics-"
 SAME_BITS: dict[str, tuple[str, ...]] = {}
 
 _DIGEST_BYTES = 8
-# Python 3.11 raises a SystemError where two threads parse code at the same time.
+# Python 3.11 raises a SystemError if two threads parse code at the same time.
 _ONE_AT_A_TIME = Lock()
-# They only read settings or call code outside the kernel, and compute nothing.
+# Functions that only read settings or call code outside the kernel, and compute nothing.
 _ENDS = (call, call_law, make_engine, with_values, law_number, law_of, custom_law_in)
 
 
 def same_bits(recorded: str, present: str) -> bool:
-    """Whether runs of two numerics, given by name, are equal to the last bit."""
+    """True if runs of two numerics, given by name, are equal to the last bit."""
     return recorded == present or recorded in SAME_BITS.get(present, ())
 
 
@@ -59,7 +58,8 @@ def numerics_name(space: Space) -> str:
         space: Kind of hand; each kind has separate code.
     """
     with _ONE_AT_A_TIME:
-        kept_as = f"numerics-{space.name}-{_sources_digest()}"
+        # Digests contain constants of the library, too.
+        kept_as = f"numerics-{space.name}-{np.__version__}-{sources_digest()}"
         kept = read_code(kept_as)
         if kept is not None:
             return kept.decode()
@@ -69,7 +69,7 @@ def numerics_name(space: Space) -> str:
 
 
 def compute_name(space: Space) -> str:
-    """The same, computed from the code."""
+    """Computes the name of the present numerics from the code."""
     digest = hashlib.blake2b(digest_size=_DIGEST_BYTES)
     for line in normal_form(space).lines:
         digest.update(f"{line}\n".encode())
@@ -86,11 +86,3 @@ def _roots(space: Space) -> Iterator[Any]:
     yield from (Computation._prepare, Computation.advance, Computation._pass_end)
     yield from (Computation._begin_stretch, Computation._pack, Computation._reset_estimate)
     yield engine_of(space)
-
-
-def _sources_digest() -> str:
-    """Digest of every reachable source, and of the library with its constants."""
-    digest = hashlib.blake2b(np.__version__.encode(), digest_size=2 * _DIGEST_BYTES)
-    for path in sorted(Path(slipgrasp.core.__path__[0]).rglob("*.py")):
-        digest.update(path.read_bytes())
-    return digest.hexdigest()

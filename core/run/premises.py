@@ -47,8 +47,8 @@ class Premises:
     """Assumptions and bounds of Theorems 2 to 4, one value per row of the trace.
 
     ``r_1`` of Eq. 50 excludes positions with zero gain, usually those of slips: neither V nor Q
-    depends on them, and the smallest eigenvalue of K* would always be 0. SI units throughout, added
-    as in the paper. Each attribute except ``times`` [s] has a `Signal`.
+    depends on them, and the smallest eigenvalue of K* would always be 0. Values in different SI
+    units are added as in the paper. Each attribute except ``times`` [s] has a `Signal`.
     """
 
     times: Floats
@@ -138,7 +138,7 @@ def describe_premises(result: RunResult) -> tuple[str, ...]:
 
 
 def has_premises(scenario: Scenario) -> bool:
-    """Whether the theorems apply to a scenario: its law, and constant parameters."""
+    """True if the theorems apply to a scenario: its law, and constant parameters."""
     return scenario.controller.kind in KINDS and not (scenario.changes or scenario.patches)
 
 

@@ -29,11 +29,11 @@ class Provenance:
 
     @property
     def is_portable(self) -> bool:
-        """Whether equal bits are guaranteed on every machine, not only for equal machine code."""
+        """True if equal bits are guaranteed on every machine, not only for equal machine code."""
         return self.kernel.startswith(PORTABLE)
 
     def has_bits_of(self, present: Provenance) -> bool:
-        """Whether runs of the present numerics are equal to the last bit."""
+        """True if runs of the present numerics are equal to the last bit."""
         return same_bits(self.kernel, present.kernel)
 
 

@@ -60,7 +60,7 @@ class Timetable(Generic[AnyScenario]):
 
     @property
     def is_last(self) -> bool:
-        """Whether the present segment is the last."""
+        """True if the present segment is the last."""
         return len(self._ends) == 1
 
     def end_stretch(self) -> list[Change]:

@@ -1,4 +1,4 @@
-"""A run in progress, and what can be read from it so far."""
+"""A run in progress, with access to its results so far."""
 
 from __future__ import annotations
 
@@ -146,7 +146,7 @@ class Simulation(Computation):
         return Trace.from_rows(self.shape, self.rows_from(row))
 
     def rows_from(self, row: int) -> np.ndarray:
-        """The same as rows ``(rows, shape.num_columns)``, see `Trace.to_rows`."""
+        """As `trace_from`, as rows ``(rows, shape.num_columns)``, see `Trace.to_rows`."""
         end = self.num_settled_rows
         last = rows_in(self._outlet, self.shape.num_columns)
         blocks = [*self._rows, last[: end - self._num_taken_rows]]

@@ -73,27 +73,34 @@ def run_to_end(
             simulation.end(Outcome.LIMIT, describe_wall_limit(simulation.time, wall_limit))
 
 
-def prepare_kernel(progress: Callable[[float], None] | None = None, space: Space = PLANAR) -> None:
-    """Loads the compiled kernel, and compiles it on first use; thread-safe.
+def prepare_kernel(
+    progress: Callable[[float], None] | None = None,
+    space: Space = PLANAR,
+    *,
+    machine_code: bool = False,
+) -> None:
+    """Loads the kernel; on first use compiles it, in the background if it can run meanwhile.
 
     Args:
         progress: Called with the completed fraction, 0 to 1.
         space: Kind of hand; the kernel of planar hands is always loaded.
+        machine_code: Whether to wait for the compiler, as custom laws must.
     """
     engine_of(space)
-    prepare_units(progress)
+    prepare_units(progress, machine_code=machine_code)
 
 
 def kernel_progress() -> float:
-    """Fraction of the kernel that is loaded or compiled on disk, 0 to 1."""
+    """Fraction of the kernel that can run without being compiled, 0 to 1."""
     return share_ready()
 
 
-def kernel_is_cached(space: Space = PLANAR) -> bool:
-    """Whether the kernel is compiled; otherwise the next run waits for it.
+def kernel_is_cached(space: Space = PLANAR, *, machine_code: bool = False) -> bool:
+    """Whether the next run need not wait for the compiler.
 
     Args:
         space: The kind of hand of that run.
+        machine_code: Whether it needs machine code, as with a custom law.
     """
     engine_of(space)
-    return kernel_progress() == 1.0
+    return share_ready(machine_code=machine_code) == 1.0

@@ -1,4 +1,4 @@
-"""State of a spatial hand for evaluating the paper's theorems."""
+"""Evaluation of the states of a spatial hand for the theorems of the paper."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ Floats = NDArray[np.float64]
 
 
 class SpatialTheoremHand(TheoremHand):
-    """A spatial hand: 6 + 2n coordinates, with the attitude error as rotation vector."""
+    """Spatial hand with 6 + 2n coordinates; the attitude error is a rotation vector."""
 
     def __init__(self, scenario: SpatialScenario) -> None:
         self._n, self._p = len(scenario.fingers), len(scenario.estimates)
@@ -38,7 +38,7 @@ class SpatialTheoremHand(TheoremHand):
         self._state, self._senses = make_record(STATE), make_record(SENSES)
 
     def desired_poses(self, trace: Trace) -> Floats:
-        """Desired poses of the object, ``(rows, 7)`` [m, and a unit quaternion w, x, y, z]."""
+        """Desired poses of the object, ``(rows, 7)`` [m], unit quaternion w, x, y, z."""
         poses = trace.object_pose.copy()
         poses[:, :3] += trace.tracking_error[:, :3]
         poses[:, 3:] = _turned(poses[:, 3:], trace.tracking_error[:, 3:])
@@ -78,7 +78,7 @@ class SpatialTheoremHand(TheoremHand):
         return self._work.room
 
     def _accelerated(self, forces: Floats) -> Floats:
-        """Transforms M~ to the coordinates of the law: blkdiag(I, A, I)^T M~ blkdiag(I, A, I)."""
+        """In the coordinates of the law, M~ is blkdiag(I, A, I)^T M~ blkdiag(I, A, I)."""
         work = self._work
         believed = self._inertia(work.believed_dynamics, work.believed, work.believed_system)
         found = np.zeros(self._size)
@@ -96,7 +96,7 @@ class SpatialTheoremHand(TheoremHand):
         return found
 
     def _set_phases(self, trace: Trace, k: int) -> None:
-        """The phases of a row, with the direction of every slip from its friction."""
+        """Sets the phases of a row, with slip directions from the friction forces."""
         n, discrete, phases = self._n, self._discrete, trace.phase[k]
         along = trace.tangential_force[k].reshape(n, 2)
         sizes = np.linalg.norm(along, axis=1, keepdims=True)
@@ -136,7 +136,7 @@ def _symmetric(entries: Floats) -> Floats:
 
 
 def _cross(v: Floats) -> Floats:
-    """The skew-symmetric matrix S(v): S(v) w = v x w."""
+    """Skew-symmetric matrix S(v) with S(v) w = v x w."""
     return np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
 
 

@@ -1,4 +1,4 @@
-"""States of a hand, evaluated again by the kernel for the paper's theorems."""
+"""Evaluation of the states of a hand for the theorems of the paper."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Floats = NDArray[np.float64]
 
 
 class TheoremHand(ABC):
-    """Quantities of the theorems at a state; xi contains only the rate of coordinates without K_p.
+    """Quantities of the theorems at a state; for coordinates without K_p, xi has only the rate.
 
     Args:
         law: The kernel's constants of the law.
@@ -42,7 +42,7 @@ class TheoremHand(ABC):
         self.adaptation_gains: Floats = law.adaptation_gains[:num_unknowns].copy()
         self._kept = np.append(law.position_gains[:size] > 0.0, np.full(size, True))
         self.weights: Floats = _weights(controller, size)[np.ix_(self._kept, self._kept)]
-        # The rows of P that belong to the rates.
+        # Rows of P for the rates.
         p12, p22 = np.diag(law.lyapunov_12[:size]), np.diag(law.lyapunov_22[:size])
         self._rate_rows = np.hstack([p12, p22])
         if law.couples:
@@ -58,27 +58,27 @@ class TheoremHand(ABC):
 
     @abstractmethod
     def inertia_at(self, pose: Floats) -> Floats:
-        """M~ at a pose, without slip: M~_d of Eq. 20 at the desired one."""
+        """M~ at a pose, without slip; at the desired pose, M~_d of Eq. 20."""
 
     @abstractmethod
     def _workspace(self) -> Record:
-        """The e and e' that the law has computed."""
+        """Workspace of the law, with e and e'."""
 
     @abstractmethod
     def _accelerated(self, forces: Floats) -> Floats:
-        """The estimated M~^-1 times generalised forces ``(size,)``."""
+        """Product of the estimated M~^-1 and generalised forces ``(size,)``."""
 
     @abstractmethod
     def _unmodelled(self, result: RunResult, k: int) -> Floats:
-        """tau_d of Eq. 33: effect of the error of the estimated friction."""
+        """Disturbance tau_d of Eq. 33, due to the error of the estimated friction."""
 
     def errors(self) -> Floats:
-        """Xi of the evaluated state (Eq. 41), ``(x,)``."""
+        """Errors xi of the evaluated state (Eq. 41), ``(x,)``."""
         work, size = self._workspace(), self._size
         return np.append(work.error[:size], work.error_rate[:size])[self._kept]
 
     def disturbances(self, result: RunResult, k: int) -> Floats:
-        """-2 P E M~^-1 tau_d of the evaluated row (Eq. 51), ``(x,)``."""
+        """Disturbance -2 P E M~^-1 tau_d of the evaluated row (Eq. 51), ``(x,)``."""
         moved = self._accelerated(self._unmodelled(result, k))
         return -2.0 * (moved @ self._rate_rows)[self._kept]
 

@@ -1,7 +1,7 @@
 """Trials of hints: each option in a separate run; only successful options are reported.
 
 The budget counts runs and chunks of computation, not time, so that the same run gives the same
-hints; impatient callers can stop the trials.
+hints. Callers can stop the trials at any time.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ class TriedOption:
     """A successful option.
 
     Attributes:
-        option: What to set.
+        option: The option.
         effect: Its effect, as a clause: ``held instead of lost at 0.31 s``.
     """
 
@@ -89,7 +89,7 @@ class TriedHint:
     count: int = 0
 
     def __str__(self) -> str:
-        """The hint as a sentence without capital letter and full stop."""
+        """The hint as a clause, without capital letter and full stop."""
         if not self.count:
             return str(self.hint)
         options = [f"{each.option.words} ({each.effect})" for each in self.helpful]
@@ -170,16 +170,16 @@ def _without_more(found: list[_Found]) -> list[_Found]:
 
 
 def _adds(option: Option, found: list[_Found]) -> bool:
-    """Whether an option includes everything that another successful option sets."""
+    """True if an option includes everything that another successful option sets."""
     values = option.values.items()
     return any(tried.option.values.items() < values for _, tried in found)
 
 
 class Judgement(NamedTuple):
-    """Whether a run is better than another with respect to a goal.
+    """Comparison of a run with another one with respect to a goal.
 
     Attributes:
-        helps: Whether it is better.
+        helps: True if it is better.
         cost: Value for ranking; smaller is better.
         effect: The difference as a clause.
     """
@@ -192,8 +192,9 @@ class Judgement(NamedTuple):
 def judge(before: AnyRun, after: AnyRun, goal: Goal) -> Judgement:
     """Compares a run with an option applied to the run before.
 
-    A lost object should be held. For a held object, the slip or its distance from its target should
-    decrease by a fifth, while it stays held and neither the other nor its angle grows.
+    If the goal is to hold the object, it must be held. Otherwise the slip or the distance from the
+    target, depending on the goal, must decrease by a fifth; the object must stay held, and neither
+    the other quantity nor the angle may increase.
     """
     old, new = _measure(before), _measure(after)
     effect = _effect(old, new)
@@ -303,11 +304,11 @@ class _Meter:
 
     @property
     def is_over(self) -> bool:
-        """Whether the trials should end."""
+        """True if the trials should end."""
         return self._is_stopped or self._pieces >= self._budget.pieces or self._should_stop()
 
     def begin(self) -> Stop:
-        """Stop condition of one more run, checked after every chunk."""
+        """Returns the stop condition of another run, checked after every chunk."""
         last = min(self._pieces + self._budget.pieces_per_run, self._budget.pieces)
 
         def should_stop() -> bool:

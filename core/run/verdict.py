@@ -51,7 +51,7 @@ _ENDED_EARLY = {
 
 _ENDED_BY = {"joint_limit": "Ended: a joint reached its limit"}  # by the code of the reason
 
-_HELD = "Held"  # and neither slipped far nor ended far from its target
+_HELD = "Held"  # with little slip, and close to its target
 _LEAST_FORCE = 1e-3
 _ROUNDING = 1e-6
 _NO_WAY = 1e-15  # [m]
@@ -136,13 +136,13 @@ def headline_of_end(outcome: Outcome, code: str) -> str:
 
 
 def title_of(run: RunResult | RunSummary) -> str:
-    """The title above a run: its `scenario_title`, if the run ended as the title says."""
+    """Title of a run: its `scenario_title`; empty for a preset that did not complete."""
     is_preset = run.scenario.title in _presets_by_title()
     return scenario_title(run.scenario) if run.outcome is Outcome.COMPLETED or not is_preset else ""
 
 
 def scenario_title(scenario: Scenario) -> str:
-    """The title of a scenario; empty if it is that of a preset from which the scenario differs.
+    """Title of a scenario; empty for a scenario that differs from the preset with this title.
 
     The title of a preset describes its outcome, which modified scenarios may not have.
     """
@@ -175,7 +175,7 @@ def _describe_slips(result: RunResult) -> str:
 
 
 def _describe_pyramid(result: RunResult) -> Iterator[str]:
-    """Limitation of a run with the paper's friction."""
+    """Limitation of a run with the friction pyramid of the paper."""
     if result.scenario.friction_cone == "pyramid":
         yield (
             "Friction is the paper's pyramid: a fingertip that slips along one tangent of its face "
@@ -258,10 +258,10 @@ class _Overestimate(NamedTuple):
 
     Attributes:
         finger: Name of the finger.
-        share: Fraction of its total slip until it stuck again, 0 to 1.
+        share: Fraction of the total slip up to the next stick, 0 to 1.
         estimate: Index of the estimate.
         time: Onset of the slip [s].
-        estimated: The friction that the controller estimated.
+        estimated: Estimated friction.
         true: True friction.
     """
 
@@ -305,7 +305,7 @@ def _overestimate_at_onset(result: RunResult, index: int) -> _Overestimate | Non
 
 
 def _share_of_first_slip(trace: Trace, contact: int, row: int) -> float:
-    """Fraction of its total slip that a fingertip slides from a row until it sticks."""
+    """Fraction of the total slip of a fingertip from a row until it sticks."""
     ways = np.diff(trace.slid_way[:, contact])
     rests = np.flatnonzero(trace.phase[row:, contact] == ContactPhase.STICK)
     first = ways[: row + int(rests[0])] if len(rests) else ways
@@ -319,7 +319,7 @@ def _static_over_kinetic(finger: FingerParameters | SpatialFinger) -> float:
 
 
 def _describe_estimate(found: _Overestimate) -> str:
-    """Reports the estimate of friction that led to a too small grip force and slip."""
+    """Describes the estimate of friction that led to insufficient grip force and slip."""
     if found.time == 0.0:
         return (
             f"The controller first estimated the friction as {found.estimated:.3g}; it is "
@@ -333,7 +333,7 @@ def _describe_estimate(found: _Overestimate) -> str:
 
 
 def _describe_other_estimate(result: RunResult) -> Iterator[str]:
-    """Reports the worst other estimate, if a fingertip slipped from the start.
+    """Describes the worst other estimate, if a fingertip slipped from the start.
 
     Early ends already have a cause.
     """
@@ -390,7 +390,7 @@ def _suggest(result: RunResult, found: Sequence[_Overestimate]) -> Hint:
 
 
 def _is_off(result: RunResult) -> bool:
-    """Whether the text about a held object says that it is not at its target."""
+    """True if a held object is described as not at its target."""
     body = scenario_at(result.scenario, result.end_time).object
     far = is_far_off(body, result.metrics.final_tracking_error)
     return far or any(True for _ in _describe_lasting_error(result))

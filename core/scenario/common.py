@@ -1,4 +1,4 @@
-"""What planar and spatial scenarios have in common: their lists, and names by face."""
+"""Common parts of planar and spatial scenarios: lists, and names by face."""
 
 from __future__ import annotations
 

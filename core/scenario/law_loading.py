@@ -48,7 +48,7 @@ class LawReference:
 
     Attributes:
         identity: Required name, version and digest.
-        origin: Where to find the law.
+        origin: Origin of the law.
         source: Text of its file; None for an installed package.
     """
 

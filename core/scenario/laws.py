@@ -187,10 +187,15 @@ def law_kind(name: Any) -> Any:
     return LAW_ALIASES.get(name, name) if isinstance(name, str) else name
 
 
+def law_alias(kind: str) -> str:
+    """The alias of a law; its ``kind`` if it has none."""
+    return next((alias for alias, known in LAW_ALIASES.items() if known == kind), kind)
+
+
 def law_label(kind: str) -> str:
     """Label of a law: its alias, if any, and its ``kind``."""
-    aliases = {known: alias for alias, known in LAW_ALIASES.items()}
-    return f"{aliases[kind]} ({kind})" if kind in aliases else kind
+    alias = law_alias(kind)
+    return kind if alias == kind else f"{alias} ({kind})"
 
 
 def facts_read_for(hand: Space) -> tuple[str, ...]:

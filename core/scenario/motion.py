@@ -34,7 +34,7 @@ class SetPoint:
     duration: MoveDuration
     pose: Annotated[
         tuple[Coordinate, Coordinate, Angle],
-        Quantity("Object pose (x, y, theta) at the end of the motion.", "m, m, rad"),
+        Quantity("Absolute object pose (x, y, theta) at the end of the motion.", "m, m, rad"),
     ]
 
 

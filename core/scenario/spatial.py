@@ -265,8 +265,8 @@ class SpatialSetPoint:
     pose: Annotated[
         tuple[Coordinate, Coordinate, Coordinate, Angle, Angle, Angle],
         Quantity(
-            "Position (x, y, z) at the end of the motion, and rotation vector from the initial to "
-            "the final attitude.",
+            "Absolute position (x, y, z) at the end of the motion, and rotation vector from the "
+            "initial to the final attitude.",
             "m, m, m, rad, rad, rad",
         ),
     ]

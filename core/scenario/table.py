@@ -1,17 +1,16 @@
-"""A scenario as one flat table of numbers, as compiled code and other languages read it.
+"""A scenario as one flat table of numbers, for compiled code and other languages.
 
-Which number stands where follows from the annotated fields of the scenario's parts, in their
-order; every number is a float64:
+The annotated fields of the parts of a scenario, in their order, determine the layout; every number
+is a float64:
 
-    number              itself; NaN where it is left out
+    number              the number; NaN if omitted
     true or false       1 or 0
-    choice              its place among the choices, from 0; a custom law comes last
-    text                the place in this table of the parameter that it names; NaN if none
-    number or list      the list; a single number stands in every place
-    list of any length  how many entries it has, then places for as many as it may have
+    choice              index of the choice, from 0; a custom law is the last
+    text                index in this table of the parameter with this key; NaN if none
+    number or list      the list; a single number fills the list
+    list of any length  number of items, then space for the largest number of items
 
-What happens during a run (pulses, patches, timed changes) is not in it: it says how things stand
-at an instant.
+The table describes a scenario at an instant: it excludes pulses, patches and timed changes.
 """
 
 from __future__ import annotations
@@ -49,7 +48,7 @@ Writer = Callable[[Any], Sequence[float]]
 
 
 def _layout(hint: Any) -> np.dtype:
-    """How a value with this annotation lies in the table."""
+    """Layout of a value with this annotation."""
     _, extras, base = split_hint(hint)
     if dataclasses.is_dataclass(base):
         fields = _numbers_of(typing.cast(type, base)).items()
@@ -64,7 +63,7 @@ def _layout(hint: Any) -> np.dtype:
 
 
 def _numbers_of(part: type) -> dict[str, Any]:
-    """The fields of a part that stand in the table; parameters of custom laws do not."""
+    """Fields of a part that are in the table: all except parameters of custom laws."""
     return {
         name: hint
         for name, hint in hints_of(part).items()
@@ -73,13 +72,13 @@ def _numbers_of(part: type) -> dict[str, Any]:
 
 
 def _most(extras: Sequence[Any]) -> int:
-    """How many entries a list may have."""
+    """Largest number of items of a list."""
     bounds = [extra.max_length for extra in extras if isinstance(extra, annotated_types.Len)]
     return bounds[0] or MAX_UNKNOWNS if bounds else MAX_UNKNOWNS
 
 
 def _length_of_list(base: Any) -> int:
-    """The number of places of a value that may be a list; 0 where it may not."""
+    """Largest length of a value that may be a list; 0 if it cannot be one."""
     for alternative in alternatives_of(base):
         _, extras, kind = split_hint(alternative)
         if is_tuple(kind):
@@ -91,12 +90,12 @@ TABLE = np.dtype([(name, _layout(hints_of(PlanarScenario)[name])) for name in PA
 
 
 class Place(NamedTuple):
-    """Where the numbers of a key stand, in a table of float64 numbers.
+    """Position of the numbers of a key in a table of float64 numbers.
 
     Attributes:
-        first: Place of the first.
-        shape: How many there may be along every index of the key; empty for a single number.
-        strides: How far apart they are along every index.
+        first: Index of the first number.
+        shape: Largest number of items along every index of the key; empty for a single number.
+        strides: Distance of items along every index.
     """
 
     first: int
@@ -106,7 +105,7 @@ class Place(NamedTuple):
 
 @cache
 def places() -> dict[str, Place]:
-    """Where everything stands, by dotted key with ``*`` for indices: ``fingers.*.base.*``."""
+    """Positions of all numbers, by dotted key with ``*`` for indices: ``fingers.*.base.*``."""
     return dict(_places(TABLE, "", Place(0, (), ())))
 
 
@@ -126,7 +125,7 @@ def _places(layout: np.dtype, key: str, at: Place) -> Iterator[tuple[str, Place]
 
 
 def place_of(key: str) -> int | None:
-    """Where the number of a dotted key such as ``fingers.0.friction`` stands, None if nowhere."""
+    """Index of the number of a dotted key such as ``fingers.0.friction``; None if not in it."""
     parts = key.split(".")
     indices = [int(part) for part in parts if part.isdigit()]
     place = places().get(".".join("*" if part.isdigit() else part for part in parts))
@@ -136,14 +135,14 @@ def place_of(key: str) -> int | None:
 
 
 def choices_of(part: type, name: str) -> tuple[str, ...]:
-    """The choices of a field, in the order in which the table numbers them."""
+    """Choices of a field, in the order of their numbers in the table."""
     quantity, _, base = split_hint(hints_of(part)[name])
-    # Custom laws share the number after these.
+    # Custom laws share the next number.
     return tuple(CONTROL_LAWS) if quantity and quantity.choices else _choices(base)
 
 
 def choice_fields() -> dict[str, tuple[str, ...]]:
-    """The choices of every field that has some, by dotted key with ``*`` for indices."""
+    """Choices of all fields with choices, by dotted key with ``*`` for indices."""
     found = {}
     for name in PARTS:
         _, _, base = split_hint(hints_of(PlanarScenario)[name])
@@ -155,10 +154,10 @@ def choice_fields() -> dict[str, tuple[str, ...]]:
 
 
 def write_table(scenario: PlanarScenario, table: NDArray[np.float64]) -> None:
-    """Writes the numbers of a scenario into a table that is all zero.
+    """Writes the numbers of a scenario to an all-zero table.
 
     Args:
-        scenario: What is written.
+        scenario: The scenario.
         table: ``(TABLE.itemsize // 8,)``.
     """
     for block in _blocks():
@@ -167,7 +166,7 @@ def write_table(scenario: PlanarScenario, table: NDArray[np.float64]) -> None:
 
 @cache
 def _blocks() -> tuple[Callable[[PlanarScenario, NDArray[np.float64]], None], ...]:
-    """What writes the table: numbers that lie side by side at once, and every list by itself."""
+    """Functions that write the table: one per block of adjacent numbers, and one per list."""
     hints = hints_of(PlanarScenario)
     blocks = []
     for name in PARTS:
@@ -192,7 +191,7 @@ def _is_list(hint: Any) -> bool:
 def _plain_block(
     name: str, part: type, fields: list[str]
 ) -> Callable[[PlanarScenario, NDArray[np.float64]], None]:
-    """Writes numbers of a part that lie side by side."""
+    """Creates the function that writes adjacent numbers of a part."""
     first = [at for key, at in places().items() if key.split(".")[:2] == [name, fields[0]]]
     start = first[0].first
     get, write = attrgetter(name), _part_writer(part, fields)
@@ -205,7 +204,7 @@ def _plain_block(
 
 
 def _list_block(key: str, hint: Any) -> Callable[[PlanarScenario, NDArray[np.float64]], None]:
-    """Writes a list of any length."""
+    """Creates the function that writes a list of any length."""
     start = places()[f"{key}.count"].first
     get, write = attrgetter(key), _writer(typing.get_args(split_hint(hint)[2])[0])
     assert write is not None, f"{key} is a list of plain numbers"
@@ -223,10 +222,10 @@ def _list_block(key: str, hint: Any) -> Callable[[PlanarScenario, NDArray[np.flo
 
 
 def _part_writer(part: type, fields: list[str]) -> Writer:
-    """Writes fields of a part one after another."""
+    """Creates the function that returns the numbers of fields of a part."""
     hints, get = hints_of(part), attrgetter(*fields)
     special = [(k, w) for k, name in enumerate(fields) if (w := _writer(hints[name])) is not None]
-    # From the last one on: what one writes does not move those that are still to come.
+    # In reverse order, so that inserted numbers do not shift the following fields.
     special.reverse()
 
     def write(node: Any) -> list[float]:
@@ -239,7 +238,7 @@ def _part_writer(part: type, fields: list[str]) -> Writer:
 
 
 def _writer(hint: Any) -> Writer | None:
-    """What gives the numbers of a value with this annotation; None for a plain number."""
+    """Function that returns the numbers of a value with this annotation; None for a number."""
     quantity, extras, base = split_hint(hint)
     if quantity is not None and quantity.choices is not None:
         return lambda kind: (float(law_number(kind)),)

@@ -104,15 +104,24 @@ class MarginError(SlipgraspError):
         held: Whether the object is held at both ends.
         between: The first scanned value with a different outcome, None if there is none.
         runs: Number of runs.
+        are_equal: Whether the metrics of all runs are equal.
     """
 
     def __init__(
-        self, ends: tuple[float, float], *, held: bool, between: float | None, runs: int
+        self,
+        ends: tuple[float, float],
+        *,
+        held: bool,
+        between: float | None,
+        runs: int,
+        are_equal: bool = False,
     ) -> None:
         self.ends, self.held, self.between, self.runs = ends, held, between, runs
         start, stop = ends
         found = f"held at {'both ends' if held else 'neither end'}, {start:.6g} and {stop:.6g}"
-        if between is None:
+        if are_equal:
+            super().__init__(f"{found}, and makes no difference: all metrics are equal")
+        elif between is None:
             super().__init__(f"{found}: widen the range")
         else:
             word = "not held" if held else "held"
@@ -211,6 +220,7 @@ class _Probe:
         self.span = span
         self._most_slip = most_slip
         self.runs = 0
+        self._metrics: set[str] = set()
         self._planned = planned
         self._progress = progress
 
@@ -228,8 +238,14 @@ class _Probe:
             for run in runs:
                 held = _known(run.metrics.held, run.scenario)
                 flags.append(held and max(run.metrics.slip_path) <= self._most_slip)
+                self._metrics.add(repr(run.metrics))
                 self._count_run()
         return flags
+
+    @property
+    def are_equal(self) -> bool:
+        """Whether all runs so far have equal metrics."""
+        return len(self._metrics) == 1
 
     def simulate(self, value: float) -> RunResult:
         """The complete run at a value."""
@@ -269,7 +285,9 @@ def _scan(probe: _Probe, values: list[float]) -> list[Border]:
     if flags[0] == flags[-1]:
         differing = (v for v, held in zip(values, flags, strict=True) if held != flags[0])
         ends, between = (values[0], values[-1]), next(differing, None)
-        raise MarginError(ends, held=flags[0], between=between, runs=probe.runs)
+        raise MarginError(
+            ends, held=flags[0], between=between, runs=probe.runs, are_equal=probe.are_equal
+        )
     found = list(zip(values, flags, strict=True))
     return list(_borders(found if flags[0] else found[::-1]))
 

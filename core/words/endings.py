@@ -166,7 +166,7 @@ def hint_for(reason: Reason, start: Scenario, present: Scenario, last: Trace) ->
     """The hint for a reason, with its options; only its text if the reason has an unknown code.
 
     Args:
-        reason: Why a run ended early.
+        reason: Reason of an early end.
         start: Initial parameters.
         present: Final parameters.
         last: Last row of the trace; empty if a run ended before its first one.
@@ -182,7 +182,7 @@ def describe_circumstances(
     """Further causes of an ending that the controller could not prevent, as clauses.
 
     Args:
-        reason: Why a run ended early; its message in a recording does not change.
+        reason: Reason of an early end; its message in a recording does not change.
         start: Initial parameters.
         present: Final parameters.
         last: Last row of the trace; empty if a run ended before its first one.

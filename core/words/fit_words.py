@@ -1,4 +1,4 @@
-"""What a fit found of a parameter, in words."""
+"""Result of a fit for a parameter, in words."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from slipgrasp.core.words.parameter_words import unit_after
 def interval_words(
     kind: str, value: float | None, low: float | None, high: float | None, unit: str
 ) -> str:
-    """The estimate with its 95 % interval, or what the data say instead.
+    """The estimate with its 95 % interval, or the sides on which the data bound it.
 
     Args:
         kind: Which sides the data bound, a class of a fitted parameter.
         value: The estimate; None unless they bound both sides.
-        low: Lower end of the interval; None where there is none.
-        high: Upper end, likewise.
+        low: Lower end of the interval, if bounded.
+        high: Upper end of the interval, if bounded.
         unit: Its SI unit.
     """
     after = unit_after(unit)

@@ -42,7 +42,7 @@ class Hint:
 
     Attributes:
         options: Alternatives, the most successful first; without trials only the first few that
-            leave nothing open are shown, with trials all of them.
+            set specific values are shown, with trials all of them.
         purpose: Purpose, such as ``for less slip``; empty if it is obvious.
         instead: Changes outside the controller; empty if there are none.
         goal: Criterion of success.
@@ -68,7 +68,7 @@ class Hint:
 
     @property
     def trials(self) -> tuple[Option, ...]:
-        """Every option that leaves nothing open, once."""
+        """Every option with specific values, once."""
         options = (*self.options, *self.risky)
         return tuple({option.words: option for option in options if option.values}.values())
 

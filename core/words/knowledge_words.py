@@ -127,7 +127,7 @@ def _link_masses(scenario: Scenario, keys: Sequence[str]) -> Iterator[str]:
 
 
 def _mistakes(scenario: Scenario, known: Knowledge) -> Iterator[str]:
-    """Whether the model has a parameter wrong, or lacks it."""
+    """Yields the parameters that are wrong in the model, or missing from it."""
     for kind, members in _by_kind(known.mistaken).items():
         how = "wrong in its model" if kind.startswith("link") else "not in its model"
         yield from (f"{name} ({how})" for name in _names(scenario, members))

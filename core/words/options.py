@@ -146,7 +146,7 @@ def _initial(index: int) -> str:
 
 
 def _beliefs(scenario: Scenario, wanted: Mapping[int, float]) -> dict[str, float]:
-    """Initial estimates as close to the wanted ones as their bounds allow, by dotted key.
+    """Initial estimates as close to the desired ones as their bounds allow, by dotted key.
 
     The bounds are applied last, because rounding after them could exceed them.
     """

@@ -22,7 +22,7 @@ extensions = [
     "live",
 ]
 root_doc = "docs/site/index"
-# Pages are written to be read in the repository too; links between them hold in both places.
+# Pages can also be read in the repository; links between them work in both places.
 include_patterns = ["*.md", "docs/**.md"]
 exclude_patterns = ["build", ".venv"]
 myst_enable_extensions = ["dollarmath"]
@@ -40,19 +40,19 @@ napoleon_use_ivar = True
 suppress_warnings = ["myst.header", "misc.highlighting_failure"]
 
 
-# What the pages' own HTML points at, Sphinx does not know: other pages, and pictures.
+# Targets of the HTML in pages, which Sphinx does not process: other pages, and images.
 
 
 def point_at_pages(
     app: Sphinx, page: str, template: str, context: dict[str, Any], tree: object
 ) -> None:
-    """Lets links to files of Markdown lead to the pages made of them."""
+    """Changes links to Markdown files to the pages made from them."""
     if "body" in context:
         context["body"] = re.sub(r'(href="(?!\w+:)[^"#]+)\.md\b', r"\1.html", context["body"])
 
 
 def complete(app: Sphinx, error: Exception | None) -> None:
-    """Adds the pictures, and a first page that leads to the index."""
+    """Adds the images, and a first page that redirects to the index."""
     if error is None:
         shutil.copytree(ROOT / "docs" / "images", app.outdir / "docs/images", dirs_exist_ok=True)
         first = f'<meta http-equiv="refresh" content="0; url={root_doc}.html">'

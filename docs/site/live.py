@@ -1,6 +1,6 @@
 """Live pages of the site: each ``slipgrasp page`` of the docs, and each preset of the gallery.
 
-They are written when the site is built, and share what does not depend on their scenarios.
+They are written when the site is built, and share the parts that do not depend on scenarios.
 """
 
 import contextlib
@@ -40,7 +40,7 @@ def add_links(app: Sphinx, page: str, source: list[str]) -> None:
 def point_at_live_pages(
     app: Sphinx, page: str, template: str, context: dict[str, Any], tree: object
 ) -> None:
-    """Lets links to presets, and to their pictures in the gallery, open live pages."""
+    """Changes links to presets, and to their images in the gallery, to live pages."""
 
     def address(link: re.Match[str]) -> str:
         target = FOLDER / f"{link[1] or link[2]}.html"

@@ -1,12 +1,12 @@
-"""Three ways in which the field answers slip, as laws that run in slipgrasp.
+"""Three published responses to slip, as laws for slipgrasp.
 
     slipgrasp run composite-case-2 --law examples/laws/field.py:ReactiveForce
 
-Only how hard each of them squeezes is its authors'. Their grippers hold their fingers in position,
-ours are driven by torque: all three therefore carry the object like the built-in law pd-gravity,
-by feedback, its weight and that of the links. Written from papers and published parameters; no code
-was copied; this file has the licence of slipgrasp. What could not be read, or does not fit a planar
-point contact, is our choice, and is marked [C].
+Only the grip forces are those of the authors. Their grippers control finger positions, ours are
+driven by torque: all three laws therefore carry the object like the built-in law pd-gravity, by
+feedback and compensation of its weight and that of the links. Written from papers and published
+parameters, without copied code; this file has the licence of slipgrasp. Choices of ours, where
+details are unpublished or do not apply to a planar point contact, are marked [C].
 """
 
 import numba
@@ -15,7 +15,7 @@ import numpy as np
 from slipgrasp import LawParameter
 
 SWEEPS = 500  # of the quadratic program
-NO_ROOM = 1e-12  # square of a direction that no internal force has
+NO_ROOM = 1e-12  # squared length below which there is no internal force
 
 
 @numba.njit
@@ -29,7 +29,7 @@ def wrench_of(arm, forces):
 
 @numba.njit
 def add_least_forces(arm, wrench, forces):
-    """Adds the smallest forces that have a wrench, W^+ w."""
+    """Adds the smallest forces with a given wrench, W^+ w."""
     n, middle_x, middle_y = len(arm), arm[:, 0].mean(), arm[:, 1].mean()
     ax, ay = wrench[0] / n, wrench[1] / n
     spread = ((arm[:, 0] - middle_x) ** 2).sum() + ((arm[:, 1] - middle_y) ** 2).sum()
@@ -41,20 +41,20 @@ def add_least_forces(arm, wrench, forces):
 
 @numba.njit
 def make_internal(arm, forces):
-    """Projects forces into the null space of the grasp: what is left moves nothing."""
+    """Projects forces into the null space of the grasp, where they do not move the object."""
     fx, fy, moment = wrench_of(arm, forces)
     add_least_forces(arm, (-fx, -fy, -moment), forces)
 
 
 @numba.njit
 def carry(seen, squeeze, out):
-    """Torques by which the hand carries the object, with an internal force.
+    """Torques that carry the object, with an internal force.
 
     Args:
-        seen: What the law sees.
-        squeeze: ``(n, 2)`` forces of which the internal part is used [N]; the contact forces
-            that are asked for are written here, inertial frame.
-        out: The torque is written here.
+        seen: Inputs of the law.
+        squeeze: ``(n, 2)`` forces of which the internal part is used [N]; replaced by the commanded
+            contact forces, inertial frame.
+        out: Output of the torque.
     """
     model = seen.model
     masses = (model.object_mass, model.object_mass, model.object_inertia)
@@ -95,10 +95,10 @@ def least_internal_step(arm, rows, bounds, step):
         arm: ``(n, 2)`` from the centre of mass to the contacts [m].
         rows: ``(k, n, 2)``, overwritten by their internal parts.
         bounds: ``(k,)``.
-        step: ``(n, 2)``, the answer, inertial frame [N].
+        step: ``(n, 2)``, output of the force, inertial frame [N].
 
     Returns:
-        Whether there is one: False where the bounds contradict each other.
+        Whether it exists: False if the bounds contradict each other.
     """
     squares, multipliers = np.empty(len(rows)), np.zeros(len(rows))
     step[:] = 0.0
@@ -124,11 +124,11 @@ def least_internal_step(arm, rows, bounds, step):
 
 @numba.njit
 def _ask_for_step(seen, growth, force):
-    """Rows and bounds of one step: slipping contacts by a share more, the others no less."""
+    """Rows and bounds of one step: larger normal forces in slip, no smaller ones elsewhere."""
     n, limit = len(seen.slip), seen.model.torque_limit
     count = n if np.isinf(limit) else 5 * n
     rows, bounds = np.zeros((count, n, 2)), np.zeros(count)
-    # Numbers one by one: a slice that is assigned takes seconds to compile.
+    # Number by number, because assignment to a slice takes seconds to compile.
     for i in range(n):
         for axis in range(2):
             rows[i, i, axis] = seen.contact_normal[i, axis]
@@ -175,15 +175,15 @@ def _react(seen, memory, out):
 
 
 class ReactiveForce:
-    """Upon slip, one step of internal force from a quadratic program; no force sensor, no friction.
+    """Steps of internal force upon slip, by a quadratic program without measured force or friction.
 
-    T. Ayral, S. Aloui, M. Grossard, *Reactive Slip Control*, arXiv 2602.16127 (ICRA 2026). Theirs:
-    slip yes or no per finger, the null space of the grasp matrix, a program that keeps the wrench
-    within the limits of the joints. [C]: the least step whose normal force grows by ``growth``
-    where a contact slips and falls nowhere; then a ``pause`` of their loop, 40 ms; no release.
-    With two opposed fingers the null space is one number: both squeeze by ``growth``. Their delays
-    belong to the world: slip is found after 20.4 ms on average, with a deviation of 6 ms, and 17 ms
-    later the torque acts.
+    T. Ayral, S. Aloui, M. Grossard, *Reactive Slip Control*, arXiv 2602.16127 (ICRA 2026). From the
+    paper: binary slip per finger, the null space of the grasp matrix, a program that keeps the
+    wrench within the limits of the joints. [C]: the smallest step that increases the normal forces
+    of slipping contacts by ``growth`` and decreases none; then a ``pause`` of their loop, 40 ms; no
+    release. With two opposed fingers the null space has one dimension: both forces grow by
+    ``growth``. Their delays are settings of the scenario: slip is detected after 20.4 ms on
+    average, with a deviation of 6 ms, and the torque acts 17 ms later.
     """
 
     name = "reactive-force"
@@ -234,17 +234,17 @@ def _grip_as_learnt(seen, memory, out):
 
 
 class LearntFriction:
-    """A grip of twice what the measured contact force needs, with friction learnt while it slips.
+    """A grip of twice the force that the measured load requires, with friction learnt during slip.
 
     G. Waltersson, Y. Karayiannidis, *Slip-aware object manipulation with parallel grippers*, arXiv
     2410.19660 (IJRR); parameters as in their repository Gabrieleenx/Slip-Aware-Object-
-    Manipulation-with-Parallel-Grippers (GPL-3; nothing of it is copied). Theirs: the grip
-    max(|f_t|/mu, 2 N) times 2 and 100 N s/m of slip velocity, up at once, down by 5 % per sample;
-    friction from samples above 2 mm/s and 1 N. They learn it in a slide before, as a line over the
-    speed; [C]: in the run itself, as the mean ratio, for friction here does not depend on speed;
-    ``first_friction`` until then, and the finger that needs most decides. Noise of the slip
-    velocity above ``least_speed`` makes samples of contacts that stick. Made for two opposed
-    fingers.
+    Manipulation-with-Parallel-Grippers (GPL-3; no code is copied). From the paper: the grip
+    max(|f_t|/mu, 2 N) times 2 plus 100 N s/m times the slip velocity, which increases immediately
+    and decreases by 5 % per sample; friction from samples above 2 mm/s and 1 N. They learn it in a
+    previous slide, as a line over the speed; [C]: during the run, as the mean ratio, because
+    friction here does not depend on speed; ``first_friction`` until then; the finger with the
+    largest required force determines the grip. Noise of the slip velocity above ``least_speed``
+    gives false samples of sticking contacts. Made for two opposed fingers.
     """
 
     name = "learnt-friction"
@@ -282,7 +282,7 @@ STIFFNESS, BRISTLE_DAMPING = 1e4, 4.0  # sigma_0 [N/m], sigma_1 [N s/m]
 def observe_slip(state, covariance, force, most, mass, period, noise, drift):
     """One step of an extended Kalman filter on the LuGre model of one contact.
 
-    v' = (f - sigma_0 z - sigma_1 v) / m and z' = v - sigma_0 |v| z / f_max, of which the friction
+    v' = (f - sigma_0 z - sigma_1 v) / m and z' = v - sigma_0 |v| z / f_max, where the friction
     sigma_0 z + sigma_1 v is measured as f.
 
     Args:
@@ -290,10 +290,10 @@ def observe_slip(state, covariance, force, most, mass, period, noise, drift):
         covariance: ``(2, 2)``, updated.
         force: Tangential force f, measured [N].
         most: f_max, friction times normal force [N].
-        mass: m, of the object's share [kg].
-        period: Since the step before [s].
+        mass: m, the part of the object's mass [kg].
+        period: Time since the previous step [s].
         noise: Standard deviation of the measured force [N].
-        drift: Standard deviation of the velocity that the model misses, per second [m/s^2].
+        drift: Standard deviation of unmodelled velocity, per second [m/s^2].
     """
     v, z = state
     a00, a01 = 1.0 - period * BRISTLE_DAMPING / mass, -period * STIFFNESS / mass
@@ -342,19 +342,19 @@ def _grip_as_observed(seen, memory, out):
 
 
 class ObservedSlip:
-    """A static grip from the measured force, and a dynamic one from slip that an observer sees.
+    """A static grip from the measured force, and a dynamic grip from observed slip.
 
     A. Cavallo, G. De Maria, C. Natale, S. Pirozzi, *Slipping detection and avoidance based on
     Kalman filter*, Mechatronics (2014); M. Costanzo, G. De Maria, C. Natale, Applied Sciences
-    13(2) 921 (2023); parameters as published at marcocostanzo/slipping_control. Theirs: 1.1
-    |f_t|/mu with a friction that is given, at least 1 N; on top the slip velocity through P 13 and
-    a leaky integral of gain 50 and static gain 35, at most 10 N; a Kalman filter on the LuGre
-    model. [C]: one filter per finger with its share of the mass; translation for rotation, by a
-    ``radius`` of 1 cm, with the stiffness 10 kN/m and the same ratio of damping to it;
-    semi-implicit steps at the period of control (theirs: 2 kHz); noises. Friction here is rigid
-    Coulomb friction without their bristles: a slip whose force stays below the friction that is
-    believed is not observed. Made for two opposed fingers: with more, the grip itself loads the
-    contacts along their faces, and the static grip may run away.
+    13(2) 921 (2023); parameters as published at marcocostanzo/slipping_control. From the papers:
+    1.1 |f_t|/mu with a given friction, at least 1 N; in addition the slip velocity times 13, and
+    its leaky integral of gain 50 and static gain 35, at most 10 N; a Kalman filter on the LuGre
+    model. [C]: one filter per finger with its part of the mass; translation instead of rotation, by
+    a ``radius`` of 1 cm, with the stiffness 10 kN/m and the same ratio of damping to stiffness;
+    semi-implicit steps at the control period (theirs: 2 kHz); noises. Friction here is rigid
+    Coulomb friction without bristles: a slip with a force below the assumed friction is not
+    observed. Made for two opposed fingers: with more, the grip itself loads the contacts along
+    their faces, and the static grip may grow without bound.
     """
 
     name = "observed-slip"

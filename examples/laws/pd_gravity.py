@@ -4,7 +4,7 @@
     slipgrasp run composite-case-2 --law examples/laws/pd_gravity.py:CompiledPdGravity
 
 PD control of the object, its weight, the weight of the links, and a fixed grip: the fingertips
-share the wrench with the least forces on top of the grip.
+exert the wrench with the smallest forces in addition to the grip.
 """
 
 import numba
@@ -49,7 +49,7 @@ def command(seen, memory, out):
 
 
 class PdGravity:
-    """PD control, the believed weight, and a fixed grip, in Python."""
+    """PD control, the assumed weight, and a fixed grip, in Python."""
 
     name = "my-pd"
     version = "1"
@@ -60,7 +60,7 @@ class PdGravity:
 
 
 class CompiledPdGravity:
-    """PD control, the believed weight, and a fixed grip, compiled."""
+    """PD control, the assumed weight, and a fixed grip, compiled."""
 
     name = "my-compiled-pd"
     version = "1"

@@ -134,7 +134,7 @@ def _acting(scenario: Scenario, t: float) -> tuple[Any, ...]:
         if is_there(patch, t)
     ]
     factors = {_factor_key(i) for i in range(len(scenario.patches))}
-    # An estimate that is set anew may have had another value before.
+    # An estimate that is set again may have had another value before.
     resets = [c for c in changes if c.time == t and c.parameter.startswith("estimates.")]
     return (
         sorted((p.force, p.moment) for p in pulses),

@@ -239,7 +239,7 @@ def _shown(value: Any) -> str | float | int:
 
 
 def _how_far(pair: RunPair) -> str:
-    """Whether the new simulation continues, as it must for a run that was stopped early."""
+    """Outcome of the new simulation; ``cut short`` if it continues beyond the recorded run."""
     ended = pair.computed.outcome is not Outcome.STOPPED
     has_no_more = len(pair.computed.trace) <= len(pair.recorded.trace)
     return pair.computed.outcome.value if ended and has_no_more else "cut short"

@@ -1,1 +1,1 @@
-"""Scenarios as scenes of other engines, with the answer that slipgrasp expects of them."""
+"""Scenarios as scenes for other engines, with the expected motion."""

@@ -1,8 +1,8 @@
-"""The torques that drive a scene in another engine, and the motion that is expected of it.
+"""The torques for a scene in another engine, and the expected motion.
 
-Torques are played open loop: nothing corrects the engine. A squeezed object is an unstable plant,
-which turns away between the tips like a rod that buckles, so only the first tenths of a second
-compare the engines and not this instability.
+Torques are applied open loop, without correction. A squeezed object is an unstable plant, which
+rotates between the tips like a buckling rod, so only the first tenths of a second compare the
+engines rather than this instability.
 """
 
 from __future__ import annotations
@@ -20,16 +20,16 @@ from slipgrasp.core.trace.trace import Trace
 
 Floats = NDArray[np.float64]
 
-STEP = 1e-4  # of the other engine [s]
 DURATION = 0.2  # [s]
-OUTPUT_RATE = 1e4  # [Hz]; between its rows torques bend by less than 1e-5 of their size
+OUTPUT_RATE = 1e4  # [Hz]; between rows, torques deviate from a line by less than 1e-5 of their size
 _ROWS = 30  # stated instants
-# MuJoCo needs at most two thirds of these, for the presets in tests/outside/test_scene_command.py.
+_INSTANT = 1e-9  # beyond the rounding of times [s]
+# For the presets in tests/outside, MuJoCo needs at most two thirds of these, Drake three quarters.
 _SHARE_OF_SLIP, _LEAST = 2e-3, 1e-5  # [1, m]
 
 
 def record_densely(scenario: Scenario, duration: float) -> RunResult:
-    """A run whose torques can be played back.
+    """A run whose torques can be replayed.
 
     Args:
         scenario: The hand and its object.
@@ -43,11 +43,16 @@ def mean_torques(result: RunResult, step: float) -> Floats:
     """Mean joint torque over each step of an engine, shape ``(steps, joints)`` [N m].
 
     The mean has the impulse of the recorded torque. Two rows at one time (an event, at
-    which the torque jumps) enclose no time and so need no case of their own.
+    which the torque jumps) have no duration and need no special case.
     """
     trace, ticks = result.trace, result.ticks
     if ticks:
-        times, torques = np.append(ticks.times, trace.times[-1]), ticks.commands
+        # A held torque acts after the latency and within the limits, as in the rows.
+        acting = ticks.times + result.scenario.controller.latency
+        times = np.array(
+            [0.0, *acting[(acting > 0.0) & (acting < trace.times[-1])], trace.times[-1]]
+        )
+        torques = trace.joint_torque[np.searchsorted(trace.times, times[1:] - _INSTANT) - 1]
     else:
         times, torques = trace.times, 0.5 * (trace.joint_torque[1:] + trace.joint_torque[:-1])
     areas = np.diff(times)[:, None] * torques
@@ -58,20 +63,25 @@ def mean_torques(result: RunResult, step: float) -> Floats:
 
 
 def interpolate(trace: Trace, signal: Floats, times: Floats) -> Floats:
-    """A signal at some times, shape ``(times, columns)``."""
+    """A signal at given times, shape ``(times, columns)``."""
     return np.stack([np.interp(times, trace.times, column) for column in signal.T], axis=1)
 
 
-def expected_answer(result: RunResult) -> dict[str, Any]:
-    """Torques per step, and slips, forces and phases at stated times, as plain values, SI units."""
-    trace, torques = result.trace, mean_torques(result, STEP)
+def expected_answer(result: RunResult, step: float) -> dict[str, Any]:
+    """Torques per step, and slips, forces and phases at stated times, as plain values, SI units.
+
+    Args:
+        result: A run that starts from rest, densely stored.
+        step: Time step of the engine [s].
+    """
+    trace, torques = result.trace, mean_torques(result, step)
     steps = np.linspace(0, len(torques), _ROWS + 1).round().astype(int)[1:]
-    times = STEP * steps
+    times = step * steps
     signals = ("slip", "normal_force", "tangential_force")
     largest = float(np.abs(trace.slip).max())
     return {
         "scenario": result.name,
-        "step": STEP,
+        "step": step,
         "torques": torques.tolist(),
         "times": times.tolist(),
         **{name: interpolate(trace, getattr(trace, name), times).tolist() for name in signals},

@@ -111,7 +111,7 @@ class IsolatedRuns:
         """Simulates a run.
 
         Args:
-            scenario: What to simulate.
+            scenario: Scenario to simulate.
             should_stop: Called about 20 times a second; True ends the run as ``stopped``.
         """
         return self._do(self._task(scenario), should_stop, _ignore)[0]

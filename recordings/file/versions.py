@@ -5,20 +5,20 @@ from __future__ import annotations
 from slipgrasp.core.scenario.space import PLANAR, SPATIAL
 
 PLANAR_FORMATS, SPATIAL_FORMATS, SOFT_FORMATS = (1, 2, 3, 4, 5, 7), (6, 8), (9,)
-"""Of planar hands, spatial hands, and spatial hands with soft fingertips, in the order of time.
+"""Formats of planar hands, spatial hands, and those with soft fingertips, oldest first.
 
-A kind of hand gets a new format when the reader before could not read a file correctly.
+A kind of hand gets a new format if older readers would not read its files correctly.
 """
 
 PLANAR_FORMAT, SPATIAL_FORMAT, SOFT_FORMAT = (
     formats[-1] for formats in (PLANAR_FORMATS, SPATIAL_FORMATS, SOFT_FORMATS)
 )
-"""The formats that are written."""
+"""The formats of new files."""
 
 FORMATS = {PLANAR: PLANAR_FORMAT, SPATIAL: SPATIAL_FORMAT}
 
 FORMAT_VERSION = max(PLANAR_FORMAT, SPATIAL_FORMAT, SOFT_FORMAT)
-"""The newest that is read."""
+"""The newest format that can be read."""
 
 FIRST_FORMAT_WITH_SHA256 = 3
 """Earlier formats hashed samples with BLAKE2b, which is slower on processors with SHA-256."""

@@ -55,7 +55,7 @@ CHUNK_BYTES = 1 << 18
 MAX_PER_CHUNK = 4096
 
 REGULAR_SUFFIX = ".regular.part"
-"""Suffix of a file while it is laid out again."""
+"""Suffix of a file while it is rewritten in full chunks."""
 
 
 def write_recording(
@@ -98,8 +98,8 @@ class RecordingWriter:
     """Writes one recording; an error in its ``with`` block leaves no complete file.
 
     Samples are buffered until they fill a chunk, so that equal runs give equal files for any
-    sizes of the appended blocks. `flush` writes a chunk before it is full; the file is then laid
-    out again before it gets its final name.
+    sizes of the appended blocks. `flush` writes a chunk before it is full; the file is then
+    rewritten in full chunks before it gets its final name.
 
     Args:
         path: The file to write.
@@ -222,7 +222,7 @@ class RecordingWriter:
         self._result = result
 
     def _publish(self, part: Path, path: Path) -> None:
-        """Renames the file to its final name, in the layout that equal runs have.
+        """Renames the file to its final name, in full chunks if it was flushed.
 
         If the process is killed meanwhile, the same file can be recovered from the part.
         """

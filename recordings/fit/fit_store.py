@@ -1,4 +1,4 @@
-"""The folder of fits: ``fits/ID.json`` is a request and how it ended, ``fits/ID/`` its files."""
+"""Folder of fits: ``fits/ID.json`` has a request and its end, ``fits/ID/`` the files of the fit."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ EndState = Literal["completed", "cancelled", "failed"]
 
 
 class FitNotFoundError(RecordingNotFoundError):
-    """There is no such fit."""
+    """The fit does not exist."""
 
     def __init__(self, fit_id: str) -> None:
         super().__init__(fit_id)
@@ -40,12 +40,12 @@ class FitNotFoundError(RecordingNotFoundError):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FitEnd:
-    """How a fit ended.
+    """End of a fit.
 
     Attributes:
         state: ``completed`` if it has a report.
-        evaluations: Number of its runs, twins apart.
-        message: Why it has no report, in a sentence.
+        evaluations: Number of its runs, without those of twins.
+        message: Reason why it has no report, in a sentence.
     """
 
     state: EndState
@@ -60,11 +60,11 @@ class StoredFit:
     Attributes:
         id: Its id, twelve letters and digits.
         created: When it was requested, ISO 8601 in UTC.
-        request: What is fitted.
+        request: Request of the fit.
         end: Its end; None while it is unfinished.
         idempotency_key: Idempotency key of its request; may be empty.
         request_digest: Digest of that request.
-        finding: Why it cannot be read; always empty.
+        finding: Reason why it cannot be read; always empty.
     """
 
     id: str
@@ -77,7 +77,7 @@ class StoredFit:
 
 
 class FitStore:
-    """Keeps fits in a folder of the data directory.
+    """Stores fits in a folder of the data directory.
 
     Args:
         data_directory: The folder of the runs.
@@ -93,7 +93,7 @@ class FitStore:
     def create(
         self, request: FitRequest, *, idempotency_key: str = "", request_digest: str = ""
     ) -> StoredFit:
-        """Keeps a fit of which no run is simulated yet.
+        """Stores a new fit without runs.
 
         Raises:
             RecordingWriteError: If a file cannot be written.
@@ -120,7 +120,7 @@ class FitStore:
         """One fit by its id.
 
         Raises:
-            FitNotFoundError: If there is none, whatever the id looks like.
+            FitNotFoundError: If it does not exist, for any form of the id.
         """
         stored = self._sidecars.read(fit_id) if ID.fullmatch(fit_id) else None
         if stored is None:
@@ -134,7 +134,7 @@ class FitStore:
         return [*self._read_all(ids[offset:end])], len(ids)
 
     def find_by_key(self, idempotency_key: str) -> StoredFit | None:
-        """The fit that was requested under a key, if there is one."""
+        """The fit that was requested with a key; None if there is none."""
         fits = self._read_all(self._list_ids())
         return next((fit for fit in fits if fit.idempotency_key == idempotency_key), None)
 
@@ -148,7 +148,7 @@ class FitStore:
         return {each for fit in fits for each in (fit.request.recording, *fit.request.held_out)}
 
     def note_end(self, stored: StoredFit, end: FitEnd) -> StoredFit:
-        """Notes how a fit ended; of one without a report only the request is kept."""
+        """Stores the end of a fit; for a fit without report, only the request is kept."""
         ended = replace(stored, end=end)
         self._sidecars.write(ended)
         if end.state != "completed":
@@ -156,7 +156,7 @@ class FitStore:
         return ended
 
     def delete(self, fit_id: str) -> None:
-        """Removes a fit for good; its recordings stay.
+        """Deletes a fit permanently; its recordings are kept.
 
         Raises:
             FitNotFoundError: If there is none.
@@ -172,15 +172,15 @@ class FitStore:
             raise RecordingError(f"cannot delete fit '{fit_id}': {error.strerror}") from error
 
     def study_path(self, fit_id: str) -> Path:
-        """Where the study of its runs lies once it is complete."""
+        """Path of the study of its runs, which exists once the fit is complete."""
         return self._folder / fit_id / "fit.mcap"
 
     def page_path(self, fit_id: str) -> Path:
-        """Where its report lies as a page."""
+        """Path of its report as a page."""
         return self.study_path(fit_id).with_suffix(".html")
 
     def report_path(self, fit_id: str) -> Path:
-        """Where its report lies as JSON."""
+        """Path of its report as JSON."""
         return report_path(self.study_path(fit_id))
 
     def read_report(self, fit_id: str) -> dict[str, Any]:
@@ -197,7 +197,7 @@ class FitStore:
         return report
 
     def find_complete(self, fit_id: str) -> FitEnd | None:
-        """The end of a fit whose files are all written; its journal goes last."""
+        """The end of a fit whose files are all written; its journal is deleted last."""
         if self._journal(fit_id).exists() or not self.page_path(fit_id).exists():
             return None
         return FitEnd(state="completed", evaluations=self.read_report(fit_id)["evaluations"])
@@ -212,7 +212,7 @@ class FitStore:
 
     def _read_all(self, ids: list[str]) -> Iterator[StoredFit]:
         for fit_id in ids:
-            # One that is deleted meanwhile is no fit any more.
+            # A fit may be deleted at the same time.
             with suppress(FitNotFoundError):
                 yield self.get(fit_id)
 

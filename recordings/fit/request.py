@@ -1,4 +1,4 @@
-"""A fit as a service is asked for it: a stored recording, a scenario, and what is free."""
+"""Request of a fit to a service: a stored recording, a scenario, and free parameters."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ from slipgrasp.recordings.store.store import RecordingStore
 
 
 def split(text: str) -> list[str]:
-    """The parts of a list that is written with commas."""
+    """Splits a list with commas."""
     return [part.strip() for part in text.split(",") if part.strip()]
 
 
 def read_noise(text: str) -> dict[str, float]:
-    """Signals with the standard deviations of their noise, written ``slip:2e-4,x:1e-3``.
+    """Parses signals with the standard deviations of their noise, such as ``slip:2e-4,x:1e-3``.
 
     Raises:
-        FitError: If a deviation is no number.
+        FitError: If a deviation is not a number.
     """
     noise: dict[str, float] = {}
     for part in split(text):
@@ -43,20 +43,20 @@ def read_noise(text: str) -> dict[str, float]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FitRequest:
-    """What is to be fitted.
+    """Request of a fit.
 
     Attributes:
         recording: Id of the recording, measured data or a run.
-        scenario: What is simulated, as plain values.
+        scenario: Scenario to simulate, as plain values.
         free: Parameters to find, as in `FitProblem.make`.
-        signals: Signal or column to the standard deviation of its noise, in its SI unit.
-        nuisance: Errors of the measurement to find with them.
+        signals: Standard deviation of the noise, in SI units, by signal or column.
+        nuisance: Measurement errors to find in addition.
         held_out: Ids of other recordings to predict.
-        compare: Parameters that are free besides in other models, one tuple per model.
+        compare: Additional free parameters of other models, one tuple per model.
         starts: Number of starts.
         twins: Number of synthetic twins.
-        seed: Seed of both.
-        title: What a user calls it; may be empty.
+        seed: Seed of starts and twins.
+        title: Title by the user; may be empty.
     """
 
     recording: str
@@ -72,10 +72,10 @@ class FitRequest:
     title: str = ""
 
     def paths(self, runs: RecordingStore) -> list[Path]:
-        """The files of its recordings, that to be fitted first.
+        """Files of its recordings, of which the first is fitted.
 
         Raises:
-            RecordingNotFoundError: If one is missing.
+            RecordingNotFoundError: If a recording is missing.
         """
         return [runs.get(each).path for each in (self.recording, *self.held_out)]
 
@@ -106,7 +106,7 @@ class FitRequest:
 
 
 def _check_signals(problem: FitProblem) -> None:
-    """Finds out whether runs have all signals, before any is simulated."""
+    """Checks that runs have all signals, before simulating any."""
     shape = Simulation(problem.scenario).shape
     names = [c.name for c in columns_of(Trace.from_rows(shape, np.zeros((1, shape.num_columns))))]
     for name in problem.data.names:

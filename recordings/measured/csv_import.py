@@ -336,10 +336,13 @@ class _Clock:
         intervals = np.diff(joined)
         if len(intervals) and intervals.min() <= 0.0:
             place = int(np.argmax(intervals <= 0.0))
+            way_out = "sort the table, or import its parts one by one"
+            if intervals[place] == 0.0:
+                way_out = "keep one row of equal times"
             raise ImportDataError(
                 f"row {rows[place - len(joined) + len(times) + 1]}: t goes from "
-                f"{joined[place]:.9g} s to {joined[place + 1]:.9g} s; times must increase; sort "
-                "the table, or import its parts one by one"
+                f"{joined[place]:.9g} s to {joined[place + 1]:.9g} s; times must increase; "
+                f"{way_out}"
             )
         if not self.samples:
             self._first = float(times[0])

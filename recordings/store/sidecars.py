@@ -1,4 +1,4 @@
-"""Sidecars: one JSON document beside each thing that is stored, which describes it."""
+"""Sidecars: a JSON document next to each stored item, which describes it."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ class Sidecars(Generic[StoredT]):
     """The sidecars of a folder; one is written at a time.
 
     Args:
-        folder: Where they lie.
+        folder: Folder of the sidecars.
         kind: A dataclass with the fields ``id``, ``created`` and ``finding``.
-        is_possible: Returns whether the numbers of one are such as they can be.
+        is_possible: Returns whether the numbers of a sidecar are plausible.
     """
 
     def __init__(
@@ -39,7 +39,7 @@ class Sidecars(Generic[StoredT]):
         self._lock = Lock()
 
     def path_of(self, stored_id: str) -> Path:
-        """Where a sidecar lies, if there is one."""
+        """Path of a sidecar, which may not exist."""
         return self._folder / f"{stored_id}.json"
 
     def read(self, stored_id: str) -> StoredT | None:

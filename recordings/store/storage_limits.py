@@ -13,7 +13,7 @@ from threading import Lock
 from slipgrasp.recordings.exceptions import RecordingWriteError, StorageFullError
 
 _CHEAP = 1e-3
-"""A fast count of the files is repeated every time [s]."""
+"""Longest duration of a count of the files that is repeated every time [s]."""
 _PAUSE = 50.0
 """Ratio of the interval between counts to the duration of a slow count."""
 
@@ -24,7 +24,7 @@ class StorageLimits:
 
     Attributes:
         quota: Largest total size of all files in the folder [bytes]. Large folders are not counted
-            every time, so that it may be exceeded by what is written in some seconds.
+            every time, so the data of a few seconds may exceed it.
         min_free: Smallest free space on its disk [bytes].
     """
 
@@ -73,7 +73,7 @@ class _FolderSize:
         """Sizes of all files, possibly slightly outdated.
 
         Args:
-            anew: Whether they must be up to date.
+            anew: Whether the sizes must be up to date.
 
         Raises:
             OSError: If the folder cannot be read.

@@ -1,4 +1,4 @@
-"""Categories of outcomes on a map: the object is held, slips on, or how the run failed."""
+"""Categories of outcomes on a map: held, still slipping, or the kind of failure."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def categorize(results: StudyResults) -> NDArray[np.int8]:
 
 
 def category_of(outcome: str, reason: str | None) -> int:
-    """The category with the reason, else the first with the outcome; of what is not held."""
+    """Category of a run that did not hold: that of the reason, else the first of the outcome."""
     if outcome == Outcome.COMPLETED:
         return NOT_HELD
     of_outcome = [place for place, each in enumerate(CATEGORIES) if each.outcome == outcome]

@@ -147,12 +147,12 @@ class ResultTable:
         return chosen
 
     def too_short(self, count: int) -> NDArray[np.bool_]:
-        """Which of the first ``count`` runs are completed, but too short to tell if they held."""
+        """Mask of the first ``count`` runs: completed, but too short to decide if they held."""
         completed = np.array(self.values("outcome", 0, count)) == Outcome.COMPLETED
         return completed & np.isnan(self.numbers("held", count))
 
     def column(self, name: str) -> ResultColumn:
-        """What a column holds.
+        """Returns the description of a column.
 
         Raises:
             QueryError: If it does not exist.

@@ -1,4 +1,4 @@
-"""The results of a study, with what can be read from them and the files that can be written."""
+"""Results of a study: access to the rows, summaries and export."""
 
 from __future__ import annotations
 

@@ -57,10 +57,10 @@ class Retention:
 KEEP_ALL = Retention()
 
 LARGEST_SHARE = 10
-"""At most one in so many runs of a folder is deleted at a time, and one in small folders."""
+"""Inverse of the largest fraction of runs that is deleted at a time; at least one run is."""
 
 LONGEST_GAP = timedelta(days=3)
-"""A clock that is further ahead of the newest run may be wrong."""
+"""Largest distance of the clock from the newest run; beyond it, the clock may be wrong."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,13 +78,13 @@ def find_expired(
     now: datetime,
     used: Collection[str] = (),
 ) -> list[Expired]:
-    """Finds the runs that may be deleted, newest first; nothing is changed.
+    """Finds the runs that may be deleted, newest first, without deleting them.
 
     Args:
-        runs: Where they are kept.
+        runs: Store of the runs.
         studies: Store of the studies of these recordings.
-        retention: What stays.
-        now: From when ages count.
+        retention: Retention rules.
+        now: Reference time of ages.
         used: Ids of runs that stay, whatever their age.
     """
     marks = _Marks(studies)
@@ -125,8 +125,8 @@ def in_share(expired: Sequence[Expired], num_runs: int, *, at_start: bool) -> li
 class TrustedClock:
     """The wall clock, limited by the age of the newest run at the start.
 
-    It is at most some days, plus the time since the start, ahead of that run. If no run was made
-    for longer, ages are counted from an earlier time, and runs are retained longer.
+    It is at most some days, plus the time since the start, ahead of that run. If that run is
+    older, ages are counted from an earlier time, and runs are retained longer.
 
     Args:
         runs: Store of the runs, read at the first call.

@@ -26,7 +26,7 @@ class StoredStudy:
         end: Its end; None while it is unfinished.
         idempotency_key: Idempotency key of its request; may be empty.
         request_digest: Digest of that request.
-        finding: Why its file cannot be read; empty if it can.
+        finding: Reason why its file cannot be read; empty if it can.
     """
 
     id: str

@@ -1,1 +1,1 @@
-"""Fits on request: queued, run, followed while they run."""
+"""Fits on request: queueing, execution, and progress."""

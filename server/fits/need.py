@@ -1,4 +1,4 @@
-"""How much memory a fit takes, and how many values it may explain."""
+"""Memory needed by a fit, and the largest number of values to fit."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from slipgrasp.server.budget import NUMBER_BYTES, RECORDED_RUN_BYTES, Need
 from slipgrasp.server.exceptions import InvalidRequestError
 
 MAX_VALUES = 500_000
-"""Samples times signals: residuals, their derivatives and the journal grow with them."""
+"""Samples times signals, to which residuals, their derivatives and the journal are proportional."""
 
 _COPIES = 30
-"""Arrays of all values at a time: data, residuals, and derivatives by a dozen parameters."""
+"""Simultaneous arrays of all values: data, residuals, and derivatives by a dozen parameters."""
 
 
 def need_of(request: FitRequest, runs: RecordingStore) -> Need:
-    """The memory that a fit takes: its recordings while they are read, then its residuals.
+    """Memory needed by a fit: its recordings while they are read, then its residuals.
 
     Raises:
         RecordingError: If a recording is missing or damaged.
@@ -44,7 +44,7 @@ def _numbers_in(path: Path) -> int:
 
 
 def check_values(problem: FitProblem) -> None:
-    """Refuses data with more values than a service fits.
+    """Rejects data with more values than a service fits.
 
     Raises:
         InvalidRequestError: If there are too many.

@@ -26,7 +26,7 @@ class FitStatus:
         stored: The fit in the store.
         state: Its state.
         progress: Its stage and its profiles so far.
-        message: Why it has no report; empty otherwise.
+        message: Reason why it has no report; empty otherwise.
     """
 
     stored: StoredFit
@@ -36,16 +36,16 @@ class FitStatus:
 
     @property
     def finished(self) -> int:
-        """Number of its runs so far, twins apart."""
+        """Number of its runs so far, without those of twins."""
         return self.progress.evaluations
 
     @classmethod
     def of(cls, stored: StoredFit, finding: str = "") -> Self:
-        """The progress of a fit that is not queued: it has ended, or waits for another service.
+        """Progress of a fit that is not in the queue: it has ended, or waits for another service.
 
         Args:
             stored: The fit in the store.
-            finding: Why it cannot continue; empty if it can.
+            finding: Reason why it cannot continue; empty if it can.
         """
         if stored.end is None:
             state = StudyState.FAILED if finding else StudyState.QUEUED
@@ -75,7 +75,7 @@ class LiveFit(Job):
         self._progress = FitProgress()
 
     def status(self) -> FitStatus:
-        """Its progress."""
+        """Progress of the fit."""
         with self._lock:
             return FitStatus(
                 stored=self.stored,
@@ -85,7 +85,7 @@ class LiveFit(Job):
             )
 
     def perform(self, should_stop: ShouldStop) -> FitEnd | None:
-        """Runs what is left of it; of a cancelled fit nothing but the request is kept."""
+        """Runs the rest of the fit; for a cancelled fit, only the request is kept."""
         end = self._store.find_complete(self.id)
         if end is None and not self.is_cancelled:
             end = self._fit(should_stop)

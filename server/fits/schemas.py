@@ -1,4 +1,4 @@
-"""What the REST interface takes and gives of fits; numbers are SI and finite."""
+"""Request and response schemas of fits; numbers are finite, in SI units."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ Noise = Annotated[float, Field(gt=0.0, lt=1e9, allow_inf_nan=False)]
 
 
 class FitsQuery(BaseModel):
-    """Which fits are asked for."""
+    """Query of a list of fits."""
 
     model_config = ConfigDict(extra="forbid")
 
@@ -33,7 +33,7 @@ class FitsQuery(BaseModel):
 
 
 class FitCreate(BaseModel):
-    """Which parameters to find, from which recording."""
+    """Request of a fit: a recording, a scenario and free parameters."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -76,27 +76,27 @@ class FitCreate(BaseModel):
     ]
     nuisance: Annotated[
         list[Literal["delay", "force_bias"]],
-        Field(max_length=len(NUISANCES), description="errors of the measurement to find as well"),
+        Field(max_length=len(NUISANCES), description="measurement errors to find in addition"),
     ] = []
     held_out: Annotated[
         list[RunId], Field(max_length=20, description="ids of other recordings to predict")
     ] = []
     compare: Annotated[
         list[Annotated[list[Key], Field(min_length=1, max_length=12)]],
-        Field(max_length=8, description="parameters that are free besides, for each other model"),
+        Field(max_length=8, description="additional free parameters, for each other model"),
     ] = []
     starts: Annotated[int, Field(ge=1, le=256, description="number of starts")] = 20
     twins: Annotated[
-        int, Field(ge=0, le=1000, description="number of synthetic twins to fit as well")
+        int, Field(ge=0, le=1000, description="number of synthetic twins to fit in addition")
     ] = 0
-    seed: Annotated[int, Field(ge=0, le=2**53 - 1, description="of starts and twins")] = 0
+    seed: Annotated[int, Field(ge=0, le=2**53 - 1, description="seed of starts and twins")] = 0
     title: Annotated[str, Field(max_length=200)] = ""
 
     def to_request(self) -> FitRequest:
-        """The fit that is asked for; its recordings are not looked at.
+        """Converts to a `FitRequest`, without reading the recordings.
 
         Raises:
-            ScenarioError: With one entry per wrong field of the scenario.
+            ScenarioError: With one entry per invalid field of the scenario.
         """
         return FitRequest(
             recording=self.recording,
@@ -121,17 +121,21 @@ class FitCreate(BaseModel):
 
 
 class FitParameterPublic(BaseModel):
-    """A parameter of a fit; while the fit runs only what is known so far."""
+    """A parameter of a fit; while the fit runs, its preliminary results."""
 
     key: str
-    unit: str = Field(default="", description="SI unit, 1 for pure numbers; empty until it ends")
+    unit: str = Field(
+        default="", description="SI unit, 1 for pure numbers; empty until the fit ends"
+    )
     value: float | None = Field(
         default=None, description="the estimate; null unless the data bound it on both sides"
     )
     low: float | None = Field(default=None, description="lower end of the 95 % interval")
     high: float | None = Field(default=None, description="upper end of the 95 % interval")
     kind: ParameterClass | None = Field(
-        default=None, alias="class", description="which sides the data bound; null until it ends"
+        default=None,
+        alias="class",
+        description="sides bounded by the data; null until the fit ends",
     )
     best: float | None = Field(default=None, description="value in the best run so far")
     note: str = ""
@@ -141,55 +145,55 @@ class FitParameterPublic(BaseModel):
 
 
 class FitPublic(BaseModel):
-    """A fit without its parameters, as lists have it."""
+    """A fit without its parameters, for lists."""
 
     id: str
     state: StudyState
     title: str
-    recording: str = Field(description="id of the recording that is fitted")
-    free: list[str] = Field(description="what is found, as it was requested")
+    recording: str = Field(description="id of the fitted recording")
+    free: list[str] = Field(description="free parameters, as requested")
     signals: dict[str, float]
     created: str = Field(description="ISO 8601, UTC")
-    stage: str = Field(description="what it does; empty unless it runs")
-    share: float = Field(description="share of the stage that is done, 0 to 1")
-    evaluations: int = Field(description="number of different runs so far, twins apart")
-    message: str = Field(description="why it failed; else empty")
+    stage: str = Field(description="present stage; empty unless the fit runs")
+    share: float = Field(description="completed fraction of the stage, 0 to 1")
+    evaluations: int = Field(description="number of different runs so far, without those of twins")
+    message: str = Field(description="reason of a failure; otherwise empty")
     links: dict[str, str]
 
     @classmethod
     def from_status(cls, status: FitStatus) -> Self:
-        """How far a fit is."""
+        """Creates the response from the status of a fit."""
         return cls(**_facts(status))
 
 
 class FitStartsPublic(BaseModel):
-    """How the searches from many starts ended."""
+    """Results of the searches from several starts."""
 
     count: int
-    same_minimum: int = Field(description="how many reached the lowest minimum found")
+    same_minimum: int = Field(description="number of starts that reached the lowest minimum")
     chi_squared: list[float]
 
 
 class FitProgressPublic(FitPublic):
-    """A fit and what it has found, as far as it is."""
+    """A fit with its results so far."""
 
     parameters: dict[str, FitParameterPublic]
     threshold: float | None = Field(
         description="rise of chi-squared at the ends of the intervals; null until profiles begin"
     )
-    starts: FitStartsPublic | None = Field(description="null until it ends")
+    starts: FitStartsPublic | None = Field(description="null until the fit ends")
     held_out: list[dict[str, Any]] = Field(description="predictions; see the JSON report")
     explains: bool | None = Field(
-        description="whether the residuals are as small as the noise; null until it ends"
+        description="whether the residuals are as small as the noise; null until the fit ends"
     )
 
     @classmethod
     def from_fit(cls, status: FitStatus, report: dict[str, Any] | None) -> Self:
-        """How far a fit is.
+        """Creates the response from the status of a fit and its report.
 
         Args:
-            status: The fit.
-            report: Its report, once it is complete.
+            status: Status of the fit.
+            report: Report of the fit, once it is complete.
         """
         if report is None:
             found = {"starts": None, "held_out": [], "explains": None}
@@ -204,11 +208,11 @@ class FitProgressPublic(FitPublic):
 
 
 class FitsPublic(BaseModel):
-    """A page of the fits, and how many there are on all pages."""
+    """A page of the fits, and the number of fits on all pages."""
 
     data: list[FitPublic]
     count: int
-    links: dict[str, str] = Field(description="next and prev, where there is such a page")
+    links: dict[str, str] = Field(description="next and prev, if such a page exists")
 
 
 def _parameters_so_far(progress: FitProgress) -> dict[str, FitParameterPublic]:

@@ -52,10 +52,10 @@ class FitService(JobService[StoredFit, FitStatus]):
     def create(
         self, make_request: Callable[[], FitRequest], request: KeyedRequest = UNKEYED
     ) -> FitStatus:
-        """Accepts a fit, or finds the one that the same request has created before.
+        """Accepts a fit, or finds the fit that the same request has already created.
 
         Args:
-            make_request: Returns what is to be fitted, or raises its errors.
+            make_request: Returns the request of the fit, or raises its errors.
             request: The request.
 
         Raises:

@@ -60,7 +60,7 @@ _listener_lock = threading.Lock()
 
 @dataclass(frozen=True, slots=True)
 class Rejection:
-    """Why a request is refused.
+    """Rejection of a request.
 
     Attributes:
         status: HTTP status: 400 for a foreign ``Host``, 403 for a foreign page and for requests
@@ -160,7 +160,7 @@ class AccessGuard:
         self._public = public
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Handles one connection; other protocols than HTTP and websocket pass."""
+        """Handles one connection; protocols other than HTTP and websocket pass unchanged."""
         if scope["type"] not in ("http", "websocket"):
             await self._app(scope, receive, send)
             return

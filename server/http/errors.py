@@ -207,7 +207,7 @@ async def _answer_unexpected_error(request: Request, error: Exception) -> JSONRe
 
 
 def _allowed_methods(request: Request) -> list[str]:
-    """All methods of a path, because each of its routes knows only its own."""
+    """All methods of a path, because each route lists only its own."""
     return [
         method
         for method in _METHODS

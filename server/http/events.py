@@ -66,7 +66,7 @@ class EventStream(EventSourceResponse):
 
     Args:
         pieces: The encoded events.
-        slots: Counts it as open meanwhile.
+        slots: Counts the stream as open during the response.
     """
 
     def __init__(self, pieces: AsyncIterator[bytes], slots: EventSlots) -> None:

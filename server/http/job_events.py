@@ -39,13 +39,13 @@ async def stream_events(
     """The events of a job as an answer.
 
     Args:
-        look: Gives the progress of the job.
-        describe: Makes plain values of it.
-        rows_from: Gives some of its rows from a number on, at most so many; None sends none.
-        last_event_id: The id of the last event that the client knows; empty if it is new.
-        heartbeat: Time of silence after which a comment is sent [s].
-        stopping: Set if the server ends.
-        slots: The streams that are open.
+        look: Returns the progress of the job.
+        describe: Converts the progress to plain values.
+        rows_from: Returns rows, given the first number and the largest count; None sends no rows.
+        last_event_id: Id of the last event that the client received; empty for a new client.
+        heartbeat: Time without events after which a comment is sent [s].
+        stopping: Set when the server stops.
+        slots: Number of open streams.
 
     Raises:
         ServiceBusyError: If too many streams are open.
@@ -73,10 +73,10 @@ class JobEvents(Generic[StatusT]):
     continues there.
 
     Args:
-        look: Gives the progress of the job.
-        describe: Makes plain values of it.
-        rows_from: Gives some of its rows from a number on, at most so many; None sends none.
-        seen: Number of runs that the client knows; None if it is new.
+        look: Returns the progress of the job.
+        describe: Converts the progress to plain values.
+        rows_from: Returns rows, given the first number and the largest count; None sends no rows.
+        seen: Number of runs whose events the client received; None for a new client.
         heartbeat: Time of silence after which a comment is sent [s].
         makers: Threads that encode rows.
     """

@@ -55,7 +55,7 @@ async def wait_until_done(future: Future[Any], seconds: float, stopping: asyncio
     """Waits until a future is done, for a limited time.
 
     When the server stops, all futures end soon, as stopped or cancelled: this waits for the end,
-    regardless of the time limit, because nobody can ask again.
+    regardless of the time limit, because the client cannot repeat the request.
 
     Args:
         future: The future; it is not cancelled.

@@ -1,1 +1,1 @@
-"""Long work on request, such as studies and fits: queued, followed, cancelled, resumed."""
+"""Long jobs on request, such as studies and fits: queueing, progress, cancelling, resuming."""

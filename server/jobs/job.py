@@ -1,4 +1,4 @@
-"""A study or a fit that waits or runs: its state; safe to use from several threads."""
+"""State of a study or fit that waits or runs; safe to use from several threads."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class JobStatus(Protocol):
 
 
 class JobEnd(Protocol):
-    """How a job ended."""
+    """End of a job."""
 
     @property
     def state(self) -> str:
@@ -58,7 +58,7 @@ class Job(ABC):
     """A job from its creation, or the service's start, to its end.
 
     Args:
-        job_id: Its id in the store.
+        job_id: Id of the job in the store.
     """
 
     def __init__(self, job_id: str) -> None:
@@ -70,12 +70,12 @@ class Job(ABC):
 
     @property
     def is_cancelled(self) -> bool:
-        """Whether its end was requested."""
+        """Whether cancellation was requested."""
         return self._cancelled.is_set()
 
     @property
     def is_waiting(self) -> bool:
-        """Whether it waits for its turn."""
+        """Whether the job waits for its turn."""
         with self._lock:
             return self._state is StudyState.QUEUED
 
@@ -86,11 +86,11 @@ class Job(ABC):
             return self._state.has_ended
 
     def cancel(self) -> None:
-        """Requests its end."""
+        """Requests cancellation."""
         self._cancelled.set()
 
     def begin(self, *also: StudyState) -> bool:
-        """Starts it, and returns whether it was waiting, or in one of the other given states."""
+        """Starts the job; returns whether it was waiting or in one of the other given states."""
         with self._lock:
             its_turn = self._state in (StudyState.QUEUED, *also)
             if its_turn:
@@ -98,28 +98,28 @@ class Job(ABC):
             return its_turn
 
     def end(self, state: StudyState, message: str) -> None:
-        """Sets how it ended, or that it waits for another service.
+        """Sets the end of the job, or that it waits for another service.
 
         Args:
-            state: How it ended.
-            message: The reason, if it is not complete.
+            state: Final state, or ``queued``.
+            message: The reason, if the job is not complete.
         """
         with self._lock:
             self._state, self._message = state, message
 
     @abstractmethod
     def perform(self, should_stop: ShouldStop) -> JobEnd | None:
-        """Does what is left of it, or only stores its end if it is cancelled.
+        """Runs the rest of the job; for a cancelled job, only stores its end.
 
         Args:
-            should_stop: Asked repeatedly; True leaves the rest to the next service, unless the
+            should_stop: Called repeatedly; True leaves the rest to the next service, unless the
                 job is cancelled.
 
         Returns:
-            How it ended; None if it is left to the next service.
+            The end of the job; None if the rest is left to the next service.
 
         Raises:
-            SlipgraspError: If it failed, to be resumed.
+            SlipgraspError: If the job failed and can be resumed.
         """
 
     @abstractmethod

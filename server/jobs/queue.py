@@ -1,4 +1,4 @@
-"""The jobs that wait and the one that runs."""
+"""Queue of waiting jobs, of which one runs at a time."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ _logger = logging.getLogger(__name__)
 
 
 class JobQueue:
-    """Runs one job after the other, in the order in which they come.
+    """Runs jobs one after the other, in order of arrival.
 
     Args:
-        settings: How many may wait.
-        wait_for_recordings: Waits for some time, and returns whether jobs may begin.
+        settings: Settings, with the largest number of waiting jobs.
+        wait_for_recordings: Waits for some time, and returns whether jobs may start.
     """
 
     def __init__(
@@ -38,7 +38,7 @@ class JobQueue:
         self._closing = threading.Event()
 
     def close(self) -> None:
-        """Ends the job that runs where it is, without an end in its file."""
+        """Interrupts the running job without storing an end, so that it can be continued."""
         self._closing.set()
         with self._lock:
             worker = self._worker
@@ -46,17 +46,17 @@ class JobQueue:
             worker.join()
 
     def all(self) -> dict[str, Job]:
-        """The jobs that wait, run or have failed, by id."""
+        """Waiting, running and failed jobs, by id."""
         with self._lock:
             return dict(self._jobs)
 
     def num_before(self, job_id: str) -> int:
-        """Number of other jobs that end before a waiting one begins."""
+        """Number of jobs queued before a waiting job."""
         ids = [job.id for job in self.all().values() if not job.has_ended]
         return ids.index(job_id) if job_id in ids else 0
 
     def check_capacity(self) -> None:
-        """Finds out whether another job may wait.
+        """Checks that another job can be queued.
 
         Raises:
             ServiceBusyError: If the queue is full.
@@ -67,13 +67,13 @@ class JobQueue:
             raise ServiceBusyError(waiting, self._settings.retry_after, busy_with)
 
     def add(self, job: Job) -> None:
-        """Takes a job, which begins when those before it have ended."""
+        """Adds a job, which starts when all earlier jobs have ended."""
         with self._lock:
             self._jobs[job.id] = job
         self._begin_next()
 
     def cancel(self, job: Job) -> None:
-        """Ends a job soon; at once if its turn is still to come, or it has failed."""
+        """Cancels a job; immediately if it is waiting or has failed."""
         job.cancel()
         if job.begin(StudyState.FAILED):
             self._end(job)
@@ -104,9 +104,9 @@ class JobQueue:
             self._begin_next()
 
     def _end(self, job: Job) -> None:
-        """Does what is left of a job, and sets how it ended.
+        """Runs the rest of a job, and sets its end.
 
-        One that has failed is left as it is, to be resumed, or continued by the next service.
+        A failed job is not changed, so that it can be resumed, or continued by the next service.
         """
 
         def should_stop() -> bool:

@@ -1,6 +1,6 @@
 """Accepts jobs of one kind, runs one at a time, and finds them again; independent of HTTP.
 
-A job that the service ends before, or that a kill interrupts, is continued by the next service.
+The next service continues jobs that were interrupted because the service ended or was killed.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class StoredJob(Protocol):
 
     @property
     def finding(self) -> str:
-        """Why it cannot be read; empty if it can."""
+        """Reason why it cannot be read; empty if it can."""
         ...
 
 
@@ -54,7 +54,7 @@ CheckedT = TypeVar("CheckedT")
 
 
 class JobStore(Protocol[StoredT]):
-    """Where jobs are kept."""
+    """Store of jobs."""
 
     def get(self, job_id: str, /) -> StoredT:
         """One job by its id."""
@@ -65,11 +65,11 @@ class JobStore(Protocol[StoredT]):
         ...
 
     def find_by_key(self, idempotency_key: str, /) -> StoredT | None:
-        """The job that was requested under a key."""
+        """The job that was requested with a key."""
         ...
 
     def unfinished(self) -> list[StoredT]:
-        """The jobs that can go on, oldest first."""
+        """Jobs that can be continued, oldest first."""
         ...
 
     def delete(self, job_id: str, /) -> None:
@@ -81,8 +81,8 @@ class JobService(ABC, Generic[StoredT, StatusT]):
     """Accepts jobs of one kind, and runs them in a queue that it may share with others.
 
     Args:
-        store: Where they are kept.
-        queue: Runs them.
+        store: Store of the jobs.
+        queue: Queue that runs them.
         settings: The limits.
         is_ending: Whether the service is about to end, so that long work stops.
     """
@@ -109,20 +109,20 @@ class JobService(ABC, Generic[StoredT, StatusT]):
 
     @abstractmethod
     def _ended_status(self, stored: StoredT, finding: str) -> StatusT:
-        """The progress of a job that is not queued.
+        """Progress of a job that is not in the queue.
 
         Args:
             stored: The job.
-            finding: Why it cannot continue; empty if it can, or has ended.
+            finding: Reason why it cannot continue; empty if it can, or has ended.
         """
 
     @abstractmethod
     def _live_status(self, live: Job) -> StatusT:
-        """The progress of a job that waits, runs or has failed."""
+        """Progress of a job that waits, runs or has failed."""
 
     @abstractmethod
     def _continued(self, stored: StoredT) -> Job:
-        """A job of an earlier service, or one that has failed, to be continued.
+        """Prepares a job of an earlier service, or a failed one, to be continued.
 
         Raises:
             RecordingError: If its file is damaged.
@@ -157,7 +157,7 @@ class JobService(ABC, Generic[StoredT, StatusT]):
             limit: Largest number of jobs.
         """
         self._restored.wait()
-        # In this order: a job that ends meanwhile is reported by its runner.
+        # In this order, so that a job that ends between the calls is in both.
         live = self._all_live()
         stored, count = self._jobs.list(offset, limit)
         statuses = [
@@ -167,7 +167,7 @@ class JobService(ABC, Generic[StoredT, StatusT]):
         return statuses, count
 
     def num_before(self, job_id: str) -> int:
-        """Number of other jobs, of any kind, that end before a waiting one begins."""
+        """Number of jobs of any kind queued before a waiting job."""
         return self._queue.num_before(job_id)
 
     def cancel(self, job_id: str) -> StatusT:
@@ -183,7 +183,7 @@ class JobService(ABC, Generic[StoredT, StatusT]):
         return self._live_status(live)
 
     def resume(self, job_id: str) -> StatusT:
-        """Continues a job that has failed where it was.
+        """Continues a failed job from its last state.
 
         Waiting and running jobs are not changed.
 
@@ -224,11 +224,11 @@ class JobService(ABC, Generic[StoredT, StatusT]):
         check: Callable[[], CheckedT],
         make: Callable[[CheckedT], Job],
     ) -> StatusT:
-        """Accepts a job, or finds the one that the same request has created before.
+        """Accepts a job, or finds the job that the same request has already created.
 
         Args:
             request: The request.
-            check: Checks what is requested.
+            check: Checks the request.
             make: Stores the job.
 
         Raises:

@@ -70,7 +70,7 @@ async def create_fit(
     response: Response,
     idempotency_key: IdempotencyKey = "",
 ) -> FitPublic:
-    """Fit a stored recording: the server checks the request, and fits in turn."""
+    """Fit a stored recording: the server checks the request, and queues the fit."""
 
     def create() -> FitPublic:
         keyed = KeyedRequest.of(idempotency_key, body.model_dump(by_alias=True))
@@ -137,7 +137,7 @@ def cancel_fit(fit_id: str, service: FitServiceDep) -> FitPublic:
     "/{fit_id}/resume", status_code=202, responses=ProblemPublic.responses((404, 409, 422, 503))
 )
 def resume_fit(fit_id: str, service: FitServiceDep) -> FitPublic:
-    """Continue a fit that could not go on, for example because the disk was full."""
+    """Continue a fit that was interrupted, for example because the disk was full."""
     return FitPublic.from_status(service.resume(fit_id))
 
 

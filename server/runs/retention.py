@@ -29,9 +29,9 @@ class RetentionService:
     """Finds and deletes runs by the retention rules.
 
     Args:
-        runs: Where they are kept.
+        runs: Store of the runs.
         studies: Store of the studies of these recordings.
-        retention: What stays.
+        retention: Retention rules.
         wait_for_recordings: Waits for some time, and returns whether the runs of a killed service
             are recovered, so that all runs are known.
         period: Interval between checks [s].

@@ -168,7 +168,7 @@ class RunService:
         """Simulates in the calling thread, without storing the run.
 
         Args:
-            scenario: What to simulate.
+            scenario: Scenario to simulate.
             should_stop: Called every few milliseconds; returns whether to stop the run.
 
         Raises:
@@ -242,7 +242,7 @@ class RunService:
     def submit_once(
         self, make_scenario: Callable[[], Scenario], request: KeyedRequest
     ) -> PendingRun | StoredRun | Description:
-        """Queues a run, or finds the one that the same request has created before.
+        """Queues a run, or finds the run that the same request has already created.
 
         A run that was deleted, or that did not start because the service ended or the disk was
         full, is simulated again.

@@ -31,7 +31,7 @@ class StudyStatus:
         rate: Recent number of runs per second; None unless it is running [1/s].
         time_left: Estimated remaining time; None if unknown [s].
         estimate: Its estimated cost; None once it has ended.
-        message: Why it ended before it was complete; empty otherwise.
+        message: Reason of an early end; empty otherwise.
         warnings: Warnings at its creation.
     """
 
@@ -51,7 +51,7 @@ class StudyStatus:
 
         Args:
             stored: The study in the store.
-            finding: Why it cannot continue; empty if it can.
+            finding: Reason why it cannot continue; empty if it can.
         """
         if stored.end is None:
             state = StudyState.FAILED if finding else StudyState.QUEUED
@@ -91,7 +91,7 @@ class LiveStudy(Job):
     Args:
         stored: The study in the store.
         results: Its rows so far.
-        run: Runs what is left of it.
+        run: Runs the rest of the study.
         cost: Its estimated cost; None if unknown.
         warnings: Warnings about it.
     """
@@ -116,7 +116,7 @@ class LiveStudy(Job):
         self._pace = _Pace()
 
     def perform(self, should_stop: ShouldStop) -> StudyEnd | None:
-        """Runs what is left of it; finished runs are kept."""
+        """Runs the rest of the study; finished runs are kept."""
         return self._run(self, should_stop)
 
     def take(self, row: StudyRow) -> None:

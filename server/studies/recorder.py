@@ -52,10 +52,10 @@ class StudyRecorder:
             The run, and whether it was created now.
 
         Raises:
-            ResultNotFoundError: If there is no result of it.
-            RebuildError: If it differs from its result.
-            ServiceBusyError: If others, or this one, are being created.
-            ServiceEndingError: If the service ends before.
+            ResultNotFoundError: If the run has no result.
+            RebuildError: If the run differs from its result.
+            ServiceBusyError: If other recordings, or this one, are being created.
+            ServiceEndingError: If the service ends first.
             RecordingWriteError: If a file cannot be written.
         """
         if not 0 <= index < results.num_rows:

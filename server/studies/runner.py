@@ -23,7 +23,7 @@ _logger = logging.getLogger(__name__)
 
 
 class StudyRunner:
-    """Runs what is left of a study.
+    """Runs the rest of a study.
 
     Args:
         store: Store of the studies.
@@ -41,7 +41,7 @@ class StudyRunner:
         self._executor.close()
 
     def __call__(self, live: LiveStudy, should_stop: ShouldStop) -> StudyEnd | None:
-        """Runs what is left of a study; None if the rest is left to the next service."""
+        """Runs the rest of a study; None if it is left to the next service."""
         end = self._schedule(live, should_stop)
         if end is not None:
             live.stored = self._store.note_end(live.stored, end)

@@ -87,7 +87,7 @@ class StudyService(JobService[StoredStudy, StudyStatus]):
     def create(
         self, make_study: Callable[[], Study], request: KeyedRequest = UNKEYED
     ) -> StudyStatus:
-        """Accepts a study, or finds the one that the same request has created before.
+        """Accepts a study, or finds the study that the same request has already created.
 
         Args:
             make_study: Returns the study, or raises its errors.

@@ -63,7 +63,7 @@ _LOOKING = ("ViewerCameraMessage",)
 _PROTOCOL_PREFIX = "viser-v"
 _GOING_AWAY, _UNSUPPORTED_DATA, _POLICY_VIOLATION, _TRY_AGAIN_LATER = 1001, 1003, 1008, 1013
 _FAULTY_CODES = (1002, 1007, 1009)
-"""Close codes of our own, for protocol violations and too long messages."""
+"""Close codes of the relay for protocol violations and for messages that are too long."""
 _UNSENDABLE_CODES = (1004, 1005, 1006, 1015)
 
 _logger = logging.getLogger(__name__)
@@ -87,7 +87,7 @@ def add_viewer_routes(
     Args:
         app: The application.
         upstream_port: Returns viser's internal port, called once per viewer.
-        path: Path, ``/`` or such as ``/viewer/``.
+        path: Path, for example ``/`` or ``/viewer/``.
         head: HTML inserted at the start of the head of the page.
         find_faults: Returns, for each viewer, a function that describes why a message is invalid;
             by default all are valid.

@@ -47,14 +47,15 @@ def add_scenario(parser: argparse.ArgumentParser) -> None:
 def read_scenario(arguments: argparse.Namespace) -> Scenario:
     """Reads the scenario from the arguments of `add_scenario`, with its assignments.
 
-    Prints the settings of the law, and what it knows, on one line of standard error.
+    Prints the settings of the law, and its unknowns, on one line of standard error.
 
     Raises:
         CommandError: If an assignment is malformed.
         ScenarioError: If the scenario does not exist or is not valid.
     """
     from slipgrasp.core.scenario.law_choice import choose_law
-    from slipgrasp.core.scenario.loading import load_scenario, settable_parameters, with_values
+    from slipgrasp.core.scenario.loading import load_scenario, settable_parameters
+    from slipgrasp.core.study.definition import apply_values
 
     assignments = arguments.assignments
     # The law is loaded before the file, which may name it.
@@ -64,7 +65,7 @@ def read_scenario(arguments: argparse.Namespace) -> Scenario:
     scenario = scenario if choice is None else choice.scenario
     if assignments:
         values = parse_assignments(assignments, settable_parameters(scenario))
-        scenario = with_values(scenario, values)
+        scenario = apply_values(scenario, values)
     if choice is not None:
         complain(f"{law}: {_law_words(scenario, choice)}")
     return scenario
@@ -165,15 +166,15 @@ def names_a_file(source: str) -> bool:
 
 
 def check_output(output: Path, force: bool, option: str = "--output") -> None:
-    """Refuses a file that cannot be written, or that exists.
+    """Raises an error if a file cannot be written, or exists and must not be replaced.
 
     Args:
         output: The file.
-        force: Whether one that exists is replaced.
-        option: What names it on the command line.
+        force: Whether an existing file is replaced.
+        option: Name of the argument on the command line.
 
     Raises:
-        CommandError: If it cannot be written, or exists and is not to be replaced.
+        CommandError: If it cannot be written, or exists and must not be replaced.
     """
     if output.is_dir() or not output.parent.is_dir():
         raise CommandError(f"{option} '{output}': give the name of a file in an existing folder")
@@ -187,7 +188,7 @@ def parse_assignments(texts: Iterable[str], definitions: Mapping[str, Parameter]
     """Reads assignments; the last one of each key counts.
 
     Args:
-        texts: Assignments such as ``object.mass=1.4``.
+        texts: Assignments such as ``object.mass=1.4``; ``*`` stands for every index of a list.
         definitions: The parameters by dotted key; the validation of the scenario does the remaining
             checks.
 
@@ -200,7 +201,7 @@ def parse_assignments(texts: Iterable[str], definitions: Mapping[str, Parameter]
         if not equals or not key.strip():
             raise CommandError(f"--set needs KEY=VALUE, such as object.mass=1.4, not '{text[:80]}'")
         key = key.strip()
-        values[key] = parse_value(value.strip(), definitions.get(key))
+        values[key] = parse_value(value.strip(), definitions.get(key.replace(".*", ".0", 1)))
     return values
 
 

@@ -152,6 +152,6 @@ def _read(path: Path) -> RunResult:
 def _simulate(scenario: Scenario) -> RunResult:
     from slipgrasp.core.run.simulator import simulate
 
-    load_simulation(scenario.space)
+    load_simulation(scenario)
     with Progress("simulating") as progress:
         return simulate(scenario, progress=progress.update)

@@ -132,7 +132,7 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
         scenario = read_scenario(arguments)
         with _naming_options():
             problem, options = _read(arguments, scenario)
-    load_simulation(scenario.space)
+    load_simulation(scenario)
     from slipgrasp.recordings.fit.journal import FitStoppedError
 
     try:
@@ -152,7 +152,7 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
 
 @contextmanager
 def _naming_options() -> Iterator[None]:
-    """Errors within it begin with the option that is wrong."""
+    """A context whose errors begin with the wrong option."""
     from slipgrasp.core.fit.problem import FitError
 
     try:
@@ -239,11 +239,7 @@ def _lines(report: FitReport) -> Iterator[str]:
     if report.explains:
         found = "less than the stated noise" if report.noise_is_smaller else "as the noise explains"
     yield f"chi-squared per degree of freedom {per_value:.4g}: {found}"
-    starts = report.starts
-    yield (
-        f"{starts.same_minimum} of {starts.count} starts reached the minimum; "
-        f"{report.evaluations} runs"
-    )
+    yield f"{report.starts.sentence}; {report.evaluations} runs"
     for parameter in report.parameters.values():
         yield _line(parameter)
     if report.on_limit:

@@ -113,7 +113,7 @@ def _import(arguments: argparse.Namespace) -> ExitStatus:
 
 
 def _read(arguments: argparse.Namespace) -> tuple[dict[str, Body], list[Joint]]:
-    """Links and joints of the file, which is MJCF where its root says so."""
+    """Links and joints of the file, which is MJCF if its root element is that of MJCF."""
     from slipgrasp.core.scenario.hand_files.mjcf import read_mjcf
     from slipgrasp.core.scenario.hand_files.urdf import read_urdf
 
@@ -122,7 +122,7 @@ def _read(arguments: argparse.Namespace) -> tuple[dict[str, Body], list[Joint]]:
 
 
 def _hand_toml(arguments: argparse.Namespace, fingers: Sequence[ImportedFinger], base: Pose) -> str:
-    """The fingers alone."""
+    """The text of a hand file, which contains only fingers."""
     from slipgrasp.core.scenario.hand_files.description import finger_mapping
     from slipgrasp.core.scenario.loading import fingers_to_toml
 

@@ -30,7 +30,7 @@ from slipgrasp.cli import (
     study,
     verify,
 )
-from slipgrasp.cli.status import ExitStatus, complain
+from slipgrasp.cli.status import CommandError, ExitStatus, complain
 from slipgrasp.core.exceptions import SlipgraspError
 
 
@@ -47,7 +47,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     _replace_what_the_terminal_cannot_show()
     try:
-        parsed = _make_parser().parse_args(arguments)
+        parsed, unknown = _make_parser().parse_known_args(arguments)
+        if unknown:
+            help_of = f"(see 'slipgrasp {parsed.command} --help')"
+            raise CommandError(f"unrecognized arguments: {' '.join(unknown)} {help_of}")
         status = parsed.execute(parsed)
         sys.stdout.flush()
     except SlipgraspError as error:
@@ -105,7 +108,7 @@ def _make_parser() -> argparse.ArgumentParser:
         prog="slipgrasp", description="Simulate robotic grasping with slipping fingertips."
     )
     parser.add_argument("--version", action=_Version)
-    commands = parser.add_subparsers(metavar="COMMAND", required=True)
+    commands = parser.add_subparsers(metavar="COMMAND", dest="command", required=True)
     for command in (
         *(run, margin, study, rebuild, import_data, fit, replay, diff, verify),
         *(export, page, scene, figures, recover, prune, scenarios, hands, laws, serve),

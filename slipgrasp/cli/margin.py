@@ -101,7 +101,7 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
     # This fails before the simulation is loaded, which takes a second.
     ParameterRange.of(scenario, arguments.key, arguments.start, arguments.stop)
     place = _find_place(arguments)
-    load_simulation(scenario.space)
+    load_simulation(scenario)
     from slipgrasp.core.study.margin import DEFAULT_TOLERANCE, MarginError, find_margin
 
     tolerance: float | None = arguments.tolerance
@@ -205,7 +205,7 @@ def _lines(margin: Margin, recordings: list[str | None]) -> list[str]:
         (f"{margin.beyond} at", f"{margin.lost_at:.10g}{unit}"),
         ("outcome", f"{margin.outcome.value}: {margin.reason}"),
         ("recordings", f"{held} ({_first_small(headline_of(margin.held))})"),
-        ("", f"{lost} ({_first_small(headline_of(margin.lost))})"),
+        ("", f"{lost} ({_beyond_words(margin)})"),
     ]
     if margin.others:
         places = ", ".join(f"{a:.6g} … {b:.6g}{unit}" for a, b in margin.others)
@@ -213,6 +213,14 @@ def _lines(margin: Margin, recordings: list[str | None]) -> list[str]:
     rows.append(("knowledge", describe_knowledge(margin.held.scenario)))
     width = max(len(label) for label, _ in rows)
     return [f"{label:<{width}}  {text}" for label, text in rows]
+
+
+def _beyond_words(margin: Margin) -> str:
+    """How the run beyond the boundary ended."""
+    from slipgrasp.core.run.verdict import headline_of
+
+    words = _first_small(headline_of(margin.lost))
+    return f"{margin.beyond}: {words}" if margin.lost.metrics.held else words
 
 
 def _first_small(words: str) -> str:

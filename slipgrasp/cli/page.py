@@ -68,7 +68,7 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
     if arguments.scenario == WHY:
         return _write_questions(output)
     scenario, command = _scenario_of(arguments)
-    load_simulation(scenario.space)
+    load_simulation(scenario)
     with Progress("simulating"):
         from slipgrasp.core.run.simulator import simulate
 
@@ -91,12 +91,12 @@ def write_page_of(
     Args:
         result: The run.
         output: The file to write.
-        controls: Keys of the parameters with sliders; None for the usual ones.
-        command: What simulates the same on a command line; empty if nothing does.
-        shared: Whether what all pages have becomes files beside it.
+        controls: Keys of the parameters with sliders; None for the defaults.
+        command: Command line of the same simulation; empty if there is none.
+        shared: Whether common parts of pages are written to separate files.
 
     Returns:
-        What was written, in words.
+        Description of the written files.
     """
     with Progress("loading the dashboard"):
         from slipgrasp.web.standalone.controls import usual_controls
@@ -133,7 +133,7 @@ def _scenario_of(arguments: argparse.Namespace) -> tuple[Scenario, str]:
 
 
 def command_of(arguments: argparse.Namespace) -> str:
-    """The command that simulates what the arguments of `add_scenario` name."""
+    """The command that simulates the scenario given by the arguments of `add_scenario`."""
     words = ["slipgrasp", "run", arguments.scenario]
     words += ["--law", arguments.law] if arguments.law else []
     words += [word for each in arguments.assignments for word in ("--set", each)]

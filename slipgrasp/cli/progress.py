@@ -9,7 +9,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Self
 
 if TYPE_CHECKING:
-    from slipgrasp.core.scenario.space import Space
+    from slipgrasp.core.scenario import Scenario
 
 COMPILING = "compiling the simulation for this processor, once; that takes half a minute or more"
 
@@ -101,15 +101,17 @@ def _bar(fraction: float) -> str:
     return "█" * full + "░" * (BAR_WIDTH - full)
 
 
-def load_simulation(space: Space) -> None:
+def load_simulation(scenario: Scenario) -> None:
     """Waits until runs can start; shows progress while the simulation is compiled.
 
     Args:
-        space: Kind of hand of the runs; each kind is compiled separately.
+        scenario: The runs have its kind of hand, each of which is compiled separately, and its law.
     """
     with Progress("loading the simulation") as progress:
         from slipgrasp.core.run.simulator import kernel_is_cached, prepare_kernel
+        from slipgrasp.core.scenario.chosen_laws import custom_kind_in
 
-        if not kernel_is_cached(space):
+        space, is_custom = scenario.space, custom_kind_in(scenario) is not None
+        if not kernel_is_cached(space, machine_code=is_custom):
             progress.announce(COMPILING)
-        prepare_kernel(progress.update, space)
+        prepare_kernel(progress.update, space, machine_code=is_custom)

@@ -71,7 +71,7 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
     path = _study_path(arguments.study, arguments.data_directory)
     with Progress("reading the study"):
         study, row = _read_row(path, arguments.index)
-    load_simulation(study.base.space)
+    load_simulation(study.base)
     from slipgrasp.recordings.study.rebuild import RebuildError, rebuild
 
     try:

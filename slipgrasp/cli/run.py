@@ -155,7 +155,7 @@ def _simulate(
     from slipgrasp.recordings.file.foxglove import DISPLAY_RATE
     from slipgrasp.recordings.file.recorder import record
 
-    load_simulation(scenario.space)
+    load_simulation(scenario)
     with Interrupt() as interrupt, Progress("simulating") as progress:
         recorded = record(
             scenario,

@@ -1,4 +1,4 @@
-"""``slipgrasp scene``: the same grasp for another engine, with the answer to expect."""
+"""``slipgrasp scene``: the same grasp for another engine, with the expected motion."""
 
 from __future__ import annotations
 
@@ -8,12 +8,13 @@ from pathlib import Path
 
 from slipgrasp.cli.arguments import add_scenario, check_output, read_scenario
 from slipgrasp.cli.progress import Progress, load_simulation
-from slipgrasp.cli.status import ExitStatus
+from slipgrasp.cli.status import CommandError, ExitStatus
 
 DESCRIPTION = (
     "Write the grasp of a scenario as a scene of another engine, and the expected answer beside it "
     "as JSON: joint torques for each step, and at stated times slip and forces, the phase changes, "
-    "the creep in stick (zero) and the tolerance within which the engine reproduces the slip."
+    "the creep in stick (zero) and the tolerance within which the engine reproduces the slip. "
+    "No engine has simulated files in USD, so these have no tolerance."
 )
 EPILOG = "exit status: 0 written, 2 bad input"
 
@@ -29,14 +30,18 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     )
     add_scenario(parser)
     parser.add_argument(
-        "--format", choices=["mjcf"], default="mjcf", help="mjcf: MuJoCo 3.3 or later"
+        "--format",
+        choices=["mjcf", "drake", "usd"],
+        default="mjcf",
+        help="mjcf: MuJoCo 3.3 or later (default); drake: SDFormat for Drake, tested with "
+        "1.51; usd: UsdPhysics as text, tested as a file and not simulated",
     )
     parser.add_argument(
         "--output",
-        metavar="FILE.xml",
+        metavar="FILE",
         type=Path,
         required=True,
-        help="file to write; the answer goes into FILE.json",
+        help="file to write (hold.xml, hold.sdf, hold.usda); the answer goes into hold.json",
     )
     parser.add_argument("--force", action="store_true", help="replace existing files")
     parser.set_defaults(execute=_execute)
@@ -45,19 +50,24 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
 def _execute(arguments: argparse.Namespace) -> ExitStatus:
     scene: Path = arguments.output
     answer = scene.with_suffix(".json")
+    if scene == answer:
+        raise CommandError(f"--output '{scene}': the answer goes there; use another ending")
     for each in (scene, answer):
         check_output(each, arguments.force)
     scenario = read_scenario(arguments)
-    load_simulation(scenario.space)
-    from slipgrasp.recordings.engines.expected import DURATION, expected_answer, record_densely
-    from slipgrasp.recordings.engines.mjcf import check_for_scene, contacts_of, write_scene
+    load_simulation(scenario)
+    from slipgrasp.recordings.engines.bodies import check_for_scene
+    from slipgrasp.recordings.engines.expected import DURATION, record_densely
+    from slipgrasp.recordings.engines.formats import describe
 
     check_for_scene(scenario)
     with Progress("simulating"):
         result = record_densely(scenario, min(DURATION, scenario.simulation.duration))
-    content = {**expected_answer(result), "contacts": contacts_of(scenario)}
-    scene.write_text(write_scene(result), encoding="utf-8")
+    text, content = describe(result, arguments.format)
+    scene.write_text(text, encoding="utf-8")
     answer.write_text(json.dumps(content), encoding="utf-8")
-    tolerance = 1e6 * content["tolerance"]["slip"]
-    print(f"{scene}: the scene; {answer}: the expected answer, slips within {tolerance:.0f} µm")
+    known = "not simulated"
+    if "tolerance" in content:
+        known = f"slips within {1e6 * content['tolerance']['slip']:.0f} µm"
+    print(f"{scene}: the scene; {answer}: the expected answer, {known}")
     return ExitStatus.COMPLETED

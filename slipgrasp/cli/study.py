@@ -94,7 +94,7 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
 
         study = load_study(arguments.study)
         executor = make_executor(arguments.executor, workers=arguments.workers)
-    load_simulation(study.base.space)
+    load_simulation(study.base)
     with executor:
         return _execute_with(arguments, study, executor)
 

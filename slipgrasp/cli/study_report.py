@@ -24,7 +24,7 @@ def report(results: StudyResults, seconds: float, saved: dict[str, Any], message
 
     Args:
         results: The results.
-        seconds: How long the runs took [s].
+        seconds: Duration of the runs [s].
         saved: Saved files: path, or paths, by name.
         message: A further paragraph.
     """

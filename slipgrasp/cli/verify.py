@@ -66,7 +66,7 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
             return _say_nothing_to_verify(read_measured(path).outline, as_json=arguments.json)
 
         read = read_back(path)
-    load_simulation(read.result.scenario.space)
+    load_simulation(read.result.scenario)
     with_law = arguments.law is not None
     if with_law and read.result.provenance.law is not None:
         know_law(arguments.law or read.result.provenance.law.name)

@@ -266,8 +266,8 @@ def test_one_command_prints_a_part_and_writes_its_table(tmp_path, capsys):
     shutil.copy(PAGE, page)
     main(["onset", "--docs", str(tmp_path)])
     printed = capsys.readouterr().out
-    rows = [line for line in page.read_text().splitlines() if line.startswith("| MuJoCo, 1 ms")]
-    words = [" ".join(row.replace("|", " ").split()) for row in rows]
+    rows = [row for row in read_table(page, "onset") if row[0].startswith("MuJoCo, 1 ms")]
+    words = [" ".join(" ".join(row).split()) for row in rows]
     shown = [" ".join(line.split()) for line in printed.splitlines()]
     assert len([line for line in words if line in shown]) == 2
 

@@ -152,6 +152,12 @@ def test_ends_that_agree_are_an_error_that_says_how(start, stop, words):
     assert found.value.held is ("both" in words)
 
 
+def test_a_parameter_without_effect_is_said_to_have_none():
+    """Phases are exact, so that nothing detects a slip."""
+    with pytest.raises(MarginError, match="and makes no difference: all metrics are equal"):
+        find_margin(case(2, STILL), "sensing.slip_delay", 0.0, 0.01)
+
+
 def test_ends_that_agree_while_a_value_between_does_not_lead_there():
     """Frictions of case II are held only where they are nearly equal, at 0.25."""
     with pytest.raises(MarginError) as found:

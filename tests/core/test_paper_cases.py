@@ -86,7 +86,7 @@ def test_values_are_those_that_the_paper_prints(case):
 
 
 def test_frames_and_grasp_matrices_are_those_that_the_paper_prints():
-    """Eq. 62 and 63, but for the signs of s_i in the third rows (docs/model.md, Errata)."""
+    """Eq. 62 and 63, but for the signs of s_i in the third rows (docs/paper.md, Misprints)."""
     half_width, angle, slips = 0.1, 0.3, (0.02, -0.03)
     found = evaluate_state(
         load_scenario("paper-case-2"),

@@ -1,6 +1,5 @@
-"""``slipgrasp scene``: the engine opens what is written, and reproduces the expected answer."""
+"""``slipgrasp scene`` for MuJoCo, which opens the file and reproduces the expected answer."""
 
-import json
 import re
 from pathlib import Path
 
@@ -9,67 +8,62 @@ import numpy as np
 import pytest
 
 from slipgrasp.cli.main import main
+from tests.outside.scenes import ON_SLIDES, SHOWN, largest_error, slip, smoother, write
 
 PAGE = Path(__file__).parents[2] / "docs" / "peers.md"
 
 pytestmark = pytest.mark.slow
 
 
-def write(folder, preset, *more):
-    path = folder / "hold.xml"
-    assert main(["scene", preset, "--format", "mjcf", "--output", str(path), *more]) == 0
-    return path, json.loads(path.with_suffix(".json").read_text(encoding="utf-8"))
-
-
 def play(path, answer):
-    """Slips of MuJoCo at the stated times, and at the end of every step."""
+    """Slips of MuJoCo at the end of every step."""
     model = mujoco.MjModel.from_xml_path(str(path))
     data = mujoco.MjData(model)
     mujoco.mj_resetDataKeyframe(model, data, 0)
     assert model.opt.timestep == answer["step"]
-    slips = []
-    for torques in answer["torques"]:
+    slips, changes = [], list(answer["friction_changes"])
+    for k, torques in enumerate(answer["torques"]):
+        while changes and changes[0]["time"] < (k + 0.5) * answer["step"]:
+            change = changes.pop(0)
+            model.geom(f"tip{change['contact']}").friction[0] = change["friction"]
         data.ctrl[:] = torques
         mujoco.mj_step(model, data)
         mujoco.mj_kinematics(model, data)
-        slips.append(slip(data, answer["contacts"]))
-    steps = np.rint(np.array(answer["times"]) / answer["step"]).astype(int) - 1
-    return np.array(slips)[steps], np.array(slips)
+        body = data.body("object")
+        tips = [data.site(contact["site"]).xpos for contact in answer["contacts"]]
+        slips.append(slip(answer["contacts"], tips, body.xpos, body.xmat.reshape(3, 3)))
+    return slips
 
 
-def slip(data, contacts):
-    """As the docs say: tangents (R' (x - p) - anchor)."""
-    body = data.body("object")
-    turn = body.xmat.reshape(3, 3).T
-    found = []
-    for contact in contacts:
-        tip = turn @ (data.site(contact["site"]).xpos - body.xpos) - contact["anchor"]
-        found += list(np.array(contact["tangents"]) @ tip)
-    return found
-
-
-@pytest.mark.parametrize(
-    "preset",
-    [
-        *("paper-case-1", "paper-case-2", "composite-case-2-noisy", "three-fingers"),
-        *("unequal-fingers", "wide-object", "shake-test", "spatial-prism", "spatial-box"),
-        *("spatial-composite", "spatial-unknown-friction"),
-    ],
-)
+@pytest.mark.parametrize("preset", SHOWN)
 def test_mujoco_reproduces_the_expected_slips_within_the_tolerance(tmp_path, preset, capsys):
-    path, answer = write(tmp_path, preset)
-    stated, every = play(path, answer)
-    expected = np.array(answer["slip"])
-    error = np.abs(stated - expected).max()
-    assert error < answer["tolerance"]["slip"]
+    path, answer = write(tmp_path, preset, "mjcf")
+    check(path, answer)
+
+
+@pytest.mark.parametrize("preset", ON_SLIDES)
+def test_mujoco_plays_fingers_on_slides(tmp_path, preset, capsys):
+    check(*write(tmp_path, preset, "mjcf", assignments=ON_SLIDES[preset]))
+
+
+@pytest.mark.parametrize("preset", ["gripper-lift", "composite-case-2"])
+def test_mujoco_plays_a_change_of_friction(tmp_path, preset, capsys):
+    path, answer = write(tmp_path, smoother(tmp_path, preset), "mjcf")
+    check(path, answer)
+    # The change matters: without it the slips are others.
+    unchanged = play(path, {**answer, "friction_changes": []})
+    assert largest_error(unchanged, answer) > answer["tolerance"]["slip"]
+
+
+def check(path, answer):
+    assert largest_error(play(path, answer), answer) < answer["tolerance"]["slip"]
     # Tight: a slip that is wrong by a hundredth is found.
-    assert answer["tolerance"]["slip"] < 0.01 * np.abs(expected).max() + 2e-5
+    assert answer["tolerance"]["slip"] < 0.01 * np.abs(answer["slip"]).max() + 2e-5
     assert answer["creep"] == 0.0
-    assert len(every) == len(answer["torques"])
 
 
 def test_the_example_of_the_page_prints_equal_slips(tmp_path, monkeypatch, capsys):
-    write(tmp_path, "paper-case-1")
+    write(tmp_path, "paper-case-1", "mjcf", suffix="xml")
     capsys.readouterr()
     (example,) = re.findall(r"^```python\n(.*?)^```$", PAGE.read_text("utf-8"), re.M | re.S)
     monkeypatch.chdir(tmp_path)
@@ -86,11 +80,13 @@ def test_the_example_of_the_page_prints_equal_slips(tmp_path, monkeypatch, capsy
 @pytest.mark.parametrize(
     ("preset", "words"),
     [
-        ("gripper-lift", "slides"),
+        ("trifinger", "chains"),
+        ("parallel-gripper", "soft pads"),
         ("wet-patch", "patches"),
         ("poured-mass", "timed changes"),
         ("tilted-object", "corners"),
         ("spatial-bottle", "round objects"),
+        ("spatial-pyramid", "pyramids"),
     ],
 )
 def test_what_the_scene_cannot_have_is_refused(tmp_path, preset, words, capsys):
@@ -98,3 +94,9 @@ def test_what_the_scene_cannot_have_is_refused(tmp_path, preset, words, capsys):
     assert main(["scene", preset, "--output", str(path)]) == 2
     assert words in capsys.readouterr().err
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_scene_does_not_replace_its_own_answer(tmp_path, capsys):
+    file = tmp_path / "hold.json"
+    assert main(["scene", "paper-case-1", "--output", str(file)]) == 2
+    assert "use another ending" in capsys.readouterr().err and not file.exists()

@@ -48,7 +48,6 @@ def test_the_examples_of_the_page_run_in_their_order():
     ("specification", "preset"),
     [
         ("declared.py:Squeeze", "composite-case-2"),
-        ("compiled.py:Fast", "composite-case-2"),
         ("my_law_in_space.py:CarryInSpace", "spatial-composite"),
     ],
 )

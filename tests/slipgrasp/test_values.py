@@ -1,6 +1,8 @@
+from argparse import Namespace
+
 import pytest
 
-from slipgrasp.cli.arguments import parse_assignments, parse_value
+from slipgrasp.cli.arguments import parse_assignments, parse_value, read_scenario
 from slipgrasp.cli.status import CommandError
 from slipgrasp.core.scenario.loading import load_scenario, parameter_definitions
 
@@ -57,3 +59,8 @@ def test_the_last_of_several_values_holds():
 def test_what_is_no_assignment_is_refused(text):
     with pytest.raises(CommandError, match="--set needs KEY=VALUE"):
         parse_assignments([text], DEFINITIONS)
+
+
+def test_a_star_stands_for_every_finger():
+    chosen = Namespace(scenario="three-fingers", law=None, assignments=["fingers.*.friction=0.3"])
+    assert [finger.friction for finger in read_scenario(chosen).fingers] == [0.3] * 3

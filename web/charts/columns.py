@@ -94,7 +94,7 @@ def is_slipping(trace: Trace) -> NDArray[np.bool_]:
 
 
 def rows_inside(times: Values, window: TimeWindow) -> NDArray[np.bool_]:
-    """Which times are in a window, including its ends."""
+    """Mask of the times in a window, including its ends."""
     return (times >= window.start) & (times <= window.end)
 
 

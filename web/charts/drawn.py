@@ -55,7 +55,7 @@ class ChartedRun:
     Attributes:
         result: The run.
         chosen: Names of the signals that have charts of the user's choice.
-        across: Name of the signal that these are drawn against, too.
+        across: Name of the signal against which these are also drawn.
     """
 
     result: RunResult
@@ -66,7 +66,7 @@ class ChartedRun:
     def of(
         cls, result: RunResult, known: Sequence[ChartedRun] = (), view: ChartsView = PLAIN
     ) -> ChartedRun:
-        """The run with its charts; the same as before if it is among those known."""
+        """The run with its charts, which are reused if they exist."""
         made = next((run for run in known if run.result is result), None)
         if made is not None and (made.chosen, made.across) == (view.chosen, view.across):
             return made
@@ -161,7 +161,7 @@ def drawn_charts(
         run: The run.
         ghost: Another run, whose corresponding charts are drawn.
         window: The time range.
-        charts_view: Which lines are hidden.
+        charts_view: State of the charts, with the hidden lines.
         tab: The tab.
     """
     of_ghost = {chart.key: chart for chart in ghost.tabs[tab]} if ghost else {}

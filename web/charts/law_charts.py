@@ -137,7 +137,7 @@ def _button(index: int, run: LawRun, present: str, dark: bool) -> str:
 
 
 def law_run_words(run: LawRun) -> str:
-    """How the run with a law went, or why there is none."""
+    """Describes the run with a law, or the reason why there is none."""
     result = run.result
     if result is None:
         return run.problem

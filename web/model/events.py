@@ -76,11 +76,11 @@ class RunEvent:
     """An event of a run.
 
     Attributes:
-        time: When [s].
-        kind: What.
-        text: What happens, in words.
+        time: Time of the event [s].
+        kind: Kind of event.
+        text: Description.
         phase: New phase of the contact; None for other events.
-        part: The part of the scenario that it belongs to; empty if there is none.
+        part: Related part of the scenario; empty if there is none.
     """
 
     time: float
@@ -91,7 +91,7 @@ class RunEvent:
 
 
 def phases_in(scenario: Scenario) -> tuple[ContactPhase, ...]:
-    """The phases that a contact may have, one of each kind."""
+    """Possible phases of a contact, one of each kind."""
     return _PHASES[scenario.friction_cone]
 
 
@@ -165,7 +165,7 @@ def _way(result: RunResult, change: PhaseChange) -> str:
 
 
 def _way_on_face(result: RunResult, change: PhaseChange, row: int) -> str:
-    """The same for a spatial hand, seen from outside the object, with the first tangent up."""
+    """As `_way`, for a spatial hand, seen from outside the object with the first tangent up."""
     slips = result.trace.slip_velocity[row:, 2 * change.contact : 2 * change.contact + 2]
     moving = slips[np.any(slips != 0.0, axis=1)]
     if len(moving) == 0:

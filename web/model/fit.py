@@ -1,4 +1,4 @@
-"""What a session shows of fits."""
+"""View model of fits."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _WORDS = {
 
 @dataclass(frozen=True, slots=True)
 class FitDraft:
-    """What the user wants to fit; nothing of it is checked yet.
+    """Input of a fit by the user, not yet validated.
 
     Attributes:
         recording: Id of the recording.
@@ -35,7 +35,7 @@ class FitDraft:
 
 @dataclass(frozen=True, slots=True)
 class ShownProfile:
-    """The profile of a parameter, and what is known of it.
+    """Profile and estimate of a parameter.
 
     Attributes:
         key: The parameter.
@@ -52,13 +52,13 @@ class ShownProfile:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FitView:
-    """What a session shows of fits.
+    """Fits in the view of a session.
 
     Attributes:
-        status: The fit on the screen; None without one.
+        status: The displayed fit; None if there is none.
         report: Its report, once it is complete.
         listed: The newest fits of the store.
-        message: Why a fit cannot be made or shown; empty if it can.
+        message: Reason why a fit cannot be started or shown; empty if it can.
         is_starting: Whether a request is being checked.
     """
 

@@ -1,4 +1,4 @@
-"""Measured data over a run: their signals as those of a run that has no others."""
+"""Measured data overlaid on a run, as a run with only the measured signals."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from slipgrasp.core.trace.trace import Trace
 from slipgrasp.recordings.measured.recording import MeasuredRecording
 
 MOST_SAMPLES = 20_000
-"""Samples that a page keeps; of more, evenly chosen ones."""
+"""Largest number of samples of a page; larger data are thinned evenly."""
 
 
 def thinned(measured: MeasuredRecording) -> MeasuredRecording:
@@ -25,10 +25,10 @@ def thinned(measured: MeasuredRecording) -> MeasuredRecording:
 
 
 def laid_over(run: RunResult, measured: MeasuredRecording) -> RunResult:
-    """A run that holds nothing but the measured signals; all others are not a number.
+    """A run with only the measured signals; all others are NaN.
 
     Args:
-        run: The run over which they are drawn, of which it has the scenario.
+        run: The run on which the data are overlaid; its scenario is used.
         measured: Measured data.
     """
     shape = run.trace.shape

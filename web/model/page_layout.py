@@ -109,7 +109,7 @@ def panel_sizes(width: int, height: int, *, lecture: bool = False) -> PanelSizes
 
 
 def type_scale(width: int) -> float:
-    """Size of the type on a page, in that on a usual one; `dashboard.css` sets it.
+    """Font size of a page relative to the default, as set by `dashboard.css`.
 
     Args:
         width: Width of the page [px].

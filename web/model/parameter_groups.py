@@ -20,7 +20,7 @@ LAW_TITLE = "Control law"
 """Title of the group with the main settings of the control law."""
 
 MOST_MAIN = 6
-"""Most controls that are shown of a selected part."""
+"""Largest number of controls that are shown of a selected part."""
 _MAIN = ("object", "fingers", "controller")
 # Changeable, but only useful for experts.
 _DETAILS = (
@@ -47,7 +47,7 @@ _DETAILS = (
     "minimum",
     "maximum",
 )
-# The main ones of a part, the most wanted first; others follow in the order of the scenario.
+# The main ones of a part, the most important first; others follow in the order of the scenario.
 _FIRST = ("mass", "friction", "kind")
 _NOUNS = {"pulses": "Push", "patches": "Low-friction patch"}
 _FOLDED_TITLES = {
@@ -145,7 +145,7 @@ def _placed(
 
 
 def _rank(definitions: Mapping[str, Parameter], parameter: Parameter) -> tuple[int, int, int]:
-    """Parts in their order; of each, what is wanted most, estimates last."""
+    """Sort key: by part, within a part by importance, estimates last."""
     key = parameter.key
     part = _part_of(parameter, definitions)
     head, last = part.partition(".")[0], key.rpartition(".")[2]
@@ -164,7 +164,7 @@ def _part_of(parameter: Parameter, definitions: Mapping[str, Parameter]) -> str:
 
 
 def _estimated_key(parameter: Parameter, definitions: Mapping[str, Parameter]) -> str:
-    """Key of the parameter that an estimate is of."""
+    """Key of the estimated parameter."""
     return str(definitions[f"{parameter.key.rpartition('.')[0]}.parameter"].value)
 
 

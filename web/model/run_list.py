@@ -71,7 +71,7 @@ class RunList:
         chosen_id: The selected run, empty if there is none.
         chosen: Its description, once known.
         recent: The newest runs, regardless of the filter.
-        notice: Why the latest request failed, if it did.
+        notice: Reason why the latest request failed; empty if it did not.
     """
 
     page: int = 0

@@ -14,7 +14,7 @@ PUSH, PATCH = "pulses", "patches"
 
 @dataclass(frozen=True, slots=True)
 class Selection:
-    """What the controls show.
+    """Content of the controls.
 
     Attributes:
         part: The beginning of the keys of its parameters, such as ``object`` or ``fingers.0``.
@@ -57,6 +57,6 @@ def is_of_part(key: str, part: str) -> bool:
 
 
 def matches(search: str, *texts: str) -> bool:
-    """True if every word of a search is in one of some texts, whatever the case."""
+    """True if every word of a search is in one of some texts, regardless of case."""
     text = " ".join(texts).lower()
     return all(word in text for word in search.lower().split())

@@ -74,7 +74,7 @@ class StudyView:
         offers: The parameters of the draft that can vary.
         draft: Variations of the next study; None until the scenario is known.
         price: Its estimated cost; None while unknown.
-        problems: Why it cannot run, a sentence each.
+        problems: Reasons why it cannot run, a sentence each.
         is_starting: Whether it is being checked and created.
         followed: The study on the screen.
         study_run: Its run that was requested last.
@@ -82,7 +82,7 @@ class StudyView:
         is_draft_shown: Whether the panel shows the draft instead of the map.
         is_draft_seen: Whether its tab is visible.
         is_wide: Whether the map is wider than other panels.
-        message: Why a study could not be opened, if so.
+        message: Reason why a study could not be opened; empty if none.
     """
 
     offers: tuple[Offer, ...] = ()

@@ -99,8 +99,8 @@ class MapPicture:
 
     Attributes:
         study: The study.
-        finished: How many runs are done.
-        held: How many of them held.
+        finished: Number of finished runs.
+        held: Number of runs that held the object.
         across: The horizontal axis.
         up: The vertical axis.
         panels: One per compared setting.
@@ -125,7 +125,7 @@ class MapPicture:
 
 
 def locate(picture: MapPicture, index: int) -> tuple[int, Box] | None:
-    """Where a run stands: the place of its panel, and its cell or point; None if nowhere."""
+    """Position of a run: index of its panel, and its cell or point; None if not on the map."""
     if not 0 <= index < picture.study.num_runs:
         return None
     values = picture.study.values_of(index)

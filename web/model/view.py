@@ -1,4 +1,4 @@
-"""The state of a session's screen: one frozen value, from which the scene and panels are drawn."""
+"""The state of a session's screen: one immutable value, from which scene and panels are drawn."""
 
 from __future__ import annotations
 
@@ -52,8 +52,8 @@ class Comparing:
     Attributes:
         pair: The compared runs; None without findings.
         findings: Their differences; None if they cannot be compared.
-        message: Why the latest request failed, or the runs cannot be compared.
-        distances: How far measured data are from the run; None if the other is a run.
+        message: Reason why the latest request failed, or the runs cannot be compared.
+        distances: Deviations of measured data from the run; None if the other is a run.
     """
 
     pair: Pair | None = None
@@ -64,11 +64,11 @@ class Comparing:
 
 @dataclass(frozen=True, slots=True)
 class HowHeavy:
-    """How much heavier the object may get.
+    """Largest mass of the object that is held.
 
     Attributes:
         draft: The scenario of the request; None if there is none.
-        words: The answer, or a note that it is being computed.
+        words: The result, or a note that it is being computed.
     """
 
     draft: Draft | None = None
@@ -202,8 +202,8 @@ class ViewState:
         draft: The scenario that the user edits.
         status: The status of its run.
         choice: The time range of a run that is shown.
-        ticket: The latest request for a run; answers to an older one come too late.
-        opening: The latest request for a recording; answers to an older one come too late.
+        ticket: The latest request for a run; answers to older ones are ignored.
+        opening: The latest request for a recording; answers to older ones are ignored.
         shown: The run on the screen.
         ghost: The run that is drawn pale below it.
         playback: The play head.
@@ -213,14 +213,14 @@ class ViewState:
         notice: A message across all panels; empty if there is none.
         charts: The user's settings of the charts.
         laws: Runs with every law, while their tab is visible.
-        how_heavy: How much heavier the object may get, if requested.
+        how_heavy: Largest mass of the object that is held, if requested.
         hint_trials: Results of simulating the hints.
         exporting: The file that is being exported.
         editing: The state of editing, and earlier drafts.
         selection: The part of the scenario whose controls are shown.
         appearance: The appearance of the view.
         page_layout: The size of the page; None until the page has reported it.
-        restored: How often the layout of the panels was restored.
+        restored: Number of times that the layout of the panels was restored.
         study: The planned study, and the one whose progress is shown.
         fit: The fit on the screen.
         premises: The assumptions of the theorems for a run, once requested.
@@ -301,7 +301,8 @@ def show(view: ViewState, shown: Shown, stage: RunStage, *, afresh: bool) -> Vie
         view: The present screen.
         shown: The run.
         stage: The stage of its request.
-        afresh: Whether it is unrelated to the previous run, so that the play head starts anew.
+        afresh: Whether it is unrelated to the previous run, so that the play head returns to the
+            start.
             Otherwise the play head stays, up to the end of the run.
     """
     playback, choice = view.playback, view.choice
@@ -317,7 +318,7 @@ def show(view: ViewState, shown: Shown, stage: RunStage, *, afresh: bool) -> Vie
 def _kept_in(window: TimeWindow, playback: Playback, shown: Shown) -> Playback:
     """The play head in the window of another run; a paused one stays inside the window.
 
-    Otherwise a control would act at another time than the user paused at.
+    Otherwise a control would not act at the time of the pause.
     """
     if playback.playing:
         # A speed that the user has not chosen is adapted to the window.
@@ -336,7 +337,7 @@ def replays_of(view: ViewState) -> tuple[Replay, ...]:
 
 
 def show_replay(view: ViewState, recording: Replay) -> ViewState:
-    """Puts a recording on the screen; a run in progress becomes void."""
+    """Puts a recording on the screen; a run in progress is ignored."""
     ticket, draft, editing = view.ticket + 1, Draft.from_replay(recording), view.editing
     afresh = draft.origin != view.draft.origin
     if view.shown is not None and draft != view.draft:

@@ -14,7 +14,7 @@ _CHOSEN = "$value"
 
 
 def click_attribute(*intents: Intent) -> str:
-    """The attribute of an element that asks for one or more things when it is clicked."""
+    """The attribute of an element that sends one or more intents when it is clicked."""
     asked = [posted(intent) for intent in intents]
     return _attribute("data-sg-intent", asked[0] if len(asked) == 1 else asked)
 

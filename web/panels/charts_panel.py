@@ -143,9 +143,9 @@ class ChartsPanel:
 
 
 def _tabs_in_sight(charts: ChartsView) -> set[str]:
-    """Tabs whose charts are looked at; others are drawn once they are.
+    """Visible tabs; charts of other tabs are drawn once they become visible.
 
-    The first tab counts as seen while none is: so it is there before the page has reported.
+    The first tab counts as visible until the page has reported its tabs.
     """
     drawable = {*CHART_TABS, CHOSEN_TAB, XY_TAB}
     return {*charts.seen} & drawable or {next(iter(CHART_TABS))}

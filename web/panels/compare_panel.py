@@ -416,7 +416,7 @@ def _signal_row(column: SignalDifference, names: Sequence[str]) -> str:
 
 
 def distances_html(found: Distances) -> str:
-    """How far measured data are from the run on the screen, signal by signal."""
+    """Deviations of measured data from the displayed run, by signal."""
     rows = (_distance_row(distance) for distance in found.signals.values())
     samples = max(distance.samples for distance in found.signals.values())
     start, end = found.span

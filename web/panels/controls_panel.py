@@ -57,7 +57,7 @@ class _ShownGroup(NamedTuple):
 
 
 class ControlsPanel:
-    """Lets the user select a part and move its controls; each shows the value at the play head.
+    """Selection of a part, and its controls, which show the values at the play head.
 
     Args:
         gui: Parent of the widgets.

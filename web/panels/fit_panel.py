@@ -34,11 +34,11 @@ _HIGHEST_RISE = 3.0
 
 
 class FitPanel:
-    """Requests a fit, and shows the one on the screen.
+    """Inputs of a fit, and the displayed fit.
 
     Args:
-        gui: Where it goes.
-        send: Takes the intents.
+        gui: Container of the panel.
+        send: Receives the intents.
     """
 
     def __init__(self, gui: viser.GuiApi, send: Send) -> None:
@@ -79,7 +79,7 @@ class FitPanel:
         self.fit.on_click(self._start)
 
     def update(self, view: ViewState) -> None:
-        """Shows the recordings to choose from, and the fit on the screen."""
+        """Shows the selectable recordings and the displayed fit."""
         drawn = (view.fit, view.run_list.recent, view.appearance.dark, view.ghost)
         if drawn == self._drawn:
             return
@@ -98,7 +98,7 @@ class FitPanel:
         self.profiles.draw(profiles_of(view.fit), dark=view.appearance.dark)
 
     def _choose_opened(self, view: ViewState) -> None:
-        """Chooses the measured data that are drawn over the run, once."""
+        """Selects the measured data that are overlaid on the run, once."""
         replay = view.ghost.shown.replay if view.ghost is not None else None
         if view.ghost is None or replay is None or replay.run_id == self._opened:
             return
@@ -125,10 +125,10 @@ class FitPanel:
 
 
 class _Profiles:
-    """A chart per parameter; charts are made once, and hidden while unused.
+    """A chart per parameter; charts are created once, and hidden while unused.
 
     Args:
-        gui: Where they go.
+        gui: Container of the charts.
     """
 
     def __init__(self, gui: viser.GuiApi) -> None:
@@ -176,7 +176,7 @@ def columns_of(profile: ShownProfile) -> tuple[np.ndarray, ...]:
 
 
 def scales_of(profile: ShownProfile) -> dict[str, uplot.Scale]:
-    """The part of a profile around the threshold; rises beyond are far away."""
+    """Scales for the part of a profile around the threshold, without large rises."""
     top = _HIGHEST_RISE * profile.threshold
     near = [value for value, rise in profile.points if rise <= top]
     margin = 0.08 * (near[-1] - near[0]) or 0.01 * abs(near[0]) or 1.0
@@ -204,7 +204,7 @@ def _series(dark: bool) -> tuple[uplot.Series, ...]:
 
 
 def summary_html(fit: FitView) -> str:
-    """How far the fit on the screen is, and links to its report."""
+    """Progress of the displayed fit, and links to its report."""
     lines = [box_html("Not fitted", [escape(fit.message)])] if fit.message else []
     if fit.is_starting:
         lines.append("<div>The request is being checked …</div>")

@@ -82,7 +82,7 @@ def welcome_html() -> str:
         "<div class='sg-welcome'>A hand holds an object by friction alone. The close-ups show "
         f"its contacts: {sticks} sticks, {forward} and {backward} slip. "
         "<b>Pull the object</b> or move a slider: the run is simulated again at once. "
-        "<button type='button' data-sg-welcomed title='Does not show this again'>Got it</button>"
+        "<button type='button' data-sg-welcomed title='Hides this text permanently'>Got it</button>"
         "</div>"
     )
 

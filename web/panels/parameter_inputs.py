@@ -28,7 +28,7 @@ Input = (
     | viser.GuiTextHandle
 )
 
-# Delay until the page knows that a slider has been widened [s].
+# Delay until the page has applied the wider range of a slider [s].
 _WIDENING = 2.0
 # Decimals of a field, enough for any typed number.
 _DECIMALS = 12
@@ -81,8 +81,8 @@ class Control(ABC):
 class _Outgrown(NamedTuple):
     """A typed number, and the limits of the slider that it exceeds.
 
-    If the user leaves a field before the page knows that the slider was widened, the page clips the
-    number to the old limit.
+    If the user leaves a field before the page has applied the wider range of the slider, the page
+    clips the number to the old limit.
     """
 
     number: float = math.nan

@@ -11,6 +11,7 @@ import viser
 from slipgrasp.core.run.verdict import describe_run, scenario_title
 from slipgrasp.core.scenario.custom_laws import law_names
 from slipgrasp.core.scenario.law_choice import LAW
+from slipgrasp.core.scenario.laws import law_alias, law_label
 from slipgrasp.web.charts.law_charts import law_run_words
 from slipgrasp.web.model.colours import tone
 from slipgrasp.web.model.disturbances import DisturbanceKind, disturbance_words
@@ -46,7 +47,7 @@ _REACHES: dict[str, Reach] = {reach.value: reach for reach in Reach}
 
 
 class ScenarioPanel:
-    """Lets the user choose a preset, undo changes, and view the changes during the run.
+    """Presets, undo, and the changes during the run.
 
     Args:
         gui: Parent of the widgets.
@@ -173,7 +174,7 @@ def _resting_time(playback: Playback | None) -> float | None:
 
 
 def law_buttons_html(law: str, runs: Sequence[LawRun]) -> str:
-    """A row of buttons for the control laws, and how each went where that is known.
+    """A row of buttons for the control laws, with the outcomes of their runs if known.
 
     Args:
         law: The law at the play head.
@@ -188,14 +189,15 @@ def law_buttons_html(law: str, runs: Sequence[LawRun]) -> str:
 
 
 def _law_button(name: str, run: LawRun | None, is_present: bool) -> str:
-    hint, dot = "Takes this law on the whole run; undo takes it back", ""
+    hint, dot = f"Applies {law_label(name)} to the whole run; can be undone", ""
     if run is not None:
         hint = f"{law_run_words(run)}. {hint}"
         colour = tone("bad" if run.result is None else describe_run(run.result).tone)
         dot = f" <i style='color:{colour}'>●</i>"
     return (
         f"<button type='button' class='sg-chip' aria-pressed='{str(is_present).lower()}' "
-        f"title='{escape(hint)}' {click_attribute(ChooseLaw(name))}>{escape(name)}{dot}</button>"
+        f"title='{escape(hint)}' {click_attribute(ChooseLaw(name))}>"
+        f"{escape(law_alias(name))}{dot}</button>"
     )
 
 

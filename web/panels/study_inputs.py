@@ -31,7 +31,7 @@ MAX_CHOSEN_AXES = 4
 
 
 class DraftInputs:
-    """Lets the user choose two parameters, their ranges, and what to compare.
+    """Inputs of two parameters, their ranges, and the compared setting.
 
     Args:
         gui: Parent of the widgets.
@@ -144,7 +144,7 @@ class _AxisInputs:
 
 
 class StudyRunInputs:
-    """Lets the user select a run of a study by its values, or by its index, without a mouse.
+    """Selection of a run of a study by its values, or by its index, without a mouse.
 
     Args:
         gui: Parent of the widgets.

@@ -305,7 +305,7 @@ def summary_html(followed: Followed, opening: int | None = None, wrong: str = ""
     Args:
         followed: The study.
         opening: The run of it that is being opened, if any.
-        wrong: Why a run of it, or another study, could not be opened; may be empty.
+        wrong: Reason why a run of it, or another study, could not be opened; may be empty.
     """
     status = followed.status
     title = escape(status.stored.title or "Study without a title")

@@ -1,4 +1,4 @@
-"""The reducer of fits: starts one, and follows the one on the screen."""
+"""Reducer of fits: starts a fit, and monitors the displayed one."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ POLL_INTERVAL = 0.5
 
 
 class FitReducer(Reducer):
-    """Keeps the fit that is on the screen. It belongs to the server, and outlasts its session.
+    """Updates the displayed fit, which belongs to the server and outlives the session.
 
     Args:
         service: Runs fits.
-        send: Takes the answers of the worker.
+        send: Receives the results of the worker.
     """
 
     takes: ClassVar[tuple[type[Intent], ...]] = (
@@ -48,25 +48,25 @@ class FitReducer(Reducer):
         self._poll_at = 0.0
 
     def start(self, view: ViewState) -> ViewState:
-        """Asks for the list of fits."""
+        """Requests the list of fits."""
         self._worker.list()
         return view
 
     def reduce(self, intent: Intent, view: ViewState) -> ViewState:
-        """Asks the worker, or shows its answer."""
+        """Sends a request to the worker, or shows its result."""
         fit = self._start(intent.draft, view) if isinstance(intent, StartFit) else None
         fit = fit or self._changed(intent, view.fit)
         return view if fit is view.fit else replace(view, fit=fit)
 
     def pass_time(self, now: float, view: ViewState) -> ViewState:
-        """Asks how far the fit is, until it has ended."""
+        """Requests the progress of the fit until it has ended."""
         if self._followed_id is not None and now >= self._poll_at:
             self._poll_at = now + POLL_INTERVAL
             self._worker.poll(self._followed_id)
         return view
 
     def wait(self, now: float, view: ViewState) -> float | None:
-        """Comes back while a fit is followed."""
+        """Time until the next request while a fit is monitored."""
         return None if self._followed_id is None else max(self._poll_at - now, 0.0)
 
     def _start(self, draft: FitDraft, view: ViewState) -> FitView:

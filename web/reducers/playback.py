@@ -1,4 +1,4 @@
-"""The reducer of the play head."""
+"""Reducer of the play head."""
 
 from __future__ import annotations
 

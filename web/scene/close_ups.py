@@ -2,7 +2,7 @@
 
 The page draws a close-up of every contact over the view (`web/page/overlay.js`). A packet contains
 the data for all instants, so that nothing else is sent during playback. It is sent with the nodes
-of the scene, as the points of an invisible one, so that the page applies both together, and a
+of the scene, as the points of an invisible node, so that the page applies both together, and a
 recorded scene contains it.
 """
 

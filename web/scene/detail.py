@@ -24,7 +24,7 @@ class Detail:
         self.least_move = 0.0
 
     def is_far(self, now: Values, drawn: Values) -> NDArray[np.bool_]:
-        """Which rows must be drawn again.
+        """Mask of the rows that must be drawn again.
 
         Args:
             now: New positions.

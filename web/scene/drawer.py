@@ -39,7 +39,7 @@ class HandDrawer:
         surfaces: Colours.
         detail: Level of detail.
         glass: Whether the object is transparent.
-        picking: Makes fingers clickable; None where nobody can click.
+        picking: Makes fingers clickable; None without interaction.
 
     Attributes:
         paths: Names of the nodes of all frames.
@@ -140,7 +140,7 @@ class HandDrawer:
 
 
 def colour_of(role: Role, surfaces: Surfaces) -> Rgb:
-    """The colour of what a primitive shows."""
+    """Colour of a primitive, by its role."""
     return {
         Role.OBJECT: surfaces.object,
         Role.OBJECT_EDGE: surfaces.object_edge,

@@ -64,10 +64,10 @@ def add_low_friction_patches(
     """Draws every patch on its face.
 
     Args:
-        scene: Where the nodes go.
+        scene: Scene of the nodes.
         object_name: Name of the node with the pose of the object.
         scenario: Scenario with the patches and faces.
-        picking: Makes patches clickable; None where nobody can click.
+        picking: Makes patches clickable; None without interaction.
     """
     names = [f"{object_name}/wet{k}" for k in range(len(scenario.patches))]
     if isinstance(scenario, SpatialScenario):

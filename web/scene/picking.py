@@ -1,4 +1,4 @@
-"""Clicks on what the scene shows, which select parts of the scenario."""
+"""Clicks on objects of the scene, which select parts of the scenario."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Picking:
         self._send = send
 
     def make_clickable(self, node: _Clickable, part: str) -> None:
-        """Lets a click on a node select a part."""
+        """Makes clicks on a node select a part."""
 
         # In the event loop, which keeps the order of events.
         async def select(_: viser.SceneNodePointerEvent[Any]) -> None:

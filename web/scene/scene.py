@@ -79,10 +79,10 @@ class Scene:
     """Shows runs, one after another; nodes are created once per shape of hand and object.
 
     Args:
-        stage: Where the nodes go.
+        stage: Server of the nodes.
         drag: Handles dragging of the object; None if it is not possible.
         detail: Level of detail.
-        picking: Makes fingers and patches clickable; None where nobody can click.
+        picking: Makes fingers and patches clickable; None without interaction.
     """
 
     def __init__(

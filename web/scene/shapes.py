@@ -31,7 +31,7 @@ def lift(points: Points, depth: float = 0.0) -> NDArray[np.float32]:
 
 
 def circle(radius: float, segments: int = 48) -> Points:
-    """Corners of a round outline, anticlockwise, shape ``(segments, 2)``."""
+    """Corners of a round outline, counterclockwise, shape ``(segments, 2)``."""
     return arc(radius, 0.0, 2.0 * math.pi, segments)[:-1]
 
 

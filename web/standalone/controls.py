@@ -30,7 +30,7 @@ class ControlError(SlipgraspError):
 
 
 def usual_controls(scenario: Scenario) -> tuple[str, ...]:
-    """The parameters that have sliders unless others are chosen: of a few those that can."""
+    """Default parameters of the sliders: those of a short list that the scenario supports."""
     planar = isinstance(scenario, PlanarScenario)
     keys = (*_USUAL, "controller.position_gain") if planar else _USUAL
     return tuple(key for key in keys if _is_possible(scenario, key))
@@ -47,8 +47,8 @@ class Control(NamedTuple):
         high: Largest value.
         step: Step.
         value: Value of the scenario.
-        places: Where the value stands in the table of the scenario; of a spatial hand among the
-            numbers of the model, and after these among those of the run before it begins.
+        places: Indices of the value in the table of the scenario; for spatial hands, in the numbers
+            of the model followed by those of the run at its start.
     """
 
     key: str
@@ -66,8 +66,8 @@ def controls_of(scenario: Scenario, keys: Sequence[str]) -> tuple[Control, ...]:
 
     Args:
         scenario: The scenario.
-        keys: Dotted keys, with ``fingers.*.`` for all fingers at once, each maybe with the ends of
-            its slider: ``KEY=LOW:HIGH``.
+        keys: Dotted keys, with ``fingers.*.`` for all fingers, and optionally the range of the
+            slider: ``KEY=LOW:HIGH``.
 
     Raises:
         ControlError: If a parameter does not exist, is not one number, or changes the shape of the
@@ -106,10 +106,10 @@ def _control(scenario: Scenario, chosen: str, names: ParameterNames) -> Control:
 
 
 def _chosen_range(chosen: str, ends: str, value: float) -> SliderRange:
-    """The ends that a slider is given, widened to hold its value.
+    """Parses the range of a slider, extended to include its value.
 
     Raises:
-        ControlError: If they are not two numbers in this order.
+        ControlError: If it is not two numbers in ascending order.
     """
     found = re.fullmatch(rf"({_NUMBER}):({_NUMBER})", ends)
     low, high = map(float, found.groups()) if found else (0.0, 0.0)
@@ -122,7 +122,8 @@ def _check_end(scenario: Scenario, key: str, end: float) -> None:
     """Validates a slider at one end of its range.
 
     Raises:
-        ControlError: If the scenario does not allow it, or it changes the shape of the scene.
+        ControlError: If the scenario does not allow the value, or it changes the shape of the
+            scene.
     """
     try:
         other = with_values(scenario, {each: end for each in _keys(scenario, key)})
@@ -135,7 +136,7 @@ def _check_end(scenario: Scenario, key: str, end: float) -> None:
 
 
 def _in_model(scenario: Scenario, key: str, values: Sequence[float]) -> Iterator[int]:
-    """Places in the packed model and run that are the value itself.
+    """Indices in the packed model and run that contain the value itself.
 
     Raises:
         ControlError: If the kernel of spatial hands uses values derived from it.

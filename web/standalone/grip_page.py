@@ -1,6 +1,6 @@
 """The page "Why does my object slip?": five numbers of a grip between two pads, and the answer.
 
-Its formulas are the functions of this file, traced; its sentences stand here too.
+Its formulas are traced from the functions of this module, which also contains its sentences.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ from slipgrasp.web.standalone.traced import Program, inputs
 
 GRAVITY = 9.81  # [m/s²]
 WAY = 0.01  # slip after which the object counts as lost [m]
-_EVEN_PAD = 2.0 / 3.0  # of its radius: moment over force of a pad that turns, even pressure
+_EVEN_PAD = 2.0 / 3.0  # moment over force of a turning pad with uniform pressure, per radius
 
 
 class Grip(NamedTuple):
-    """What is entered, SI units; the acceleration points upwards."""
+    """Input, in SI units; positive acceleration is upward."""
 
     mass: Any
     friction: Any
@@ -29,16 +29,16 @@ class Grip(NamedTuple):
 
 
 class GripAnswer(NamedTuple):
-    """What follows from it.
+    """Results for a grip.
 
     Attributes:
         force: Least grip force without slip [N].
         friction: Least friction without slip.
         acceleration: Largest acceleration without slip [m/s²].
         fall: Acceleration of the object relative to the pads while it slips [m/s²]; else at most 0.
-        time: Time until it has slipped by `WAY` [s]; not a number where it does not slip.
-        arm: Largest distance between pads and centre of mass at which it does not turn [m]; not a
-            number where it slips.
+        time: Time until it has slipped by `WAY` [s]; NaN if it does not slip.
+        arm: Largest distance between pads and centre of mass at which it does not turn [m]; NaN if
+            it slips.
     """
 
     force: Any
@@ -50,10 +50,10 @@ class GripAnswer(NamedTuple):
 
 
 def answer_of(grip: Grip) -> GripAnswer:
-    """Two pads share the load P = m (g + a), and friction offers 2 mu F.
+    """Computes the results; two pads share the load P = m (g + a), friction is at most 2 mu F.
 
-    Force and moment of a pad lie within its limit surface (P / 2 mu F)² + (P d / 2 mu F c)² = 1,
-    with c = 2/3 of the radius: so the arm d is at most c sqrt((2 mu F / P)² - 1).
+    Force and moment of a pad are within its limit surface (P / 2 mu F)² + (P d / 2 mu F c)² = 1,
+    with c = 2/3 of the radius. The arm d is therefore at most c sqrt((2 mu F / P)² - 1).
     """
     load = grip.mass * (GRAVITY + grip.acceleration)
     offered = 2.0 * grip.friction * grip.grip_force
@@ -93,11 +93,11 @@ SENTENCES = {
     "pads are within {arm} mm of the centre of mass; farther away it does. What to change then: a "
     "larger grip force or larger pads.",
 }
-"""What the page says, with blanks; a lighter or slower one stands in for ``{slower}``."""
+"""Text of the page, with placeholders; ``slower`` or ``lighter`` replaces ``{slower}``."""
 
 
 def grip_page() -> str:
-    """The page, as one HTML file."""
+    """Returns the page as one HTML file."""
     entered = Grip(*inputs("i", len(FIELDS)))
     program = Program()
     order = program.add(np.array(answer_of(entered), dtype=object))

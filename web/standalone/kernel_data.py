@@ -27,11 +27,11 @@ from slipgrasp.core.words.endings import end_blanks, end_words
 from slipgrasp.recordings.study.categories import category_of
 
 _ENTRIES = ("slipgrasp_pack", "slipgrasp_begin_run", ADVANCE)
-"""The units that a page of a planar hand calls."""
+"""Units called by the page of a planar hand."""
 
 
 _linking = threading.Lock()
-"""Two sessions may want the file at once."""
+"""Two sessions may request the file at the same time."""
 
 
 class PageError(SlipgraspError):
@@ -51,7 +51,7 @@ def kernel_file(scenario: Scenario) -> bytes:
 
 
 def check_for_page(result: RunResult) -> None:
-    """Refuses a run that a page cannot simulate, or not show.
+    """Rejects a run that a page cannot simulate or show.
 
     Raises:
         PageError: If the scenario is not supported.
@@ -87,7 +87,7 @@ def run_data(result: RunResult) -> dict[str, Any]:
 
 
 def _planar(scenario: PlanarScenario) -> dict[str, Any]:
-    """A planar scenario as its table, and what differs in each segment."""
+    """A planar scenario as its table, and the changes in each segment."""
     schedule, segments = Schedule(scenario), []
     rest = np.zeros(len(scenario.fingers))
     first = np.frombuffer(schedule.table.tobytes(), "<f8")
@@ -102,7 +102,7 @@ def _planar(scenario: PlanarScenario) -> dict[str, Any]:
 
 
 def _packed(result: RunResult) -> dict[str, Any]:
-    """A spatial scenario as records: the run before it begins, and the model of each segment."""
+    """A spatial scenario as records: the run at its start, and the model of each segment."""
     engine, segments = make_engine(result.scenario, keeps_rows=True), []
     while True:
         model = engine.pack()
@@ -120,12 +120,12 @@ def _packed(result: RunResult) -> dict[str, Any]:
 
 
 def bytes_of(record: Record) -> NDArray[np.uint8]:
-    """A record as it lies in memory."""
+    """Bytes of a record, as a view."""
     return np.frombuffer(record, np.uint8)
 
 
 def loads_of(scenario: Scenario) -> Iterator[tuple[float, list[float]]]:
-    """The segments of a run without patches: when each ends [s], and its pulses [N, N m]."""
+    """Segments of a run without patches: end [s], and force and moment of pulses [N, N m]."""
     timetable: Timetable[Any] = Timetable(scenario)
     size = 3 if isinstance(scenario, PlanarScenario) else 6
     while True:
@@ -145,7 +145,7 @@ def _differences(first: np.ndarray, table: np.ndarray) -> dict[int, float]:
 
 
 def _ends() -> dict[int, dict[str, str]]:
-    """Outcome, headline and sentence of every status in which a run ends."""
+    """Outcome, headline and sentence for every final status of a run."""
     ends = {
         status: {
             "outcome": words.outcome,
@@ -160,6 +160,6 @@ def _ends() -> dict[int, dict[str, str]]:
 
 
 def encoded(array: NDArray[Any]) -> dict[str, str]:
-    """An array as the page's scripts read it."""
+    """Encodes an array for the scripts of the page."""
     content = np.ascontiguousarray(array)
     return {"$": content.dtype.str, "b": base64.b64encode(content.tobytes()).decode()}

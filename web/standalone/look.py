@@ -1,7 +1,7 @@
-"""What a page shows before it moves: scene, panels, sliders and charts, as messages to the viewer.
+"""Initial content of a page: scene, panels, sliders and charts, as messages to the viewer.
 
-They are those that the dashboard's own scene and charts send to the viewer, taken from a server
-that nobody connects to.
+The messages are those that the scene and charts of the dashboard send to the viewer, captured from
+a server without clients.
 """
 
 from __future__ import annotations
@@ -68,18 +68,18 @@ _HELP = (
 )
 _UUID = re.compile(r"[0-9a-f]{8}(?:-[0-9a-f]{4}){3}-[0-9a-f]{12}")
 _RUN_ID = re.compile(r'"run_id":"[0-9a-f]+"')
-# Names of the arrays that the formulas of the scene read: rows with the least and the largest slip
-# so far, the rows on both sides, and the weight of the second; likewise of the ghost.
+# Names of the arrays read by the formulas of the scene: rows with the smallest and the largest slip
+# so far, the two adjacent rows, and the weight of the second; the same for the ghost.
 _OWN, _PALE = ("l", "m", "a", "b", "w"), ("L", "M", "A", "B", "W")
 
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """What a page shows.
+    """Content of a page.
 
     Attributes:
         data: Plain values for the scripts.
-        formulas: The module of JavaScript by which things move.
+        formulas: JavaScript module of the formulas for moving parts.
     """
 
     data: dict[str, Any]
@@ -87,11 +87,11 @@ class Look:
 
 
 def look_of(result: RunResult, controls: Sequence[Control]) -> Look:
-    """The messages in both themes, and how what they show moves.
+    """Returns the messages for both themes, and the formulas for moving parts.
 
     Args:
-        result: The run that the page shows first.
-        controls: Its sliders.
+        result: The run that the page shows initially.
+        controls: Sliders of the page.
     """
     with _captured(result, controls, dark=True) as capture:
         dark = capture.messages()
@@ -111,7 +111,7 @@ def _captured(result: RunResult, controls: Sequence[Control], *, dark: bool) -> 
 
 
 class Capture:
-    """A server with everything that the page shows.
+    """A server with the content of the page.
 
     Args:
         server: The server.
@@ -140,11 +140,11 @@ class Capture:
         self._messages = _sent(server)
 
     def messages(self) -> list[Any]:
-        """First messages to the viewer."""
+        """Initial messages to the viewer."""
         return _named(self._messages, self._messages)
 
     def data(self) -> dict[str, Any]:
-        """Everything that is no formula, as plain values."""
+        """All content except formulas, as plain values."""
         program = Program()
         scene = self.scene_data(program)
         self._frame_formula = program.to_javascript(",".join((*_OWN, *_PALE)))
@@ -181,7 +181,7 @@ class Capture:
         return _named(data, self._messages)
 
     def formulas(self) -> str:
-        """The module of the formulas; after `data`."""
+        """Module of the formulas; call `data` first."""
         lines = ",".join(f"{key!r}:{formula}" for key, formula in self._line_formulas().items())
         return (
             f"export const frame={self._frame_formula};\n"
@@ -191,7 +191,7 @@ class Capture:
         )
 
     def _show_scene(self) -> SceneLayout:
-        """The scene at the start of the run, with the nodes of a ghost."""
+        """Creates the scene at the start of the run, with the nodes of a ghost."""
         layout = self._scene.show(self._result, self._result, Appearance(dark=self._dark))
         start = Sampler(self._result.trace).at(0.0)
         self._scene.update(start, start)
@@ -205,7 +205,7 @@ class Capture:
         camera.position, camera.look_at = framing.position, framing.look_at
 
     def _add_panels(self) -> None:
-        """Results to the left, sliders to the right, the play head below."""
+        """Adds the panels: results, sliders and playback."""
         gui, html = self._server.gui, {}
         gui.set_panel_label("slipgrasp")
         self._sliders = [_add_slider(gui, control) for control in self._controls]
@@ -246,7 +246,7 @@ class Capture:
         return two, _of_panels(_sent(self._server))
 
     def _player_width(self) -> Any:
-        """The message that gives the play head's panel a width."""
+        """Message that sets the width of the playback panel."""
         self._player.set_width(_USUAL[0])
         return next(
             message
@@ -276,7 +276,7 @@ class Capture:
         return caption + strip_html(self._result, playback, None)
 
     def _line_formulas(self) -> dict[str, str]:
-        """Per chart a function from a row to the values of its lines."""
+        """Functions from a row to the values of the lines, by chart."""
         found = {}
         for chart in _charts(self._traced_result()):
             program = Program()
@@ -285,7 +285,7 @@ class Capture:
         return found
 
     def _close_up_data(self) -> dict[str, Any]:
-        """What close-ups show of every run, their scales by the largest slip, and their arrays."""
+        """Common content of close-ups, their scales by the largest slip, and their arrays."""
         scenario, appearance = self._result.scenario, Appearance()
         node = self._scene.object_node
         scales: list[tuple[float, float, float]] = []
@@ -308,20 +308,20 @@ class Capture:
         }
 
     def _traced_arrays(self) -> dict[str, NDArray[Any]]:
-        """Arrays of close-ups whose numbers follow from each row alone."""
+        """Arrays of close-ups that depend on single rows."""
         known = ("times", "phase", "held")
         arrays = arrays_of(self._traced_result(), None, self._layout)
         return {name: values for name, values in arrays.items() if name not in known}
 
     def _traced_result(self) -> RunResult:
-        """The run with a single row, which is not known."""
+        """The run with a single row of traced numbers."""
         shape = self._result.trace.shape
         row = inputs("a", shape.num_columns)[None]
         _know(row, shape, ContactPhase.STICK)
         return replace(self._result, trace=Trace.from_rows(shape, row))
 
     def _camera_formula(self) -> str:
-        """A function from width, height and covered height of a picture to the camera [m]."""
+        """Function from width, height and covered height of the view to the camera [m]."""
         width, height, covered = inputs("p", 3)
         low, high = self._layout.corners(lenses=True)
         framing = frame_box(low, high, Picture(width, height, covered), self._layout.plane)
@@ -330,12 +330,12 @@ class Capture:
         return program.to_javascript("p", places)
 
     def scene_data(self, program: Program) -> dict[str, Any]:
-        """Assignments to nodes: of all, of each contact by its phase, of pushes, of the ghost.
+        """Assignments to nodes: common ones, by contact and phase, of pushes, of the ghost.
 
         Args:
-            program: Gets the formulas.
+            program: Receives the formulas.
         """
-        # Sticking first, too: each phase then differs from the one before, and is drawn anew.
+        # Also starts with stick, so that each phase differs from the previous one and is drawn.
         phases = [ContactPhase.STICK, *self._slipping(), ContactPhase.STICK]
         by_phase = {phase: self._assignments(phase) for phase in phases}
         drawn = by_phase[ContactPhase.STICK]
@@ -365,7 +365,7 @@ class Capture:
         }
 
     def _pushed(self, load: Sequence[float]) -> Iterator[Assignment]:
-        """The arrow of a push, or that there is none."""
+        """Assignments of the arrow of a push; hides it if there is none."""
         with self._stage.recording() as record:
             own = self._instant(ContactPhase.STICK, _OWN, load)
             self._scene.update(own, self._instant(ContactPhase.STICK, _PALE))
@@ -380,7 +380,7 @@ class Capture:
         return next(name for name in nodes if name.endswith(_PUSH))
 
     def _slipping(self) -> list[ContactPhase]:
-        """The phases of a contact that slips."""
+        """Phases in which a contact slips."""
         phases = phases_in(self._result.scenario)
         return [phase for phase in phases if phase is not ContactPhase.STICK]
 
@@ -388,7 +388,7 @@ class Capture:
         with self._stage.recording() as record:
             self._scene.update(self._instant(phase, _OWN), self._instant(phase, _PALE))
             found = list(record.assignments.values())
-        # A path has as many points as it needs; the close-ups show it.
+        # A path has a variable number of points; close-ups show it.
         has_paths = self._result.trace.shape.space.has_paths
         return [each for each in found if not (has_paths and each.node.endswith(_TRAIL))]
 
@@ -401,7 +401,7 @@ class Capture:
         traced = np.stack([inputs(name, shape.num_columns) for name in rows])
         _know(traced, shape, phase, load)
         trace = Trace.from_rows(shape, traced)
-        # The first rows hold the extremes of all rows before.
+        # The first two rows are the extremes of all previous rows.
         return Sampler(trace).read(Spot(2, 3, inputs(weight, 1)[0]))
 
 
@@ -414,7 +414,7 @@ def _charts(result: RunResult) -> list[Chart]:
 def _know(
     rows: NDArray[Any], shape: TraceShape, phase: ContactPhase, load: Sequence[float] | float = 0.0
 ) -> None:
-    """Sets what the scene compares: phases of the contacts, and what pushes the object."""
+    """Sets the signals that the scene compares: contact phases and the load on the object."""
     start = 0
     for signal in SIGNALS:
         stop = start + shape.widths[signal.per]
@@ -428,7 +428,7 @@ def _know(
 
 
 def _plain(assignment: Assignment, program: Program) -> dict[str, Any]:
-    """An assignment as plain values: places of numbers among the results, or the value."""
+    """An assignment as plain values: indices of numbers in the results, or the value."""
     told = {"node": assignment.node, "key": assignment.key}
     if assignment.moves:
         return {**told, "places": program.add(assignment.value)}
@@ -448,7 +448,7 @@ def _add_slider(gui: viser.GuiApi, control: Control) -> viser.GuiInputHandle[flo
 
 
 def _transports(playback: Playback) -> dict[str, str]:
-    """The controls of the play head, by whether it moves and which time range is shown."""
+    """HTML of the playback controls, by playback state and time range."""
     return {
         f"{str(playing).lower()} {choice.value}": _transport(playback, choice, playing=playing)
         for playing in (True, False)
@@ -471,20 +471,20 @@ def _transport(playback: Playback, choice: WindowChoice, *, playing: bool) -> st
 
 
 def _sent(server: viser.ViserServer) -> list[Any]:
-    """What a viewer that connects now is sent, as plain values; charts without their lines."""
+    """Messages sent to a new viewer, as plain values; charts without their lines."""
     buffer = server._websock_server._broadcast_buffer
     messages = []
     for message in list(buffer.message_from_id.values()):
         arrays: list[memoryview] = []
         plain = message.as_serializable_dict(arrays)
-        # The page itself computes what close-ups show.
+        # The page computes the content of close-ups itself.
         if plain.get("name") not in (PACKET, CLOCK):
             messages.append(_with_arrays(plain, arrays))
     return _ordered(messages)
 
 
 def _ordered(messages: list[Any]) -> list[Any]:
-    """Messages whose elements are numbered from 0; viser counts those of all servers."""
+    """Renumbers the elements in messages from 0; viser counts those of all servers."""
     elements = [m["props"] for m in messages if "order" in m.get("props", ())]
     ranks = {order: k for k, order in enumerate(sorted(each["order"] for each in elements))}
     for each in elements:
@@ -493,7 +493,7 @@ def _ordered(messages: list[Any]) -> list[Any]:
 
 
 def _with_arrays(value: Any, arrays: Sequence[memoryview]) -> Any:
-    """Plain values with arrays in place of references to them."""
+    """Replaces references to arrays in plain values by the arrays."""
     if isinstance(value, dict):
         if "__binary_index" in value:
             array = np.frombuffer(arrays[value["__binary_index"]], value["dtype"])
@@ -519,7 +519,7 @@ def _of_panels(messages: Sequence[Any]) -> list[Any]:
 
 
 def _templates() -> dict[str, Any]:
-    """Per property of a node the message that sets it, and its field with the value."""
+    """For each property of a node, the message that sets it, and its field with the value."""
     name, none = "", (0.0, 0.0, 0.0)
     made = {
         "position": ("position", _messages.SetPositionMessage(name, none)),
@@ -534,7 +534,7 @@ def _templates() -> dict[str, Any]:
 
 
 def _difference(first: Any, second: Any) -> Any:
-    """What must replace parts of plain values: by key or place, None where nothing does."""
+    """Replacements that turn plain values into others, by key or index; None if equal."""
     if isinstance(first, list) and isinstance(second, list) and len(first) == len(second):
         first, second = dict(enumerate(first)), dict(enumerate(second))
     if not (isinstance(first, dict) and isinstance(second, dict)) or first.keys() != second.keys():
@@ -544,7 +544,7 @@ def _difference(first: Any, second: Any) -> Any:
 
 
 def _named(value: Any, messages: Sequence[Any]) -> Any:
-    """Plain values with names in place of random ones, so that a page has the same bytes again."""
+    """Replaces random identifiers in plain values, so that pages are reproducible."""
     names: dict[str, str] = {}
     for found in _UUID.findall(json.dumps(messages)):
         names.setdefault(found, f"sg-{len(names)}")

@@ -1,4 +1,4 @@
-"""The success map of a page: the dashboard's map of a study without runs, for each two sliders."""
+"""Success map of a page: the study map of the dashboard without runs, per pair of sliders."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ _SIDES = (10, 25, 50)
 
 
 def map_data(scenario: Scenario, controls: Sequence[Control]) -> dict[str, Any]:
-    """What the page shows before runs are there, and what it calls their ends.
+    """Returns the empty maps, and the categories of outcomes.
 
     Args:
-        scenario: What varies.
-        controls: The sliders, of which two are the axes.
+        scenario: Scenario of the page.
+        controls: Sliders of the page; each pair gives the axes of a map.
     """
     by_status = {status: category_of(end.outcome, end.code) for status, end in end_words().items()}
     places = sorted({HELD, NOT_HELD, TOO_SHORT, *by_status.values()})
@@ -58,7 +58,7 @@ def map_data(scenario: Scenario, controls: Sequence[Control]) -> dict[str, Any]:
 
 
 def _template(study: Study, across: Control, up: Control, places: Sequence[int]) -> str:
-    """The map as HTML, with all ways in which runs can end in its key."""
+    """The map as HTML, with all categories of outcomes in its legend."""
     picture = MapPicture(
         study=study,
         finished=0,

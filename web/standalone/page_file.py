@@ -1,7 +1,7 @@
-"""Writes the page: viser's page, the scripts and styles, the kernel and the data, in one file.
+"""Writes a page: the page of viser, scripts and styles, the kernel and the data, in one file.
 
-Several pages of one site may share what does not depend on their scenarios: `share_in` keeps it in
-scripts beside them, which pages load from ``file://`` too.
+Several pages of a site may share the parts that do not depend on their scenarios: `share_in` stores
+these in scripts in the same folder, which can also be loaded from ``file://``.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ _KEYS = (
 _VIEWER = re.compile(rb'<script data-p="[^"]*".*?</script>', re.DOTALL)
 
 Share = Callable[[str], str]
-"""What to write instead of HTML that is equal in many pages."""
+"""Returns the replacement of HTML that is equal in several pages."""
 
 
 def write_page(
@@ -74,12 +74,12 @@ def write_page(
     """Writes a page that simulates the scenario of a run.
 
     Args:
-        result: The run that it shows first.
-        stream: Where the file goes.
+        result: The run that the page shows initially.
+        stream: Output.
         controls: Dotted keys of the parameters with sliders.
-        command: What runs the scenario on a command line; empty if nothing does.
-        share: What becomes of the parts that do not depend on the scenario; they stay in the file
-            unless this puts them elsewhere.
+        command: Command line that runs the scenario; empty if there is none.
+        share: Replaces the parts that do not depend on the scenario; by default they stay in the
+            file.
 
     Raises:
         PageError: If a page cannot simulate or show the run.
@@ -115,12 +115,12 @@ def write_page(
 
 
 def write_usual_page(result: RunResult, stream: BinaryIO) -> None:
-    """Writes the page of a run with the usual sliders; see `write_page`."""
+    """Writes the page of a run with the default sliders; see `write_page`."""
     write_page(result, stream, usual_controls(result.scenario))
 
 
 def _data_of(result: RunResult, sliders: Sequence[Control]) -> dict[str, Any]:
-    """What the scripts need beside the look of the page."""
+    """Data of the scripts, in addition to the content of the page."""
     run = run_data(result)
     return {
         "run": run,
@@ -130,10 +130,10 @@ def _data_of(result: RunResult, sliders: Sequence[Control]) -> dict[str, Any]:
 
 
 def share_in(folder: Path) -> Share:
-    """Puts shared HTML into scripts in the folder of the pages, named by their content."""
+    """Writes shared HTML to scripts in the folder of the pages, named by their content."""
 
     def share(html: str) -> str:
-        # Scripts within what is inserted run, and know themselves as those of a page do.
+        # Inserted scripts are executed, and have ``document.currentScript`` like those of a page.
         script = (
             "document.currentScript.replaceWith("
             f"document.createRange().createContextualFragment({json.dumps(html)}))"
@@ -146,7 +146,7 @@ def share_in(folder: Path) -> Share:
 
 
 def _modules() -> bytes:
-    """The scripts by their names, as JSON, without the formulas."""
+    """The scripts by name, as JSON, without the formulas."""
     texts = {
         name: _text(package, f"{name}.js") for package, names in _MODULES.items() for name in names
     }
@@ -154,7 +154,7 @@ def _modules() -> bytes:
 
 
 def _worker() -> str:
-    """The script of the worker: the kernel's interface and what uses it."""
+    """The script of the worker, with the interface of the kernel."""
     kernel = _text(_OWN, "kernel.js").replace("export ", "")
     return _text(_OWN, "unpack.js") + kernel + _text(_OWN, "worker.js")
 
@@ -169,7 +169,7 @@ def _text(package: str, name: str) -> str:
 
 
 def _plain(name: str, content: str) -> str:
-    """An element that scripts read; nothing within it may look like its end."""
+    """A text element for scripts; its content must not contain an end tag."""
     assert "</script" not in content, "the text ends its element"
     return f'<script type="text/plain" id="{name}">{content}</script>'
 

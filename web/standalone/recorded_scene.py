@@ -1,8 +1,8 @@
-"""The scene of the dashboard as data: its first messages, and how its nodes move.
+"""Records the scene of the dashboard as data: assignments to its nodes.
 
-The scene draws on a stage whose nodes record what they are assigned. While it draws an instant of
-traced numbers, the recorded assignments are formulas: those of the dashboard, for any instant of
-any run of the same hand.
+The scene is drawn on a stage whose nodes record assignments. If an instant of traced numbers is
+drawn, the recorded assignments are formulas: those of the dashboard, for any instant of any run of
+the same hand.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _CONTACT = re.compile(r"/contact(\d+)(/|$)")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Assignment:
-    """What a property of a node is set to.
+    """Assignment to a property of a node.
 
     Attributes:
         node: Name of the node.
@@ -38,22 +38,22 @@ class Assignment:
 
     @property
     def moves(self) -> bool:
-        """Whether it depends on the instant that is drawn."""
+        """True if the value depends on the instant."""
         return isinstance(self.value, np.ndarray) and self.value.dtype == object
 
     @property
     def contact(self) -> int | None:
-        """The contact that it marks, None of all else."""
+        """Contact to which the node belongs, None for other nodes."""
         found = _CONTACT.search(self.node)
         return int(found[1]) if found else None
 
 
 @dataclass(slots=True)
 class Record:
-    """Assignments, while they are recorded.
+    """Recorded assignments.
 
     Attributes:
-        assignments: They, by node and property; the last one counts.
+        assignments: Latest assignment of each node and property.
         active: Whether assignments are recorded instead of sent.
     """
 
@@ -80,7 +80,7 @@ class _Node:
 
 
 class _RecordingScene:
-    """Wraps every node that is added."""
+    """Wraps a scene, so that every added node can be recorded."""
 
     def __init__(self, scene: viser.SceneApi, record: Record) -> None:
         self._scene, self._record = scene, record
@@ -106,16 +106,16 @@ class RecordingStage:
 
     @property
     def scene(self) -> viser.SceneApi:
-        """The scene, of whose nodes assignments are recorded."""
+        """The scene with recordable nodes."""
         return self._scene
 
     def atomic(self) -> AbstractContextManager[None]:
-        """A context whose updates arrive together."""
+        """A context whose updates arrive at the same time."""
         return self._server.atomic()
 
     @contextmanager
     def recording(self) -> Iterator[Record]:
-        """Within it assignments are recorded and not sent."""
+        """A context in which assignments are recorded instead of sent."""
         self._record.assignments.clear()
         self._record.active = True
         try:
@@ -125,8 +125,8 @@ class RecordingStage:
 
 
 class EverythingMoves(Detail):
-    """Draws everything anew at every instant."""
+    """Level of detail that redraws all parts at every instant."""
 
     def is_far(self, now: NDArray[Any], drawn: NDArray[Any]) -> NDArray[np.bool_]:
-        """Everything."""
+        """True for all parts."""
         return np.ones(len(now), np.bool_)

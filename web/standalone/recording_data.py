@@ -1,4 +1,4 @@
-"""What a page needs to read a recording of its hand: where each number lies in the messages."""
+"""Data with which a page reads recordings of its hand: layouts of the messages."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
-"""Numbers that record how they are computed, so that the same computation runs elsewhere.
+"""Numbers that record their computation, so that it can be repeated in JavaScript.
 
-NumPy code that is called with arrays of such numbers gives, instead of values, the formulas of its
-results. `Program` writes them as JavaScript: a page draws by the code of the scene and the charts
-themselves. A comparison of two traced numbers is refused, for the formula of its result would
-hold for some values only.
+NumPy code called with arrays of these numbers returns the formulas of its results instead of
+values. `Program` writes them as JavaScript, so that a page uses the code of the scene and the
+charts. Comparisons of traced numbers raise an error, because the resulting formula would be valid
+for some values only.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ _INFIX = "+-*/"
 
 
 class Number:
-    """A number that is not known yet: an operation and what it applies to.
+    """A number whose value is not yet known: an operation and its operands.
 
     Args:
-        operation: An operator, the name of a function of JavaScript's ``Math``, or "" of an input.
-        operands: Numbers, traced or not; of an input its text.
+        operation: An operator, the name of a function of JavaScript's ``Math``, or "" for an input.
+        operands: Numbers, traced or not; for an input, its text.
     """
 
     __slots__ = ("operands", "operation")
@@ -33,14 +33,14 @@ class Number:
 
     def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **options: Any) -> Any:
         """Applies a function of NumPy to single numbers."""
-        # Of NumPy's own numbers the operators would come back here.
+        # The operators of NumPy scalars would call this method again.
         plain = [each.item() if isinstance(each, np.generic) else each for each in inputs]
         arrays = [np.asarray(each, dtype=object).view(Traced) for each in plain]
         result = getattr(ufunc, method)(*arrays, **options)
         return result.item() if isinstance(result, np.ndarray) and result.ndim == 0 else result
 
     def __bool__(self) -> bool:
-        """Refuses."""
+        """Raises TypeError."""
         raise TypeError("what depends on a comparison cannot be traced")
 
     def _compare(self, _other: object) -> bool:
@@ -87,24 +87,24 @@ class Number:
         return self
 
     def conjugate(self) -> Any:
-        """The number itself: it is real."""
+        """Returns the number itself, which is real."""
         return self
 
     def sqrt(self) -> Any:
-        """Its square root."""
+        """Returns the square root."""
         return Number("sqrt", self)
 
     def sin(self) -> Any:
-        """Its sine."""
+        """Returns the sine."""
         return Number("sin", self)
 
     def cos(self) -> Any:
-        """Its cosine."""
+        """Returns the cosine."""
         return Number("cos", self)
 
 
 def _made(operation: str, a: Any, b: Any) -> Any:
-    """The result of an operator; what is known to add or multiply nothing is left out."""
+    """Result of an operator, simplified for operands that are known to be 0 or 1."""
     if isinstance(a, np.ndarray) or isinstance(b, np.ndarray):
         return NotImplemented
     nothing = 0.0 if operation in "+-" else 1.0
@@ -122,7 +122,7 @@ def _is(value: Any, constant: float) -> bool:
 
 
 def _two(name: str, known: Callable[[Any, Any], Any]) -> Any:
-    """A function of two numbers, as NumPy's functions of arrays."""
+    """A function of two numbers as a NumPy ufunc."""
 
     def apply(a: Any, b: Any) -> Any:
         traced = isinstance(a, Number) or isinstance(b, Number)
@@ -137,14 +137,14 @@ _FUNCTIONS: dict[Any, Any] = {
     np.hypot: _two("hypot", math.hypot),
     np.arctan2: _two("atan2", math.atan2),
 }
-"""What objects have no method for."""
+"""Functions for which objects have no method."""
 
 
 class Traced(np.ndarray):
     """An array of traced numbers."""
 
     def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **options: Any) -> Any:
-        """Applies a function of NumPy, number by number."""
+        """Applies a NumPy function element by element."""
         plain = [each.view(np.ndarray) if isinstance(each, Traced) else each for each in inputs]
         outputs = [each.view(np.ndarray) for each in options.pop("out", ())]
         if outputs:
@@ -155,7 +155,7 @@ class Traced(np.ndarray):
     def __array_function__(
         self, function: Any, types: Any, arguments: Iterable[Any], options: Mapping[str, Any]
     ) -> Any:
-        """Applies a function of NumPy that is made of others."""
+        """Applies a composite NumPy function."""
         own = {np.sinc: _sinc, np.linalg.norm: _norm}.get(function)
         if own is not None:
             return own(*arguments, **options)
@@ -164,20 +164,20 @@ class Traced(np.ndarray):
         return result.view(Traced) if is_traced else result
 
     def astype(self, dtype: Any, *_arguments: Any, **_options: Any) -> Any:
-        """The array itself; as integers, which must be known."""
+        """Returns the array itself, or converts known numbers to integers."""
         return self if np.issubdtype(dtype, np.floating) else np.array(self.tolist(), dtype)
 
 
 def inputs(name: str, count: int) -> Traced:
-    """Numbers that are given later: entries of an array of that name."""
+    """Traced input numbers: items of an array of this name."""
     return np.array([Number("", f"{name}[{k}]") for k in range(count)], dtype=object).view(Traced)
 
 
 class Program:
-    """Formulas as statements, each computed once.
+    """Formulas as statements; each is computed once.
 
     Attributes:
-        outputs: Texts of the results, by their places.
+        outputs: Texts of the results, by index.
     """
 
     def __init__(self) -> None:
@@ -186,25 +186,25 @@ class Program:
         self._places: dict[str, int] = {}
 
     def add(self, values: NDArray[Any]) -> list[int]:
-        """Places of some numbers among the outputs."""
+        """Adds numbers to the outputs and returns their indices."""
         texts = [self._text(value) for value in np.asarray(values, dtype=object).ravel().tolist()]
         return [self._places.setdefault(text, len(self._places)) for text in texts]
 
     @property
     def outputs(self) -> tuple[str, ...]:
-        """The results, by their places."""
+        """Texts of the results, by index."""
         return tuple(self._places)
 
     def statements(self) -> Iterator[tuple[str, str]]:
-        """Names and formulas, in the order in which they are computed."""
+        """Names and formulas, in the order of computation."""
         return ((name, text) for text, name in self._names.items())
 
     def to_javascript(self, parameters: str, order: Sequence[int] = ()) -> str:
         """A function of arrays that writes results into an array ``o``.
 
         Args:
-            parameters: Names of the arrays, as the inputs have them.
-            order: Places of the results in the order in which they are written; all if empty.
+            parameters: Names of the input arrays.
+            order: Indices of the results in output order; all if empty.
         """
         lines = [f"const {name}={text};" for name, text in self.statements()]
         written = [self.outputs[place] for place in order] or self.outputs
@@ -216,7 +216,7 @@ class Program:
             return _constant(float(value))
         known = self._known.get(id(value))
         if known is None:
-            # The number is stored too, so that no other one gets its identity.
+            # The number is also stored, so that its identity is not reused.
             known = self._known[id(value)] = value, self._make(value)
         return known[1]
 
@@ -244,7 +244,7 @@ def _norm(x: Any, axis: int | None = None, keepdims: bool = False) -> Any:
 
 
 def _sinc(x: Any) -> Any:
-    """sin(pi x) / (pi x), which is 1 at 0: a tiny number beside zero gives that."""
+    """sin(pi x) / (pi x); a tiny offset gives 1 at 0."""
     y = np.hypot(np.pi * x, _TINY)
     return np.sin(y) / y
 

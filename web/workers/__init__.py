@@ -1,1 +1,1 @@
-"""What takes too long to wait for, done in threads: runs, comparisons, studies, exports."""
+"""Worker threads of a session, for slow tasks: runs, comparisons, studies, exports."""

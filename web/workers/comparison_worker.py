@@ -1,4 +1,4 @@
-"""The thread that opens two recordings and compares them."""
+"""Thread that opens two recordings and compares them."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from slipgrasp.web.workers.worker import QueueWorker
 
 
 class ComparisonWorker(QueueWorker):
-    """Answers the latest request for two recordings, and the latest to compare two runs.
+    """Handles the latest request to open two recordings, and the latest to compare two runs.
 
     Args:
         recordings: Opens stored runs.
-        send: Takes the answers.
+        send: Receives the results.
     """
 
     def __init__(self, recordings: OpenRecordings, send: Send) -> None:
@@ -38,14 +38,14 @@ class ComparisonWorker(QueueWorker):
         run: RunResult | None = None,
         instead_of: Collection[Replay] = (),
     ) -> None:
-        """Asks for recordings.
+        """Requests two recordings.
 
         Args:
-            number: What the answer is to be recognised by.
-            a: Id of the first; empty if only the second is needed.
-            b: Id of the second; measured data are laid over the first.
-            run: The run on the screen, which is the first if ``a`` is empty.
-            instead_of: What the page will show no more.
+            number: Number of the request, repeated in the result.
+            a: Id of the first recording; empty if only the second is needed.
+            b: Id of the second recording; measured data are overlaid on the first.
+            run: The displayed run, which is the first if ``a`` is empty.
+            instead_of: Replays that the page will no longer display.
         """
         self.ask(partial(self._open, number, a, b, run, instead_of), "open")
 

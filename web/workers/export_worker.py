@@ -1,4 +1,4 @@
-"""The thread that makes the files of one session, one at a time."""
+"""Thread that creates export files of a session, one at a time."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ _UNEXPECTED = "The file could not be made: an internal error; see the server's l
 
 
 class ExportCancelledError(Exception):
-    """The user does not want the file any more, or is gone."""
+    """Raised if the export was cancelled, or its session has ended."""
 
 
 class ExportWorker(Worker):
-    """Makes a file in a thread that ends with it.
+    """Creates a file in a thread that ends with the file.
 
     Args:
-        send: Takes what became of it.
+        send: Receives progress and results.
     """
 
     def __init__(self, send: Send) -> None:
@@ -35,11 +35,11 @@ class ExportWorker(Worker):
         self._thread: threading.Thread | None = None
 
     def start(self, number: int, make: Make) -> None:
-        """Begins to make a file; the one before must have been answered.
+        """Starts to create a file; the result of the previous one must have been sent.
 
         Args:
-            number: Names the export in all answers.
-            make: Makes it, and reports the share that is done.
+            number: Number of the export, repeated in all results.
+            make: Creates the file, and reports the completed fraction.
         """
         self._cancelled = threading.Event()
         self._thread = threading.Thread(
@@ -48,7 +48,7 @@ class ExportWorker(Worker):
         self._thread.start()
 
     def close(self) -> None:
-        """Gives up what is being made; that is answered too."""
+        """Cancels the present export; this also sends a result."""
         self._cancelled.set()
 
     def join(self, timeout: float) -> None:
@@ -62,7 +62,7 @@ class ExportWorker(Worker):
                 raise ExportCancelledError
             self._send(ExportMoved(number, share))
 
-        # Whatever happens is answered, or the user could never ask again.
+        # A result is sent in any case; otherwise no further export could be requested.
         answer: Intent = ExportFailed(number, _UNEXPECTED)
         try:
             answer = ExportFinished(number, make(tell))

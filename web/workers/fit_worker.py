@@ -1,4 +1,4 @@
-"""Asks the fit service on behalf of one session, in a thread of its own."""
+"""Thread that calls the fit service for a session."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ MOST_LISTED = 30
 
 
 class FitWorker(QueueWorker):
-    """Starts, follows and cancels fits; each answer is an intent.
+    """Starts, monitors and cancels fits; each result is an intent.
 
     Args:
         service: Runs fits.
-        send: Takes the answers.
+        send: Receives the results.
     """
 
     def __init__(self, service: FitService, send: Send) -> None:
@@ -32,19 +32,19 @@ class FitWorker(QueueWorker):
         self._service, self._send = service, send
 
     def list(self) -> None:
-        """Asks for the newest fits."""
+        """Requests the newest fits."""
         self.ask(self._list, "list")
 
     def start(self, draft: FitDraft, scenario: Scenario) -> None:
-        """Asks for a fit to be made."""
+        """Requests a new fit."""
         self.ask(partial(self._start, draft, scenario), "start", must=True)
 
     def poll(self, fit_id: str) -> None:
-        """Asks how far a fit is."""
+        """Requests the progress of a fit."""
         self.ask(partial(self._tell, partial(self._service.status, fit_id)), "poll")
 
     def cancel(self, fit_id: str) -> None:
-        """Asks for a fit to end."""
+        """Requests cancellation of a fit."""
         self.ask(partial(self._tell, partial(self._service.cancel, fit_id)), "cancel", must=True)
 
     def _list(self) -> None:
@@ -67,10 +67,10 @@ class FitWorker(QueueWorker):
 
 
 def request_of(draft: FitDraft, scenario: Scenario) -> FitRequest:
-    """The fit that a user has written down.
+    """Converts the entries of a user to a fit request.
 
     Raises:
-        FitError: If the noise of a signal is no number.
+        FitError: If the noise of a signal is not a number.
     """
     return FitRequest(
         recording=draft.recording,

@@ -1,4 +1,4 @@
-"""The thread that finds up to which mass an object is held, for one session."""
+"""Thread that finds the largest object mass that is held, for a session."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ from slipgrasp.web.workers.simulating_worker import SimulatingWorker
 MASS = "object.mass"
 _STEP = 1.1
 _MOST = 100.0
-"""Times the present mass; heavier is not tried."""
+"""Largest mass tried, relative to the present mass."""
 _HALVINGS = 6
 _PATIENCE = 20.0
 
 
 class HeavierWorker(SimulatingWorker):
-    """Makes the object heavier in steps until it is not held, then halves the last step."""
+    """Increases the object mass until it is not held, then bisects the last step."""
 
     name = "heavier"
 
     def find(self, number: int, draft: Draft) -> None:
-        """Asks for the border of a draft; an older question is given up for it."""
+        """Requests the mass limit of a draft; cancels an older request."""
         self.ask_latest(number, partial(self._find, number, draft))
 
     def _find(self, number: int, draft: Draft) -> None:
@@ -41,7 +41,7 @@ class HeavierWorker(SimulatingWorker):
         self.send(HowHeavyFound(number, words))
 
     def _run(self, draft: Draft, *, is_over: Callable[[], bool]) -> RunResult | None:
-        """The run of a draft; None if it cannot be made, or takes too long."""
+        """Simulates a draft; None if this is not possible or takes too long."""
         try:
             result = self.service.preview(draft.scenario(), is_over)
         except SlipgraspError:
@@ -50,11 +50,11 @@ class HeavierWorker(SimulatingWorker):
 
 
 def find_border(draft: Draft, run: Callable[[Draft], RunResult | None]) -> str:
-    """Up to which mass the object is held, in a sentence.
+    """Describes the largest mass that is held, in a sentence.
 
     Args:
-        draft: What is asked for; its object is held.
-        run: Gives the run of a draft, None if there is none.
+        draft: Draft whose object is held.
+        run: Simulates a draft; None if there is no run.
     """
     present = draft.value_at(0.0, MASS)
     assert isinstance(present, float)
@@ -88,7 +88,7 @@ def find_border(draft: Draft, run: Callable[[Draft], RunResult | None]) -> str:
 
 
 def _offset_of(held: RunResult | None) -> str:
-    """How far a held object is from its target, if that is worth saying."""
+    """Describes the distance of a held object from its target, if it is large."""
     offset = headline_of(held).partition(", ")[2] if held is not None else ""
     return f", there {offset}" if offset else ""
 

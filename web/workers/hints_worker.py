@@ -1,4 +1,4 @@
-"""The thread that tries what is suggested after a run, for one session."""
+"""Thread that tries the suggestions after a run, for a session."""
 
 from __future__ import annotations
 
@@ -18,23 +18,23 @@ from slipgrasp.web.workers.simulating_worker import SimulatingWorker
 
 
 class HintsWorker(SimulatingWorker):
-    """Tries the hint of the latest run; of all sessions one at a time, so that pictures go on."""
+    """Tries the hint of the latest run; one session at a time, so that rendering continues."""
 
     name = "hints"
     _turn: ClassVar[threading.Lock] = threading.Lock()
 
     def try_hint(self, number: int, draft: Draft, result: RunResult) -> None:
-        """Asks to try the hint of a run; an older one is given up for it.
+        """Requests trials of the hint of a run; cancels an older request.
 
         Args:
-            number: Which request this is.
-            draft: What the run is of.
+            number: Number of the request.
+            draft: Draft of the run.
             result: The run.
         """
         self.ask_latest(number, partial(self._try, number, draft, result))
 
     def give_up(self) -> None:
-        """Lets go of what is tried: its run is not on the screen any more."""
+        """Cancels the trials because their run is no longer displayed."""
         self.ask_latest(-1, lambda: None)
 
     def _try(self, number: int, draft: Draft, result: RunResult) -> None:

@@ -1,4 +1,4 @@
-"""The thread that runs a scenario with every law for one session."""
+"""Thread that simulates a scenario with every control law, for a session."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from slipgrasp.web.workers.simulating_worker import SimulatingWorker
 
 
 class LawsWorker(SimulatingWorker):
-    """Simulates the latest scenario asked for with one law after the other."""
+    """Simulates the latest requested scenario with one law after the other."""
 
     name = "laws"
 
     def compare(self, number: int, draft: Draft) -> None:
-        """Asks for the runs of a draft with every law; older ones are given up for them."""
+        """Requests the runs of a draft with every law; cancels an older request."""
         self.ask_latest(number, partial(self._compare, number, draft))
 
     def _compare(self, number: int, draft: Draft) -> None:
@@ -35,7 +35,7 @@ class LawsWorker(SimulatingWorker):
                 self.send(LawRunFinished(number, run))
 
     def _run(self, draft: Draft, kind: str, is_void: Callable[[], bool]) -> LawRun | None:
-        """The run with one law; None if nobody wants it any more."""
+        """Simulates the draft with one law; None if the request is outdated."""
         try:
             result = self.service.preview(with_law(draft, kind, None).scenario(), is_void)
         except ScenarioError as error:

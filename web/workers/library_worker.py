@@ -1,4 +1,4 @@
-"""The thread that lists, opens and changes stored runs for one session."""
+"""Thread that lists, opens and changes stored runs, for a session."""
 
 from __future__ import annotations
 
@@ -30,12 +30,12 @@ NUM_RECENT = 30
 
 
 class LibraryWorker(QueueWorker):
-    """Answers the latest request for a recording, and for a page of the list; changes all.
+    """Handles the latest requests for a recording and a page of the list, and all changes.
 
     Args:
-        store: The stored runs.
-        recordings: Opens them.
-        send: Takes the answers.
+        store: Stored runs.
+        recordings: Opens stored runs.
+        send: Receives the results.
     """
 
     def __init__(self, store: RecordingStore, recordings: OpenRecordings, send: Send) -> None:
@@ -43,31 +43,31 @@ class LibraryWorker(QueueWorker):
         self._store, self._recordings, self._send = store, recordings, send
 
     def open(self, number: int, source: Source, instead_of: Collection[Replay] = ()) -> None:
-        """Asks for a recording; one that still waits is forgotten.
+        """Requests a recording; drops an older request that is still waiting.
 
         Args:
-            number: What the answer is to be recognised by.
+            number: Number of the request, repeated in the result.
             source: The recording.
-            instead_of: What the page will show no more.
+            instead_of: Replays that the page will no longer display.
         """
         self.ask(partial(self._open, number, source, instead_of), "open")
 
     def list(self, page: int, wanted: RunFilter, chosen_id: str = "") -> None:
-        """Asks for a page of the list.
+        """Requests a page of the list.
 
         Args:
-            page: Which one, 0 has the newest.
-            wanted: Which runs to list.
-            chosen_id: A run whose full description is shown, wherever it is in the list.
+            page: Index of the page; page 0 has the newest runs.
+            wanted: Filter of the runs.
+            chosen_id: Run whose full description is shown, on any page.
         """
         self.ask(partial(self._list, page, wanted, chosen_id), "list")
 
     def annotate(self, request: AnnotateRecording) -> None:
-        """Asks to have written about a run what a user wrote."""
+        """Requests to store the annotations of a run."""
         self.ask(partial(self._annotate, request), must=True)
 
     def delete(self, request: DeleteRecording) -> None:
-        """Asks to have a run deleted."""
+        """Requests the deletion of a run."""
         self.ask(partial(self._delete, request), must=True)
 
     def _open(self, number: int, source: Source, instead_of: Collection[Replay]) -> None:
@@ -78,7 +78,7 @@ class LibraryWorker(QueueWorker):
             self._send(RecordingUnreadable(number, str(error)))
 
     def _list(self, page: int, wanted: RunFilter, chosen_id: str) -> None:
-        """Answers with the last page where there are fewer."""
+        """Sends the requested page, or the last one if there are fewer."""
         started = time.monotonic()
         found = self._store.find(wanted.query(page))
         last = max((found.count - 1) // ROWS_PER_PAGE, 0)

@@ -1,4 +1,4 @@
-"""The recordings that pages show: each decoded once, and together in bounded memory."""
+"""Recordings displayed by pages: each is decoded once, in bounded memory."""
 
 from __future__ import annotations
 
@@ -22,26 +22,26 @@ _File = tuple[Path, int, int, int]
 
 
 class OpenRecordings:
-    """Opens recordings for pages; each counts for as long as a page has it.
+    """Opens recordings for pages; each uses memory as long as a page displays it.
 
-    Pages that show the same recording share one decoded run. Large ones are read one at a time,
-    and so are small ones.
+    Pages that display the same recording share one decoded run. Large recordings are read one at a
+    time, and so are small ones.
 
     Args:
-        store: The stored runs.
-        memory: The memory budget.
+        store: Stored runs.
+        memory: Memory budget.
 
     Attributes:
-        memory: As given.
+        memory: Memory budget.
     """
 
     def __init__(self, store: RecordingStore, memory: MemoryBudget) -> None:
         self.memory = memory
         self._store = store
-        # A page that ends, or shows another run, forgets its replay by itself.
+        # The entry disappears when a page ends or displays another run.
         self._open: WeakKeyDictionary[Replay, _File | None] = WeakKeyDictionary()
         self._lock = threading.Lock()
-        # Nobody waits for a large recording but who opens a large one.
+        # Small recordings do not wait for large ones.
         self._turns = threading.Lock(), threading.Lock()
 
     def open(
@@ -51,17 +51,18 @@ class OpenRecordings:
         should_stop: Callable[[], bool] = lambda: False,
         below: RunResult | None = None,
     ) -> Replay:
-        """Reads a recording, or shares the run of a page that has it already.
+        """Reads a recording, or shares the run of a page that already has it.
 
         Args:
-            source: What to open.
-            instead_of: What the page will show no more: it counts only if others show it too.
+            source: Recording to open.
+            instead_of: Replays that the page will no longer display; their memory counts as free
+                unless other pages display them.
             should_stop: Called repeatedly; True stops the reading.
-            below: The run over which measured data are laid; without one they are refused.
+            below: Run on which measured data are overlaid; without it they are rejected.
 
         Raises:
-            MemoryLimitError: If it needs more memory than there is.
-            ServiceBusyError: If there is none for it now.
+            MemoryLimitError: If the recording needs more memory than the budget.
+            ServiceBusyError: If there is not enough free memory at present.
             RecordingError: As in `open_replay`.
         """
         path = self._store.get(source).path if isinstance(source, str) else source
@@ -92,7 +93,7 @@ class OpenRecordings:
         """Reserves the memory to compare or draw runs.
 
         Raises:
-            ServiceBusyError: If there is no memory for that for some time.
+            ServiceBusyError: If no memory becomes free for some time.
         """
         return self.memory.reserve(Need.to_work_on(*runs))
 
@@ -102,7 +103,7 @@ class OpenRecordings:
         instead_of: Collection[Replay],
         should_stop: Callable[[], bool],
     ) -> RunResult:
-        """Reads a run, which counts until no page has it any more."""
+        """Reads a run, which uses memory until no page displays it."""
         need = Need.to_open(read_size(path, unfinished=path.suffix == PART_SUFFIX))
         with self.memory.reserve_to_hold(need, self._held_only_by(instead_of)) as lease:
             result = read_run(path, should_stop)
@@ -115,7 +116,7 @@ class OpenRecordings:
         return shown[0].result if file and shown else None
 
     def _held_only_by(self, replays: Collection[Replay]) -> int:
-        """Memory of runs that no other replay shows."""
+        """Memory of the runs that belong only to these replays."""
         with self._lock:
             others = {id(replay.result) for replay in self._open if replay not in replays}
         runs = {id(replay.result): replay.result for replay in replays if replay in self._open}
@@ -123,7 +124,7 @@ class OpenRecordings:
 
 
 def _file_at(path: Path) -> _File | None:
-    """The identity of a file, its size third; None if there is none."""
+    """Identity of a file, with its size as the third item; None if the file does not exist."""
     try:
         found = path.stat()
     except FileNotFoundError:

@@ -1,4 +1,4 @@
-"""The thread that compares the assumptions of the paper's theorems with a run."""
+"""Thread that compares the assumptions of the paper's theorems with a run."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from slipgrasp.web.workers.worker import QueueWorker
 
 
 class PremisesWorker(QueueWorker):
-    """Answers the latest request.
+    """Handles the latest request.
 
     Args:
-        send: Takes the answers.
+        send: Receives the results.
     """
 
     def __init__(self, send: Send) -> None:

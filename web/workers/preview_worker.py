@@ -1,4 +1,4 @@
-"""The thread that simulates and stores runs of one session."""
+"""Thread that simulates and stores runs, for a session."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class _Save:
 
 
 def is_outdated(newer_waits: bool, elapsed: float) -> bool:
-    """Whether to cancel a run because a newer one waits.
+    """True if a run should be cancelled because a newer one waits.
 
     Short runs are always completed; otherwise dragging a control without a pause would
     never show a result.
@@ -54,9 +54,9 @@ class PreviewWorker(Worker):
     """Simulates the latest requested scenario, and stores runs on request.
 
     Args:
-        service: Simulates.
-        saved: Keeps runs.
-        send: Takes the answers.
+        service: Simulates scenarios.
+        saved: Stores runs.
+        send: Receives the results.
     """
 
     def __init__(self, service: RunService, saved: SavedRuns, send: Send) -> None:
@@ -71,7 +71,7 @@ class PreviewWorker(Worker):
         self._thread.start()
 
     def simulate(self, ticket: int, scenario: Scenario) -> None:
-        """Requests a run; it replaces one that waits, or that takes long."""
+        """Requests a run; replaces an older request that is waiting or slow."""
         with self._wake:
             self._simulation = _Simulate(ticket, scenario)
             self._wake.notify()
@@ -100,7 +100,7 @@ class PreviewWorker(Worker):
                 else:
                     self._keep(job)
             except Exception:
-                # Top level of the thread: a failure must not end it, nor leave a user waiting.
+                # Top level of the thread: failures must not end it, and are reported to the user.
                 _logger.exception("a run of the dashboard failed")
                 self._send(SaveFailed(job.ticket, _INTERNAL_ERROR))
 
@@ -116,7 +116,7 @@ class PreviewWorker(Worker):
             return job
 
     def _run(self, job: _Simulate) -> None:
-        self._service.prepare()  # compiling is not computing
+        self._service.prepare()  # compilation does not count as computing time
         started = time.monotonic()
 
         def should_stop() -> bool:

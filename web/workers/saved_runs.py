@@ -1,4 +1,4 @@
-"""Which runs of this process are kept already: equal scenarios give equal runs."""
+"""Runs already stored by this process, by scenario: equal scenarios give equal runs."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ _REMEMBERED = 256
 
 
 class SavedRuns:
-    """Saves each run once: opening the dashboard again must not fill the disk.
+    """Stores each run once, so that reopening the dashboard does not fill the disk.
 
     Args:
-        service: Saves runs.
+        service: Stores runs.
     """
 
     def __init__(self, service: RunService) -> None:
@@ -28,11 +28,11 @@ class SavedRuns:
         self._ids: OrderedDict[Scenario, str] = OrderedDict()
 
     def save(self, result: RunResult) -> StoredRun:
-        """Keeps a run, or finds where the same run is kept already.
+        """Stores a run, or returns the stored run of the same scenario.
 
         Raises:
-            RecordingError: If it cannot be written.
-            ServiceBusyError: If there is no memory to write it for some time.
+            RecordingError: If the run cannot be written.
+            ServiceBusyError: If no memory becomes free for some time.
         """
         repeatable = result.outcome is Outcome.COMPLETED or result.outcome.ended_by_physics
         if repeatable and (stored := self._find(result.scenario)):

@@ -1,4 +1,4 @@
-"""A thread that simulates for the latest question of a session, and saves nothing."""
+"""Thread that simulates for the latest request of a session, without storing runs."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from slipgrasp.web.workers.worker import QueueWorker, Task
 
 
 class SimulatingWorker(QueueWorker):
-    """Gives up an older question for a new one.
+    """Cancels an older request when a new one arrives.
 
     Args:
-        service: Simulates.
-        send: Takes the answers.
+        service: Simulates scenarios.
+        send: Receives the results.
 
     Attributes:
         name: Name of the thread.
-        service: Simulates.
-        send: Takes the answers.
+        service: Simulates scenarios.
+        send: Receives the results.
     """
 
     name: ClassVar[str]
@@ -30,10 +30,10 @@ class SimulatingWorker(QueueWorker):
         self._latest = 0
 
     def ask_latest(self, number: int, task: Task) -> None:
-        """Puts a task in the queue for which others are void."""
+        """Adds a task to the queue, and invalidates earlier ones."""
         self._latest = number
         self.ask(task, "latest")
 
     def is_void(self, number: int) -> bool:
-        """Whether nobody wants the answer to a question any more."""
+        """True if a request has been superseded or the thread is closing."""
         return self.is_closed() or number != self._latest

@@ -1,4 +1,4 @@
-"""Asks the study service on behalf of one session, in a thread of its own."""
+"""Thread that calls the study service for a session."""
 
 from __future__ import annotations
 
@@ -29,19 +29,19 @@ from slipgrasp.web.model.study_map import MapPicture
 from slipgrasp.web.workers.worker import QueueWorker
 
 MOST_LISTED = 30
-"""More than may wait, so that whatever comes first is among them."""
+"""Larger than the queue limit, so that the list contains the running study."""
 
 _REDRAW_EVERY = 1.0
 _DRAWING_SHARE = 0.1
 
 
 class StudyWorker(QueueWorker):
-    """Prices, starts, follows and opens studies; each answer is an intent.
+    """Estimates, starts, monitors and opens studies; each result is an intent.
 
     Args:
         service: Runs studies.
-        memory: The memory budget.
-        send: Takes the answers.
+        memory: Memory budget.
+        send: Receives the results.
     """
 
     def __init__(self, service: StudyService, memory: MemoryBudget, send: Send) -> None:
@@ -52,31 +52,31 @@ class StudyWorker(QueueWorker):
         self._draw_again_at = 0.0
 
     def list(self) -> None:
-        """Asks for the newest studies."""
+        """Requests the newest studies."""
         self.ask(self._list, "list")
 
     def price(self, number: int, draft: StudyDraft, scenario: Scenario, origin: str) -> None:
-        """Asks what a study is going to take; ``number`` is what the answer is known by."""
+        """Requests the computing time of a study; ``number`` is repeated in the result."""
         self.ask(partial(self._price, number, draft, scenario, origin), "price")
 
     def start(self, number: int, draft: StudyDraft, scenario: Scenario, origin: str) -> None:
-        """Asks for a study to be run; ``number`` is what the answer is known by."""
+        """Requests to start a study; ``number`` is repeated in the result."""
         self.ask(partial(self._start, number, draft, scenario, origin), "start", must=True)
 
     def poll(self, number: int, study_id: str) -> None:
-        """Asks how far a study is; ``number`` is that of the request to follow it."""
+        """Requests the progress of a study; ``number`` is that of the request to monitor it."""
         self.ask(partial(self._poll, number, study_id), "poll")
 
     def cancel(self, number: int, study_id: str) -> None:
-        """Asks for a study to end."""
+        """Requests cancellation of a study."""
         self.ask(partial(self._cancel, number, study_id), "cancel", must=True)
 
     def resume(self, number: int, study_id: str) -> None:
-        """Asks for a study that has failed to go on."""
+        """Requests to resume a failed study."""
         self.ask(partial(self._resume, number, study_id), "resume", must=True)
 
     def record(self, study_id: str, index: int) -> None:
-        """Asks for the recording of a run of a study."""
+        """Requests the recording of a run of a study."""
         self.ask(partial(self._record, study_id, index), "record")
 
     def _list(self) -> None:
@@ -136,13 +136,13 @@ class StudyWorker(QueueWorker):
             self._send(StudyMoved(number, status, behind, picture, has_map))
 
     def _num_before(self, status: StudyStatus) -> int:
-        """How many studies and fits end before this one begins."""
+        """Number of studies and fits that are queued before this study."""
         if status.state is not StudyState.QUEUED:
             return 0
         return self._service.num_before(status.stored.id)
 
     def _picture(self, number: int, status: StudyStatus) -> tuple[MapPicture | None, bool]:
-        """The map if it is time to draw it anew, and whether there can be one.
+        """Returns a new map if it is due, and whether the study has a map.
 
         Raises:
             RecordingError: If the file of the study is damaged.
@@ -158,7 +158,7 @@ class StudyWorker(QueueWorker):
             with self._memory.reserve(Need.for_rows(status.finished)):
                 picture = draw_map(self._service.results(status.stored.id))
         except ServiceBusyError:
-            # It is asked for again with the next look at the study.
+            # The next poll tries again.
             return None, True
         self._drawn = drawn
         took = time.monotonic() - started

@@ -1,4 +1,4 @@
-"""The threads of a session, so that its loop never waits for a disk or a simulation."""
+"""Worker threads of a session, so that its loop never waits for a disk or a simulation."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ _logger = logging.getLogger(__name__)
 
 
 class Worker(ABC):
-    """A thread that works for a session, and answers with intents."""
+    """A thread that works for a session and sends its results as intents."""
 
     @abstractmethod
     def close(self) -> None:
-        """Asks it to end; what is to be kept is still kept."""
+        """Requests the thread to end; data to be stored are still stored."""
 
     @abstractmethod
     def join(self, timeout: float) -> None:
@@ -26,14 +26,14 @@ class Worker(ABC):
 
 
 class _Waiting(NamedTuple):
-    """A task in the queue, and whether it is run in any case."""
+    """A task in the queue; mandatory tasks are run even when closing."""
 
     task: Task
     must: bool
 
 
 class QueueWorker(Worker):
-    """Runs tasks one after the other; of each subject only the latest that still waits.
+    """Runs tasks one after the other; of waiting tasks, only the latest of each subject.
 
     Args:
         name: Name of the thread.
@@ -47,13 +47,13 @@ class QueueWorker(Worker):
         self._thread.start()
 
     def ask(self, task: Task, subject: object = None, *, must: bool = False) -> None:
-        """Puts a task in the queue, and returns at once.
+        """Adds a task to the queue and returns immediately.
 
         Args:
-            task: The function to call; it reports its findings itself.
-            subject: A task of the same subject that still waits is forgotten; None if
-                every one counts.
-            must: Whether it is run even if the thread is to end first.
+            task: Function to call; it sends its results itself.
+            subject: Subject of the task, which replaces a waiting task of the same subject; None
+                to keep all.
+            must: Whether the task is run even if the thread is closed first.
         """
         with self._wake:
             key = object() if subject is None else subject
@@ -62,14 +62,14 @@ class QueueWorker(Worker):
             self._wake.notify()
 
     def close(self) -> None:
-        """Ends the thread once it has run what it is at, and what must be run."""
+        """Ends the thread after the present and all mandatory tasks."""
         with self._wake:
             self._closed = True
             self._waiting = {key: w for key, w in self._waiting.items() if w.must}
             self._wake.notify()
 
     def is_closed(self) -> bool:
-        """Whether it was asked to end."""
+        """True after `close`."""
         return self._closed
 
     def join(self, timeout: float) -> None:
@@ -86,7 +86,7 @@ class QueueWorker(Worker):
             try:
                 waiting.task()
             except Exception:
-                # The edge of the thread: one failed task must not end all that follow.
+                # Top level of the thread: a failed task must not prevent the following ones.
                 _logger.exception("a task of the thread %s failed", self._thread.name)
-            # Until the next one comes it would keep the runs that it was about.
+            # Otherwise its runs would stay in memory until the next task.
             del waiting

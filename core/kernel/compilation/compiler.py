@@ -8,7 +8,8 @@ the one or two units in which it is inlined, a change of a docstring recompiles 
 
 With the environment variable SLIPGRASP_KERNEL=python nothing is compiled: Python runs the kernel,
 thousands of times slower but with the same bits, for debuggers and coverage reports. With
-SLIPGRASP_KERNEL=webassembly wasmtime runs it.
+SLIPGRASP_KERNEL=webassembly wasmtime runs it. If an installation has the kernel as WebAssembly
+(`slipgrasp.core.kernel.compilation.shipped`), runs start on it while another process compiles.
 """
 
 from __future__ import annotations
@@ -47,18 +48,25 @@ from slipgrasp.core.kernel.compilation.records import Record
 
 OPTIONS: dict[str, Any] = {"error_model": "numpy"}
 _FEW_UNITS = 2
+_BACKGROUND = 10  # niceness of a process that compiles while another engine runs
 _KERNEL = "slipgrasp.core.kernel."
 _LOCK = threading.Lock()
 
 
 class Unit:
-    """A separately compiled function; ``entry`` is its machine code after loading."""
+    """A separately compiled function.
+
+    Attributes:
+        entry: Executes the unit; None until it is loaded.
+        is_native: Whether ``entry`` is its machine code.
+    """
 
     def __init__(self, function: Callable[..., Any], signature: Any, prefix: str) -> None:
         self.function = function
         self.signature = signature
         self.symbol = f"slipgrasp_{prefix}{function.__name__}"
         self.entry: Callable[..., Any] | None = None
+        self.is_native = False
 
     @cached_property
     def name(self) -> str:
@@ -85,7 +93,7 @@ class Unit:
         add_symbol(self.symbol, address)
         kinds = [_ctype(kind) for kind in self.signature.args]
         prototype = ctypes.CFUNCTYPE(_ctype(self.signature.return_type), *kinds)
-        self.entry = prototype(address)
+        self.entry, self.is_native = prototype(address), True
 
 
 def _link(code: bytes) -> int:
@@ -96,8 +104,12 @@ def _link(code: bytes) -> int:
         return int(linked.get_pointer_to_function(name))
 
 
+# Returns a function that executes a unit in another engine.
+Enter = Callable[[Unit], Callable[..., Any]]
+
 _UNITS: dict[str, Unit] = {}
-_BACKENDS: list[Callable[[], Callable[[Unit], Callable[..., Any]]]] = []
+_BACKENDS: list[Callable[[], Enter]] = []
+_FIRST: list[Callable[[], Enter]] = []
 _DECLARED: dict[Callable[..., Any], tuple[Any, ...]] = {}
 
 
@@ -168,38 +180,50 @@ def call(unit: Any, *arguments: Any) -> Any:
     return entry(*[address_of(a) if isinstance(a, Record) else a for a in arguments])
 
 
-def prepare_units(report: Callable[[float], None] | None = None) -> None:
-    """Loads or compiles all units, each once; safe for threads and processes.
+def prepare_units(
+    report: Callable[[float], None] | None = None, *, machine_code: bool = False
+) -> None:
+    """Loads all units, each once; safe for threads and processes.
 
-    If several must be compiled, a second process starts from the last unit while this one starts
-    from the first; units that it has cached are only loaded here.
+    Units that are not compiled yet run in the engine of `start_in` meanwhile. Without one they are
+    compiled here: a second process starts from the last unit while this one starts from the first;
+    units that it has cached are only loaded here.
 
     Args:
         report: Called with the fraction of ready units, 0 to 1.
+        machine_code: Whether other engines are excluded.
     """
 
     def tell() -> None:
         if report is not None:
-            report(share_ready())
+            report(_share(_uncompiled_units()))
 
     with _LOCK:
-        if _missing_units():
+        if not _uncompiled_units():
+            _load_units(lambda: None)
+        elif _FIRST and not machine_code:
+            _start_elsewhere()
+        else:
             with only_process(meanwhile=tell):
                 _load_units(tell)
-        else:
-            _load_units(lambda: None)
+
+
+def require_machine_code() -> None:
+    """Waits until no unit runs in another engine."""
+    if not all(unit.is_native for unit in all_units()):
+        prepare_units(machine_code=True)
 
 
 def _load_units(tell: Callable[[], None]) -> None:
     """Loads every unit, compiling uncached ones; calls ``tell`` before each."""
     if _BACKENDS:
-        enter = _BACKENDS[-1]()
-        for unit in all_units():
-            unit.entry = enter(unit)
+        _enter_units(_BACKENDS[-1]())
         return
-    second = _start_second_process() if len(_missing_units()) > _FEW_UNITS else None
+    second = None
+    if len(_uncompiled_units()) > _FEW_UNITS:
+        second = _start_process("compile_from_the_end()")
     for unit in all_units():
-        if unit.entry is None:
+        if not unit.is_native:
             tell()
             unit.load()
     if second is not None:
@@ -207,8 +231,36 @@ def _load_units(tell: Callable[[], None]) -> None:
         second.wait()
 
 
-def choose_backend(make: Callable[[], Callable[[Unit], Callable[..., Any]]]) -> None:
-    """Runs later loaded units in another engine.
+def _enter_units(enter: Enter) -> None:
+    """Assigns units that are not loaded to another engine."""
+    for unit in all_units():
+        if unit.entry is None:
+            unit.entry = enter(unit)
+
+
+def _start_elsewhere() -> None:
+    """Runs units in another engine until their machine code is available."""
+    if all(unit.entry for unit in all_units()):
+        return
+    _enter_units(_FIRST[-1]())
+    threading.Thread(target=_go_over, daemon=True).start()
+
+
+def _go_over() -> None:
+    """Compiles in another process, which may outlive this one; then the machine code is loaded.
+
+    The engine may change during a run, because each call has all its data in its arguments.
+    """
+    with only_process(meanwhile=lambda: None):
+        if _uncompiled_units():
+            process = _start_process("compile_all()", outlives=True)
+            if process is not None:
+                process.wait()
+    prepare_units(machine_code=True)
+
+
+def choose_backend(make: Callable[[], Enter]) -> None:
+    """Selects another engine for units that are loaded later.
 
     Args:
         make: Returns the argument of `entered_by`, when units are needed.
@@ -216,14 +268,32 @@ def choose_backend(make: Callable[[], Callable[[Unit], Callable[..., Any]]]) -> 
     _BACKENDS.append(make)
 
 
-def share_ready() -> float:
-    """Fraction of units that are loaded or cached, 0 to 1."""
-    return 1.0 - len(_missing_units()) / max(len(_UNITS), 1)
+def start_in(make: Callable[[], Enter]) -> None:
+    """Selects another engine for units until their machine code is available.
+
+    Args:
+        make: Returns the argument of `entered_by`, when units are needed.
+    """
+    _FIRST.append(make)
 
 
-def _missing_units() -> list[Unit]:
-    """Units that are not compiled yet."""
-    return [unit for unit in all_units() if unit.entry is None and not unit.is_kept]
+def share_ready(*, machine_code: bool = False) -> float:
+    """Fraction of units that can run without being compiled, 0 to 1.
+
+    Args:
+        machine_code: Whether other engines are excluded.
+    """
+    return 1.0 if _FIRST and not machine_code else _share(_uncompiled_units())
+
+
+def _share(missing: list[Unit]) -> float:
+    return 1.0 - len(missing) / max(len(_UNITS), 1)
+
+
+def _uncompiled_units() -> list[Unit]:
+    """Units without machine code, unless a chosen engine runs them."""
+    ready = "entry" if _BACKENDS else "is_native"
+    return [unit for unit in all_units() if not (getattr(unit, ready) or unit.is_kept)]
 
 
 def all_units() -> tuple[Unit, ...]:
@@ -232,7 +302,7 @@ def all_units() -> tuple[Unit, ...]:
 
 
 @contextmanager
-def entered_by(enter: Callable[[Unit], Callable[..., Any]]) -> Iterator[None]:
+def entered_by(enter: Enter) -> Iterator[None]:
     """A context in which another engine runs the kernel's units.
 
     Args:
@@ -254,6 +324,12 @@ def kept_code() -> list[Path]:
     return [code_path(unit.name) for unit in _UNITS.values() if unit.is_kept]
 
 
+def compile_all() -> None:
+    """Main function of a process that compiles all units into the cache."""
+    os.nice(_BACKGROUND)
+    _load_units(lambda: None)
+
+
 def compile_from_the_end() -> None:
     """Main function of the second process: compiles units into the cache, the last one first."""
     for unit in all_units():
@@ -264,23 +340,27 @@ def compile_from_the_end() -> None:
             unit.compile()
 
 
-def _start_second_process() -> subprocess.Popen[bytes] | None:
-    # A unit may be declared by another module than that of its function.
+def _start_process(command: str, *, outlives: bool = False) -> subprocess.Popen[bytes] | None:
+    """Starts a process that declares the same units.
+
+    Args:
+        command: A call of a function of this module.
+        outlives: Whether it continues after this process has ended.
+    """
+    # A unit may be declared in another module than its function.
     modules = ", ".join(name for name in sys.modules if name.startswith(_KERNEL))
-    command = (
-        f"import {modules}; "
-        "from slipgrasp.core.kernel.compilation.compiler import compile_from_the_end as go; go()"
-    )
+    code = f"import {modules}; from {__name__} import *; {command}"
     path = os.pathsep.join(entry or os.getcwd() for entry in sys.path)
     environment = {**os.environ, "PYTHONPATH": path, ROOT_VARIABLE: str(cache_root())}
     nothing = subprocess.DEVNULL
     try:
         return subprocess.Popen(
-            [sys.executable, "-c", command],
+            [sys.executable, "-c", code],
             env=environment,
             stdin=nothing,
             stdout=nothing,
             stderr=nothing,
+            start_new_session=outlives,
         )
     except OSError:
         return None

@@ -1,6 +1,6 @@
 """Compiles functions to machine code that C and other units can call.
 
-numba's entry for C does not inline the function: every call is two, with a check for exceptions,
+numba's entry for C does not inline the function: it makes a second call, and checks for exceptions,
 which units never raise. Here the function is inlined in its entry, and the entry declares that its
 records do not overlap (a unit that reads a part of another of its records does not write to that
 part) and are all readable.

@@ -165,7 +165,7 @@ class _Output(NamedTuple):
 
 
 def _records(kinds: Sequence[Any], arguments: Sequence[Any]) -> Iterator[tuple[int, int]]:
-    """Which arguments are records, with their addresses in this process."""
+    """Indices of the arguments that are records, with their addresses in this process."""
     for k, kind in enumerate(kinds):
         if isinstance(kind, types.Record):
             yield k, arguments[k]

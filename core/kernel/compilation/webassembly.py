@@ -4,6 +4,8 @@
 
 The file imports nothing; docs/webassembly.md describes its exports and the layout of its memory,
 as does the file itself, as JSON in its section ``slipgrasp``. Linking needs the extra ``wasm``.
+With a folder instead of a file, the units of all hands are written for the folder of
+`slipgrasp.core.kernel.compilation.shipped`.
 """
 
 from __future__ import annotations
@@ -25,6 +27,7 @@ from slipgrasp.core.exceptions import SlipgraspError
 from slipgrasp.core.kernel.compilation.cache import code_path, read_code, write_code
 from slipgrasp.core.kernel.compilation.compiler import Unit, all_units
 from slipgrasp.core.kernel.compilation.foreign import Wasmtime
+from slipgrasp.core.kernel.compilation.shipped import sources_digest
 from slipgrasp.core.kernel.loop.status import LEFT_FACE, REACHED, RUNNING
 from slipgrasp.core.kernel.planar import advance as _all_that_is_called  # noqa: F401
 from slipgrasp.core.kernel.planar.model import MODEL
@@ -270,5 +273,15 @@ def _leb128(number: int) -> bytes:
     return bytes(encoded)
 
 
+def _main(output: Path) -> None:
+    if output.suffix == ".wasm":
+        build(output)
+        return
+    # Declares the units of spatial hands.
+    from slipgrasp.core.kernel.spatial import advance as _  # noqa: F401
+
+    build(output / f"{sources_digest()}.wasm")
+
+
 if __name__ == "__main__":
-    build(Path(sys.argv[1]))
+    _main(Path(sys.argv[1]))

@@ -1,4 +1,4 @@
-"""Grip reflex: PD control with a grip that grows while slip of any contact is detected."""
+"""Grip reflex: PD control with a grip that increases while any contact is detected to slip."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Force of a gripper: response of its drive to the commanded grip force."""
+"""Closing force of a gripper: response of its drive to the commanded grip force."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def lag_share(bandwidth: float, period: float) -> float:
 def approach_grip(law: Record, discrete: Record) -> None:
     """Moves the closing force by one control period towards the grip force.
 
-    The force lags behind, and changes no faster than its rate.
+    The response is a first-order lag with a limited rate.
     """
     step = law.force_share * (law.grip_force - discrete.closing_force)
     most = law.force_rate * law.period

@@ -25,7 +25,7 @@ def memory_layout(more: Sequence[tuple[Any, ...]]) -> Layout:
     """Memory of a composite law between ticks, and its intermediate values.
 
     Args:
-        more: Additional fields of the mechanics.
+        more: Additional fields for this kind of hand.
     """
     fields = [
         ("begun", np.int64),
@@ -35,7 +35,7 @@ def memory_layout(more: Sequence[tuple[Any, ...]]) -> Layout:
         ("row", np.float64, (MAX_UNKNOWNS,)),  # of Y
         ("gain", np.float64, (MAX_UNKNOWNS,)),
         ("trust", np.float64),  # in the measured accelerations, 0 to 1
-        ("contact_trust", np.float64, (MAX_FINGERS,)),  # in the force of a slipping contact too
+        ("contact_trust", np.float64, (MAX_FINGERS,)),  # in the force of a contact in slip
         ("known", np.int64, (MAX_FINGERS,)),  # 1 after slip has determined its friction
         *more,
     ]
@@ -43,13 +43,13 @@ def memory_layout(more: Sequence[tuple[Any, ...]]) -> Layout:
 
 
 def make_take_row(prefix: str, law: Layout, memory: Layout) -> Any:
-    """Processes one measurement, for the records of a mechanics."""
+    """Creates the function that processes one measurement, for one kind of hand."""
 
     @compiled_apart(
         types.void, law, types.int64, memory, types.float64, types.float64, prefix=prefix
     )
     def take_row(law: Record, count: int, memory: Record, error: float, variance: float) -> None:
-        """One measurement of Y phi = y; ``error`` is y - Y phi at the estimates of the tick."""
+        """Processes a row of Y phi = y; ``error`` is y - Y phi at the estimates of the tick."""
         row, covariance = memory.row, memory.covariance
         for k in range(count):
             error -= row[k] * (memory.estimates[k] - memory.initial[k])
@@ -65,8 +65,7 @@ def make_take_row(prefix: str, law: Layout, memory: Layout) -> Any:
         for j in range(count):
             memory.estimates[j] += scale * memory.gain[j] * error
             for k in range(j + 1):
-                # Both halves equally: forgetting would amplify the smallest difference between
-                # them.
+                # Keeps the matrix exactly symmetric: forgetting would amplify any difference.
                 covariance[j, k] -= scale * memory.gain[j] * memory.gain[k]
                 covariance[k, j] = covariance[j, k]
 
@@ -101,7 +100,7 @@ def begin_rows(law: Record, count: int, memory: Record) -> None:
 
 @compiled
 def forget(law: Record, count: int, memory: Record) -> None:
-    """Increases the covariance, but no variance beyond its initial value."""
+    """Increases the covariance; no variance exceeds its initial value."""
     covariance = memory.covariance
     for j in range(count):
         for k in range(count):
@@ -117,7 +116,7 @@ def forget(law: Record, count: int, memory: Record) -> None:
 
 @compiled
 def weigh_tracking(count: int, covariance: Floats, rates: Floats, memory: Record) -> None:
-    """Writes the tracking term, in ``rates``, times a covariance to ``gain``."""
+    """Writes the product of a covariance and the tracking term ``rates`` to ``gain``."""
     for j in range(count):
         tracking = 0.0
         for k in range(count):
@@ -127,13 +126,13 @@ def weigh_tracking(count: int, covariance: Floats, rates: Floats, memory: Record
 
 @compiled
 def set_rates(model: Record, work: Record, memory: Record, is_probed: Any) -> None:
-    """Rates that move the estimates to their next values, with the tracking term in ``gain``.
+    """Sets the rates that lead to the next estimates, with the tracking term in ``gain``.
 
     Args:
         model: Constants of the run.
         work: The rates are written to it.
         memory: Memory of the law.
-        is_probed: Whether an unknown increases until its contact slips.
+        is_probed: True for an unknown that increases until its contact slips.
     """
     for k in range(model.num_unknowns):
         learnt = (memory.estimates[k] - memory.initial[k]) / model.law.period

@@ -1,7 +1,7 @@
-"""Custom laws: their outputs, and their calls.
+"""Outputs and calls of custom laws.
 
-Their machine code is not part of the kernel. It is called through its address, or, if that is 0,
-the run pauses until the command is set (`slipgrasp.core.run.simulation.Simulation.ticks`). The
+Their machine code is not part of the kernel. It is called through its address; if the address is
+0, the run pauses until the command is set (`slipgrasp.core.run.simulation.Simulation.ticks`). The
 inputs differ between planar and spatial hands.
 """
 
@@ -33,7 +33,7 @@ def answer_layout(num_joints: int) -> Layout:
 
 
 def own_law_layout(seen: Layout, answer: Layout) -> Layout:
-    """The law in a run, with its inputs."""
+    """State of a custom law in a run, with its inputs and outputs."""
     fields = [
         ("address", np.int64),  # address of its code; 0: the run pauses for the command
         ("memory", np.int64),  # address of its memory
@@ -51,7 +51,7 @@ _PROTOTYPE = ctypes.CFUNCTYPE(ctypes.c_int64, *[ctypes.c_void_p] * 3)
 
 @intrinsic
 def _call_compiled(_typing: Any, address: Any, seen: Any, memory: Any, answer: Any) -> Any:
-    """Calls machine code by address, with the addresses of two records and a block."""
+    """Calls machine code by address; passes the addresses of inputs, memory and outputs."""
 
     def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         word = ir.IntType(64)
@@ -73,7 +73,7 @@ call_law = _call_interpreted if INTERPRETED else _call_compiled
 
 @compiled
 def ask(own: Record) -> int:
-    """Calls the law; 0 unless it failed. An external command is already set."""
+    """Calls the law; returns 0 on success. An external command is already set."""
     if own.address == 0:
         return 0
     return call_law(own.address, own.seen, own.memory, own.answer)
@@ -81,7 +81,7 @@ def ask(own: Record) -> int:
 
 @compiled
 def is_answer_finite(model: Record, answer: Record) -> bool:
-    """Whether all numbers of a command are finite."""
+    """True if all numbers of a command are finite."""
     total = 0.0
     for i in range(model.num_fingers):
         for joint in range(answer.torque.shape[1]):
@@ -95,11 +95,11 @@ def is_answer_finite(model: Record, answer: Record) -> bool:
 
 @compiled
 def show_fingers(model: Record, hand: Record, believed: Record, seen: Record) -> None:
-    """Links and friction of the fingers as the controller assumes them.
+    """Sets the assumed links and friction of the fingers.
 
     Args:
         model: Constants of the run.
-        hand: The law's model of the links.
+        hand: Assumed links.
         believed: Assumed masses and friction.
         seen: Output.
     """

@@ -1,1 +1,1 @@
-"""Common code of both loops: motions, searches inside a step, energy."""
+"""Simulation loop shared by planar and spatial hands: motions, event searches, output."""

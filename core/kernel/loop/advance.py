@@ -51,32 +51,33 @@ def make_advance(
     pace_steps: int,
     least_pace: float,
 ) -> tuple[Any, Any]:
-    """Creates the loop of a mechanics: a unit, and a function that calls it.
+    """Creates the loop for one kind of hand: a compiled unit, and a function that calls it.
 
     Args:
-        layouts: Its records.
+        layouts: Records of this kind of hand.
         emit: Appends a row for the present state.
         emit_end: Appends the row at the end of the segment.
         emit_due: Appends the rows at output times up to now.
         begin: Starts a segment of constant parameters; returns a status.
-        next_stop: The next known instant, at most the end of the segment.
+        next_stop: Returns the next known instant, at most the end of the segment.
         pass_instant: Performs the jump at such an instant; returns a status.
-        take_step: Takes one step within tolerance, not beyond an instant; returns its size, 0 if
-            none.
-        cut: Cuts the step at its first event; returns its size.
+        take_step: Takes a step within tolerance, at most to an instant; returns its size, 0 on
+            failure.
+        cut: Shortens the step to its first event; returns its size.
         count_step: Adds the step to the accumulators of the metrics.
         emit_inside: Appends the rows inside the step.
-        follow_slip: Stores states at the start of a slip, some of which become rows.
+        follow_slip: Stores states at the start of a slip for additional rows.
         leave_slip: Writes those rows.
         pass_event: Handles the guards that fired; returns a status.
-        finish_step: Completes a step without event; receives whether it reaches its instant.
+        finish_step: Completes a step without an event; the last argument is true if the step
+            reaches its instant.
         pace_steps: Number of consecutive steps whose sizes are checked.
         least_pace: Average step size below which a loop is too stiff [s].
     """
 
     @compiled
     def _is_stiff(run: Record) -> bool:
-        """Whether the latest steps were so short that the run would practically never end."""
+        """True if the latest steps were so short that the run would practically never end."""
         steps = run.steps - run.pace_steps
         if steps < pace_steps:
             return False
@@ -86,7 +87,7 @@ def make_advance(
 
     @compiled
     def _advance_once(model: Record, run: Record, outlet: Record, t_stop: float) -> int:
-        """Takes one step, cut at its first event, and the jump at its end, if any."""
+        """Takes a step up to its first event, and performs the jump at its end, if any."""
         now, step = run.now, run.step
         until = next_stop(model, run, t_stop)
         if not until > now:
@@ -173,14 +174,14 @@ def make_advance(
         Args:
             model: Constants up to ``t_stop``.
             run: The run.
-            outlet: Output buffers for rows and phase changes, which the caller empties.
+            outlet: Output buffers for rows and phase changes; the caller empties them.
             t_stop: End of the run, or the next timed change [s].
             first: 1 if the run starts with this segment.
             same_ticks: 1 if sampled control continues the ticks of the previous segment.
             max_steps: Largest number of steps, which limits the duration of a call.
 
         Returns:
-            RUNNING to be called again, REACHED at ``t_stop``, otherwise why the run ended.
+            RUNNING if another call is needed, REACHED at ``t_stop``, or the reason for the end.
         """
         status = _advance_steps(model, run, outlet, t_stop, first, same_ticks, max_steps)
         if status != RUNNING:
@@ -197,7 +198,7 @@ def make_advance(
         same_ticks: bool,
         max_steps: int,
     ) -> int:
-        """Advances a run like `advance`; from Python, without the GIL."""
+        """Advances a run like `advance`, for callers in Python; releases the GIL."""
         flags = int(first), int(same_ticks)
         status: int = call(advance, model, run, outlet, t_stop, *flags, max_steps)
         return status

@@ -1,12 +1,13 @@
 """Search for guards that fall below their level and recover within one step.
 
-The values of a guard at the stages of the step show where its minimum may be: a value between two
-others is not below the lines through their neighbours, on either side, even if the law has a kink.
-Only if these lines cross near the level, the minimum is computed from the dense output of the
-method. Nearly all steps therefore only need comparisons, and output times have no influence.
+The values of a guard at the stages of the step show where its minimum may be: between two stages,
+the guard is assumed to lie above the lines through the neighbouring values on either side, even at
+a kink of the law. The minimum is computed from the dense output of the method only if these lines
+cross near the level. Nearly all steps therefore need only comparisons, and output times have no
+influence.
 
-Planar and spatial kernels share it: `slipgrasp.core.kernel.planar.interior` and
-`slipgrasp.core.kernel.spatial.interior` define the sampled guards and their evaluation.
+`slipgrasp.core.kernel.planar.interior` and `slipgrasp.core.kernel.spatial.interior` define the
+sampled guards and their evaluation.
 """
 
 from __future__ import annotations
@@ -20,8 +21,8 @@ from slipgrasp.core.kernel.compilation.records import Record
 from slipgrasp.core.kernel.loop.progress import Layouts
 from slipgrasp.core.kernel.numerics.methods import method_of
 
-# A guard is examined if its minimum may come this close to its level, as a fraction of the range of
-# its values in the step: from the values alone, and from the lines through them.
+# Distance of a minimum from the level below which a guard is examined, as a fraction of the range
+# of its values in the step: for the values at the stages, and for the lines through them.
 NEAR, NEAR_LINES = 0.5, 0.02
 LEAST_FRACTION = 1e-6
 GOLDEN = 0.3819660112501051
@@ -39,10 +40,10 @@ def _search(
     past: float,
     value_inside: Any,
 ) -> float:
-    """Searches the minimum of guard ``j`` in a part of the step by golden sections.
+    """Searches the minimum of guard ``j`` in a part of the step by golden-section search.
 
     Returns:
-        The fraction of the step at which it is below ``past``; 0 if it is not.
+        A fraction of the step at which the guard is below ``past``; 0 if none is found.
     """
     low, high = max(low, LEAST_FRACTION), min(high, 1.0 - LEAST_FRACTION)
     y0, y3 = value_inside(model, run, h, j, low), value_inside(model, run, h, j, high)
@@ -56,7 +57,7 @@ def _search(
         side = x1 - low
         steepest = max(abs(y1 - y0) / side, abs(y3 - y2) / side, abs(y2 - y1) / (x2 - x1))
         if high - low < LEAST_WIDTH or min(y1, y2) - past > steepest * side:
-            # It is nowhere steep enough to reach its level between these points.
+            # The guard is not steep enough to reach its level between these points.
             return 0.0
         if y1 < y2:
             high, x2, y3, y2 = x2, x1, y2, y1
@@ -70,7 +71,7 @@ def _search(
 
 @compiled
 def _slope(model: Record, run: Record, j: int, k: int) -> float:
-    """Slope of guard ``j`` per step between node ``k``, counted from the start, and the next."""
+    """Slope of guard ``j`` per step size, between the ``k``-th node of the step and the next."""
     method = method_of(model, run.step)
     a, b = method.ordered[k], method.ordered[k + 1]
     rise = run.step.samples[b, j] - run.step.samples[a, j]
@@ -79,10 +80,10 @@ def _slope(model: Record, run: Record, j: int, k: int) -> float:
 
 @compiled
 def _may_fall_between(model: Record, run: Record, j: int, k: int, near: float) -> bool:
-    """Whether guard ``j`` may fall to ``near`` and recover between node ``k`` and the next.
+    """True if guard ``j`` may fall to ``near`` and recover between node ``k`` and the next.
 
-    It falls before the first and rises after the second, and the two lines cross below; if only one
-    of these holds, its line alone decides.
+    The guard falls before the first node and rises after the second, and the two lines cross below
+    ``near``. If it only falls or only rises, its single line decides.
     """
     method, samples = method_of(model, run.step), run.step.samples
     a, b = method.ordered[k], method.ordered[k + 1]
@@ -101,15 +102,15 @@ def _may_fall_between(model: Record, run: Record, j: int, k: int, near: float) -
 def search_step(
     model: Record, run: Record, h: float, j: int, noise: float, value_inside: Any
 ) -> float:
-    """The fraction of the step at which guard ``j`` is past its level; 0 if never.
+    """A fraction of the step at which guard ``j`` is past its level; 0 if never.
 
     Args:
         model: Constants of the run.
-        run: The run, with the step just taken and samples of the guard at its slopes.
+        run: The run, with the step just taken and samples of the guard at its stages.
         h: Size of the step [s].
         j: Index of the guard.
-        noise: Amount by which it must be past its level.
-        value_inside: Its value at a fraction of the step.
+        noise: Amount by which the guard must be past its level.
+        value_inside: Returns the value of a guard at a fraction of the step.
     """
     method, samples = method_of(model, run.step), run.step.samples
     least, largest = samples[0, j], samples[0, j]
@@ -132,14 +133,14 @@ def search_step(
 
 @compiled
 def comes_near(model: Record, step: Record, j: int, start: float, end: float, level: float) -> bool:
-    """Whether guard ``j`` comes close to its level at the stages of a step.
+    """True if guard ``j`` comes close to its level at the stages of a step.
 
     Args:
         model: Constants of the run.
         step: The step, with samples of the guard at its inner stages.
         j: Index of the guard.
-        start: Value at the start of the step, which becomes a sample too.
-        end: Value at the end of the step, which becomes a sample too.
+        start: Value at the start of the step, stored as a sample.
+        end: Value at the end of the step, stored as a sample.
         level: Level through which it falls.
     """
     method = method_of(model, step)
@@ -152,16 +153,16 @@ def comes_near(model: Record, step: Record, j: int, start: float, end: float, le
 
 
 def make_dip_of(layouts: Layouts, band_of: Any, value_inside: Any) -> tuple[Any, Any]:
-    """Creates the search of a mechanics for guards past their level inside a step.
+    """Creates the search for guards past their level inside a step, for one kind of hand.
 
     Args:
-        layouts: Its records.
-        band_of: Noise and band of a guard.
-        value_inside: Value of a guard at a fraction of the step.
+        layouts: Records of this kind of hand.
+        band_of: Returns noise and band of a guard.
+        value_inside: Returns the value of a guard at a fraction of the step.
 
     Returns:
-        The search for a guard with samples at all stages; and for one without samples at the ends,
-        if the others come close to its level.
+        Two searches: for guards with samples at all stages, and for guards without samples at the
+        ends, which are first checked for closeness to their level.
     """
 
     @compiled_apart(
@@ -170,13 +171,13 @@ def make_dip_of(layouts: Layouts, band_of: Any, value_inside: Any) -> tuple[Any,
         prefix=layouts.prefix,
     )
     def find_least(model: Record, run: Record, h: float, j: int) -> float:
-        """The fraction of the step at which guard ``j`` is past its level; 0 if never."""
+        """A fraction of the step at which guard ``j`` is past its level; 0 if never."""
         noise, _ = band_of(model, run.discrete, run.guards.ends, j)
         return search_step(model, run, h, j, noise, value_inside)
 
     @compiled
     def dip_of(model: Record, run: Record, h: float, j: int) -> float:
-        """The same, if the guard comes close to its level at all."""
+        """As `find_least`, but 0 if the guard does not come close to its level."""
         guards = run.guards
         if not comes_near(model, run.step, j, guards.starts[j], guards.ends[j], guards.levels[j]):
             return 0.0

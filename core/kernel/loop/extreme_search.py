@@ -1,11 +1,11 @@
-"""The search for extremes of forces inside one step.
+"""Search for extremes of forces inside a step.
 
-The forces at the stages of the step are known. Only if one of these values is close to a new
-extreme of the run, and lies inside the step or at an end where the force turns inwards, the extreme
-is computed from the dense output of the method.
+The forces at the stages of the step are known. The extreme is computed from the dense output of
+the method only if one of these values is close to a new extreme of the run, and either lies inside
+the step or at an end where the force becomes more extreme towards the inside.
 
-Planar and spatial kernels share it: `slipgrasp.core.kernel.planar.interior` and
-`slipgrasp.core.kernel.spatial.interior` define which guards are forces, and their evaluation.
+`slipgrasp.core.kernel.planar.interior` and `slipgrasp.core.kernel.spatial.interior` define the
+guards that are forces, and their evaluation.
 """
 
 from __future__ import annotations
@@ -22,21 +22,21 @@ from slipgrasp.core.kernel.loop.progress import Layouts
 from slipgrasp.core.kernel.loop.tally import count_force, count_forces, count_margin
 from slipgrasp.core.kernel.numerics.methods import method_of
 
-# The neighbourhood of a value is searched if it comes this close to the previous extreme, as a
+# Distance of a value from the previous extreme below which its neighbourhood is searched, as a
 # fraction of the range of the values in the step.
 NEAR = 0.25
-FLAT = 1e-9  # relative to 1 plus the value: smaller changes in a step only repeat rounding errors
+FLAT = 1e-9  # relative to 1 plus the value: smaller changes in a step are rounding errors
 WIDTH = 3e-4  # of the search, as a fraction of the step
-KINK_WIDTH = 1e-5  # the same if the law may have a kink, to which the error is proportional
+KINK_WIDTH = 1e-5  # the same if the law may have a kink: the error is proportional to the width
 ROUND = 1.5  # ratio of the possible curvature of a force to that of its values
-BESIDE = 1e-3  # distance from an end of a step for determining the slope of a force, as a fraction
+BESIDE = 1e-3  # distance from an end at which the slope of a force is tested, as a fraction
 
 
 @compiled
 def nears_record(
     model: Record, step: Record, j: int, sign: float, start: float, end: float, record: float
 ) -> bool:
-    """Whether guard ``j`` may have a new extreme in a step; fast, because it rarely has.
+    """True if guard ``j`` may have a new extreme in a step; a fast test before `least_inside`.
 
     The arguments are those of `least_inside`.
     """
@@ -60,18 +60,18 @@ def least_inside(
     record: float,
     value_inside: Any,
 ) -> float:
-    """The minimum of ``sign`` times guard ``j`` inside the step; inf if it is no new extreme.
+    """Minimum of ``sign`` times guard ``j`` inside the step; inf if it is not a new extreme.
 
     Args:
         model: Constants of the run.
-        run: The run, with the step just taken and samples of the guard at its slopes.
+        run: The run, with the step just taken and samples of the guard at its stages.
         h: Size of the step [s].
         j: Index of the guard.
         sign: 1 for its minimum, -1 for its maximum.
         start: Value of the guard at the start of the step.
-        end: Value at its end.
-        record: The minimum so far in the run.
-        value_inside: Its value at a fraction of the step.
+        end: Value of the guard at the end of the step.
+        record: Minimum of the run so far.
+        value_inside: Returns the value of a guard at a fraction of the step.
     """
     step, method = run.step, method_of(model, run.step)
     step.samples[0, j], step.samples[method.last, j] = start, end
@@ -87,11 +87,11 @@ def least_inside(
     final = method.num_ordered - 1
     ends = min(sign * start, sign * end)
     share, value = 0.0, np.inf
-    # Two stages do not show a kink of the law between them; while torques are held, there is none.
+    # A kink of the law between two stages is invisible; with constant torques there is none.
     may_turn = model.law.period == 0.0
     width = KINK_WIDTH if may_turn else WIDTH
     if place not in (0, final):
-        # Stages are at states of low order, where a force may seem extreme.
+        # Stages have low-order states, whose force may appear more extreme than it is.
         share = method.nodes[method.ordered[place]]
         value = sign * value_inside(model, run, h, j, share)
         if not value < ends:
@@ -103,7 +103,7 @@ def least_inside(
         value = sign * value_inside(model, run, h, j, share)
         if not value < ends - FLAT * (1.0 + abs(ends)):
             return np.inf
-    # For the same reason the extreme may lie beyond the next nodes.
+    # For the same reason, the extreme may lie beyond the adjacent nodes.
     low, high = method.ordered[max(place - 3, 0)], method.ordered[min(place + 3, final)]
     shares = method.nodes[low], method.nodes[high]
     return _search(model, run, h, j, sign, shares[0], shares[1], share, value, width, value_inside)
@@ -111,12 +111,12 @@ def least_inside(
 
 @compiled
 def _may_turn_inside(model: Record, step: Record, j: int) -> bool:
-    """Whether guard ``j``, extreme at an end of the step, may be more extreme next to it.
+    """True if guard ``j``, extreme at an end of the step, may be more extreme next to it.
 
-    A parabola through both ends has its extreme between them if it rises or falls by less than its
-    curvature. The curvature is the largest one implied by any inner value, times `ROUND`, because
-    the first stages are at states of low order. Stages at one time count with their mean: the
-    errors of the two stages of the classical Runge-Kutta method at half a step cancel.
+    A parabola through both ends has its extreme between them if its total change is less than its
+    curvature. The curvature is the largest one implied by an inner value, times `ROUND`, because
+    the first stages have low-order states. Stages at the same time are averaged: the errors of the
+    two stages of the classical Runge-Kutta method at half a step cancel.
     """
     method, samples = method_of(model, step), step.samples
     start = samples[0, j]
@@ -154,9 +154,9 @@ def _search(
     width: float,
     value_inside: Any,
 ) -> float:
-    """The minimum of ``sign`` times guard ``j`` between two fractions, from a point between them.
+    """Minimum of ``sign`` times guard ``j`` between two fractions, starting from an inner point.
 
-    By Brent's method: parabolas through the three best points, golden sections where they do not
+    Brent's method: parabolas through the three best points, golden sections if these do not
     converge (Algorithms for Minimization without Derivatives, 1973, chapter 5).
     """
     x2, x3, y2, y3 = x1, x1, y1, y1
@@ -187,13 +187,13 @@ def _search(
 def make_count_extremes(
     layouts: Layouts, per_contact: int, count_ways: Any, value_inside: Any
 ) -> Any:
-    """Creates the accumulation of the forces of a step of a mechanics.
+    """Creates the accumulation of the forces in a step, for one kind of hand.
 
     Args:
-        layouts: Its records.
-        per_contact: Number of guards of a contact.
-        count_ways: Number of the guards of phases among these, for a model.
-        value_inside: Value of a guard at a fraction of the step.
+        layouts: Records of this kind of hand.
+        per_contact: Number of guards per contact.
+        count_ways: Returns the number of phase guards among these for a model.
+        value_inside: Returns the value of a guard at a fraction of the step.
     """
 
     @compiled_apart(
@@ -205,7 +205,7 @@ def make_count_extremes(
     def find_extreme(
         model: Record, run: Record, h: float, j: int, sign: float, start: float, record: float
     ) -> float:
-        """The minimum of ``sign`` times guard ``j`` in the step; inf if it is no extreme."""
+        """Minimum of ``sign`` times guard ``j`` in the step; inf if it is not a new extreme."""
         end = run.guards.ends[j]
         return least_inside(model, run, h, j, sign, start, end, record, value_inside)
 
@@ -213,7 +213,7 @@ def make_count_extremes(
     def _extreme_of(
         model: Record, run: Record, h: float, j: int, sign: float, start: float, record: float
     ) -> float:
-        """The same if an extreme is possible."""
+        """As `find_extreme`, but inf if no new extreme is possible."""
         if not nears_record(model, run.step, j, sign, start, run.guards.ends[j], record):
             return np.inf
         return find_extreme(model, run, h, j, sign, start, record)

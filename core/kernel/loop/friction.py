@@ -8,12 +8,12 @@ from slipgrasp.core.kernel.compilation.records import Record
 
 @compiled
 def present_friction(model: Record, discrete: Record, i: int) -> float:
-    """The friction coefficient that bounds or determines the force of contact ``i``."""
+    """Friction coefficient of contact ``i``: static in stick, sliding in slip."""
     truth = model.truth
     return truth.static_friction[i] if discrete.phases[i] == 0 else truth.friction[i]
 
 
 @compiled
 def has_static_excess(model: Record, i: int) -> bool:
-    """Whether contact ``i`` has larger static than sliding friction."""
+    """True if contact ``i`` has larger static than sliding friction."""
     return model.truth.static_friction[i] > model.truth.friction[i]

@@ -1,7 +1,7 @@
-"""Guards: quantities that are positive during a phase and cross their level at its end.
+"""Guards: quantities that are positive during a phase and fall below their level at its end.
 
-The guards of a contact are those of its phases, followed by its normal force, the edge of its face,
-and its finger. The determinant of M~ follows all contacts.
+The guards of each contact are its phase guards, its normal force, the distance to the edge of its
+face, and the distance of its finger from a singularity. The determinant of M~ follows all contacts.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from slipgrasp.core.kernel.compilation.records import Layout, Record
 from slipgrasp.core.kernel.loop.status import LEFT_FACE, PAINLEVE, RUNNING, SEPARATED, SINGULAR
 
 FORCE_BAND, FORCE_NOISE = 4e-10, 1e-11
-# As wide as the edge of a patch (slipgrasp.core.run.schedule), so that tips that cross their edges
-# together do so at once.
+# As wide as the edge of a patch (slipgrasp.core.run.schedule), so that fingertips that cross edges
+# at the same time give one event.
 SLIP_BAND, SLIP_NOISE = 1e-11, 1e-15
 # Guards that end the run cannot fire again.
 ENDING_BAND = 1e-12
@@ -43,26 +43,27 @@ def guards_layout(count: int) -> Layout:
 def make_guards(
     prefix: str, layouts: Sequence[Layout], update_values: Any, band_of: Any, is_beyond: Any
 ) -> tuple[Any, ...]:
-    """Creates the guards of a mechanics.
+    """Creates the guards of one kind of hand.
 
     Args:
-        prefix: Prefix of the symbols of its units.
+        prefix: Prefix of the symbols of the compiled units.
         layouts: Model, discrete state, state, workspace, guards.
-        update_values: Writes the values of all guards at the state of the workspace.
-        band_of: Noise and band of a guard: within its band the sign of a value is uncertain.
-        is_beyond: Whether a value is below a level by more than noise.
+        update_values: Computes all guards at the state of the workspace.
+        band_of: Returns noise and band of a guard; the sign of a value inside the band is
+            uncertain.
+        is_beyond: True if a value is below a level by more than noise.
 
     Returns:
-        Functions that arm them, check whether any is past its level, find those that fired at the
-        end of a step, evaluate them there, find overlooked ones, return the smallest distance of
-        the fired ones, pass a step, and select those that fired first.
+        Functions that arm the guards, check them at a state, find those that fired in a step,
+        evaluate them at its end, find overlooked ones, return the smallest distance of the fired
+        ones, complete a step without events, and select those that fired first.
     """
     model_type, discrete_type, _, _, guards_type = layouts
     asked = model_type, discrete_type, guards_type
 
     @compiled
     def _is_past(model: Record, discrete: Record, guards: Record, j: int) -> bool:
-        """Whether guard ``j`` is below its level by more than noise."""
+        """True if guard ``j`` is below its level by more than noise."""
         if guards.values[j] >= guards.levels[j]:
             return False
         noise, _ = band_of(model, discrete, guards.values, j)
@@ -70,10 +71,10 @@ def make_guards(
 
     @compiled_apart(types.void, *layouts, prefix=prefix)
     def arm(model: Record, discrete: Record, state: Record, work: Record, guards: Record) -> None:
-        """After a jump: a guard that starts inside its band may first fall to twice the band.
+        """Arms the guards after a jump; for guards inside their band, the level is lowered.
 
-        Otherwise, a contact that starts to slip, or rests exactly on its cone, would fire again at
-        the same instant because of rounding.
+        Otherwise, the guard of a contact that starts to slip or sticks exactly on its cone would
+        fire again at the same instant because of rounding.
         """
         update_values(model, discrete, state, work, guards)
         for j in range(guards.count):
@@ -111,16 +112,16 @@ def make_guards(
     def evaluate_ends(
         model: Record, discrete: Record, state: Record, work: Record, guards: Record
     ) -> None:
-        """Values of all guards at the state of ``work``, as those at the end of a step."""
+        """Evaluates all guards at the state of ``work``, the end of a step."""
         update_values(model, discrete, state, work, guards)
         for j in range(guards.count):
             guards.ends[j] = guards.values[j]
 
     @compiled_apart(types.int64, *asked, prefix=prefix)
     def find_overlooked(model: Record, discrete: Record, guards: Record) -> int:
-        """1 if a guard that did not fire in the whole step is past its level at its event.
+        """1 if a guard that had not fired at the end of the full step is past its level here.
 
-        Such guards are marked too: theirs is the first event, or one at the same time.
+        Such guards are marked as fired: their event is earlier or simultaneous.
         """
         found = 0
         for j in range(guards.count):
@@ -133,7 +134,7 @@ def make_guards(
     def least_fired(
         model: Record, discrete: Record, state: Record, work: Record, guards: Record
     ) -> float:
-        """The smallest distance to its level, at this state, among the guards that fired."""
+        """Smallest distance to the level at this state among the guards that fired."""
         update_values(model, discrete, state, work, guards)
         least = np.inf
         for j in range(guards.count):
@@ -143,7 +144,7 @@ def make_guards(
 
     @compiled_apart(types.void, *asked, prefix=prefix)
     def pass_step(model: Record, discrete: Record, guards: Record) -> None:
-        """After a step without event: guards that have left their band return to level 0."""
+        """Completes a step without events: guards that have left their band return to level 0."""
         for j in range(guards.count):
             guards.starts[j] = guards.ends[j]
             if guards.levels[j] < 0.0:
@@ -153,7 +154,7 @@ def make_guards(
 
     @compiled
     def keep_first_fired(guards: Record, least: float) -> None:
-        """Selects the fired guards that are at their level here; the others would fire later."""
+        """Keeps the fired guards that are at their level here; the others would fire later."""
         for j in range(guards.count):
             guards.ends[j] = guards.values[j]
             if guards.values[j] - guards.levels[j] > max(0.0, least):
@@ -165,12 +166,12 @@ def make_guards(
 
 @compiled
 def find_end(model: Record, run: Record, per_contact: int) -> int:
-    """Whether a fired guard ends the run, and the contact or finger responsible.
+    """Status after guards have fired; stores the contact or finger that ends the run.
 
     Args:
         model: Constants of the run.
-        run: The run, whose guards have fired.
-        per_contact: Number of guards of a contact.
+        run: The run, with the fired guards.
+        per_contact: Number of guards per contact.
     """
     n, fired = model.num_fingers, run.guards.fired
     for i in range(n):

@@ -1,6 +1,7 @@
-"""Allowed energy error of a step with fast rotation of object or joints.
+"""Allowed energy error of a step with fast rotation of the object or a joint.
 
-Near singular poses the kinetic energy is more sensitive to the state than any coordinate shows.
+Near singular poses the kinetic energy is more sensitive than the tolerances of the coordinates
+cover.
 """
 
 from __future__ import annotations

@@ -7,8 +7,8 @@ import numpy as np
 from slipgrasp.core.kernel.compilation.compiler import compiled
 from slipgrasp.core.kernel.compilation.records import Floats, Record
 
-REST_RATE = 0.01  # of a joint, below which dry friction decreases smoothly [rad/s]
-LEAST_SINE = 1e-2  # closer to a straight or folded finger, rounding dominates its forces
+REST_RATE = 0.01  # joint rate below which dry friction decreases smoothly [rad/s]
+LEAST_SINE = 1e-2  # least |sin q2|; closer to a straight or folded finger, rounding dominates
 
 
 @compiled
@@ -31,9 +31,9 @@ def combine_links(truth: Record, unit: Record, total: Record) -> None:
 
 @compiled
 def joint_friction(hand: Record, i: int, rate: float) -> float:
-    """Friction torque on a joint of finger ``i`` with a given rate [N m].
+    """Friction torque on a joint of finger ``i`` at a given rate [N m].
 
-    Viscous, and dry with a smooth transition through rest, so that no joint sticks.
+    Viscous and dry friction; the latter is smooth at rest, so that no joint sticks.
     """
     dry = hand.joint_friction[i] * rate / np.sqrt(rate * rate + REST_RATE * REST_RATE)
     return hand.joint_damping[i] * rate + dry
@@ -41,7 +41,7 @@ def joint_friction(hand: Record, i: int, rate: float) -> float:
 
 @compiled
 def joint_friction_power(hand: Record, rates: Floats) -> float:
-    """Power lost to joint friction at given rates [W]."""
+    """Power dissipated by joint friction at given rates [W]."""
     total = 0.0
     for i in range(hand.num_fingers):
         for joint in range(rates.shape[1]):
@@ -52,7 +52,7 @@ def joint_friction_power(hand: Record, rates: Floats) -> float:
 
 @compiled
 def weight_moments(hand: Record, believed: Record, kin: Record, i: int) -> tuple[float, float]:
-    """Moments that support the links of finger ``i``: about its first and second pitch [N m]."""
+    """Moments about both pitch axes that support the links of finger ``i`` [N m]."""
     first, second = believed.link_masses[i, 0], believed.link_masses[i, 1]
     outer = hand.gravity * second * hand.link_centres[i, 1] * kin.links[i, 1, 0]
     lever = first * hand.link_centres[i, 0] + second * hand.link_lengths[i, 0]

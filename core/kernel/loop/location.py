@@ -1,4 +1,4 @@
-"""Locates the first event of a step."""
+"""Location of the first event of a step."""
 
 from __future__ import annotations
 
@@ -25,27 +25,27 @@ def make_locate(
     finish: Any,
     bisect_every: int,
 ) -> Any:
-    """Creates the search of a mechanics.
+    """Creates the search for one kind of hand.
 
     Args:
-        layouts: Its records.
+        layouts: Records of this kind of hand.
         step_to: Repeats the step with another size.
-        least_fired: The smallest distance of the fired guards to their levels.
-        is_past_band: 1 if one of them is below its level by more than its band.
-        keep_first_fired: Selects those that are at their level.
-        size_of_zero: Size of values that count as zero, from those at both ends of the step.
+        least_fired: Returns the smallest distance of the fired guards to their levels.
+        is_past_band: Returns 1 if a fired guard is below its level by more than its band.
+        keep_first_fired: Keeps the fired guards that are at their level.
+        size_of_zero: Returns the size of values that count as zero, from those at both ends.
         finish: Takes the step to the event, between two given sizes.
-        bisect_every: Number of trials of which the last is a bisection.
+        bisect_every: Every trial with this period is a bisection.
     """
 
     @compiled_apart(
         types.float64, layouts.model, layouts.progress, types.float64, prefix=layouts.prefix
     )
     def locate(model: Record, run: Record, h: float) -> float:
-        """Size of the step that ends when the first of the fired guards is at its level.
+        """Size of the step at whose end the first of the fired guards is at its level.
 
-        The step is repeated at every trial, so that the root is that of the method itself and not
-        of an interpolant. Regula falsi (Illinois) with bisection as a safeguard.
+        Regula falsi (Illinois) with bisection as a safeguard. Every trial repeats the step, so that
+        the root is that of the method itself and not of an interpolant.
         """
         discrete, step, work, guards = run.discrete, run.step, run.work, run.guards
         low, high, is_far = 0.0, h, False
@@ -72,7 +72,7 @@ def make_locate(
                 side = 1
             else:
                 high, value_high = at, value
-                # Near a pole a force crosses its whole band within the width.
+                # Near a pole, a force crosses its full band within the width.
                 is_far = is_past_band(model, discrete, guards) == 1
                 value_low *= 0.5 if side == -1 else 1.0
                 side = -1

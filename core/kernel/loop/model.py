@@ -1,4 +1,4 @@
-"""Constants of a run that planar and spatial hands have in common."""
+"""Constants of a run that are common to planar and spatial hands."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ UNKNOWNS = np.dtype(
     [
         ("count", np.int64),
         ("kinds", np.int64, (MAX_UNKNOWNS,)),
-        ("fingers", np.int64, (MAX_UNKNOWNS,)),  # -1 where none
-        ("links", np.int64, (MAX_UNKNOWNS,)),  # -1 where none
-        ("minimum", np.float64, (MAX_UNKNOWNS,)),  # -inf where none
-        ("maximum", np.float64, (MAX_UNKNOWNS,)),  # inf where none
+        ("fingers", np.int64, (MAX_UNKNOWNS,)),  # -1 if none
+        ("links", np.int64, (MAX_UNKNOWNS,)),  # -1 if none
+        ("minimum", np.float64, (MAX_UNKNOWNS,)),  # -inf if none
+        ("maximum", np.float64, (MAX_UNKNOWNS,)),  # inf if none
     ],
     align=True,
 )
@@ -45,9 +45,9 @@ def law_layout(facts: Layout, num_coordinates: int, more: Sequence[tuple[Any, ..
     """Gains and settings of the control law.
 
     Args:
-        facts: What is true of it.
-        num_coordinates: Reduced coordinates of the largest hand.
-        more: Additional fields of the mechanics.
+        facts: Layout of the facts of the law.
+        num_coordinates: Number of reduced coordinates of the largest hand.
+        more: Additional fields for this kind of hand.
     """
     each, both = (num_coordinates,), (2 * num_coordinates, 2 * num_coordinates)
     fields = [
@@ -63,22 +63,22 @@ def law_layout(facts: Layout, num_coordinates: int, more: Sequence[tuple[Any, ..
         ("link_mass_ratio", np.float64),  # ratio of assumed to true masses
         ("grip_safety", np.float64),
         ("minimum_normal_force", np.float64),  # [N]
-        ("maximum_normal_force", np.float64),  # inf where none [N]
+        ("maximum_normal_force", np.float64),  # inf if none [N]
         ("grip_force", np.float64),  # [N]
         ("grip_rate", np.float64),  # [N/s]
         ("jaw_stiffness", np.float64),  # [N/m]
         ("jaw_damping", np.float64),  # [N s/m]
         ("force_rate", np.float64),  # [N/s]
-        ("force_share", np.float64),  # fraction that the lag of the force covers in a period
+        ("force_share", np.float64),  # filter coefficient of the force lag per period
         ("estimate_norm_bound", np.float64),  # phi_0
         ("slip_stop", np.float64),  # K_f [m/s^2]
         ("probing", np.float64),  # [1/s]
-        ("predicts", np.bool_),  # commands for the state at the time at which the torque acts
+        ("predicts", np.bool_),  # commands for the state predicted for the time of action
         ("latency", np.float64),  # [s]
         ("forgetting", np.float64),  # per control period
         ("force_variance", np.float64),  # [N^2]
         ("acceleration_variance", np.float64),  # assumed, of filtered differences [m^2/s^4]
-        ("slip_level", np.float64),  # above which slip is certain; -inf: phases are known [m/s]
+        ("slip_level", np.float64),  # above which slip is certain; -inf: known phases [m/s]
         ("prior_variances", np.float64, (MAX_UNKNOWNS,)),
         *more,
         ("couplings", np.float64, both),  # by e, then e'
@@ -89,7 +89,7 @@ def law_layout(facts: Layout, num_coordinates: int, more: Sequence[tuple[Any, ..
 # Measurements and their accuracy.
 SENSORS = np.dtype(
     [
-        ("perfect", np.int64),  # 1: perfect measurements, and the law knows its lengths
+        ("perfect", np.int64),  # 1: perfect measurements and known link lengths
         ("noisy", np.int64),
         ("seed", np.int64),  # of the noise
         ("position_noise", np.float64),  # standard deviations, SI units
@@ -98,11 +98,11 @@ SENSORS = np.dtype(
         ("true_accelerations", np.int64),
         ("filter_time", np.float64),  # [s]
         ("true_phases", np.int64),
-        ("sums_slip", np.int64),  # 1: cumulative sums detect it, 0: its duration
+        ("sums_slip", np.int64),  # 1: detection by cumulative sums, 0: by duration
         ("slip_threshold", np.float64),  # [m/s]
         ("slip_delay", np.float64),  # [s]
         ("slip_delay_deviation", np.float64),  # [s]
-        ("least_sum", np.float64),  # that noise does not reach [m/s]
+        ("least_sum", np.float64),  # lower bound of the detection limit, above noise [m/s]
         ("force_noise", np.float64),  # of measured contact forces [N]
         ("force_bias", np.float64, (2,)),  # along the face, normal [N]
         ("force_filter_time", np.float64),  # [s]
@@ -113,8 +113,8 @@ SENSORS = np.dtype(
 # Limits of the joint torques.
 ACTUATORS = np.dtype(
     [
-        ("torque_limit", np.float64),  # inf where none [N m]
-        ("torque_rate_limit", np.float64),  # inf where none [N m/s]
+        ("torque_limit", np.float64),  # inf if none [N m]
+        ("torque_rate_limit", np.float64),  # inf if none [N m/s]
     ],
     align=True,
 )

@@ -1,11 +1,11 @@
-"""The desired motion of the object: the paper's, or segments of any other.
+"""Desired motion of the object: that of the paper, or general segments.
 
-With s the time since the start of its segment, a coordinate c of such a segment is
+With s the time since the start of a segment, coordinate c of a general segment is
 
     polynomials[c] · (1, s, … s^5) + sine[c] sin(psi) + cosine[c] (1 - cos(psi)),
 
-psi = angles · (1, s, s^2). The last segment is a rest without end
-(`slipgrasp.core.kernel.loop.pieces` creates them).
+psi = angles · (1, s, s^2). The last segment is an unlimited rest.
+`slipgrasp.core.kernel.loop.pieces` creates the segments.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ MAX_PIECES = max(MAX_TABLE_ROWS, 2 * MAX_SET_POINTS + 1)
 
 
 def motion_layout(num_coordinates: int) -> Layout:
-    """The desired motion of some coordinates, in meters and radians."""
+    """Layout of the desired motion of some coordinates, in meters and radians."""
     each = (num_coordinates,)
     fields = [
-        ("coasts", np.bool_),  # whether it is the paper's, given by start and acceleration alone
+        ("coasts", np.bool_),  # true for the paper's motion, given by start and acceleration
         ("start", np.float64, each),
         ("acceleration", np.float64, each),
-        ("breaks", np.float64, (MAX_PIECES,)),  # ends of the segments, inf from the last one on [s]
+        ("breaks", np.float64, (MAX_PIECES,)),  # ends of segments; inf for the last [s]
         ("sine", np.float64, each),
         ("cosine", np.float64, each),
         ("angles", np.float64, (MAX_PIECES, 3)),  # [rad, and per power of s]
@@ -40,9 +40,9 @@ def motion_layout(num_coordinates: int) -> Layout:
 
 @compiled
 def pass_breaks(motion: Record, discrete: Record, t: float) -> None:
-    """Makes the segment of the desired motion at ``t`` the present one.
+    """Advances the present segment of the desired motion to time ``t``.
 
-    A break slightly after ``t``, within rounding, is at ``t``: times of ticks and breaks are sums.
+    Breaks after ``t`` within rounding count as passed, because times of ticks and breaks are sums.
     """
     while motion.breaks[discrete.piece] <= t + SAME_TIME:
         discrete.piece += 1
@@ -52,9 +52,10 @@ def pass_breaks(motion: Record, discrete: Record, t: float) -> None:
 def desired_motion(
     motion: Record, piece: int, t: float, coordinate: int
 ) -> tuple[float, float, float]:
-    """Desired position, velocity, acceleration of one coordinate on a segment of the motion.
+    """Desired position, velocity and acceleration of a coordinate on a segment of the motion.
 
-    The segment is given, not found from ``t``, so that values at a break are one-sided.
+    The segment is an argument instead of a function of ``t``, so that values at a break are
+    one-sided.
     """
     if motion.coasts:
         return _coast(motion, piece, t, coordinate)
@@ -84,7 +85,7 @@ def _coast(motion: Record, piece: int, t: float, coordinate: int) -> tuple[float
 
 @compiled
 def _on_piece(motion: Record, piece: int, s: float, coordinate: int) -> tuple[float, float, float]:
-    """A polynomial by Horner's rule, plus the oscillation with the angle psi."""
+    """Evaluates the polynomial by Horner's rule, and adds the oscillation with the angle psi."""
     position, velocity, bend = 0.0, 0.0, 0.0
     for k in range(DEGREE, -1, -1):
         bend = bend * s + velocity

@@ -1,4 +1,4 @@
-"""Writes rows of the trace and phase changes, and reads them for the caller."""
+"""Output of rows of the trace and of phase changes."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from slipgrasp.core.kernel.loop.progress import OUTPUT_ROUNDING, Layouts
 def make_output(
     layouts: Layouts, evaluate_row: Any, fill_row: Any, add_to_tally: Any, copy_discrete: Any
 ) -> tuple[Any, ...]:
-    """Creates the output of a mechanics.
+    """Creates the output functions of one kind of hand.
 
     Args:
-        layouts: Its records.
+        layouts: Records of this kind of hand.
         evaluate_row: Evaluates the closed loop for the state in a row; 0 if it is not finite.
-        fill_row: Writes the values of an evaluated row.
+        fill_row: Writes the signals of an evaluated row.
         add_to_tally: Adds an evaluated row to the accumulators of the metrics.
-        copy_discrete: Copies the discrete state between two jumps.
+        copy_discrete: Copies the discrete state.
 
     Returns:
-        Functions that evaluate a state, store the evaluated row, write a row with another time, or
-        end the run if it cannot be written; write the present state, and the rows that are due;
-        and, for Python, return the last row of a run without a trace.
+        Functions that evaluate a state, store the evaluated row, write a row with another time,
+        write such a row or end the run, write the present state, write the rows that are due, and,
+        for Python, return the last row of a run without a trace.
     """
     prefix, model_type, state_type, discrete_type, run_type, outlet_type = layouts
     parts = model_type, run_type, outlet_type
@@ -79,7 +79,7 @@ def make_output(
         """Appends a row for ``state`` at ``t`` with the time ``written``, equal within rounding.
 
         Returns:
-            0 if the row is not finite and is dropped.
+            1, or 0 if the row is not finite and was dropped.
         """
         if evaluate_at(model, run, discrete, t, state) == 0:
             return 0
@@ -97,7 +97,7 @@ def make_output(
         state: Record,
         written: float,
     ) -> None:
-        """The same; a row that is not finite ends the run."""
+        """As `emit_as_of`; a row that is not finite ends the run."""
         if emit_as_of(model, run, outlet, discrete, t, state, written) == 0:
             run.lost = 1
 
@@ -110,7 +110,7 @@ def make_output(
     def emit_due(model: Record, run: Record, outlet: Record) -> None:
         """Writes the rows that are due at the present state.
 
-        Before the step that leaves the state, whose evaluation is still available.
+        Called before the next step, while the evaluation of the state is still available.
         """
         while True:
             t = next_output(model, run)
@@ -120,7 +120,7 @@ def make_output(
             run.outputs += 1
 
     def last_row(model: Record, run: Record) -> Floats:
-        """The last row of a run without a trace, ``(1, num_columns)``."""
+        """Returns the last row of a run without a trace, ``(1, num_columns)``."""
         row = run.last_row
         call(evaluate_row, model, row, run.work)
         call(fill_row, model, row, run.work)
@@ -138,7 +138,7 @@ def next_output(model: Record, run: Record) -> float:
 
 @compiled
 def pass_output_times(model: Record, run: Record) -> None:
-    """Skips output times up to now, if an event has written its own rows."""
+    """Skips output times up to now, after an event has written its rows."""
     while next_output(model, run) <= run.now + OUTPUT_ROUNDING:
         run.outputs += 1
 
@@ -148,7 +148,7 @@ def log_changes(model: Record, run: Record, outlet: Record) -> bool:
     """Logs every contact whose phase differs from the stored one.
 
     Returns:
-        True if there have been too many changes in the chatter window, or in one period of sampled
+        True if there were too many changes in the chatter window, or in one period of sampled
         control if that is shorter, because commanded changes are not chatter.
     """
     now = run.now
@@ -181,7 +181,7 @@ def log_change(run: Record, outlet: Record, i: int, before: int, after: int) -> 
 
 @compiled
 def phases_changed(model: Record, run: Record) -> bool:
-    """Whether any phase differs from the stored one."""
+    """True if any phase differs from the stored one."""
     for i in range(model.num_fingers):
         if run.discrete.phases[i] != run.old.phases[i]:
             return True
@@ -189,14 +189,14 @@ def phases_changed(model: Record, run: Record) -> bool:
 
 
 def rows_in(outlet: Record, num_columns: int) -> Floats:
-    """The rows in the buffer, ``(rows, num_columns)``, as a view."""
+    """Rows in the buffer, ``(rows, num_columns)``, as a view."""
     count = int(outlet.num_rows)
     rows: Floats = outlet["rows"][: count * num_columns].reshape(count, num_columns)
     return rows
 
 
 def settled_rows(run: Record, outlet: Record) -> int:
-    """Number of final rows in the buffer; more rows may still be inserted after these."""
+    """Number of final rows in the buffer; rows may still be inserted after these."""
     return int(run.slip.since if run.slip.level > 0 else outlet.num_rows)
 
 
@@ -211,7 +211,7 @@ def take_rows(run: Record, outlet: Record, num_columns: int) -> Floats:
 
 
 def ticks_in(outlet: Record, num_columns: int) -> Floats:
-    """The ticks in the buffer, ``(ticks, num_columns)``, as a view."""
+    """Ticks in the buffer, ``(ticks, num_columns)``, as a view."""
     count = int(outlet.num_ticks)
     ticks: Floats = outlet["ticks"][: count * num_columns].reshape(count, num_columns)
     return ticks

@@ -18,7 +18,7 @@ COAST, SET_POINTS, CIRCLE, ROTATION, TABLE = (
     _KINDS.index(kind) for kind in ("coast", "set-points", "circle", "rotation", "table")
 )
 
-# The motion from 0 to 1 in unit time with least jerk: powers 3 to 5.
+# Minimum-jerk motion from 0 to 1 in unit time: coefficients of powers 3 to 5.
 _MINIMUM_JERK = (10.0, -15.0, 6.0)
 
 
@@ -27,8 +27,8 @@ def pack_motion(path: Record, motion: Record) -> None:
     """Writes the desired motion.
 
     Args:
-        path: The trajectory's part of the table of a scenario.
-        motion: Output; all used fields are set.
+        path: Trajectory in the table of a scenario.
+        motion: Output; every field in use is set.
     """
     for c in range(3):
         motion.start[c] = path.start[c]
@@ -52,7 +52,7 @@ def pack_motion(path: Record, motion: Record) -> None:
 
 @compiled
 def _begin_piece(motion: Record, piece: int, start: float) -> None:
-    """Starts a segment that rests at zero, and ends the previous one."""
+    """Starts a segment at rest at zero, and ends the previous one."""
     if piece > 0:
         motion.breaks[piece - 1] = start
     for c in range(3):
@@ -63,7 +63,7 @@ def _begin_piece(motion: Record, piece: int, start: float) -> None:
 
 @compiled
 def _pack_moves(path: Record, motion: Record) -> None:
-    """Motions between set-points with least jerk, at rest in between."""
+    """Packs minimum-jerk motions between set-points, with rests in between."""
     piece, now, points = 0, 0.0, path.set_points
     begin = path.start
     for i in range(int(points.count)):
@@ -85,7 +85,7 @@ def _pack_moves(path: Record, motion: Record) -> None:
 
 @compiled
 def _rest(motion: Record, piece: int, start: float, pose: np.ndarray) -> None:
-    """Starts a segment that rests at a pose."""
+    """Starts a segment at rest at a pose."""
     _begin_piece(motion, piece, start)
     for c in range(3):
         motion.polynomials[piece, c, 0] = pose[c]
@@ -93,7 +93,7 @@ def _rest(motion: Record, piece: int, start: float, pose: np.ndarray) -> None:
 
 @compiled
 def _pack_spline(path: Record, motion: Record) -> None:
-    """The cubic spline through the rows of the table, at rest at both ends."""
+    """Packs the cubic spline through the rows of the table, at rest at both ends."""
     rows, last = path.table.entries, int(path.table.count) - 1
     for k in range(last + 1):
         _begin_piece(motion, k, rows[k, 0])
@@ -111,10 +111,10 @@ def _pack_spline(path: Record, motion: Record) -> None:
 
 @compiled
 def _find_speeds(motion: Record, rows: np.ndarray, c: int, last: int) -> None:
-    """Velocities at the rows for continuous acceleration, as coefficients 1.
+    """Computes the velocities at the rows for continuous acceleration, as coefficients 1.
 
-    Their equations are tridiagonal and diagonally dominant, solved by Thomas's algorithm. The
-    factors of back substitution are stored in the place of coefficients 2.
+    The equations are tridiagonal and diagonally dominant, solved by the Thomas algorithm. The
+    factors of back substitution are stored temporarily as coefficients 2.
     """
     for k in range(1, last):
         before, here = motion.polynomials[k - 1, c], motion.polynomials[k, c]
@@ -135,7 +135,7 @@ def _find_speeds(motion: Record, rows: np.ndarray, c: int, last: int) -> None:
 
 @compiled
 def _pack_cycles(path: Record, motion: Record) -> None:
-    """Circle, rotation and shake: psi accelerates from rest, is uniform, and brakes likewise."""
+    """Packs circle, rotation or shake: psi accelerates from rest, is uniform, then decelerates."""
     speed, ramp = 2.0 * math.pi / path.period, path.acceleration_time
     even = path.cycles * path.period - ramp
     if even <= SAME_TIME:

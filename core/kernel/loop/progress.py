@@ -1,4 +1,4 @@
-"""The complete state of a run in records, so that it can be interrupted and resumed."""
+"""Complete state of a run in records, so that it can be interrupted and resumed."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ AMBIGUITIES, HOLDS, CLAMPED, SATURATED, FREE_ROTATION, RESTARTS, SOFTENED, TORSI
 NUM_WARNINGS = 8
 
 MAX_WAITING = 128
-ROWS_PER_STEP = 10_001  # of the longest step at the highest rate of output
+ROWS_PER_STEP = 10_001  # of the longest step at the highest output rate
 ROWS_BEFORE_PAUSE = 2048
 CHANGE_CAPACITY = 512
 ROOM_TO_SPARE = 16
@@ -29,7 +29,7 @@ AT_POLE = 2  # in ``fired``: the law commands unbounded forces
 
 
 class Layouts(NamedTuple):
-    """Records of a mechanics, for compiling the units of its loop."""
+    """Records of one kind of hand, for compiling the units of its loop."""
 
     prefix: str  # of the symbols of these units
     model: Layout
@@ -40,13 +40,13 @@ class Layouts(NamedTuple):
 
 
 def slip_states_layout(state: Layout, discrete: Layout, row: Layout, work: Layout) -> Layout:
-    """States at the start of a slip, some of which become rows (`slip_rows`)."""
+    """States at the start of a slip, for additional rows (`slip_rows`)."""
     fields = [
         ("level", np.int64),  # their spacing is 2**-level of the output interval; 0 for none
         ("next", np.int64),  # index of the next instant at that spacing
-        ("since", np.int64),  # rows in the outlet when they began
-        ("phases", np.int64, (MAX_FINGERS,)),  # since then
-        ("seen", np.int64, (MAX_FINGERS,)),  # rows of the present slip of each contact before
+        ("since", np.int64),  # number of rows in the buffer when storing began
+        ("phases", np.int64, (MAX_FINGERS,)),  # in that time
+        ("seen", np.int64, (MAX_FINGERS,)),  # earlier rows of the present slip, per contact
         ("added", np.int64),  # rows in the whole run
         ("count", np.int64),
         ("instants", np.int64, (MAX_SLIP_STATES,)),
@@ -59,26 +59,26 @@ def slip_states_layout(state: Layout, discrete: Layout, row: Layout, work: Layou
 
 
 def progress_layout(parts: Sequence[tuple[str, Layout]], num_joints: int) -> Layout:
-    """The complete state of a run, except for the output buffers.
+    """Layout of the complete state of a run, without the output buffers.
 
     Args:
-        parts: Records of the mechanics by name: ``step``, whose start is the present state,
-            ``discrete``, ``old``, which is the state before the present jump, and others.
+        parts: Records of the kind of hand by name: ``step``, whose start is the present state,
+            ``discrete``, ``old``, the discrete state before the present jump, and others.
         num_joints: Number of joints of a finger.
     """
     fields = [
         ("now", np.float64),  # simulation time [s]
         ("step_size", np.float64),  # to try next [s]
         ("rank", np.int64),  # of the method for the next step
-        ("quiet_steps", np.int64),  # in a row, far within tolerance
+        ("quiet_steps", np.int64),  # consecutive steps far within tolerance
         ("hold_until", np.float64),  # end of a recognition hold, inf if none [s]
         ("tick_origin", np.float64),  # time of tick 0 of sampled control [s]
         ("last_tick", np.float64),  # [s]
         ("last_event", np.float64),  # [s]
         ("before_time", np.float64),  # just before a jump of the law at an unknown time [s]
-        ("location_error", np.float64),  # error over tolerance of the step to the last event
+        ("location_error", np.float64),  # relative error of the step to the last event
         ("ticks", np.int64),
-        ("outputs", np.int64),  # output times done
+        ("outputs", np.int64),  # number of output times passed
         ("steps", np.int64),
         ("stalls", np.int64),  # consecutive events without progress in time
         ("concerned", np.int64),  # contact or finger of the last event, -1 if none
@@ -95,7 +95,7 @@ def progress_layout(parts: Sequence[tuple[str, Layout]], num_joints: int) -> Lay
         ("warning_times", np.float64, (NUM_WARNINGS,)),  # first of each [s]
         ("pending_rates", np.float64, (MAX_UNKNOWNS,)),  # of sampled control, for the next tick
         ("acting", np.int64),  # 1 after the first torque of sampled control acts
-        ("given", np.float64, (MAX_FINGERS, num_joints)),  # of the last command, by the joints
+        ("given", np.float64, (MAX_FINGERS, num_joints)),  # last command, limited
         ("first_waiting", np.int64),  # index of the oldest waiting command
         ("num_waiting", np.int64),
         ("due", np.float64, (MAX_WAITING,)),  # when they act [s]
@@ -105,12 +105,12 @@ def progress_layout(parts: Sequence[tuple[str, Layout]], num_joints: int) -> Lay
 
 
 def tick_columns(num_joints: int) -> int:
-    """Numbers of the longest tick: time, command, estimates and diagnostics."""
+    """Number of values of the longest tick: time, command, estimates and diagnostics."""
     return 1 + num_joints * MAX_FINGERS + MAX_UNKNOWNS + MAX_DIAGNOSTICS
 
 
 def outlet_layout(row: Layout, num_joints: int) -> Layout:
-    """Output buffers of a run, which the caller empties.
+    """Layout of the output buffers of a run; the caller empties them.
 
     Args:
         row: Layout of a row.
@@ -121,10 +121,10 @@ def outlet_layout(row: Layout, num_joints: int) -> Layout:
         ("num_rows", np.int64),
         ("changes", np.float64, (CHANGE_CAPACITY, 4)),  # time, contact, from, to
         ("history", np.float64, (MAX_CHATTER_CHANGES,)),  # times of the latest phase changes [s]
-        # Of the trace, one after another.
+        # Rows of the trace, contiguous.
         ("rows", np.float64, (ROW_CAPACITY * row["values"].shape[0],)),
         ("num_ticks", np.int64),
-        # One after another.
+        # Ticks, contiguous.
         ("ticks", np.float64, ((TICKS_BEFORE_PAUSE + 1) * tick_columns(num_joints),)),
     ]
     return np.dtype(fields, align=True)
@@ -140,6 +140,6 @@ def warn(run: Record, code: int) -> None:
 
 @compiled
 def warn_once(run: Record, code: int) -> None:
-    """Issues a warning of a lasting condition, with its start time."""
+    """Stores a warning of a lasting condition once, with its start time."""
     if run.warning_counts[code] == 0:
         warn(run, code)

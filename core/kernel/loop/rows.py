@@ -20,13 +20,13 @@ from slipgrasp.core.trace.signals import SIGNALS, Signal, TraceShape
 LARGEST = 1e300
 DEPENDENT = 1e-10
 
-# Columns: a fixed number, and numbers per finger, unknown and diagnostic.
+# Column index: a constant, and coefficients per finger, unknown and diagnostic.
 Columns = tuple[int, int, int, int]
 _Places = namedtuple("_Places", [*(signal.name for signal in SIGNALS), "end"])
 
 
 def place_signals(space: Space) -> Any:
-    """First column of every signal by name, and the end of a row with hard fingertips.
+    """First column of every signal by name, and the end of a row for hard fingertips.
 
     Columns of soft fingertips follow.
     """
@@ -49,12 +49,12 @@ def _shape(n: int, p: int, d: int, space: Space) -> TraceShape:
 def row_layout(
     state: Layout, discrete: Layout, more: Sequence[tuple[Any, ...]], space: Space
 ) -> Layout:
-    """The state of one row with its derived values, and the row itself.
+    """Layout of a row: its state, derived values and signals.
 
     Args:
-        state: The integrated state.
-        discrete: Discrete state between two jumps.
-        more: Additional fields of the mechanics.
+        state: Integrated state.
+        discrete: Discrete state.
+        more: Additional fields for this kind of hand.
         space: Kind of hand.
     """
     shape = replace(_shape(MAX_FINGERS, MAX_UNKNOWNS, MAX_DIAGNOSTICS, space), soft=space.has_pads)
@@ -73,7 +73,7 @@ def row_layout(
 
 @compiled
 def column_of(model: Record, place: Columns) -> int:
-    """First column of a signal, by its index."""
+    """First column of a signal."""
     n, p, d = model.num_fingers, model.num_unknowns, model.num_diagnostics
     return place[0] + place[1] * n + place[2] * p + place[3] * d
 
@@ -86,16 +86,16 @@ def set_value(model: Record, row: Record, place: Columns, k: int, value: float) 
 
 @compiled
 def finite(value: float) -> float:
-    """A magnitude that is infinite for a singular matrix."""
+    """Limits a magnitude that is infinite for a singular matrix."""
     return value if value < LARGEST else LARGEST
 
 
 @compiled
 def remove_parts(vectors: Floats, length: int, count: int, candidate: int) -> float:
-    """Makes a vector orthogonal to ``count`` orthonormal ones.
+    """Makes a vector orthogonal to ``count`` orthonormal vectors.
 
     Returns:
-        The square of its rest; 0 if it depends on them.
+        The squared length of the result; 0 if the vector depends on them.
     """
     whole, rest = 0.0, 0.0
     for k in range(length):
@@ -113,11 +113,11 @@ def remove_parts(vectors: Floats, length: int, count: int, candidate: int) -> fl
 
 
 def make_fill_shared(at: Any, true_value: Callable[..., Any]) -> Any:
-    """Writes the common values of every row: time, energies, unknowns and diagnostics.
+    """Creates the function that writes the common signals of a row.
 
     Args:
         at: Columns of the signals.
-        true_value: True value of an unknown.
+        true_value: Returns the true value of an unknown.
     """
 
     @compiled

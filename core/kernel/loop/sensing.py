@@ -16,9 +16,9 @@ SAME_TIME = 1e-9
 def filter_velocities(
     model: Record, senses: Record, torques: Floats, now: float, size: int, rate_at: Any
 ) -> None:
-    """Filters velocity differences and torques with one first-order low-pass filter.
+    """Filters velocity differences and torques with the same first-order low-pass filter.
 
-    It starts as the mean of all previous differences.
+    Initially the filter is the mean of all differences so far.
 
     Args:
         model: Constants of the run.
@@ -26,7 +26,7 @@ def filter_velocities(
         torques: Torques since the previous tick [N m].
         now: Time [s].
         size: Number of coordinates.
-        rate_at: Index of the rate of a coordinate in the state.
+        rate_at: Returns the index of the rate of a coordinate in the state.
     """
     elapsed, seen = now - senses.time, senses.num_filtered
     share = 1.0
@@ -47,7 +47,7 @@ def filter_velocities(
 
 @compiled
 def filtered_share(model: Record, senses: Record) -> float:
-    """Weight of a new measurement of forces in their filter, after counting it."""
+    """Counts a new force measurement and returns its weight in the filter."""
     senses.num_forces += 1
     share = model.law.period / (model.sensors.force_filter_time + model.law.period)
     return max(share, 1.0 / senses.num_forces)
@@ -60,7 +60,7 @@ def slip_delay(sensors: Record, contact: int, event: int) -> float:
     Args:
         sensors: Delay and its deviation.
         contact: Index of the contact or tangent.
-        event: Number of its previous changes.
+        event: Number of previous changes.
     """
     delay = sensors.slip_delay
     if sensors.slip_delay_deviation > 0.0:
@@ -71,7 +71,7 @@ def slip_delay(sensors: Record, contact: int, event: int) -> float:
 
 @compiled
 def trust(model: Record, senses: Record) -> float:
-    """Long-term ratio of the noise of a filtered difference to that of a single one: 0 to 1."""
+    """Confidence in the filtered accelerations, from 0 to 1 in the steady state."""
     if model.sensors.true_accelerations == 1:
         return 1.0
     period = model.law.period
@@ -80,7 +80,7 @@ def trust(model: Record, senses: Record) -> float:
 
 @compiled
 def trust_in_contact(model: Record, senses: Record, now: float, i: int) -> float:
-    """Fraction of the filtered force of contact ``i`` from its present phase, 0 to 1."""
+    """Fraction of the filtered force of contact ``i`` that is from its present phase, 0 to 1."""
     if model.sensors.true_accelerations == 1:
         return 1.0
     if model.sensors.filter_time == 0.0:

@@ -1,9 +1,9 @@
 """Additional rows inside a slip, so that short slips are resolved as well as long ones.
 
-The duration of a slip is known only at its end. Until then states are stored at instants whose
-spacing starts at a small fraction of the output interval; every other state is dropped whenever
-there are too many, and at the end as many become rows as are missing. They are on the method's
-interpolant and are evaluated separately: the run and its integrals do not depend on them.
+The duration of a slip is known only at its end. Until then, states are stored at a spacing that
+starts at a small fraction of the output interval. Whenever there are too many, every other state is
+dropped; at the end, the missing rows are made from the stored states. The states are interpolated
+and evaluated separately: the run and its integrals do not depend on them.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from slipgrasp.core.kernel.loop.progress import OUTPUT_ROUNDING, Layouts
 from slipgrasp.core.kernel.loop.rows import Columns, column_of
 from slipgrasp.core.kernel.loop.tally import count_row_forces
 
-LEAST_ROWS = 49  # of every slip, in addition to its first row
-LEAST_DISTANCE = 1e-6  # of two instants [s]
+LEAST_ROWS = 49  # per slip, in addition to its first row
+LEAST_DISTANCE = 1e-6  # between two instants [s]
 GIVEN_BACK = 1e-10  # [J]
-MAX_ADDED_ROWS = 5000  # in a run: one that chatters has an unlimited number of slips
+MAX_ADDED_ROWS = 5000  # per run: a run with chatter has an unlimited number of slips
 
 
 def make_slip_rows(
@@ -35,23 +35,23 @@ def make_slip_rows(
     friction_margin: Any,
     dissipated: Columns,
 ) -> tuple[Any, Any]:
-    """Creates the storage of states during slip, and the output of their rows, for a mechanics.
+    """Creates the storage of states during slip and the output of their rows.
 
     Args:
-        layouts: Its records.
-        sample: The state at a fraction of the last step.
-        copy_discrete: Copies the discrete state between two jumps.
+        layouts: Records of the kind of hand.
+        sample: Computes the state at a fraction of the last step.
+        copy_discrete: Copies the discrete state.
         evaluate_row: Evaluates a row; 0 if it is not finite.
-        is_past_event: 1 if any guard is past its level.
-        fill_row: Writes the values of an evaluated row.
-        friction_margin: Friction margin of a contact [N].
-        dissipated: Index of the dissipated energy in a row.
+        is_past_event: Returns 1 if any guard is past its level.
+        fill_row: Writes the signals of an evaluated row.
+        friction_margin: Returns the friction margin of a contact [N].
+        dissipated: Column of the dissipated energy in a row.
     """
     records = layouts.model, layouts.progress, layouts.outlet
 
     @compiled
     def _evaluate(model: Record, run: Record, row: Record) -> int:
-        """Fills a row for its state; 0 if that is not finite, or past an event."""
+        """Fills a row for its state; 0 if the state is not finite or past an event."""
         work = run.slip.work
         if evaluate_row(model, row, work) == 0:
             return 0
@@ -77,14 +77,14 @@ def make_slip_rows(
 
 @compiled
 def _follow(model: Record, run: Record, outlet: Record, h: float, sample: Any, copy: Any) -> None:
-    """Stores states inside the last step, with the ``sample`` and ``copy`` of its kernel."""
+    """Stores states inside the last step, with ``sample`` and ``copy`` of the kind of hand."""
     slip, rate = run.slip, model.numerics.output_rate
     if outlet.keeps_rows == 0 or (slip.level == 0 and not _begin(model, run, outlet)):
         return
     wanted, rows = _wanted_rows(model, slip), outlet.num_rows - slip.since
     if rows >= wanted:
         _let_go(model, slip)
-    # A step with enough states at twice the spacing needs none of those between.
+    # If twice the spacing gives enough states in this step, the states between are not needed.
     while slip.level > 0 and h * rate * (1 << (slip.level - 1)) > wanted:
         _drop_every_other(model, slip, copy)
     while slip.level > 0:
@@ -105,7 +105,7 @@ def _follow(model: Record, run: Record, outlet: Record, h: float, sample: Any, c
 
 @compiled
 def _wanted_rows(model: Record, slip: Record) -> int:
-    """Number of rows that the present slips need since the first stored state."""
+    """Number of rows that the present slips need from the first stored state on."""
     seen = LEAST_ROWS
     for i in range(model.num_fingers):
         if slip.phases[i] != 0:
@@ -115,7 +115,7 @@ def _wanted_rows(model: Record, slip: Record) -> int:
 
 @compiled
 def _begin(model: Record, run: Record, outlet: Record) -> bool:
-    """Starts storing states if a contact slips that has too few rows yet."""
+    """Starts storing states if a slipping contact has too few rows."""
     slip, is_due = run.slip, False
     for i in range(model.num_fingers):
         slip.phases[i] = run.discrete.phases[i]
@@ -124,7 +124,7 @@ def _begin(model: Record, run: Record, outlet: Record) -> bool:
     if not is_due or slip.added >= MAX_ADDED_ROWS or 2.0 * rate * LEAST_DISTANCE > 1.0:
         return False
     slip.level, slip.count, slip.since = 1, 0, outlet.num_rows
-    # Rows at output times inside the last step exist already.
+    # Rows at output times inside the last step already exist.
     length = run.row.length
     while slip.since > 0 and outlet.rows[(slip.since - 1) * length] > run.now:
         slip.since -= 1
@@ -136,7 +136,7 @@ def _begin(model: Record, run: Record, outlet: Record) -> bool:
 
 @compiled
 def _drop_every_other(model: Record, slip: Record, copy: Any) -> None:
-    """Doubles the spacing; at the spacing of the output times, those rows are sufficient."""
+    """Doubles the spacing; stops storing at the spacing of the output times."""
     count = 0
     for k in range(slip.count):
         if slip.instants[k] % 2 == 0:
@@ -169,7 +169,7 @@ def _leave(
     evaluate: Any,
     copy: Any,
 ) -> None:
-    """Writes the missing rows of a slip: all of one that ends, half of one in progress.
+    """Writes the missing rows of slips: all for a slip that ends, half for one in progress.
 
     Args:
         model: Constants of the run.
@@ -177,8 +177,8 @@ def _leave(
         outlet: Output buffers.
         at_end: 1 at the end of the segment.
         lost: Column of the energy dissipated by friction.
-        evaluate: Fills a row of the run, and returns whether it succeeded.
-        copy: Copies the discrete state between jumps.
+        evaluate: Fills a row of the run; returns 1 on success.
+        copy: Copies the discrete state.
     """
     slip, n = run.slip, model.num_fingers
     if slip.level > 0:
@@ -210,7 +210,7 @@ def _add_rows(
     evaluate: Any,
     copy: Any,
 ) -> int:
-    """Evaluates some of the states, evenly chosen; returns the number of new rows."""
+    """Evaluates evenly selected states as rows; returns the number of new rows."""
     slip, row, added = run.slip, run.slip.row, 0
     rate = model.numerics.output_rate * (1 << slip.level)
     for k in range(slip.count):
@@ -228,11 +228,10 @@ def _add_rows(
 
 @compiled
 def _insert(outlet: Record, first: int, row: Record, lost: int) -> int:
-    """Inserts a row by its time, its first column, among the latest ones.
+    """Inserts a row among the latest ones by its time, the first column.
 
-    Rows after the last one are rejected, because the run ends before them, and so are rows with
-    decreasing dissipated energy (column ``lost``), which cannot happen, but which the interpolant
-    may show where the law has kinks.
+    Rejects rows after the last one, because the run ends before them, and rows with decreasing
+    dissipated energy (column ``lost``), an error of the interpolant at kinks of the law.
 
     Returns:
         Number of inserted rows: 1 or 0.

@@ -9,7 +9,7 @@ from slipgrasp.core.kernel.numerics.methods import method_of
 
 @compiled
 def set_stage(model: Record, row: int, h: float, step: Record, target: Record) -> None:
-    """The state at stage ``row``."""
+    """Computes the state at stage ``row``."""
     size, matrix = model.num_states, method_of(model, step).matrix
     for j in range(size):
         target.x[j] = step.start.x[j]
@@ -22,7 +22,7 @@ def set_stage(model: Record, row: int, h: float, step: Record, target: Record) -
 
 @compiled
 def weigh_slopes(weights: Floats, count: int, size: int, step: Record, total: Floats) -> None:
-    """Sum of the first ``count`` slopes, each times its weight."""
+    """Computes the weighted sum of the first ``count`` slopes."""
     for j in range(size):
         total[j] = 0.0
     for k in range(count):
@@ -34,7 +34,7 @@ def weigh_slopes(weights: Floats, count: int, size: int, step: Record, total: Fl
 
 @compiled
 def fill_terms(model: Record, h: float, step: Record) -> None:
-    """Fills ``terms`` from all slopes, including those for the interpolant only."""
+    """Fills ``terms`` from all slopes, including those used only by the interpolant."""
     size, method = model.num_states, method_of(model, step)
     for j in range(size):
         difference = step.end.x[j] - step.start.x[j]
@@ -50,7 +50,7 @@ def fill_terms(model: Record, h: float, step: Record) -> None:
 
 @compiled
 def interpolate(model: Record, step: Record, fraction: float, state: Record) -> None:
-    """State inside the step, from the dense output of the method."""
+    """Computes a state inside the step from the dense output of the method."""
     size, last = model.num_states, method_of(model, step).num_dense + 2
     for j in range(size):
         state.x[j] = 0.0

@@ -1,4 +1,4 @@
-"""Status of a call of the kernel, or of a run."""
+"""Status of a kernel call or of a run."""
 
 (
     RUNNING,
@@ -22,4 +22,4 @@
     JOINT_LIMIT,
 ) = range(19)
 
-LARGEST_TILT = 3.1  # of a spatial object; coordinates of its laws end at pi [rad]
+LARGEST_TILT = 3.1  # of a spatial object; rotation vectors of the laws are limited to pi [rad]

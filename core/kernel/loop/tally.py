@@ -1,9 +1,9 @@
-"""Accumulators of the metrics of a run, which therefore needs no trace.
+"""Accumulators of the metrics of a run, so that metrics need no trace.
 
 Forces are evaluated at both ends of every accepted step and at their extremes inside it
 (`slipgrasp.core.kernel.loop.extreme_search`); integrals are sums over the accepted steps. Forces of
-rows are accumulated separately, so that output times do not influence the search for extremes: rows
-exceed these only within the accuracy of the search.
+rows are accumulated separately, so that output times do not influence the search for extremes.
+Rows exceed these extremes only within the accuracy of the search.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Floats, Layou
 
 
 def tally_layout(num_coordinates: int, more: Sequence[tuple[Any, ...]] = ()) -> Layout:
-    """The accumulators for an object with some coordinates; ``more`` are additional fields."""
+    """Layout of the accumulators; ``more`` are additional fields."""
     errors = (num_coordinates,)
     fields = [
         ("rows", np.int64),
@@ -29,10 +29,10 @@ def tally_layout(num_coordinates: int, more: Sequence[tuple[Any, ...]] = ()) -> 
         ("last_slip", np.float64),  # time of the last row with a slipping contact [s]
         ("slip_path", np.float64, (MAX_FINGERS,)),  # [m]
         ("force", np.float64, (MAX_FINGERS,)),  # normal, at the start of the next step [N]
-        ("margins", np.float64, (MAX_FINGERS, 2)),  # of friction in stick, there [N]
+        ("margins", np.float64, (MAX_FINGERS, 2)),  # friction margins in stick, likewise [N]
         ("peak_normal_force", np.float64, (MAX_FINGERS,)),  # [N]
         ("least_margin", np.float64, (MAX_FINGERS,)),  # in stick; inf if never [N]
-        ("row_peak", np.float64, (MAX_FINGERS,)),  # the same of rows [N]
+        ("row_peak", np.float64, (MAX_FINGERS,)),  # the same for rows [N]
         ("row_margin", np.float64, (MAX_FINGERS,)),  # [N]
         ("steps", np.int64),
         ("piece", np.int64),  # of the desired motion in the last step
@@ -40,7 +40,7 @@ def tally_layout(num_coordinates: int, more: Sequence[tuple[Any, ...]] = ()) -> 
         ("end_rate", np.float64, errors),  # [m/s, rad/s]
         ("squared_error", np.float64, errors),  # integral
         ("effort", np.float64),  # integral of the squared torques [N^2 m^2 s]
-        ("violations", np.int64),  # rows whose command leaves the estimated cones
+        ("violations", np.int64),  # rows in which the command violates the estimated limits
         ("first_violation", np.float64),  # [s]
         *more,
     ]
@@ -49,7 +49,7 @@ def tally_layout(num_coordinates: int, more: Sequence[tuple[Any, ...]] = ()) -> 
 
 @compiled
 def begin_tally(tally: Record) -> None:
-    """Initializes an all-zero record as accumulators without rows."""
+    """Initializes accumulators from an all-zero record."""
     tally.last_slip = -np.inf
     for i in range(MAX_FINGERS):
         tally.least_margin[i] = tally.row_margin[i] = np.inf
@@ -80,8 +80,8 @@ def count_forces(
         discrete: Phases.
         values: Values of the guards at that state.
         tally: The accumulators.
-        per_contact: Number of guards of a contact, starting with those of its phases.
-        ways: Number of the guards of phases.
+        per_contact: Number of guards per contact, of which the phase guards are first.
+        ways: Number of phase guards.
     """
     for i in range(model.num_fingers):
         base = per_contact * i
@@ -110,7 +110,7 @@ def count_row_forces(
 def add_squared_error(tally: Record, k: int, h: float, error: float, rate: float) -> None:
     """Adds a step of size ``h`` to the integral of the squared error of coordinate ``k``.
 
-    The error is a cubic between both ends; the values at the end are stored.
+    The error is interpolated by a cubic; the values at the end are stored for the next step.
     """
     e0, r0 = tally.end_error[k], tally.end_rate[k]
     tally.end_error[k], tally.end_rate[k] = error, rate
@@ -137,8 +137,8 @@ def add_row(
 ) -> None:
     """Accumulates an evaluated row.
 
-    The first row only assumes stick before the first phase selection: if a second row at the same
-    time follows, the friction margin of the first is ignored.
+    The first row assumes stick because no phases have been selected yet: if a second row at the
+    same time follows, the friction margin of the first is ignored.
     """
     n = model.num_fingers
     if tally.rows == 0:

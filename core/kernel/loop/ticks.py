@@ -1,4 +1,4 @@
-"""Ticks of sampled control: measure, command, act (at once or later), learn."""
+"""Ticks of sampled control: measurement, command, actuation (with latency), adaptation."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def next_tick(model: Record, run: Record) -> float:
 
 @compiled
 def restart_ticks(run: Record) -> None:
-    """Starts sampled control, or continues it with another period: its first tick is now."""
+    """Starts sampled control or changes its period: the first tick is now."""
     run.tick_origin = run.now
     run.ticks = 0
 
@@ -68,7 +68,7 @@ def add_up_impulses(model: Record, run: Record) -> None:
 
 @compiled
 def _limit_torques(model: Record, run: Record, limit_of: Any) -> None:
-    """Limits the commanded torque of the joints: first its rate, then its size."""
+    """Limits the commanded joint torques: first the rate, then the magnitude."""
     reach = model.actuators.torque_rate_limit * model.law.period
     limited = False
     for i in range(model.num_fingers):
@@ -87,7 +87,7 @@ def _limit_torques(model: Record, run: Record, limit_of: Any) -> None:
 
 @compiled
 def _act(model: Record, run: Record) -> None:
-    """Applies the limited torque immediately, regardless of waiting commands."""
+    """Applies the limited torques immediately and discards waiting commands."""
     run.acting = 1
     run.num_waiting = 0
     for i in range(model.num_fingers):
@@ -97,11 +97,11 @@ def _act(model: Record, run: Record) -> None:
 
 @compiled
 def _let_wait(model: Record, run: Record) -> None:
-    """Adds the command to the queue; those that would act after it are dropped."""
+    """Adds the command to the queue; drops commands that would act after it."""
     due = run.now + model.law.latency
     periods = model.law.latency / model.law.period
     if abs(periods - nearest(periods)) < SAME_TICK:
-        # Exactly at a tick, regardless of rounding.
+        # Exactly at a tick, without rounding errors.
         due = run.tick_origin + (run.ticks - 1 + nearest(periods)) * model.law.period
     size = len(run.due)
     while run.num_waiting > 0:
@@ -117,7 +117,7 @@ def _let_wait(model: Record, run: Record) -> None:
 
 
 def make_estimates(get_estimate: Any, put_estimate: Any) -> tuple[Any, Any]:
-    """Creates functions that change estimates at ticks: one to a value, or all by their rates.
+    """Creates functions that set an estimate, and that advance all estimates by their rates.
 
     Args:
         get_estimate: Returns the estimate of an unknown of a run.
@@ -126,7 +126,7 @@ def make_estimates(get_estimate: Any, put_estimate: Any) -> tuple[Any, Any]:
 
     @compiled
     def set_estimate(model: Record, run: Record, k: int, value: float) -> None:
-        """Sets an estimate, projected on its bounds."""
+        """Sets an estimate, projected onto its bounds."""
         bounded = min(max(value, model.unknowns.minimum[k]), model.unknowns.maximum[k])
         if bounded != value:
             warn(run, CLAMPED)
@@ -134,7 +134,7 @@ def make_estimates(get_estimate: Any, put_estimate: Any) -> tuple[Any, Any]:
 
     @compiled
     def advance_estimates(model: Record, run: Record, elapsed: float) -> None:
-        """One Euler step over the past period, projected on the bounds."""
+        """Takes an Euler step over the past period, projected onto the bounds."""
         for k in range(model.num_unknowns):
             value = get_estimate(model, run, k) + elapsed * run.pending_rates[k]
             set_estimate(model, run, k, value)
@@ -156,25 +156,25 @@ def make_control_tick(
     settle: Any,
     finish: Any,
 ) -> Any:
-    """Creates the tick of a mechanics, as a unit.
+    """Creates the control tick of one kind of hand, as a compiled unit.
 
     Args:
-        layouts: Its records.
-        get_estimate: The estimate of an unknown.
-        set_estimate: Sets it, projected on its bounds.
-        limit_of: Largest torque of a joint.
+        layouts: Records of this kind of hand.
+        get_estimate: Returns the estimate of an unknown.
+        set_estimate: Sets an estimate, projected onto its bounds.
+        limit_of: Returns the torque limit of a joint.
         sense: Updates estimates and measurements.
         show: Updates the inputs of a custom law.
         evaluate_law: Computes the command of a built-in law; returns a status.
         emit_before: Writes the row before the jump of the torque.
         learn: Computes the rates of the estimates, with the phases before the tick.
         settle: Selects the phases under the new torque; returns a status.
-        finish: Completes the jump, with that status; returns a status.
+        finish: Completes the jump, given that status; returns a status.
     """
 
     @compiled
     def _answer(model: Record, run: Record) -> int:
-        """Outputs of a custom law: torque, estimates within their bounds, diagnostics."""
+        """Calls a custom law and stores its torque, bounded estimates and diagnostics."""
         answer = run.own.answer
         if ask(run.own) != 0 or not is_answer_finite(model, answer):
             return LAW_FAILED
@@ -212,7 +212,7 @@ def make_control_tick(
         prefix=layouts.prefix,
     )
     def control_tick(model: Record, run: Record, outlet: Record, first: int, stretch: int) -> int:
-        """One tick of sampled control: new estimates, new torque, new selection.
+        """Performs a tick of sampled control: new estimates, torque and phases.
 
         Args:
             model: Constants of the run.

@@ -1,1 +1,1 @@
-"""Arithmetic of the kernel: elementary functions, linear algebra, noise, integration methods."""
+"""Numerical methods: elementary functions, linear algebra, noise, integration methods."""

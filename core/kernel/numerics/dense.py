@@ -1,4 +1,4 @@
-"""Dense linear algebra of small systems: elimination with row exchanges, orthogonal rows."""
+"""Dense linear algebra for small systems: elimination with pivoting, orthogonalization."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from slipgrasp.core.kernel.compilation.records import Floats, Integers
 
 ORTHOGONAL = 1e-15
 MAX_SWEEPS = 30
-INDEPENDENT = 1e-3  # fraction of a row that the others must not contain
-LESSENED = 0.1  # fraction of the square of a row below which too few digits are left
+INDEPENDENT = 1e-3  # least relative length of a row after projection
+LESSENED = 0.1  # relative squared length below which a projection is repeated
 
 
 @compiled
 def factor_dense(matrix: Floats, size: int, order: Integers) -> float:
-    """LU factors of a matrix in place, with rows in ``order``; returns its determinant."""
+    """Computes LU factors in place, with the row order in ``order``; returns the determinant."""
     determinant = 1.0
     for k in range(size):
         order[k] = k
@@ -48,7 +48,7 @@ def factor_dense(matrix: Floats, size: int, order: Integers) -> float:
 def solve_dense(
     factors: Floats, size: int, order: Integers, right: Floats, solution: Floats
 ) -> None:
-    """Solution of the factored system; ``right`` and ``solution`` are different arrays."""
+    """Solves the factored system; ``right`` and ``solution`` must be different arrays."""
     for k in range(size):
         total = right[order[k]]
         for column in range(k):
@@ -65,7 +65,7 @@ def solve_dense(
 def solve_dense_transposed(
     factors: Floats, size: int, order: Integers, right: Floats, solution: Floats
 ) -> None:
-    """Solution of the transposed system; ``right`` is overwritten."""
+    """Solves the transposed system; overwrites ``right``."""
     for k in range(size):
         total = right[k]
         for row in range(k):
@@ -82,7 +82,7 @@ def solve_dense_transposed(
 
 @compiled
 def invert_dense(matrix: Floats, size: int, order: Integers) -> bool:
-    """Replaces a matrix by its inverse (Gauss-Jordan); False if it is singular."""
+    """Inverts a matrix in place (Gauss-Jordan); False if it is singular."""
     for k in range(size):
         best = k
         for row in range(k + 1, size):
@@ -121,8 +121,8 @@ def invert_dense(matrix: Floats, size: int, order: Integers) -> bool:
 def make_rows_orthonormal(rows: Floats, count: int, length: int, kept: Floats) -> bool:
     """Orthonormalizes rows (Gram-Schmidt).
 
-    The last column, such as a right-hand side, is transformed too, but is excluded from products.
-    Nearly dependent rows are not changed: False. ``kept`` is a buffer.
+    The last column, such as a right-hand side, is also transformed, but excluded from products.
+    Returns False, with the rows unchanged, if they are nearly dependent. ``kept`` is a buffer.
     """
     last = rows.shape[1] - 1
     for p in range(count):
@@ -135,7 +135,7 @@ def make_rows_orthonormal(rows: Floats, count: int, length: int, kept: Floats) -
             _put_back(rows, p + 1, length, kept)
             return False
         if after < LESSENED * before:
-            # Small remainders have lost digits: repeated.
+            # A small remainder has lost accuracy.
             _take_off_rows(rows, p, length)
             after = _squared(rows, p, length)
         inverse = 1.0 / np.sqrt(after)
@@ -147,7 +147,7 @@ def make_rows_orthonormal(rows: Floats, count: int, length: int, kept: Floats) -
 
 @compiled
 def _take_off_rows(rows: Floats, p: int, length: int) -> float:
-    """Subtracts the projections of row ``p`` on preceding rows; returns its old squared length."""
+    """Subtracts projections of row ``p`` on preceding rows; returns its initial squared length."""
     last, before = rows.shape[1] - 1, _squared(rows, p, length)
     for q in range(p):
         part = 0.0
@@ -181,7 +181,7 @@ def make_rows_orthogonal(rows: Floats, count: int, length: int) -> None:
     """Rotates rows pairwise until all are orthogonal (one-sided Jacobi).
 
     The rows of G become those of J G = diag(sigma) V^T, J orthogonal. The last column, such as a
-    right-hand side, is rotated too, but is excluded from products.
+    right-hand side, is also rotated, but excluded from products.
     """
     last = rows.shape[1] - 1
     for _ in range(MAX_SWEEPS):
@@ -219,7 +219,7 @@ def diagonalise(matrix: Floats, vectors: Floats, size: int) -> None:
 
     Args:
         matrix: Its diagonal becomes the eigenvalues, unordered.
-        vectors: Their columns are rotated too: the identity becomes the eigenvectors.
+        vectors: Its columns are also rotated: the identity becomes the eigenvectors.
         size: Size of both.
     """
     for _ in range(MAX_SWEEPS):

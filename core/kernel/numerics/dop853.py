@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from slipgrasp.core.kernel.numerics.methods import pack_method
 
-# Three more slopes after the twelfth are for the interpolant of order 7.
+# The last three slopes are used only by the interpolant of order 7.
 _DOP853_NODES = (
     0.0,
     0.05260015195876773,
@@ -124,7 +124,7 @@ _DOP853_MATRIX = (
     ),
 )
 
-# Error of order 5, and of order 3 to correct it.
+# Error estimates of order 5, and of order 3 for its correction.
 _DOP853_ERROR = (
     0.01312004499419488,
     0.0,
@@ -216,7 +216,7 @@ _DOP853_DENSE = (
     ),
 )
 
-# Order 8: twelve evaluations a step, but steps ten times as long for smooth motion.
+# Order 8: twelve evaluations per step, but steps ten times as long for smooth motion.
 DOP853 = pack_method(
     roots=3,
     last=12,

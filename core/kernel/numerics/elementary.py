@@ -1,11 +1,11 @@
 """Elementary functions of the kernel: IEEE + - * / and square root, in a fixed order.
 
-Mathematical libraries differ in their last digits between systems, and compilers may use different
-ones for different processors. These functions give the same bits wherever doubles are those of IEEE
-754 and products and sums are rounded separately (which `OPTIONS` of
-`slipgrasp.core.kernel.compilation.compiler` ensures). The bounds are the largest errors found at
-10^7 points each (``python -m benchmarks elementary``), rounded up; one ulp is the distance of two
-doubles at the exact value.
+Results of mathematical libraries differ in the last digits between systems, and compilers may use
+different libraries for different processors. These functions give the same bits wherever doubles
+conform to IEEE 754 and products and sums are rounded separately (ensured by `OPTIONS` of
+`slipgrasp.core.kernel.compilation.compiler`). The error bounds are the largest errors found at
+10^7 points each (``python -m benchmarks elementary``), rounded up; one ulp is the distance between
+adjacent doubles at the exact value.
 
 Sources:
 
@@ -39,10 +39,10 @@ _INVERSE_HALF_PI = 6.36619772367581382433e-01
 _HALF_PI = (1.5707963267948966, 6.123233995736766e-17, -1.4973849048591833e-33)
 _EIGHTH_TURN = 0.7853981633974483
 _PI = (3.141592653589793, 1.2246467991473532e-16)
-# ln 2: the first has 33 bits, so that its product with an exponent is exact.
+# ln 2 as a sum; the first term has 33 bits, so that its product with an exponent is exact.
 _LN2 = (6.93147180369123816490e-01, 1.90821492927058770002e-10)
 _INVERSE_LN2 = 1.44269504088896338700e00
-# Polynomials, the coefficient of the highest power first.
+# Polynomials, highest power first.
 _EXP = (
     4.13813679705723846039e-08,
     -1.65339022054652515390e-06,
@@ -75,7 +75,7 @@ _ATAN_EVEN = (
 _ATAN_HALF = (4.63647609000806093515e-01, 2.26987774529616870924e-17)
 _ATAN_ONE = (7.85398163397448278999e-01, 3.06161699786838301793e-17)
 
-# AS 241, PPND16: numerator and denominator at the centre, in the near and in the far tail.
+# AS 241, PPND16: numerator and denominator for the centre, the near tail and the far tail.
 _CENTRE = (
     (
         2.5090809287301226727e3,
@@ -146,19 +146,19 @@ _FAR_TAIL = (
 
 @compiled
 def nearest(x: float) -> float:
-    """The nearest integer, the even one of two; for abs(x) <= 2^51."""
+    """Nearest integer, ties to even; for abs(x) <= 2^51."""
     return (x + _ROUNDER) - _ROUNDER
 
 
 @compiled
 def square(x: float) -> float:
-    """A single rounded product, unlike ``x**2`` on some systems."""
+    """Square as a single rounded product, unlike ``x**2`` on some systems."""
     return x * x
 
 
 @compiled
 def root(x: float, times: int) -> float:
-    """The repeated square root: x^(1 / 2^times)."""
+    """Repeated square root: x^(1 / 2^times)."""
     for _ in range(times):
         x = np.sqrt(x)
     return x
@@ -166,7 +166,7 @@ def root(x: float, times: int) -> float:
 
 @compiled
 def _exact_sum(a: float, b: float) -> tuple[float, float]:
-    """The rounded sum and its rounding error (Knuth)."""
+    """Rounded sum and its rounding error (Knuth)."""
     total = a + b
     part = total - a
     return total, (a - (total - part)) + (b - part)
@@ -174,7 +174,7 @@ def _exact_sum(a: float, b: float) -> tuple[float, float]:
 
 @compiled
 def _exact_product(a: float, b: float) -> tuple[float, float]:
-    """The rounded product and its rounding error (Dekker); for magnitudes below 2^996."""
+    """Rounded product and its rounding error (Dekker); for magnitudes below 2^996."""
     product = a * b
     spread = _SPLITTER * a
     a_high = spread - (spread - a)
@@ -225,7 +225,7 @@ def sincos(x: float) -> tuple[float, float]:
 
 @compiled
 def _reduce(x: float) -> tuple[float, float, float]:
-    """Quarter turns in an angle, and the remainder as a sum of two numbers."""
+    """Number of quarter turns in an angle, and the remainder as a sum of two numbers."""
     quarters = nearest(x * _INVERSE_HALF_PI)
     first, first_rest = _exact_product(quarters, _HALF_PI[0])
     second, second_rest = _exact_product(quarters, _HALF_PI[1])
@@ -271,8 +271,8 @@ def _cosine(x: float, rest: float) -> float:
 def atan2(y: float, x: float) -> float:
     """Angle of the point (x, y), -pi to pi [rad]; error below 0.7 ulp.
 
-    For coordinates that are 0 or have magnitudes from 1e-140 to 1e140. It is 0 at the origin; the
-    sign of a zero is ignored.
+    For coordinates that are 0 or have magnitudes from 1e-140 to 1e140. The result is 0 at the
+    origin; the sign of a zero is ignored.
     """
     along, across = abs(x), abs(y)
     steep = across > along
@@ -296,8 +296,8 @@ def atan2(y: float, x: float) -> float:
 def _atan_parts(small: float, large: float) -> tuple[float, float, float, float]:
     """Arc tangent of small / large <= 1 as the sum of four numbers.
 
-    It is the sum of that of the nearest of 0, 1/2 and 1 (two numbers), and that of u = (small - c
-    large) / (large + c small) (u and its correction).
+    With c the nearest of 0, 1/2 and 1, it is atan(c) (two numbers) plus atan(u) for
+    u = (small - c large) / (large + c small) (u and a correction).
     """
     c, centre, centre_rest = 0.0, 0.0, 0.0
     if small >= 0.6875 * large:

@@ -14,7 +14,7 @@ Symmetric: TypeAlias = tuple[float, float, float, float, float, float]  # 00, 01
 
 # Factors of the reduced inertia M~ in its moving coordinates: those of the object and of the
 # slipping contacts. Sticking contacts have s'' = 0, so that their rows and columns are dropped. If
-# all stick, M~ is symmetric and of order 3, and its inverse is computed; otherwise LU factors.
+# all stick, M~ is symmetric of order 3 and its inverse is stored; otherwise its LU factors.
 FACTORS = np.dtype(
     [
         ("order", np.int64),
@@ -57,7 +57,7 @@ def factor(matrix: Floats, phases: Integers, n: int, factors: Record) -> None:
 
 @compiled
 def _invert(matrix: Floats, factors: Record) -> None:
-    """Inverse of the symmetric leading 3 x 3 block."""
+    """Inverts the symmetric leading 3 x 3 block."""
     factors.determinant, inverse = invert_symmetric(_leading_block(matrix))
     for k in range(6):
         factors.inverse[k] = inverse[k]
@@ -65,7 +65,7 @@ def _invert(matrix: Floats, factors: Record) -> None:
 
 @compiled
 def _leading_block(matrix: Floats) -> Symmetric:
-    """The block of the object, symmetric in every phase."""
+    """Block of the object, symmetric in every phase."""
     return matrix[0, 0], matrix[0, 1], matrix[0, 2], matrix[1, 1], matrix[1, 2], matrix[2, 2]
 
 
@@ -88,7 +88,7 @@ def invert_symmetric(matrix: Symmetric) -> tuple[float, Symmetric]:
 
 @compiled
 def multiply_symmetric(matrix: Symmetric, vector: Triple) -> Triple:
-    """A symmetric 3 x 3 matrix times a vector."""
+    """Product of a symmetric 3 x 3 matrix and a vector."""
     m00, m01, m02, m11, m12, m22 = matrix
     x, y, z = vector
     return (
@@ -111,7 +111,7 @@ def _apply_inverse(factors: Record, n: int, vector: Floats) -> None:
 
 @compiled
 def _factor_general(matrix: Floats, factors: Record) -> None:
-    """LU factors with row exchanges."""
+    """Computes LU factors with partial pivoting."""
     size, lu = factors.order, factors.lu
     for k in range(3):
         factors.coordinates[k] = k
@@ -167,7 +167,7 @@ def solve(factors: Record, n: int, vector: Floats) -> None:
 
 @compiled
 def solve_transposed(factors: Record, n: int, vector: Floats) -> None:
-    """Overwrites ``vector`` ``(3 + n,)`` with M~^-T vector; 0 in stick, where it is not used."""
+    """Overwrites ``vector`` ``(3 + n,)`` with M~^-T vector; 0 in stick, where it is unused."""
     if factors.order == 3:
         _apply_inverse(factors, n, vector)
         return
@@ -215,10 +215,10 @@ def condition(matrix: Floats, factors: Record, n: int, column: Floats) -> float:
 
 @compiled
 def _largest_column_sum(symmetric: Symmetric | Floats) -> float:
-    """The 1-norm of a symmetric 3 x 3 matrix."""
+    """1-norm of a symmetric 3 x 3 matrix."""
     m01, m02, m12 = abs(symmetric[1]), abs(symmetric[2]), abs(symmetric[4])
     first, second = abs(symmetric[0]) + m01 + m02, m01 + abs(symmetric[3]) + m12
-    # Zeros first: NaN sums of a singular matrix are ignored.
+    # The leading 0.0 makes max ignore NaN sums of a singular matrix.
     return max(0.0, first, second, m02 + m12 + abs(symmetric[5]))
 
 
@@ -247,7 +247,8 @@ def orthonormalize(basis: Floats, triangle: Floats, rows: int, count: int) -> fl
         count: Number of columns.
 
     Returns:
-        The smallest ratio of a column's rest to its length: 0 if columns are dependent.
+        The smallest ratio of a column's length after projection to that before; 0 if columns are
+        dependent.
     """
     least = 1.0
     for j in range(count):
@@ -279,7 +280,7 @@ def _squared_length(basis: Floats, rows: int, j: int) -> float:
 
 @compiled
 def _remove_projections(basis: Floats, triangle: Floats, rows: int, j: int) -> None:
-    """Orthogonalizes column j to those before it."""
+    """Orthogonalizes column j to the preceding columns."""
     for k in range(j):
         projection = 0.0
         for i in range(rows):

@@ -1,9 +1,9 @@
-"""The matrix P of the Lyapunov function, A^T P + P A = -Q (Eq. 25), in closed form.
+"""Matrix P of the Lyapunov function, A^T P + P A = -Q (Eq. 25), in closed form.
 
 Gains are diagonal, so that A consists of 2-by-2 blocks A_k = [0 1; -K_p -K_v], one per coordinate,
-and P of blocks X for pairs of coordinates, A_j^T X + X A_k = -Q_jk. If K_p = 0, no P > 0 solves Eq.
-25: Q then does not weigh the position of the coordinate, whose rows and columns in P are 0
-(docs/model.md, Lyapunov matrix).
+and P of blocks X for pairs of coordinates, A_j^T X + X A_k = -Q_jk. If K_p = 0, no P > 0 solves
+Eq. 25: the position of the coordinate is then not weighted in Q, and its rows and columns in P are
+0 (docs/model.md, Lyapunov matrix).
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from slipgrasp.core.kernel.compilation.records import Floats, Record
 
 @compiled
 def pack_lyapunov(law: Record, k: int, q11: float, q12: float, q22: float) -> None:
-    """The block of P for one coordinate."""
+    """Packs the block of P for one coordinate."""
     position_gain, velocity_gain = law.position_gains[k], law.velocity_gains[k]
     p11 = p12 = 0.0
     if position_gain > 0.0:
@@ -29,7 +29,7 @@ def pack_lyapunov(law: Record, k: int, q11: float, q12: float, q22: float) -> No
 def pack_coupling(
     law: Record, size: int, j: int, k: int, q11: float, q12: float, q21: float, q22: float
 ) -> None:
-    """The block of P for two of ``size`` coordinates."""
+    """Packs the block of P for two of ``size`` coordinates."""
     a, b = law.position_gains[j], law.velocity_gains[j]
     c, d = law.position_gains[k], law.velocity_gains[k]
     if a == 0.0:

@@ -1,4 +1,4 @@
-"""Data of an explicit Runge-Kutta method for the stepper, and methods for short steps.
+"""Coefficients of explicit Runge-Kutta methods, and methods for short steps.
 
 Reference: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.4 to II.6.
 """
@@ -16,8 +16,8 @@ MAX_METHODS = 3
 MAX_SLOPES = 16
 DENSE_ROWS = 4
 
-# One method. Slope 0 is at the start, slope ``last`` at the end of the step; later slopes are
-# needed only for values inside the step.
+# A method. Slope 0 is at the start, slope ``last`` at the end of the step; later slopes are used
+# only by the interpolant.
 METHOD = np.dtype(
     [
         ("last", np.int64),
@@ -26,7 +26,7 @@ METHOD = np.dtype(
         ("roots", np.int64),  # exponent of the error in the step size: -1 / 2^roots
         ("nodes", np.float64, (MAX_SLOPES,)),
         ("num_ordered", np.int64),
-        ("ordered", np.int64, (MAX_SLOPES,)),  # slopes at different nodes, from start to end
+        ("ordered", np.int64, (MAX_SLOPES,)),  # slopes at distinct nodes, from start to end
         ("matrix", np.float64, (MAX_SLOPES, MAX_SLOPES)),
         ("error", np.float64, (MAX_SLOPES,)),
         ("correction", np.float64, (MAX_SLOPES,)),  # a second error of lower order; 0 if none
@@ -52,7 +52,7 @@ def pack_method(
     Args:
         roots: Exponent of the error in the step size: -1 / 2^roots.
         last: Index of the slope at the end of the step.
-        nodes: One per slope, including those for values inside the step.
+        nodes: One per slope, including those of the interpolant.
         matrix: Nonzero (column, coefficient) pairs per slope.
         error: Weights of the slopes in the error.
         correction: Weights of the slopes in a second error of lower order; empty if none.
@@ -77,7 +77,7 @@ def pack_method(
 
 
 # Bogacki and Shampine, A 3(2) pair of Runge-Kutta formulas, Applied Mathematics Letters 2 (1989):
-# three evaluations a step.
+# three evaluations per step.
 BS32 = pack_method(
     roots=2,
     last=3,
@@ -93,8 +93,8 @@ BS32 = pack_method(
     dense=(),
 )
 
-# The classical method of order 4, four evaluations a step. The slope at the end of the step takes
-# over a part of the last weight: whatever the part, this keeps order 3.
+# The classical method of order 4, four evaluations per step. The embedded method of order 3 moves a
+# part of the last weight to the slope at the end of the step; any part preserves order 3.
 RK43 = pack_method(
     roots=2,
     last=4,
@@ -111,7 +111,7 @@ RK43 = pack_method(
     dense=(),
 )
 
-# Dormand and Prince, order 5(4): six evaluations a step.
+# Dormand and Prince, order 5(4): six evaluations per step.
 DOPRI5 = pack_method(
     roots=2,
     last=6,
@@ -148,5 +148,5 @@ DOPRI5 = pack_method(
 
 @compiled
 def method_of(model: Record, step: Record) -> Record:
-    """The method by which a step is taken."""
+    """Method of a step."""
     return model.methods[step.rank]

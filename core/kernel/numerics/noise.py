@@ -1,9 +1,9 @@
-"""Standard normal numbers from a seed, for any tick independently, in any order.
+"""Standard normal random numbers from a seed, for any tick independently, in any order.
 
 Salmon, Moraes, Dror, Shaw, *Parallel random numbers: as easy as 1, 2, 3*, SC11 (2011): Philox
-4x32-10 maps a counter and a key to four words of 32 bits without a state. Two words give one number
-through the quantile of the normal distribution, which needs one uniform number each: every normal
-number has a fixed position in the counter.
+4x32-10 maps a counter and a key to four words of 32 bits without a state. Two words give one
+uniform number, which the quantile function maps to one normal number, so that every normal number
+has a fixed position in the counter.
 """
 
 from __future__ import annotations
@@ -36,14 +36,14 @@ STATE_NOISE, FORCE_NOISE, DELAY_NOISE = range(3)
 
 @compiled_apart(types.void, NOISE, types.int64, types.int64, types.int64, types.int64)
 def draw_noise(noise: Record, seed: int, stream: int, tick: int, count: int) -> None:
-    """Writes the first ``count`` numbers of a tick.
+    """Writes the first ``count`` random numbers of a tick.
 
     Args:
         noise: Output.
         seed: Seed of the run, below 2^63.
         stream: Purpose.
         tick: Index of the tick in the run, from 0.
-        count: Number of values; one more is written if it is odd.
+        count: Number of values; if it is odd, one more is written.
     """
     key = seed & _WORD, seed >> 32
     for pair in range((count + 1) // 2):
@@ -54,7 +54,7 @@ def draw_noise(noise: Record, seed: int, stream: int, tick: int, count: int) -> 
 
 @compiled_apart(types.float64, types.int64, types.int64, types.int64, types.int64)
 def draw_number(seed: int, stream: int, place: int, event: int) -> float:
-    """The number of one event at one index, such as a contact."""
+    """Random number of one event at one index, such as a contact."""
     counter = place, stream, event & _WORD, event >> 32
     words = philox(counter, (seed & _WORD, seed >> 32))
     return _normal(words[0], words[1])
@@ -75,13 +75,13 @@ def philox(counter: Words, key: tuple[int, int]) -> Words:
 
 @compiled
 def _wide_product(x: int, y: int) -> tuple[int, int]:
-    """Upper and lower word of the product of two words, which may use the sign bit."""
+    """Upper and lower word of the product of two words; the product may use the sign bit."""
     product = x * y
     return (product >> 32) & _WORD, product & _WORD
 
 
 @compiled
 def _normal(high: int, low: int) -> float:
-    """From 52 of the bits of two words; the half keeps the uniform number between 0 and 1."""
+    """Normal number from 52 bits of two words; adding 0.5 keeps the uniform number off 0 and 1."""
     uniform = (float((high << 20) | (low >> 12)) + 0.5) * 2.0**-52
     return inverse_normal(uniform)

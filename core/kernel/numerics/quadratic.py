@@ -1,14 +1,14 @@
 """Least-norm points under linear constraints, by the dual active-set method.
 
 Goldfarb and Idnani, *A numerically stable dual method for solving strictly convex quadratic
-programs*, Mathematical Programming 27 (1983), with the identity as Hessian: minimise |x|^2 with a_k
-x = b_k for the first rows and a_k x >= b_k for the others. Starting from the free minimum x = 0,
-the most violated row is added to the active set repeatedly; rows whose multiplier falls to 0 are
-removed. The norm grows with every row, so the method ends after finitely many, and it is exact:
-equal problems have equal solutions to the last bit.
+programs*, Mathematical Programming 27 (1983), with the identity as Hessian: minimise |x|^2 with
+a_k x = b_k for the first rows and a_k x >= b_k for the others. Starting from the free minimum
+x = 0, the most violated row is repeatedly added to the active set; rows whose multiplier falls to 0
+are removed. The norm increases with every row, so the method ends after finitely many steps. It is
+exact: equal problems have equal solutions to the last bit.
 
 Active rows rarely change between ticks of sampled control. The rows of the previous tick are
-therefore tried first, and accepted if the multipliers confirm them.
+therefore tried first, and accepted if their multipliers are positive and no row is violated.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Record
 from slipgrasp.core.kernel.numerics.elementary import hypot, square
 
-# Two force components, at most one slip row and eight inequalities per finger; the wrench, and one
-# additional unknown for the violation if the rows contradict each other.
+# Per finger: two force components, at most one slip row and eight inequalities. In addition: the
+# wrench, and a variable for the violation if the rows contradict each other.
 MAX_SIZE = 2 * MAX_FINGERS + 1
 MAX_ROWS = 3 + MAX_FINGERS + 8 * MAX_FINGERS
 MAX_CHANGES = 10 * MAX_ROWS
@@ -39,13 +39,13 @@ QUADRATIC = np.dtype(
         ("count", np.int64),  # of active rows
         ("active", np.int64, (MAX_SIZE,)),
         ("multipliers", np.float64, (MAX_SIZE,)),  # of the active rows
-        ("basis", np.float64, (MAX_SIZE, MAX_SIZE)),  # Q and R of their normals, column by column
+        ("basis", np.float64, (MAX_SIZE, MAX_SIZE)),  # Q and R of their normals, by columns
         ("triangle", np.float64, (MAX_SIZE, MAX_SIZE)),
         ("parts", np.float64, (MAX_SIZE,)),  # of a normal in the basis
-        ("step", np.float64, (MAX_SIZE,)),  # rest of it outside the basis
+        ("step", np.float64, (MAX_SIZE,)),  # its remainder outside the basis
         ("slopes", np.float64, (MAX_SIZE,)),  # rates of decrease of the multipliers along the step
-        # 1 at a tick only, so that rows of the trace do not affect the motion: the active rows of
-        # the previous tick are tried, and those found are stored.
+        # 1: try the active rows of the previous tick, and store those found. Only at ticks, so
+        # that rows of the trace do not affect the motion.
         ("warm", np.int64),
         ("last_count", np.int64),
         ("last", np.int64, (MAX_SIZE,)),
@@ -74,7 +74,7 @@ def solve_quadratic(problem: Record) -> int:
 
 @compiled
 def _solve_as_last(problem: Record) -> bool:
-    """Whether the previous active rows are those of this solution, which is then found."""
+    """Tries the previous active rows; True if they give the solution."""
     if not problem.equalities <= problem.last_count <= problem.columns:
         return False
     problem.count = 0
@@ -95,9 +95,9 @@ def _solve_as_last(problem: Record) -> bool:
 
 @compiled
 def _solve_active(problem: Record) -> None:
-    """The least-norm point with equality in all active rows, and their multipliers.
+    """Computes the least-norm point with equality in all active rows, and their multipliers.
 
-    With the normals A^T = Q R it is x = Q y, R^T y = b, and A^T multipliers = x.
+    With the normals A^T = Q R: x = Q y, R^T y = b, and A^T multipliers = x.
     """
     count, triangle, y = problem.count, problem.triangle, problem.parts
     for i in range(problem.columns):
@@ -118,7 +118,7 @@ def _solve_active(problem: Record) -> None:
 
 @compiled
 def _solve_cold(problem: Record) -> int:
-    """The solution starting from the free minimum; 0 if there is none."""
+    """Solves the problem from the free minimum; 0 if there is no solution."""
     problem.count = 0
     for i in range(problem.columns):
         problem.solution[i] = 0.0
@@ -136,7 +136,7 @@ def _solve_cold(problem: Record) -> int:
 
 @compiled
 def largest_violation(problem: Record) -> float:
-    """The largest violation of an inequality; 0 if all are satisfied."""
+    """Largest violation of an inequality; 0 if all are satisfied."""
     largest = 0.0
     for row in range(problem.equalities, problem.rows):
         largest = max(largest, -_excess(problem, row))
@@ -154,7 +154,7 @@ def _excess(problem: Record, row: int) -> float:
 
 @compiled
 def _most_violated(problem: Record) -> int:
-    """The inequality with the largest violation, -1 if all are satisfied within rounding."""
+    """Inequality with the largest violation, -1 if all are satisfied within rounding."""
     largest = 0.0
     for i in range(problem.columns):
         largest = max(largest, abs(problem.solution[i]))
@@ -168,10 +168,10 @@ def _most_violated(problem: Record) -> int:
 
 @compiled
 def _enforce(problem: Record, row: int) -> bool:
-    """Activates a row, removing active ones with the wrong sign of multiplier.
+    """Activates a row and removes active rows whose multiplier becomes negative.
 
     Returns:
-        Whether it is compatible with the active ones.
+        True if the row is compatible with the active ones.
     """
     multiplier = 0.0
     for _ in range(MAX_SIZE + 1):
@@ -197,12 +197,12 @@ def _enforce(problem: Record, row: int) -> bool:
 
 @compiled
 def _split_normal(problem: Record, row: int) -> float:
-    """Splits a row's normal into its components in the basis, ``parts``, and the rest, ``step``.
+    """Splits the normal of a row into components in the basis, ``parts``, and a rest, ``step``.
 
     Projecting twice keeps the basis orthogonal to rounding.
 
     Returns:
-        The squared length of the rest, 0 if the normal depends on the active ones.
+        The squared length of the rest; 0 if the normal depends on the active ones.
     """
     size, count = problem.columns, problem.count
     whole, rest = 0.0, 0.0
@@ -236,7 +236,7 @@ def _find_slopes(problem: Record) -> None:
 
 @compiled
 def _first_to_let_go(problem: Record) -> tuple[int, float]:
-    """The active inequality whose multiplier vanishes first along the step, and its position."""
+    """Active inequality whose multiplier vanishes first along the step, and the distance to it."""
     first, least = -1, np.inf
     for k in range(problem.equalities, problem.count):
         slope = problem.slopes[k]
@@ -259,7 +259,7 @@ def _append(problem: Record, row: int, multiplier: float, length: float) -> None
 
 @compiled
 def _let_go(problem: Record, gone: int) -> None:
-    """Removes an active row; rotations make R triangular again."""
+    """Removes an active row; rotations restore the triangular form of R."""
     last = problem.count - 1
     for k in range(gone, last):
         problem.active[k] = problem.active[k + 1]

@@ -1,8 +1,8 @@
-"""A linearly implicit Runge-Kutta method that keeps its order with an inexact Jacobian.
+"""Linearly implicit Runge-Kutta method ROS34PW2, whose order does not need an exact Jacobian.
 
 (I - h gamma J) k_i = f(y + h sum alpha_ij k_j) + h J sum gamma_ij k_j, of order 3 with an embedded
-one of order 2: ROS34PW2. Reference: Rang and Angermann, New Rosenbrock W-methods of order 3 for
-partial differential algebraic equations of index 1, BIT 45 (2005).
+method of order 2. Reference: Rang and Angermann, New Rosenbrock W-methods of order 3 for partial
+differential algebraic equations of index 1, BIT 45 (2005).
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ ROS34PW2 = pack_method(
     dense=(),
 )
 
-# Gamma below its diagonal: stages to which the Jacobian of a stage is applied.
+# Gamma below its diagonal: coefficients of earlier stages in the Jacobian term.
 COUPLING = np.array(
     [
         [0.0, 0.0, 0.0, 0.0],

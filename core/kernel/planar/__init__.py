@@ -1,1 +1,1 @@
-"""Planar hands: kinematics, dynamics, contact phases, guards and the loop around them."""
+"""Planar hands: kinematics, dynamics, contact phases, guards and simulation loop."""

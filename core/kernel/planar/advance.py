@@ -1,4 +1,4 @@
-"""Events and instants of a planar run, and its loop (`slipgrasp.core.kernel.loop.advance`)."""
+"""Events, jumps at known instants, and the loop of a planar run."""
 
 from __future__ import annotations
 
@@ -59,15 +59,15 @@ from slipgrasp.core.kernel.planar.tick import (
     leave_ticks,
 )
 
-# A force that falls to so small a share of itself where the law jumps had no bound before.
+# A normal force that is this many times larger before a jump of the law than after is unbounded.
 POLE_RATIO = 1e3
 
 
 @compiled_apart(types.int64, MODEL, PROGRESS, OUTLET)
 def pass_event(model: Record, run: Record, outlet: Record) -> int:
-    """Handles the guards that fired: the end of the run, another phase, or a bound reached.
+    """Handles the guards that fired: end of the run, phase change, or estimate at a bound.
 
-    LEFT_FACE ends the segment; the run continues if the face does, with different friction.
+    LEFT_FACE ends the segment; the run continues if the face continues with different friction.
     """
     count_stall(run)
     law_jumps = run.guards.fired[run.guards.count - 1] == 1
@@ -112,7 +112,7 @@ def _keep_what_no_force_decides(model: Record, run: Record) -> None:
 
 @compiled
 def _largest_force(model: Record, run: Record) -> float:
-    """The largest normal force of the evaluated state [N]."""
+    """Largest normal force of the evaluated state [N]."""
     largest = 0.0
     for i in range(model.num_fingers):
         largest = max(largest, abs(float(run.work.forces[i, 1])))
@@ -121,7 +121,7 @@ def _largest_force(model: Record, run: Record) -> float:
 
 @compiled
 def _phase_ends(model: Record, run: Record) -> bool:
-    """Whether a contact that has fired ends its phase; returns the first of them."""
+    """True if the phase of a contact ends; the first contact is stored in ``run.concerned``."""
     for i in range(model.num_fingers):
         if run.guards.fired[PER_CONTACT * i + PHASE] == 1:
             run.concerned = i
@@ -131,7 +131,7 @@ def _phase_ends(model: Record, run: Record) -> bool:
 
 @compiled_apart(types.int64, MODEL, PROGRESS, OUTLET, types.float64)
 def pass_break(model: Record, run: Record, outlet: Record, t_stop: float) -> int:
-    """The jump at a known instant; one kind at a time, the others follow immediately."""
+    """Handles one jump at a known instant; further jumps follow in the next calls."""
     if run.own.asked == ANSWERED:
         return control_tick(model, run, outlet, 0, 0)
     if run.now >= t_stop:
@@ -149,7 +149,7 @@ def pass_break(model: Record, run: Record, outlet: Record, t_stop: float) -> int
 
 @compiled
 def _change_piece(model: Record, run: Record, outlet: Record) -> int:
-    """The desired acceleration jumps; sampled control uses it at the next tick."""
+    """Handles a jump of the desired acceleration; sampled control uses it at the next tick."""
     if model.law.period > 0.0:
         pass_breaks(model.motion, run.discrete, run.now)
         return RUNNING
@@ -161,7 +161,7 @@ def _change_piece(model: Record, run: Record, outlet: Record) -> int:
 
 @compiled
 def _next_break(model: Record, run: Record, t_stop: float) -> float:
-    """The next known instant at which the flow is not smooth."""
+    """Next known instant at which the flow is not smooth."""
     until = min(t_stop, run.hold_until, model.motion.breaks[run.discrete.piece])
     if model.law.period > 0.0:
         until = min(until, next_tick(model, run), next_command(run))
@@ -174,10 +174,10 @@ def begin_stretch(model: Record, run: Record, outlet: Record, first: int, same_t
 
     Args:
         model: The new constants.
-        run: The run; in a later segment, the row before the change is already written.
+        run: The run; in later segments, the row before the change is already written.
         outlet: Output buffers for rows and phase changes.
         first: 1 if the run starts here.
-        same_ticks: 1 if sampled control continues its ticks (its period did not change).
+        same_ticks: 1 if the ticks of sampled control continue (same period).
     """
     run.begun = 1
     run.rank = run.quiet_steps = 0
@@ -210,7 +210,7 @@ def _emit_end(model: Record, run: Record, outlet: Record, t_stop: float) -> None
 
 @compiled
 def _finish_step(model: Record, run: Record, outlet: Record, t_stop: float, reaches: bool) -> int:
-    """The jump at the instant at the end of a step."""
+    """Handles the jump at the end of a step, if the step reaches a known instant."""
     return pass_break(model, run, outlet, t_stop) if reaches else RUNNING
 
 

@@ -1,6 +1,6 @@
-"""Effect of joint torques in the present phase: rank and range of B~ (Eq. 18).
+"""Controllability by the joint torques in the present phase: rank and range of B~ (Eq. 18).
 
-B~ = [W; -D] J_c^-T, and J_c is invertible: its range is that of G = [W; -D of the slipping
+J_c is invertible, so B~ = [W; -D] J_c^-T has the same range as G = [W; -D of the slipping
 contacts], with the true friction.
 """
 
@@ -24,8 +24,8 @@ APART = 1e-6  # [m]
 def find_controllable(model: Record, discrete: Record, work: Record) -> int:
     """Writes the fraction of each object coordinate that torques can produce to ``work.shares``.
 
-    The fractions are the diagonal of B~ B~^+: 1 if a coordinate can be accelerated independently,
-    less if it is coupled to others.
+    The fractions are the diagonal of B~ B~^+: 1 if a coordinate can be accelerated independently
+    of the others, less otherwise.
 
     Returns:
         The rank of B~.
@@ -51,7 +51,7 @@ def find_controllable(model: Record, discrete: Record, work: Record) -> int:
 
 @compiled
 def _all_stick_apart(model: Record, discrete: Record, kin: Record) -> bool:
-    """Whether all contacts stick, two of them clearly separated: these two can exert any wrench."""
+    """True if all contacts stick and two are clearly apart, so that they can exert any wrench."""
     farthest = 0.0
     for i in range(model.num_fingers):
         if discrete.phases[i] != 0:
@@ -63,7 +63,7 @@ def _all_stick_apart(model: Record, discrete: Record, kin: Record) -> bool:
 
 @compiled
 def _keep_independent(vectors: Floats, length: int, count: int, candidate: int) -> int:
-    """Orthogonalizes a vector to the ``count`` orthonormal ones and appends it if independent.
+    """Orthogonalizes a vector to ``count`` orthonormal vectors; appends it if independent.
 
     Returns:
         1 if it is independent, else 0.

@@ -1,9 +1,9 @@
-"""Finger dynamics seen at the fingertips, link by link (docs/model.md, Reduced form).
+"""Finger dynamics at the fingertips, link by link (docs/model.md, Reduced form).
 
-A finger whose tip has the acceleration a (without the bias b) needs the force f = J^-T (M q'' + h)
-= Lambda a + f_0 from its joints, in the inertial frame. Lambda (symmetric) and f_0 are sums over
-links of mass times a unit part; the unit parts are common to the true model, the estimated model
-and the regressor.
+A tip acceleration a (without the bias b) requires the joint torques that correspond to the tip
+force f = J^-T (M q'' + h) = Lambda a + f_0, in the inertial frame. Lambda (symmetric) and f_0 are
+sums over links of mass times a unit part. The true model, the estimated model and the regressor
+share the unit parts.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ TIP_DYNAMICS = np.dtype(
     align=True,
 )
 
-# Apparent inertia [1] and bias force [N/kg] of every link per mass; finger, link, entry.
+# Apparent inertia [1] and bias force [N/kg] per link mass; indices: finger, link, component.
 UNIT_DYNAMICS = np.dtype(
     [
         ("inertia", np.float64, (MAX_FINGERS, 2, 3)),
@@ -62,7 +62,7 @@ def joint_space_unit(
 
 @compiled
 def update_unit_dynamics(hand: Record, kin: Record, unit: Record) -> None:
-    """Computes ``unit`` for the present positions and velocities."""
+    """Computes ``unit`` for the positions and velocities in ``kin``."""
     for i in range(hand.num_fingers):
         finger = stored_finger(kin, i)
         for link in range(2):
@@ -78,7 +78,7 @@ def update_unit_dynamics(hand: Record, kin: Record, unit: Record) -> None:
 def joint_space(
     hand: Record, masses: Floats, i: int, finger: Finger
 ) -> tuple[float, float, float, float, float]:
-    """Inertia M_11, M_12, M_22 and bias h_1, h_2 of finger ``i``, links ``(n, 2)`` [kg]."""
+    """Inertia M_11, M_12, M_22 and bias h_1, h_2 of finger ``i``; masses ``(n, 2)`` [kg]."""
     a11, a12, a22, a1, a2 = joint_space_unit(hand, i, 0, finger)
     b11, b12, b22, b1, b2 = joint_space_unit(hand, i, 1, finger)
     a, b = masses[i, 0], masses[i, 1]
@@ -102,10 +102,10 @@ def seen_at_tip(
     bx: float,
     by: float,
 ) -> tuple[float, float, float, float, float]:
-    """Lambda_xx, Lambda_xy, Lambda_yy and f_0 from M and h, for a tip whose bias is b."""
+    """Lambda_xx, Lambda_xy, Lambda_yy and f_0 from M and h, for the tip bias b."""
     i00, i01 = finger.inverse00, finger.inverse01
     i10, i11 = finger.inverse10, finger.inverse11
-    # Joint accelerations for the tip acceleration b, and the required torques.
+    # Joint accelerations for the tip acceleration b, and the torques they require.
     b1, b2 = i00 * bx + i01 * by, i10 * bx + i11 * by
     t1, t2 = h1 + m11 * b1 + m12 * b2, h2 + m12 * b1 + m22 * b2
     # M J^-1, the joint torques per tip acceleration.
@@ -122,7 +122,7 @@ def seen_at_tip(
 
 @compiled
 def add_joint_friction(hand: Record, kin: Record, total: Record) -> None:
-    """Adds the joint friction to the bias forces f_0, by J^-T."""
+    """Adds joint friction, mapped to the tip by J^-T, to the bias forces f_0."""
     for i in range(hand.num_fingers):
         first = joint_friction(hand, i, kin.joint_velocities[i, 0])
         second = joint_friction(hand, i, kin.joint_velocities[i, 1])
@@ -133,7 +133,7 @@ def add_joint_friction(hand: Record, kin: Record, total: Record) -> None:
 
 @compiled
 def stored_energy(hand: Record, truth: Record, kin: Record, state: Record) -> tuple[float, float]:
-    """Kinetic and potential energy [J] of object and fingers, heights from y = 0."""
+    """Kinetic and potential energy [J] of object and fingers; potential 0 at y = 0."""
     kinetic, potential = 0.0, hand.gravity * truth.object_inertia[0] * state.x[Y]
     for k in range(3):
         rate = state.x[velocity_at(k)]

@@ -1,4 +1,4 @@
-"""The closed loop inside one phase: the derivative of the state, and its evaluation."""
+"""Closed loop within a phase: derivative of the state."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ from slipgrasp.core.kernel.planar.workspace import DISCRETE, WORKSPACE
 
 @compiled_apart(types.void, MODEL, STATE, WORKSPACE)
 def update_mechanics(model: Record, state: Record, work: Record) -> None:
-    """Kinematics and true finger dynamics of the state, unless ``work`` already contains them."""
+    """Computes kinematics and true finger dynamics, unless ``work`` has them for this state."""
     current, moving = work.current, estimate_at(model.num_fingers, 0)
     if current.mechanics == 1 and _agree(current.state.x, state.x, moving):
         return
@@ -60,7 +60,7 @@ def update_mechanics(model: Record, state: Record, work: Record) -> None:
 
 @compiled_apart(types.void, MODEL, STATE, WORKSPACE)
 def update_seen_mechanics(model: Record, state: Record, work: Record) -> None:
-    """Kinematics and unit parts of the controller's model, whose link lengths may be wrong."""
+    """Computes kinematics and unit dynamics with the link lengths of the controller's model."""
     update_mechanics(model, state, work)
     if model.law.knows_lengths:
         return
@@ -85,13 +85,13 @@ def _agree(ours: Floats, others: Floats, count: int) -> bool:
 
 @compiled_apart(types.int64, MODEL, DISCRETE, types.float64, STATE, WORKSPACE)
 def update_command(model: Record, discrete: Record, t: float, state: Record, work: Record) -> int:
-    """Computes the controller's command for the state, as ``work.tip_forces``.
+    """Computes the controller's command for the state and writes it to ``work.tip_forces``.
 
-    Errors, demand, model of the hand, and torque as tip forces, for a state whose mechanics are up
-    to date.
+    Also computes the errors, the demand and the estimated model. The mechanics of the state must
+    be up to date.
 
     Returns:
-        1, or 0 if the law has no unique solution.
+        1, or 0 if there is no unique solution.
     """
     n = model.num_fingers
     believe(model.law, model.truth, model.unknowns, state, work.believed)
@@ -123,7 +123,7 @@ def _remember_law(
 
 @compiled
 def holds_law(model: Record, discrete: Record, t: float, state: Record, work: Record) -> bool:
-    """Whether errors, estimates and grasp in ``work`` belong to this state with its mechanics."""
+    """True if errors, estimates and grasp force in ``work`` belong to this state."""
     current = work.current
     if current.law == 0 or current.time != t or current.piece != discrete.piece:
         return False
@@ -157,7 +157,7 @@ def solve_plant(model: Record, discrete: Record, work: Record) -> None:
 
 @compiled
 def _update_factors(model: Record, discrete: Record, work: Record) -> None:
-    """M~ with its factors, and h~, in the present phases, unless ``work`` already contains them."""
+    """Computes M~, its factors and h~ in the present phases, unless ``work`` contains them."""
     n, kin, truth, current = model.num_fingers, work.kin, model.truth, work.current
     if current.factors == 1 and _agree(current.phases, discrete.phases, n):
         return
@@ -173,7 +173,7 @@ def _update_factors(model: Record, discrete: Record, work: Record) -> None:
 def flow(
     model: Record, discrete: Record, t: float, state: Record, derivative: Record, work: Record
 ) -> None:
-    """Derivative of the state within the present phases, continuous or sampled control."""
+    """Writes the derivative of the state in the present phases, under either kind of control."""
     n = model.num_fingers
     p = model.num_unknowns
     update_mechanics(model, state, work)
@@ -209,7 +209,7 @@ def _powers(model: Record, discrete: Record, state: Record, work: Record) -> tup
     for i in range(n):
         supplied += work.tip_forces[i, 0] * kin.tip_velocities[i, 0]
         supplied += work.tip_forces[i, 1] * kin.tip_velocities[i, 1]
-        # Not |s'|, whose kink at the end of a slip would require a tiny step.
+        # Not |s'|: its kink at the end of a slip would require tiny steps.
         speed = discrete.phases[i] * state.x[slip_velocity_at(n, i)]
         dissipated += model.truth.friction[i] * work.forces[i, 1] * speed
     if model.hand.joints_rub:

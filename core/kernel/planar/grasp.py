@@ -1,7 +1,8 @@
-"""Selection of the internal (grasp) force, if it is not unique (docs/model.md, Grasp force).
+"""Selection of the internal (grasp) force where it is free (docs/model.md, Grasp force).
 
-Two sticking fingers have one internal force, whose smallest value inside both cones has a closed
-form. With more fingers, or if this force violates another limit, it is a quadratic program.
+Two sticking fingers have a one-dimensional internal force; its smallest value inside both cones
+has a closed form. With more fingers, or if this force violates another limit, a quadratic program
+is solved.
 """
 
 from __future__ import annotations
@@ -18,8 +19,8 @@ from slipgrasp.core.kernel.planar.model import MODEL
 from slipgrasp.core.kernel.planar.workspace import WORKSPACE
 from slipgrasp.core.kernel.planar.wrench import assemble_rows
 
-# Where not all limits can be met: how little the violation weighs in each row. It is found to
-# a relative accuracy of the square of this.
+# Coefficient of the violation in each inequality if not all limits can be met. The relative
+# accuracy of the violation is the square of this.
 SLACK = 1e-4
 
 
@@ -27,18 +28,18 @@ SLACK = 1e-4
 def choose_grasp_force(
     forces: Floats, direction: Floats, believed: Record, safety: float, on_cone: Integers
 ) -> float:
-    """Adds the smallest internal force that puts every contact inside its cone, except those on it.
+    """Adds the smallest internal force for which the contacts are inside their cones.
 
-    Each cone |F_x| <= (mu / safety) F_n is two half-lines of the multiplier of this internal force;
-    the smallest multiplier in their intersection is used, or, if it is empty, the one with the
-    smallest violation.
+    Each cone |F_x| <= (mu / safety) F_n gives two linear bounds on the multiplier of the internal
+    force. The smallest multiplier within all bounds is used or, if there is none, the multiplier
+    with the smallest violation.
 
     Args:
         forces: ``(n, 2)`` contact forces without internal force; the result is added here.
         direction: ``(2n,)`` internal force, spanning the one-dimensional null space.
         believed: Estimated masses and friction.
         safety: Factor >= 1 by which the cones are narrowed.
-        on_cone: ``(n,)``, nonzero if the force should be on its cone.
+        on_cone: ``(n,)``, nonzero for contacts whose force should be on its cone; not limited here.
 
     Returns:
         The largest violation of a narrowed cone [N], 0 if all are met.
@@ -97,7 +98,7 @@ def _largest_violation(
 def _least_violation(
     forces: Floats, direction: Floats, believed: Record, safety: float, on_cone: Integers
 ) -> tuple[float, float]:
-    """Where the largest of the lines is least: a crossing of two of them, or no squeeze at all."""
+    """Multiplier of the smallest largest violation: at a crossing of two bounds, or 0."""
     lines = 2 * believed.num_fingers
     best = 0.0
     least = _largest_violation(forces, direction, believed, safety, on_cone, 0.0)
@@ -118,9 +119,9 @@ def _least_violation(
 
 @compiled_apart(types.int64, MODEL, WORKSPACE)
 def minimise_forces(model: Record, work: Record) -> int:
-    """The smallest contact forces that produce the desired wrench within all limits.
+    """Finds the smallest contact forces that produce the desired wrench within all limits.
 
-    The part of F^ that the wrench determines is orthogonal to the internal part: the smallest F^
+    The part of F^ determined by the wrench is orthogonal to the internal part, so the smallest F^
     has the smallest internal force. If the limits contradict each other, the largest violation is
     minimized and stored in ``room.violation`` [N].
 
@@ -149,7 +150,7 @@ def minimise_forces(model: Record, work: Record) -> int:
 
 @compiled
 def _pose_wrench(model: Record, work: Record) -> None:
-    """G F^ = (d, 0) as equalities."""
+    """Sets the equalities G F^ = (d, 0)."""
     problem, room, columns = work.quadratic, work.room, 2 * model.num_fingers
     rows = assemble_rows(work.kin, work.believed, room.on_cone, room)
     problem.columns, problem.equalities = columns, rows
@@ -161,7 +162,7 @@ def _pose_wrench(model: Record, work: Record) -> None:
 
 @compiled
 def _limit_force(law: Record, work: Record, i: int) -> None:
-    """Cone of a contact that should be inside it, and limits of the normal force of any contact."""
+    """Adds the limits of the normal force and, unless the force should be on it, the cone."""
     if work.room.on_cone[i] == 0:
         cone = work.believed.friction[i] / law.grip_safety
         _require(work.quadratic, i, 1.0, cone, 0.0)
@@ -173,7 +174,7 @@ def _limit_force(law: Record, work: Record, i: int) -> None:
 
 @compiled
 def _limit_torques(law: Record, work: Record, i: int) -> None:
-    """|tau| <= limit for both joints, in newtons: divided by the lever arm of the force."""
+    """Adds |tau| <= limit for both joints, in newtons: divided by the lever arm of the force."""
     if law.torque_limit == np.inf:
         return
     for joint in range(2):
@@ -187,7 +188,7 @@ def _limit_torques(law: Record, work: Record, i: int) -> None:
 
 @compiled
 def _torque_of_force(work: Record, i: int, joint: int) -> tuple[float, float, float]:
-    """Torque of a joint: per unit of F_x and of F_n, and that of the finger itself."""
+    """Torque of a joint per unit of F_x, per unit of F_n, and for the motion of the finger."""
     jx, jy = work.kin.jacobians[i, 0, joint], work.kin.jacobians[i, 1, joint]
     ax, ay = to_inertial_frame(work.kin, i, 1.0, 0.0)
     nx, ny = to_inertial_frame(work.kin, i, 0.0, 1.0)
@@ -197,7 +198,7 @@ def _torque_of_force(work: Record, i: int, joint: int) -> tuple[float, float, fl
 
 @compiled
 def _require(problem: Record, i: int, along: float, normal: float, bound: float) -> None:
-    """Along * F_x + normal * F_n >= bound at contact i."""
+    """Adds along * F_x + normal * F_n >= bound at contact i."""
     row = problem.rows
     for column in range(problem.columns):
         problem.normals[row, column] = 0.0
@@ -208,7 +209,7 @@ def _require(problem: Record, i: int, along: float, normal: float, bound: float)
 
 @compiled
 def _share_violation(problem: Record) -> None:
-    """An additional unknown for the violation of all inequalities, with a high cost."""
+    """Adds a variable, at a high cost, for the violation of all inequalities."""
     for row in range(problem.rows):
         problem.normals[row, problem.columns] = SLACK if row >= problem.equalities else 0.0
     problem.columns += 1
@@ -216,7 +217,7 @@ def _share_violation(problem: Record) -> None:
 
 @compiled_apart(types.void, MODEL, WORKSPACE)
 def keep_limits(model: Record, work: Record) -> None:
-    """Solves again if the forces inside the cones of two fingers violate another limit."""
+    """Solves the quadratic program if the closed form for two fingers violates other limits."""
     law, forces = model.law, work.room.contact_force
     for i in range(model.num_fingers):
         normal = forces[i, 1]

@@ -1,9 +1,10 @@
-"""Conditions that end a phase: each is positive inside and crosses its level at the event.
+"""Conditions that end a phase: each is positive before the event and falls below its level there.
 
-Per contact: the phase itself (distance to the cone in stick, signed slip velocity in slip),
-normal force, end of the face or of its friction, finger not singular. Then the determinant
-of M~ (Painleve), per unknown its distance to a bound, or the rate that holds it there, and
-whether the limits of the grasp force can still, or still not, be met all at once.
+Per contact: phase (distance to the cone in stick, signed slip velocity in slip), normal force,
+distance to the end of the face or of its friction, and distance of the finger from a singularity.
+Then the determinant of M~ (Painleve), per unknown the distance of its estimate to a bound or the
+rate that presses it against the bound, and a guard that is negative once the feasibility of the
+limits of the grasp force has changed.
 """
 
 from __future__ import annotations
@@ -31,8 +32,7 @@ PHASE, NORMAL_FORCE, FACE, SINGULAR = range(4)
 PER_CONTACT = 4
 
 VELOCITY_BAND, VELOCITY_NOISE = 1e-9, 1e-13
-# Of an estimate at its bound, and of the rate that holds it there.
-ESTIMATE_BAND = 1e-9
+ESTIMATE_BAND = 1e-9  # of an estimate at its bound, and of the rate that presses it there
 VIOLATION_BAND = 1e-9  # [N]
 
 GUARDS = guards_layout(PER_CONTACT * MAX_FINGERS + 1 + MAX_UNKNOWNS + 1)
@@ -47,12 +47,12 @@ def friction_margin(model: Record, discrete: Record, work: Record, i: int) -> fl
 
 @compiled
 def guard_value(model: Record, discrete: Record, j: int, coordinate: float) -> float:
-    """Value of a guard that watches one coordinate of the state.
+    """Value of a guard that depends on one coordinate of the state.
 
     Args:
         model: Constants of the run.
         discrete: Phases.
-        j: Number of the guard: of a slipping contact's phase, or of an estimate.
+        j: Index of the guard: phase of a slipping contact, or estimate.
         coordinate: The slip velocity [m/s], or the estimate.
     """
     first = PER_CONTACT * model.num_fingers
@@ -67,7 +67,7 @@ def guard_value(model: Record, discrete: Record, j: int, coordinate: float) -> f
 def _update_values(
     model: Record, discrete: Record, state: Record, work: Record, guards: Record
 ) -> None:
-    """Values of all guards at the state that ``work`` holds."""
+    """Computes all guards at the state evaluated in ``work``."""
     n = model.num_fingers
     guards.count = PER_CONTACT * n + 1 + model.num_unknowns + 1
     for i in range(n):
@@ -98,16 +98,15 @@ def _update_values(
 
 @compiled
 def is_infeasible(violation: float) -> int:
-    """1 where the limits of the grasp force contradict each other by this force [N]."""
+    """1 if the limits of the grasp force contradict each other, judged by the violation [N]."""
     return 1 if violation > VIOLATION_BAND else 0
 
 
 @compiled
 def sample_guards(model: Record, discrete: Record, work: Record, samples: Floats, row: int) -> None:
-    """Stores the values of guards that are not coordinates, at a state inside a step.
+    """Stores the guards that do not depend on one coordinate, at a state inside a step.
 
-    These are forces, singular fingers and matrices, rates at bounds, and for the last guard the
-    violation itself. Each is stored at its index in ``samples[row]``.
+    Each is stored at its index in ``samples[row]``; for the last guard it is the violation.
     """
     n = model.num_fingers
     for i in range(n):
@@ -126,13 +125,13 @@ def sample_guards(model: Record, discrete: Record, work: Record, samples: Floats
 
 @compiled
 def band_of(model: Record, discrete: Record, values: Floats, j: int) -> tuple[float, float]:
-    """Noise and band of guard j: within its band the sign of a value is uncertain.
+    """Noise and band of guard j; the sign of a value inside the band is uncertain.
 
     Args:
         model: Constants of the run.
-        discrete: Phases, and which estimates rest on a bound.
-        values: Of all guards.
-        j: Number of the guard.
+        discrete: Phases, and the estimates that are at a bound.
+        values: Values of all guards.
+        j: Index of the guard.
     """
     num_of_contacts = PER_CONTACT * model.num_fingers
     if j >= num_of_contacts:
@@ -152,7 +151,7 @@ def band_of(model: Record, discrete: Record, values: Floats, j: int) -> tuple[fl
 
 @compiled
 def _is_beyond(value: float, level: float, noise: float) -> bool:
-    """Whether a value is below a level by more than noise."""
+    """True if a value is below its level by more than noise."""
     return level - value > noise
 
 

@@ -1,4 +1,4 @@
-"""Events inside a step of a planar run: guards past their level, extremes of forces."""
+"""Events inside a step of a planar run, and extremes of the forces."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from slipgrasp.core.kernel.planar.tally import add_step
 
 @compiled
 def _coordinate(model: Record, discrete: Record, j: int) -> int:
-    """The coordinate of guard ``j``; -1 if it is not a coordinate."""
+    """Index of the coordinate that guard ``j`` depends on; -1 if it depends on more than one."""
     n = model.num_fingers
     if j < PER_CONTACT * n:
         i = j // PER_CONTACT
@@ -44,7 +44,7 @@ def _coordinate(model: Record, discrete: Record, j: int) -> int:
 
 @compiled
 def value_inside(model: Record, run: Record, h: float, j: int, share: float) -> float:
-    """Value of guard ``j`` at a fraction of the step."""
+    """Value of guard ``j`` at the fraction ``share`` of the step."""
     step, room = run.step, run.selection
     prepare_interpolant(model, run.discrete, run.now, h, step, run.work)
     interpolate(model, step, share, step.stage)
@@ -53,7 +53,7 @@ def value_inside(model: Record, run: Record, h: float, j: int, share: float) -> 
         return guard_value(model, run.discrete, j, step.stage.x[coordinate])
     t = run.now + share * h
     flow(model, run.discrete, t, step.stage, room.derivative, run.work)
-    row = method_of(model, step).last + 1  # of a slope that only the interpolant uses
+    row = method_of(model, step).last + 1  # of a slope used only by the interpolant
     sample_guards(model, run.discrete, run.work, step.samples, row)
     return step.samples[row, j]
 
@@ -63,9 +63,9 @@ _find_least, _dip_of = make_dip_of(LAYOUTS, band_of, value_inside)
 
 @compiled
 def _dip_of_coordinate(model: Record, run: Record, h: float, j: int) -> float:
-    """The fraction of the step at which guard ``j``, a coordinate, is past its level.
+    """Fraction of the step at which guard ``j``, of one coordinate, is past its level; 0 if never.
 
-    The slopes of a coordinate are known: they determine its values at the nodes of the step.
+    The known slopes of the coordinate give its values at the nodes of the step.
     """
     guards, step, method = run.guards, run.step, method_of(model, run.step)
     coordinate = _coordinate(model, run.discrete, j)
@@ -90,7 +90,7 @@ def _dip_of_coordinate(model: Record, run: Record, h: float, j: int) -> float:
 
 @compiled
 def _jump_inside(model: Record, run: Record) -> float:
-    """The fraction of the step at which the law is beyond a jump; 0 if never."""
+    """Fraction of the step at which the law has jumped; 0 if never."""
     last, method = run.guards.count - 1, method_of(model, run.step)
     if run.guards.fired[last] == 0:
         for k in range(1, method.num_ordered - 1):
@@ -103,11 +103,11 @@ def _jump_inside(model: Record, run: Record) -> float:
 
 @compiled_apart(types.float64, MODEL, PROGRESS, types.float64)
 def find_dip(model: Record, run: Record, h: float) -> float:
-    """Time in a step of size ``h`` at which a guard is past its level; 0 if never [s].
+    """Time within a step of size ``h`` at which a guard is past its level; 0 if never [s].
 
-    At the end no guard is past its level, or the event has been located there; the first of its
-    falls may still lie before. The end of a face is not looked at: a slip velocity keeps its sign
-    within a phase.
+    At the end of the step no guard is past its level, or an event has been located there; an
+    earlier event may still lie inside. The end of a face needs no search: within a phase the slip
+    velocity keeps its sign.
     """
     guards, phases = run.guards, run.discrete.phases
     found, slips = 0.0, False
@@ -137,7 +137,7 @@ def find_dip(model: Record, run: Record, h: float) -> float:
 
 @compiled
 def _count_ways(_model: Record) -> int:
-    """A planar contact slips one way at a time."""
+    """Number of slip directions that limit a planar contact in a phase."""
     return 1
 
 
@@ -148,8 +148,7 @@ _count_extremes = make_count_extremes(LAYOUTS, PER_CONTACT, _count_ways, value_i
 def count_step(model: Record, run: Record, h: float) -> None:
     """Adds the step of size ``h`` from the present state to the metrics.
 
-    Where the law jumps at its end the forces there are those of neither side: those up to just
-    before the jump count.
+    If the law jumps at the end, the extremes are counted up to just before the jump.
     """
     discrete, guards, step, work = run.discrete, run.guards, run.step, run.work
     add_step(model, discrete, step, run.now, h, run.tally)

@@ -1,4 +1,4 @@
-"""Events at an instant: control ticks, phase selection, recognition, timed changes."""
+"""Jumps of a planar run: phase selection, events consumed, recognition, restart of the flow."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ from slipgrasp.core.kernel.planar.selection import (
 from slipgrasp.core.kernel.planar.state import estimate_at, slip_at, slip_velocity_at
 from slipgrasp.core.kernel.planar.stepper import effort_rate
 
-# Sin^2 q2 beyond its least value: forces go with its inverse, their errors with its square.
+# Margin of sin^2 q2 above its minimum below which the contact forces are inaccurate.
 LOST_FORCES = 1e-4
 
 
@@ -53,8 +53,8 @@ def settle(model: Record, run: Record, instant: int, exhaustive: int) -> int:
 
     With continuous control and no consistent candidate under instant recognition, the controller
     keeps its estimated phase for the recognition time, and the plant's phases are selected under
-    the torque of that estimate. If no closed contacts are consistent, one of them may open, which
-    ends the run.
+    the torque for that phase. If no phases with all contacts closed are consistent, a contact may
+    open, which ends the run.
     """
     now, state = run.now, run.step.start
     verdict = select_phases(
@@ -86,7 +86,7 @@ def settle(model: Record, run: Record, instant: int, exhaustive: int) -> int:
         warn(run, AMBIGUITIES)
     n = model.num_fingers
     for i in range(n):
-        # Slip velocities that count as zero become exactly zero.
+        # Slip velocities treated as zero become exactly zero.
         speed = abs(state.x[slip_velocity_at(n, i)])
         if 0.0 < speed < REST_SPEED:
             run.selection.selected = 0
@@ -96,7 +96,7 @@ def settle(model: Record, run: Record, instant: int, exhaustive: int) -> int:
 
 @compiled
 def _nearly_singular(model: Record, run: Record) -> int:
-    """The finger that is too straight or folded for accurate forces; -1 if there is none."""
+    """First finger that is too straight or folded for accurate forces; -1 if there is none."""
     for i in range(model.num_fingers):
         if run.work.kin.extension[i] < LOST_FORCES:
             return i
@@ -105,7 +105,7 @@ def _nearly_singular(model: Record, run: Record) -> int:
 
 @compiled
 def set_first_slope(model: Record, run: Record) -> None:
-    """First slope under the present torque; ``work`` contains the present state afterwards."""
+    """Computes the first slope under the present torque and evaluates ``work`` at this state."""
     step, selection = run.step, run.selection
     if selection.selected == 0:
         flow(model, run.discrete, run.now, step.start, step.slopes[0], run.work)
@@ -117,7 +117,7 @@ def set_first_slope(model: Record, run: Record) -> None:
 
 @compiled
 def arm(model: Record, run: Record) -> None:
-    """Guards and metrics after a jump, at the present state in ``work``."""
+    """Restarts guards and force extremes after a jump, at the state evaluated in ``work``."""
     run.guards.infeasible = is_infeasible(run.work.room.violation)
     arm_guards(model, run.discrete, run.step.start, run.work, run.guards)
     count_forces(model, run.discrete, run.guards.starts, run.tally, PER_CONTACT, 1)
@@ -125,7 +125,7 @@ def arm(model: Record, run: Record) -> None:
 
 @compiled_apart(types.void, MODEL, PROGRESS)
 def restart_flow(model: Record, run: Record) -> None:
-    """After an event, previous slopes are invalid: new first slope, guards armed, small step."""
+    """Restarts the integration after an event: new first slope, armed guards, small step."""
     flow(model, run.discrete, run.now, run.step.start, run.step.slopes[0], run.work)
     run.step.efforts[0] = effort_rate(model, run.work)
     arm(model, run)
@@ -136,9 +136,9 @@ def restart_flow(model: Record, run: Record) -> None:
 def consume_events(model: Record, run: Record) -> None:
     """Sets every quantity whose guard has fired exactly to its level.
 
-    A fingertip that stops has zero slip velocity, one at the end of a segment of its face is
-    exactly there, an estimate that reached a bound rests there, one whose rate changes sign is
-    released. These are not derived again from values with rounding errors.
+    This removes rounding errors: a stopped fingertip has zero slip velocity, a fingertip at the
+    end of its face part is exactly there, and an estimate at a bound equals it. An estimate whose
+    rate has changed sign is released.
     """
     n, fired, state = model.num_fingers, run.guards.fired, run.step.start
     for i in range(n):
@@ -170,7 +170,7 @@ def _nearer(value: float, low: float, high: float) -> float:
 
 @compiled
 def _clamp_estimates(model: Record, run: Record) -> None:
-    """After a jump that affects rates: estimates at a bound rest there or leave it."""
+    """Clamps or releases the estimates at a bound after a jump that changes their rates."""
     for k in range(model.num_unknowns):
         low, high = model.unknowns.minimum[k], model.unknowns.maximum[k]
         at = estimate_at(model.num_fingers, k)
@@ -188,7 +188,7 @@ def _clamp_estimates(model: Record, run: Record) -> None:
 
 @compiled_apart(types.int64, MODEL, PROGRESS, OUTLET, types.int64)
 def finish_jump(model: Record, run: Record, outlet: Record, status: int) -> int:
-    """Logs phase changes, writes the row after, and prepares the flow that follows."""
+    """Logs phase changes, writes the row after the jump and restarts the flow."""
     if status != RUNNING:
         return status
     chatters = log_changes(model, run, outlet)
@@ -204,16 +204,16 @@ def finish_jump(model: Record, run: Record, outlet: Record, status: int) -> int:
 
 @compiled_apart(types.int64, MODEL, PROGRESS, OUTLET)
 def select_again(model: Record, run: Record, outlet: Record) -> int:
-    """Selection after the row before a jump has been written, and the flow that follows."""
+    """Selects phases and restarts the flow; the row before the jump is already written."""
     instant = 1 if model.law.period == 0.0 and run.hold_until == np.inf else 0
     return finish_jump(model, run, outlet, settle(model, run, instant, 1))
 
 
 @compiled
 def recognise(model: Record, run: Record, outlet: Record) -> int:
-    """End of a recognition hold: the estimated phase becomes the plant's (continuous control).
+    """Ends a recognition time: the plant's phases become the estimated ones (continuous control).
 
-    If those are consistent under their own torque the hold is over, otherwise they are held.
+    If they are not consistent under the torque they imply, another recognition time follows.
     """
     keep_old(model, run)
     emit(model, run, outlet, run.discrete)

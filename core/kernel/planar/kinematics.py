@@ -15,9 +15,9 @@ from slipgrasp.core.kernel.loop.links import LEAST_SINE
 from slipgrasp.core.kernel.numerics.elementary import atan2, sincos, square
 from slipgrasp.core.kernel.planar.state import ANGLE, X, Y, slip_at, slip_velocity_at, velocity_at
 
-# One finger whose tip is at a contact: directions of its links, bend, J^-1, joint velocities, the
-# acceleration of its tip with the joints' accelerations at 0, and sin^2 q2 less its least value.
-# On slides the first direction is the way of the tip from its base [m], the rates are its velocity.
+# State of one finger: link directions, q2, J^-1, joint velocities, tip acceleration at zero joint
+# accelerations, and sin^2 q2 minus its minimum. On slides the first direction is the position of
+# the tip relative to the base [m], and the rates are the tip velocity [m/s].
 Finger = namedtuple(
     "Finger",
     "cosine1 sine1 cosine12 sine12 cosine2 sine2 "
@@ -27,7 +27,7 @@ Finger = namedtuple(
 # Positions and velocities of fingers and contacts in one state, in the inertial frame.
 KINEMATICS = np.dtype(
     [
-        ("links", np.float64, (MAX_FINGERS, 2, 2)),  # unit vectors along them; the way of slides
+        ("links", np.float64, (MAX_FINGERS, 2, 2)),  # unit vectors; on slides, tip position
         ("bends", np.float64, (MAX_FINGERS, 2)),  # cosine and sine of q2
         ("joint_velocities", np.float64, (MAX_FINGERS, 2)),  # [rad/s, m/s]
         ("jacobians", np.float64, (MAX_FINGERS, 2, 2)),  # J of the fingertip
@@ -36,7 +36,7 @@ KINEMATICS = np.dtype(
         ("tangents", np.float64, (MAX_FINGERS, 2)),  # t_i = -x_c; the normal n is (t_y, -t_x)
         ("tip_velocities", np.float64, (MAX_FINGERS, 2)),  # [m/s]
         ("bias", np.float64, (MAX_FINGERS, 2)),  # b_i of Eq. 16 [m/s^2]
-        ("extension", np.float64, (MAX_FINGERS,)),  # sin^2 q2 less its least allowed value
+        ("extension", np.float64, (MAX_FINGERS,)),  # sin^2 q2 minus its minimum
     ],
     align=True,
 )
@@ -46,8 +46,8 @@ KINEMATICS = np.dtype(
 def update_kinematics(hand: Record, state: Record, kin: Record) -> None:
     """Fills ``kin`` from pose, slip and their velocities (Eq. 13-16).
 
-    The fingers follow from inverse kinematics on a fixed elbow branch, so the position
-    constraint holds to rounding at all times.
+    Inverse kinematics on a fixed elbow branch gives the fingers, so the position constraint holds
+    to rounding at all times.
     """
     sine, cosine = sincos(state.x[ANGLE])
     omega = state.x[velocity_at(ANGLE)]
@@ -73,7 +73,7 @@ def _store_bias(
     kin.bias[i, 0] = finger.bias_x - omega * (omega * rx + 2.0 * slip_velocity * ty)
     kin.bias[i, 1] = finger.bias_y - omega * (omega * ry - 2.0 * slip_velocity * tx)
     if hand.radii[i] > 0.0:
-        # The tip is drawn along its normal as it follows the circle.
+        # Centripetal acceleration of the tip as it follows the circle.
         inwards = square(slip_velocity) / hand.radii[i]
         kin.bias[i, 0] += inwards * ty
         kin.bias[i, 1] -= inwards * tx
@@ -81,12 +81,12 @@ def _store_bias(
 
 @compiled
 def mistake_lengths(nominal: Record, state: Record, kin: Record) -> None:
-    """Jacobians and biases of fingers with wrong link lengths.
+    """Replaces Jacobians and biases by those for the assumed link lengths.
 
     Args:
-        nominal: Assumed lengths.
-        state: As ``kin`` belongs to it.
-        kin: Up to date; angles and rates of the joints stay as they are measured.
+        nominal: Model with the assumed lengths.
+        state: State to which ``kin`` belongs.
+        kin: Up-to-date kinematics; joint angles and rates are not changed.
     """
     omega = state.x[velocity_at(ANGLE)]
     for i in range(nominal.num_fingers):
@@ -150,7 +150,7 @@ def place_contact(
 def _place_on_circle(
     hand: Record, i: int, slip: float, cosine: float, sine: float
 ) -> tuple[float, float, float, float]:
-    """The same on a circle about the centre of mass, p = -R n."""
+    """As `place_contact`, on a circle about the centre of mass, p = -R n."""
     radius = hand.radii[i]
     ox, oy = turn_tangent(hand.tangents[i, 0], hand.tangents[i, 1], slip / radius)
     tx, ty = cosine * ox - sine * oy, sine * ox + cosine * oy
@@ -159,14 +159,14 @@ def _place_on_circle(
 
 @compiled
 def turn_tangent(tx: float, ty: float, angle: float) -> tuple[float, float]:
-    """A tangent after motion along a circle that turns it, towards its normal, by an angle."""
+    """Tangent turned towards its normal by an angle, as by motion along a circle."""
     sine, cosine = sincos(angle)
     return cosine * tx + sine * ty, cosine * ty - sine * tx
 
 
 @compiled
 def solve_finger(hand: Record, i: int, dx: float, dy: float, vx: float, vy: float) -> Finger:
-    """Inverse kinematics of finger ``i``, whose tip is at (dx, dy) from its base and moves."""
+    """Inverse kinematics of finger ``i`` for tip position (dx, dy) and velocity (vx, vy)."""
     if hand.on_slides[i] == 1:
         return Finger(dx, dy, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, vx, vy, 0.0, 0.0, 1.0)
     first, second = hand.link_lengths[i, 0], hand.link_lengths[i, 1]
@@ -174,12 +174,12 @@ def solve_finger(hand: Record, i: int, dx: float, dy: float, vx: float, vy: floa
     c2 = (squared - first * first - second * second) / (2.0 * first * second)
     extension = 1.0 - c2 * c2
     s2 = hand.elbows[i] * np.sqrt(max(extension, 1e-300))
-    # The first link points along the rotation that takes (l1 + l2 c2, l2 s2) to (dx, dy).
+    # (c1, s1) is the rotation from (l1 + l2 c2, l2 s2) to (dx, dy).
     along, across = first + second * c2, second * s2
     inverse = 1.0 / squared
     c1, s1 = (along * dx + across * dy) * inverse, (along * dy - across * dx) * inverse
     c12, s12 = c1 * c2 - s1 * s2, s1 * c2 + c1 * s2
-    # The tip relative to the second joint is l2 (c12, s12), relative to the base (dx, dy).
+    # The tip is at l2 (c12, s12) from the second joint, and at (dx, dy) from the base.
     scale = 1.0 / (first * second * s2)
     i00, i01 = scale * second * c12, scale * second * s12
     i10, i11 = -scale * dx, -scale * dy
@@ -207,7 +207,7 @@ def solve_finger(hand: Record, i: int, dx: float, dy: float, vx: float, vy: floa
 
 @compiled
 def _store_finger(hand: Record, i: int, dx: float, dy: float, finger: Finger, kin: Record) -> None:
-    """Writes a finger, but for its bias, and its Jacobian to ``kin``."""
+    """Writes a finger without its bias, and its Jacobian, to ``kin``."""
     second = hand.link_lengths[i, 1]
     kin.links[i, 0, 0], kin.links[i, 0, 1] = finger.cosine1, finger.sine1
     kin.links[i, 1, 0], kin.links[i, 1, 1] = finger.cosine12, finger.sine12
@@ -226,7 +226,7 @@ def _store_finger(hand: Record, i: int, dx: float, dy: float, finger: Finger, ki
 
 @compiled
 def stored_finger(kin: Record, i: int) -> Finger:
-    """Finger ``i`` of kinematics that are up to date, the bias with the part of the object."""
+    """Finger ``i`` from up-to-date kinematics; the bias includes the part of the object."""
     return Finger(
         kin.links[i, 0, 0],
         kin.links[i, 0, 1],
@@ -248,7 +248,7 @@ def stored_finger(kin: Record, i: int) -> Finger:
 
 @compiled
 def joint_position(hand: Record, kin: Record, i: int, joint: int) -> float:
-    """Angle of a joint, the second relative to the first [rad]; position of a slide [m]."""
+    """Joint angle, of the second joint relative to the first link [rad]; slide position [m]."""
     if hand.on_slides[i] == 1:
         return kin.links[i, 0, joint]
     if joint == 0:

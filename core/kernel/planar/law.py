@@ -1,7 +1,7 @@
 """Common functions of the control laws (docs/model.md, Controller).
 
-A law receives the state, the estimated phases and the estimates; true masses and friction are only
-available in `Truth` sets in which the unknown entries are replaced.
+A law receives the state, the estimated phases and the estimates. It receives the masses and
+friction of the plant only in a copy in which estimates replace the unknown parameters.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ from slipgrasp.core.kernel.planar.state import (
     velocity_at,
 )
 
-LEAST_BRAKE = 0.01  # fraction of slip_stop, so that no slip continues to creep
+LEAST_BRAKE = 0.01  # fraction of slip_stop, prevents creep
 
 
 @compiled
 def believe(law: Record, truth: Record, unknowns: Record, state: Record, believed: Record) -> None:
-    """Sets ``believed`` to known and estimated parameters."""
+    """Sets ``believed`` to the known and estimated parameters."""
     n = truth.num_fingers
     believed.num_fingers = n
     for k in range(3):
@@ -54,9 +54,9 @@ def demand_acceleration(
 ) -> None:
     """V = x''_des + K_v e' + K_p e, with 0 for contacts in estimated stick.
 
-    The desired slip of a sticking contact is its present slip: its e is 0 until it slips. Slipping
-    contacts are decelerated by ``slip_stop`` in addition, so that their slip ends in finite time
-    (composite law; 0 in the others).
+    The desired slip of a sticking contact is its present slip, so its e is 0. Slipping contacts
+    are also decelerated by up to ``slip_stop``, so that their slip ends in finite time (composite
+    law; 0 in the others).
     """
     n = law.num_fingers
     for k in range(3):
@@ -79,8 +79,8 @@ def demand_acceleration(
                 law.velocity_gains[k] * room.error_rate[k] + law.position_gains[k] * room.error[k]
             )
             if law.slip_stop > 0.0:
-                # Little more than stops it until the next torque can act: the rest would push
-                # the others, and turn the slip round where torques act late.
+                # Hardly more than is needed to stop before the next torque acts: a larger
+                # deceleration would disturb other contacts and, with latency, reverse the slip.
                 speed = max(belief[i] * state.x[slip_velocity_at(n, i)], 0.0)
                 stopping = speed / (law.period + law.latency)
                 brake = min(law.slip_stop, stopping + LEAST_BRAKE * law.slip_stop)
@@ -91,7 +91,7 @@ def demand_acceleration(
 def lyapunov_value(
     law: Record, truth: Record, unknowns: Record, state: Record, room: Record
 ) -> float:
-    """V of Eq. 44 for the errors in ``room``."""
+    """Returns V of Eq. 44 for the errors in ``room``."""
     value = error_value(law, room, count_coordinates(law.num_fingers))
     for k in range(unknowns.count):
         deviation = true_value(truth, unknowns, k) - state.x[estimate_at(law.num_fingers, k)]

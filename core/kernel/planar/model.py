@@ -36,24 +36,24 @@ HAND = np.dtype(
         ("anchors", np.float64, (MAX_FINGERS, 2)),  # object frame [m]
         ("tangents", np.float64, (MAX_FINGERS, 2)),  # object frame
         ("radii", np.float64, (MAX_FINGERS,)),  # of round faces about the centre, 0: straight [m]
-        ("slip_minimum", np.float64, (MAX_FINGERS,)),  # ends of the face, or of the part of it
-        ("slip_maximum", np.float64, (MAX_FINGERS,)),  # along which friction is the same [m]
+        ("slip_minimum", np.float64, (MAX_FINGERS,)),  # ends of the face, or of its part
+        ("slip_maximum", np.float64, (MAX_FINGERS,)),  # with constant friction [m]
         ("gravity", np.float64),  # [m/s^2]
         ("joint_damping", np.float64, (MAX_FINGERS,)),  # of the plant alone [N m s, N s/m]
         ("joint_friction", np.float64, (MAX_FINGERS,)),  # of the plant alone [N m, N]
-        ("joints_rub", np.bool_),  # whether any of these is nonzero
+        ("joints_rub", np.bool_),  # whether any value above is nonzero
     ],
     align=True,
 )
 
-# Masses and friction; one such set is true, another is the controller's estimate.
+# Masses and friction: one set has the true values, another the controller's estimates.
 TRUTH = np.dtype(
     [
         ("num_fingers", np.int64),
         ("link_masses", np.float64, (MAX_FINGERS, 2)),  # of slides, all in the first [kg]
         ("object_inertia", np.float64, (3,)),  # m, m, I [kg, kg, kg m^2]
         ("friction", np.float64, (MAX_FINGERS,)),  # while the fingertip slips
-        ("static_friction", np.float64, (MAX_FINGERS,)),  # while it sticks; no law knows it
+        ("static_friction", np.float64, (MAX_FINGERS,)),  # while it sticks; not available to laws
     ],
     align=True,
 )
@@ -68,8 +68,8 @@ LAW = law_layout(
         ("num_fingers", np.int64),
         ("recognition_time", np.float64),  # [s]
         ("grasp_force", np.bool_),
-        ("holds", np.bool_),  # every contact inside its cone, slipping or not
-        ("knows_lengths", np.bool_),  # whether its links are those of the plant
+        ("holds", np.bool_),  # keep every contact inside its cone, slipping or not
+        ("knows_lengths", np.bool_),  # whether the law uses the true link lengths
         ("torque_limit", np.float64),  # inf if unlimited [N m]
     ],
 )

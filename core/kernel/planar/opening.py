@@ -1,4 +1,4 @@
-"""Contacts that open: no force, and a gap that accelerates (docs/model.md, Phase selection)."""
+"""Opening contacts: no force and an accelerating gap (docs/model.md, Phase selection)."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from slipgrasp.core.kernel.planar.selection import REST_SPEED, SELECTION_ROOM, d
 from slipgrasp.core.kernel.planar.state import STATE, count_coordinates, slip_velocity_at
 from slipgrasp.core.kernel.planar.workspace import DISCRETE, WORKSPACE
 
-GAP_ROUNDING = 1e-9  # of 1 m/s^2 and the largest acceleration
+GAP_ROUNDING = 1e-9  # relative to the largest acceleration, at least 1 m/s^2
 
 
 @compiled_apart(
@@ -34,24 +34,24 @@ def find_opening(
     work: Record,
     room: Record,
 ) -> int:
-    """Looks for consistent phases in which some contacts open, as few as can be.
+    """Finds consistent phases with as few opening contacts as possible.
 
-    An open contact has no force, and the free acceleration of its fingertip leads away from the
-    object, or keeps up with it; the others stick or slip as ever. Only asked where no phases
-    without an open contact are consistent.
+    An open contact has no force, and the free acceleration of its fingertip does not lead into the
+    object; the other contacts stick or slip. Called only if no phases with all contacts closed are
+    consistent.
 
     Args:
         model: Constants of the run.
-        discrete: Present phases and belief; unchanged when it returns.
+        discrete: Present true and estimated phases; restored on return.
         t: Time [s].
         state: State.
-        instant: 1 where the controller recognises each candidate phase at once; it keeps
-            its belief about a contact that opens.
-        work: Record, left at the last candidate tested.
+        instant: 1 if the controller recognises each candidate phase at once; the estimated phase
+            of an opening contact does not change.
+        work: Workspace; contains the last candidate tested on return.
         room: Intermediate values.
 
     Returns:
-        The first contact that opens, -1 if no such phases are consistent either.
+        The first contact that opens, -1 if no such phases are consistent.
     """
     n = model.num_fingers
     combinations = 1
@@ -73,7 +73,7 @@ def find_opening(
 
 @compiled
 def _open_candidate(discrete: Record, room: Record, n: int, code: int, instant: int) -> int:
-    """Sets candidate number ``code`` and returns how many contacts open in it."""
+    """Sets candidate number ``code`` and returns its number of open contacts."""
     count = 0
     for i in range(n):
         choices = 4 if room.free[i] == 1 else 2
@@ -103,7 +103,7 @@ def _first_open(room: Record, n: int) -> int:
 def _solve_candidate(
     model: Record, discrete: Record, t: float, state: Record, work: Record, room: Record
 ) -> None:
-    """Solves the plant without the fingers that open; the gaps are what their tips do freely."""
+    """Solves the plant without the opening fingers, and computes the gap accelerations."""
     n = model.num_fingers
     update_mechanics(model, state, work)
     forget_mechanics(work)
@@ -113,8 +113,7 @@ def _solve_candidate(
         update_command(model, discrete, t, state, work)
     for i in range(n):
         if room.open[i] == 1:
-            # Until the plant is solved: the free acceleration of the fingertip, in the frame
-            # of the contact.
+            # Holds the free acceleration of the fingertip until the plant is solved.
             room.gaps[i] = _free_acceleration(work, i)
             for k in range(3):
                 work.dynamics.inertia[i, k] = 0.0
@@ -131,9 +130,9 @@ def _solve_candidate(
 
 @compiled
 def _free_acceleration(work: Record, i: int) -> float:
-    """How fingertip ``i`` accelerates along the inward normal under its torque alone [m/s^2].
+    """Acceleration of fingertip ``i`` along the inward normal under its torque alone [m/s^2].
 
-    Without the bias b of Eq. 16, as in `tip_acceleration`.
+    The bias b of Eq. 16 is left out, as in `tip_acceleration`.
     """
     dynamics = work.dynamics
     xx, xy, yy = dynamics.inertia[i, 0], dynamics.inertia[i, 1], dynamics.inertia[i, 2]
@@ -148,9 +147,9 @@ def _free_acceleration(work: Record, i: int) -> float:
 
 @compiled
 def _is_possible(model: Record, discrete: Record, work: Record, room: Record) -> bool:
-    """Whether the candidate just solved agrees with its phases and gaps.
+    """True if the solved candidate is consistent with its phases and gaps.
 
-    A contact without force whose gap stays closed opens: the bound belongs to the open contact.
+    A contact with neither force nor gap acceleration counts as open.
     """
     if not work.factors.determinant > 0.0:
         return False

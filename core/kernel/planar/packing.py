@@ -1,4 +1,4 @@
-"""From the table of a scenario to the constants that the kernel reads, in compiled code.
+"""Conversion of a scenario table to the constants of the kernel, in compiled code.
 
 Only sums, products, quotients, square roots and `slipgrasp.core.kernel.numerics.elementary` are
 used, so that a model has the same bits on every machine.
@@ -41,19 +41,19 @@ from slipgrasp.core.scenario.parameters import kinds_using
 from slipgrasp.core.scenario.space import PLANAR
 from slipgrasp.core.scenario.table import NUMBER, TABLE, choices_of, place_of, write_table
 
-# What holds for a stretch of a run beyond the parameters of its scenario.
+# Values that vary between the segments of a run, beyond the parameters of its scenario.
 STRETCH = np.dtype(
     [
         ("load", np.float64, (3,)),  # of pulses on the object [N, N, N m]
-        ("slip_minimum", np.float64, (MAX_FINGERS,)),  # ends of the part of the face along
-        ("slip_maximum", np.float64, (MAX_FINGERS,)),  # which friction is the same; NaN: whole [m]
+        ("slip_minimum", np.float64, (MAX_FINGERS,)),  # ends of the part of the face
+        ("slip_maximum", np.float64, (MAX_FINGERS,)),  # with constant friction; NaN: full face [m]
         ("friction_factor", np.float64, (MAX_FINGERS,)),  # of patches
     ],
     align=True,
 )
 
 FORGETTING_TIME = 1e-3  # [s]
-SHORT_PERIOD = 2e-3  # up to which low orders are exact enough [s]
+SHORT_PERIOD = 2e-3  # longest period for which low orders are accurate enough [s]
 _INERTIA_DEVIATION, _DEVIATION = 0.1, 3.0
 
 _CIRCLE = choices_of(ObjectParameters, "shape").index("circle")
@@ -62,21 +62,21 @@ _ELBOW_UP = choices_of(FingerParameters, "elbow").index("up")
 _HOLD = choices_of(ControllerParameters, "distribution").index("hold")
 _CUMULATIVE = choices_of(SensingParameters, "slip_detector").index("cumulative-sum")
 _MINIMUM_GRASP = choices_of(ControllerParameters, "grasp_force").index("minimum")
-# By number of the face; a polygon's edges follow those of a rectangle.
+# By face index; the edges of a polygon follow the faces of a rectangle.
 _TANGENTS = np.array(tuple(TANGENTS.values()))
 _FIRST_EDGE = len(TANGENTS)
 _SIDES = tuple(TANGENTS).index("bottom")  # left and right come before
-# By number of the law; one's own is the last.
+# By law index; the custom law is the last.
 _LAWS = (*CONTROL_LAWS.values(), law_of(OUTSIDE))
 _FACTS = facts_table(PLANAR)
 _BRAKES = np.array([law.kind in kinds_using(ControllerParameters, "slip_stop") for law in _LAWS])
-# Of sampled control in rising order, and that of continuous control.
+# Methods of sampled control in ascending order, and the method of continuous control.
 _SAMPLED = np.array([BS32, RK43, DOPRI5], METHOD)
 _CONTINUOUS = np.array([DOP853], METHOD)
 
 
 def _list_unknowns() -> np.ndarray:
-    """What can be estimated: place in the table, kind, finger and link (-1 where none)."""
+    """Parameters that can be estimated: table index, kind, finger and link (-1 if none)."""
     rows = [
         (place_of("object.mass"), OBJECT_MASS, -1, -1),
         (place_of("object.inertia"), OBJECT_INERTIA, -1, -1),
@@ -93,14 +93,14 @@ _UNKNOWNS = _list_unknowns()
 
 
 def make_table(scenario: PlanarScenario) -> Record:
-    """The numbers of a validated scenario (`slipgrasp.core.scenario.table`)."""
+    """Table of a validated scenario (`slipgrasp.core.scenario.table`)."""
     numbers = np.zeros(TABLE.itemsize // NUMBER.itemsize)
     write_table(scenario, numbers)
     return as_record(numbers, TABLE)
 
 
 def whole_faces() -> Record:
-    """A stretch without pulse or patch."""
+    """Values of a segment without pulses or patches."""
     stretch = make_record(STRETCH)
     stretch.slip_minimum[:] = stretch.slip_maximum[:] = np.nan
     stretch.friction_factor[:] = 1.0
@@ -108,7 +108,7 @@ def whole_faces() -> Record:
 
 
 def pack_model(table: Record, stretch: Record) -> Record:
-    """The constants of a stretch, for the kernel; see `pack`."""
+    """Constants of a segment for the kernel; see `pack`."""
     model = make_record(MODEL)
     call(pack, table, stretch, model)
     return model
@@ -119,9 +119,9 @@ def pack(table: Record, stretch: Record, model: Record) -> None:
     """Packs a scenario for the kernel.
 
     Args:
-        table: Its numbers.
-        stretch: What holds beyond them.
-        model: Where the constants are written; all that is read of them is set.
+        table: Parameters of the scenario.
+        stretch: Values of the segment.
+        model: Constants of the kernel; every value in use is set.
     """
     n, p = int(table.fingers.count), int(table.estimates.count)
     model.num_fingers = model.hand.num_fingers = model.truth.num_fingers = n
@@ -153,10 +153,10 @@ def pack(table: Record, stretch: Record, model: Record) -> None:
 
 @compiled
 def _pack_methods(period: float, model: Record) -> None:
-    """Methods among which the order is chosen; a long period leaves nothing to choose.
+    """Sets the methods from which the order is chosen; for long periods, only the highest.
 
-    There a low order would be just within tolerance, which loops that magnify errors need not
-    forgive.
+    A lower order would be barely within tolerance there, too inaccurate for closed loops that
+    amplify errors.
     """
     model.num_methods = 1
     if period == 0.0:
@@ -171,7 +171,7 @@ def _pack_methods(period: float, model: Record) -> None:
 
 @compiled
 def _or(value: float, otherwise: float) -> float:
-    """A number that may be left out."""
+    """Returns a number, or the default if it is NaN (omitted)."""
     return value if value == value else otherwise
 
 
@@ -181,7 +181,7 @@ def _pack_finger(finger: Record, i: int, model: Record) -> None:
     on_slides = 1 if finger.kind == _SLIDES else 0
     hand.on_slides[i] = model.nominal.on_slides[i] = on_slides
     for link in range(2):
-        hand.bases[i, link] = finger["base"][link]  # not the base of a NumPy array
+        hand.bases[i, link] = finger["base"][link]  # `.base` is an attribute of NumPy arrays
         truth.link_masses[i, link] = finger.link_masses[link]
     if on_slides == 1:
         truth.link_masses[i, 0], truth.link_masses[i, 1] = finger.mass, 0.0
@@ -192,7 +192,7 @@ def _pack_finger(finger: Record, i: int, model: Record) -> None:
 
 @compiled
 def _pack_links(finger: Record, i: int, ratio: float, hand: Record) -> None:
-    """Links with their lengths times a ratio, the masses spread as before; none on slides."""
+    """Packs the links with lengths scaled by a ratio, same mass fractions; 0 on slides."""
     ratio = 0.0 if finger.kind == _SLIDES else ratio
     for link in range(2):
         length, centre = ratio * finger.link_lengths[link], finger.link_centre_fractions[link]
@@ -204,7 +204,7 @@ def _pack_links(finger: Record, i: int, ratio: float, hand: Record) -> None:
 
 @compiled
 def _pack_contact(table: Record, stretch: Record, i: int, model: Record) -> None:
-    """Frame and friction of a contact (docs/model.md, Contact)."""
+    """Packs frame and friction of a contact (docs/model.md, Contact)."""
     hand, truth, finger = model.hand, model.truth, table.fingers.entries[i]
     offset, factor = finger.contact_offset, stretch.friction_factor[i]
     x, y, tx, ty, half = _face(table.object, int(finger.face))
@@ -223,7 +223,7 @@ def _pack_contact(table: Record, stretch: Record, i: int, model: Record) -> None
 
 @compiled
 def _face(body: Record, face: int) -> tuple[float, float, float, float, float]:
-    """Middle and tangent of a face in the object's frame, and half its length."""
+    """Midpoint and tangent of a face in the object frame, and half its length."""
     if face < _FIRST_EDGE:
         tx, ty = _TANGENTS[face, 0], _TANGENTS[face, 1]
         depth, half = body.half_width, body.face_half_length
@@ -235,7 +235,7 @@ def _face(body: Record, face: int) -> tuple[float, float, float, float, float]:
     x0, y0 = corners[edge, 0], corners[edge, 1]
     x1, y1 = corners[following, 0], corners[following, 1]
     length = np.sqrt((x1 - x0) * (x1 - x0) + (y1 - y0) * (y1 - y0))
-    # From a corner to the next the object lies on the left: the tangent runs the other way.
+    # Corners run counter-clockwise, the tangent clockwise.
     return (
         0.5 * (x0 + x1),
         0.5 * (y0 + y1),
@@ -285,7 +285,7 @@ def _pack_law(table: Record, n: int, law: Record) -> None:
 
 @compiled
 def _pack_weights(controller: Record, size: int, law: Record) -> None:
-    """P of Eq. 25 for the weight or the matrix Q."""
+    """Packs P of Eq. 25 for the weight or the matrix Q."""
     law.couples = controller.lyapunov_matrix.count > 0.0
     for j in range(size):
         weight = controller.lyapunov_weight[j]
@@ -322,10 +322,10 @@ def _pack_learning(table: Record, unknowns: Record, law: Record) -> None:
 
 @compiled
 def _difference_variance(table: Record) -> float:
-    """Variance of filtered differences of velocities with the noise that the law expects.
+    """Variance of filtered velocity differences for the noise that the law assumes [m^2/s^4].
 
-    White noise of variance s^2, differenced over T, through a filter that gives each difference
-    the share a: (a/T)^2 s^2 2/(2 - a), in square metres per second to the fourth.
+    White noise of variance s^2, differenced over T and filtered with coefficient a:
+    (a/T)^2 s^2 2/(2 - a).
     """
     sensing, controller = table.sensing, table.controller
     if sensing.true_accelerations > 0.0 or controller.control_period == 0.0:
@@ -338,7 +338,7 @@ def _difference_variance(table: Record) -> float:
 
 @compiled
 def _pack_world(table: Record, model: Record) -> None:
-    """What is measured, and how well; what the joints can give."""
+    """Packs the sensors and the actuator limits."""
     sensing, sensors, actuators = table.sensing, model.sensors, model.actuators
     sensors.position_noise = sensing.position_noise
     sensors.velocity_noise = sensing.velocity_noise

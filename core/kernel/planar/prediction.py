@@ -1,8 +1,8 @@
-"""Where the law expects the hand to be when the torque that it commands now will act.
+"""State that the law predicts for the instant at which the present command takes effect.
 
-With a latency the torques of the meantime are commanded already. The law's own model tells
-what they do: M~^ x'' = B~^ tau - h~^ at the measured state, integrated once and twice over the
-latency. Kinematics and phases are kept, but no slip is expected to turn back.
+With a latency, the torques until then are already commanded. The estimated model gives their
+effect: M~^ x'' = B~^ tau - h~^ at the measured state, integrated once and twice over the latency.
+Kinematics and phases are kept constant, and a predicted slip does not reverse.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from slipgrasp.core.kernel.planar.reduced import apply_tip_forces, assemble_bias
 from slipgrasp.core.kernel.planar.state import STATE, count_coordinates, reduced_at, slip_coordinate
 from slipgrasp.core.kernel.planar.workspace import DISCRETE, WORKSPACE
 
-# What the law expects.
+# Predicted state, and the impulses it depends on.
 PREDICTION = np.dtype(
     [
         ("impulses", np.float64, (2, MAX_FINGERS, 2)),  # torques integrated once, twice
@@ -32,14 +32,14 @@ PREDICTION = np.dtype(
 def predict(
     model: Record, discrete: Record, state: Record, work: Record, prediction: Record
 ) -> None:
-    """Writes the expected state to ``prediction.state``.
+    """Writes the predicted state to ``prediction.state``.
 
     Args:
-        model: Constants of the run; the latency is the time that is looked ahead.
-        discrete: Beliefs of the controller.
-        state: As measured.
-        work: The law's model, evaluated there.
-        prediction: With the impulses of the torques that will act until then.
+        model: Constants of the run; the prediction time is the latency.
+        discrete: Discrete state, with the estimated phases.
+        state: Measured state.
+        work: Estimated model, evaluated at that state.
+        prediction: With the impulses of the torques that act until then.
     """
     n, lead, ahead = model.num_fingers, model.law.latency, prediction.state
     for k in range(model.num_states):
@@ -63,7 +63,7 @@ def predict(
 def _integrate(
     model: Record, discrete: Record, work: Record, prediction: Record, order: int
 ) -> None:
-    """Integral of x'' over the latency, once for order 0 and twice for 1, in ``work.column``."""
+    """Integrates x'' over the latency, once (order 0) or twice (order 1), in ``work.column``."""
     n, kin, lead = model.num_fingers, work.kin, model.law.latency
     span = lead if order == 0 else 0.5 * lead * lead
     torques_to_forces(kin, n, prediction.impulses[order], work.tip_forces)

@@ -1,4 +1,4 @@
-"""The reduced equations M~ x'' + h~ = B~ tau (Eq. 17-18), for any phase, and their regressor.
+"""Reduced equations M~ x'' + h~ = B~ tau (Eq. 17-18) for any phase, and their regressor.
 
 Forces are in the inertial frame. A slipping contact adds the row delta . F = 0, where
 delta = C D^T = x_c + gamma mu n points along the edge of the friction cone; D is that of Eq. 8.
@@ -16,7 +16,7 @@ from slipgrasp.core.kernel.planar.state import count_coordinates, slip_coordinat
 
 @compiled
 def cone_normal(kin: Record, i: int, phase: int, friction: float) -> tuple[float, float]:
-    """Delta of contact ``i``, so that delta . F = 0 says that F lies on its cone; 0 in stick."""
+    """Delta of contact ``i``: F is on its cone if delta . F = 0; zero in stick."""
     if phase == 0:
         return 0.0, 0.0
     tx, ty = kin.tangents[i, 0], kin.tangents[i, 1]
@@ -38,7 +38,7 @@ def tip_acceleration(kin: Record, i: int, acceleration: Floats) -> tuple[float, 
 def inertial_force(
     kin: Record, dynamics: Record, i: int, acceleration: Floats
 ) -> tuple[float, float]:
-    """What the joints of finger ``i`` must give, as a tip force, to move the finger alone."""
+    """Tip force f = Lambda a + f_0 required to move finger ``i`` without contact."""
     ax, ay = tip_acceleration(kin, i, acceleration)
     xx, xy, yy = dynamics.inertia[i, 0], dynamics.inertia[i, 1], dynamics.inertia[i, 2]
     return dynamics.bias[i, 0] + xx * ax + xy * ay, dynamics.bias[i, 1] + xy * ax + yy * ay
@@ -48,7 +48,7 @@ def inertial_force(
 def assemble_inertia(
     kin: Record, dynamics: Record, truth: Record, phases: Integers, matrix: Floats
 ) -> None:
-    """M~ of Eq. 18, ``(N, N)``: symmetric for the object, not where a contact slips."""
+    """Computes M~ of Eq. 18, ``(N, N)``; it is not symmetric if a contact slips."""
     n = truth.num_fingers
     body = truth.object_inertia
     total = (body[0], 0.0, 0.0, body[1], 0.0, body[2])
@@ -77,7 +77,7 @@ def assemble_inertia(
 def add_finger(
     total: Symmetric, xx: float, xy: float, yy: float, rx: float, ry: float
 ) -> Symmetric:
-    """Inertia of the object with that of a sticking finger, Lambda at the arm r, on top."""
+    """Adds the inertia of a sticking finger, Lambda at the arm r, to that of the object."""
     px, py = xy * rx - xx * ry, yy * rx - xy * ry
     m00, m01, m02, m11, m12, m22 = total
     return m00 + xx, m01 + xy, m02 + px, m11 + yy, m12 + py, m22 + rx * py - ry * px
@@ -87,7 +87,7 @@ def add_finger(
 def apply_tip_forces(
     kin: Record, truth: Record, phases: Integers, forces: Floats, result: Floats
 ) -> None:
-    """[W; -D] times tip forces ``(n, 2)``, the left factor of B~ in Eq. 18."""
+    """Multiplies [W; -D], the left factor of B~ in Eq. 18, by tip forces ``(n, 2)``."""
     total_x, total_y, moment = 0.0, 0.0, 0.0
     for i in range(truth.num_fingers):
         fx, fy = forces[i, 0], forces[i, 1]
@@ -108,14 +108,14 @@ def assemble_bias(
     phases: Integers,
     bias: Floats,
 ) -> None:
-    """h~ of Eq. 18, ``(N,)``."""
+    """Computes h~ of Eq. 18, ``(N,)``."""
     apply_tip_forces(kin, truth, phases, dynamics.bias, bias)
     bias[1] += truth.object_inertia[1] * gravity
 
 
 @compiled
 def torques_to_forces(kin: Record, n: int, torques: Floats, forces: Floats) -> None:
-    """U = J^-T tau for every finger, ``(n, 2)`` to ``(n, 2)``."""
+    """Computes u = J^-T tau for every finger, ``(n, 2)`` to ``(n, 2)``."""
     for i in range(n):
         first, second = torques[i, 0], torques[i, 1]
         forces[i, 0] = kin.inverses[i, 0, 0] * first + kin.inverses[i, 1, 0] * second
@@ -124,7 +124,7 @@ def torques_to_forces(kin: Record, n: int, torques: Floats, forces: Floats) -> N
 
 @compiled
 def forces_to_torques(kin: Record, n: int, forces: Floats, torques: Floats) -> None:
-    """Tau = J^T u for every finger, ``(n, 2)`` to ``(n, 2)``."""
+    """Computes tau = J^T u for every finger, ``(n, 2)`` to ``(n, 2)``."""
     for i in range(n):
         fx, fy = forces[i, 0], forces[i, 1]
         torques[i, 0] = kin.jacobians[i, 0, 0] * fx + kin.jacobians[i, 1, 0] * fy
@@ -160,7 +160,7 @@ def multiply_regressor(
 def unit_force(
     kin: Record, unit: Record, i: int, link: int, acceleration: Floats
 ) -> tuple[float, float]:
-    """What 1 kg of a link takes of the inertial force of its finger."""
+    """Part of the inertial force of a finger per kg of a link [N/kg]."""
     ax, ay = tip_acceleration(kin, i, acceleration)
     xx, xy, yy = unit.inertia[i, link, 0], unit.inertia[i, link, 1], unit.inertia[i, link, 2]
     return (

@@ -1,4 +1,4 @@
-"""Writes one row of the trace, each signal at its place (`slipgrasp.core.trace.signals`)."""
+"""Rows of the trace: all signals at one instant (`slipgrasp.core.trace.signals`)."""
 
 from __future__ import annotations
 
@@ -53,10 +53,10 @@ _fill_shared = make_fill_shared(AT, true_value)
 
 @compiled_apart(types.int64, MODEL, ROW, WORKSPACE)
 def evaluate_row(model: Record, row: Record, work: Record) -> int:
-    """Evaluates the closed loop at the state of ``row``, with the torque that acts there.
+    """Evaluates the closed loop at the state of ``row``, with the torque applied there.
 
     Returns:
-        1, or 0 where anything is not finite.
+        1, or 0 if a value is not finite.
     """
     n, discrete = model.num_fingers, row.discrete
     update_mechanics(model, row.state, work)
@@ -74,7 +74,7 @@ def evaluate_row(model: Record, row: Record, work: Record) -> int:
     solve_plant(model, discrete, work)
     for k in range(model.num_unknowns):
         if discrete.clamps[k] != 0:
-            # The guard of an estimate that rests on a bound looks at its rate.
+            # The guard of an estimate at a bound depends on its rate.
             adapt(model, discrete, row.state, work)
             break
     kinetic, potential = stored_energy(model.hand, model.truth, work.kin, row.state)
@@ -93,7 +93,7 @@ def evaluate_row(model: Record, row: Record, work: Record) -> int:
 
 @compiled_apart(types.void, MODEL, ROW, WORKSPACE)
 def fill_row(model: Record, row: Record, work: Record) -> None:
-    """Writes the values of an evaluated row, which are finite as what it is made of is."""
+    """Writes the signals of an evaluated row; they are finite because its state is."""
     _fill_shared(model, row, row.state.x[supplied_at(model)], row.state.x[dissipated_at(model)])
     _set_object(model, row, work)
     for i in range(model.num_fingers):
@@ -116,7 +116,7 @@ def _set_object(model: Record, row: Record, work: Record) -> None:
 
 @compiled
 def _set_contact(model: Record, row: Record, work: Record, i: int) -> None:
-    """What belongs to contact ``i`` and to the joints of its finger."""
+    """Writes the signals of contact ``i`` and of the joints of its finger."""
     n, discrete = model.num_fingers, row.discrete
     set_value(model, row, AT.slip, i, row.state.x[slip_at(i)])
     set_value(model, row, AT.slip_velocity, i, row.state.x[slip_velocity_at(n, i)])

@@ -1,4 +1,4 @@
-"""What changes during a run of a planar hand, and how it begins."""
+"""State of a planar run, its initialization, and its output."""
 
 from __future__ import annotations
 
@@ -41,14 +41,14 @@ from slipgrasp.core.scenario.table import TABLE
 PROGRESS = progress_layout(
     [
         ("step", STEP),
-        ("before", STATE),  # just before a jump of the law that no time tells
+        ("before", STATE),  # just before a jump of the law at an unknown instant
         ("discrete", DISCRETE),
         ("old", DISCRETE),
         ("work", WORKSPACE),
         ("selection", SELECTION_ROOM),
         ("guards", GUARDS),
         ("row", ROW),  # the last one evaluated
-        ("last_row", ROW),  # the last one counted, where rows are not kept
+        ("last_row", ROW),  # the last one counted, if rows are not stored
         ("slip", slip_states_layout(STATE, DISCRETE, ROW, WORKSPACE)),
         ("tally", TALLY),
         ("senses", SENSES),
@@ -63,9 +63,9 @@ LAYOUTS = Layouts("", MODEL, STATE, DISCRETE, PROGRESS, OUTLET)
 
 
 def make_run(table: Record, *, keeps_rows: bool) -> tuple[Record, Record]:
-    """A run that has not begun, and empty buffers for it; see `begin_run`."""
+    """Returns a run at its start and empty output buffers; see `begin_run`."""
     run = make_record(PROGRESS)
-    # Memory that no row touches is never used.
+    # Left unset: the operating system does not allocate memory that is never written.
     outlet = make_unset_record(OUTLET)
     call(begin_run, table, run, outlet, int(keeps_rows))
     return run, outlet
@@ -73,13 +73,13 @@ def make_run(table: Record, *, keeps_rows: bool) -> tuple[Record, Record]:
 
 @compiled_apart(types.void, TABLE, PROGRESS, OUTLET, types.int64)
 def begin_run(table: Record, run: Record, outlet: Record, keeps_rows: int) -> None:
-    """Makes a run that has not begun: at its start, nothing held, no event yet.
+    """Initializes a run: start pose, initial estimates, no events.
 
     Args:
-        table: The numbers of its scenario.
+        table: Parameters of the scenario.
         run: The run, all zero.
         outlet: Buffers for rows and phase changes.
-        keeps_rows: 1 where rows are stored, 0 where they only count in the tally.
+        keeps_rows: 1 if rows are stored, 0 if they are only added to the metrics.
     """
     run.hold_until = np.inf
     run.last_event = run.last_stick = -np.inf
@@ -100,7 +100,7 @@ def begin_run(table: Record, run: Record, outlet: Record, keeps_rows: int) -> No
 
 @compiled
 def copy_discrete(model: Record, source: Record, target: Record) -> None:
-    """Copies what stays fixed between two jumps."""
+    """Copies the state that is constant between jumps."""
     for i in range(model.num_fingers):
         target.phases[i] = source.phases[i]
         target.beliefs[i] = source.beliefs[i]
@@ -123,20 +123,20 @@ evaluate_at, store_row, _, emit_or_end, emit, emit_due, last_row = make_output(
 
 @compiled
 def emit_before_jump(model: Record, run: Record, outlet: Record) -> None:
-    """Appends a row for the last state before a jump of the law, as of the instant of the jump."""
+    """Appends a row for the last state before a jump of the law, with the time of the jump."""
     emit_or_end(model, run, outlet, run.discrete, run.before_time, run.before, run.now)
 
 
 @compiled
 def keep_old(model: Record, run: Record) -> None:
-    """Remembers what holds before a jump, for the row before it."""
+    """Stores the discrete state before a jump, for the row before it."""
     copy_discrete(model, run.discrete, run.old)
 
 
 @compiled
 def _state_inside(model: Record, run: Record, h: float, fraction: float, state: Record) -> None:
-    """The state inside the step just taken."""
-    # The constants may be others than those of the slip before.
+    """Interpolates the state inside the step just taken."""
+    # The constants may have changed since the previous slip.
     forget_mechanics(run.slip.work)
     prepare_interpolant(model, run.discrete, run.now, h, run.step, run.slip.work)
     interpolate(model, run.step, fraction, state)

@@ -1,4 +1,4 @@
-"""Which phases agree with the torque that acts (docs/model.md, Phase selection)."""
+"""Selection of phases consistent with the applied torque (docs/model.md, Phase selection)."""
 
 from __future__ import annotations
 
@@ -35,16 +35,16 @@ SELECTION_ROOM = np.dtype(
         ("previous", np.int64, (MAX_FINGERS,)),
         ("beliefs", np.int64, (MAX_FINGERS,)),  # before the selection
         ("best", np.int64, (MAX_FINGERS,)),
-        ("free", np.int64, (MAX_FINGERS,)),  # 1 where the slip velocity is zero
-        ("loose", np.int64, (MAX_FINGERS,)),  # 1 where static friction is overcome
-        ("open", np.int64, (MAX_FINGERS,)),  # 1 where a contact of the candidate opens
-        ("gaps", np.float64, (MAX_FINGERS,)),  # how it accelerates apart [m/s^2]
+        ("free", np.int64, (MAX_FINGERS,)),  # 1 if the slip velocity is zero
+        ("loose", np.int64, (MAX_FINGERS,)),  # 1 if static friction is exceeded
+        ("open", np.int64, (MAX_FINGERS,)),  # 1 if the contact opens in the candidate
+        ("gaps", np.float64, (MAX_FINGERS,)),  # its gap acceleration [m/s^2]
         ("derivative", STATE),
-        ("selected", np.int64),  # 1 where it and the workspace are those of the selected phases
+        ("selected", np.int64),  # 1 if derivative and workspace belong to the selected phases
         ("probe", STATE),
-        ("probed", np.int64),  # 1 where the derivative is that of the probe
-        ("doubtful", np.int64, (MAX_FINGERS,)),  # 1 where the value alone does not decide
-        ("values", np.float64, (MAX_FINGERS,)),  # distance inside the candidate of those [N]
+        ("probed", np.int64),  # 1 if the derivative belongs to the probe
+        ("doubtful", np.int64, (MAX_FINGERS,)),  # 1 if the value is inside its band
+        ("values", np.float64, (MAX_FINGERS,)),  # distances inside the candidate of those [N]
     ],
     align=True,
 )
@@ -52,10 +52,10 @@ SELECTION_ROOM = np.dtype(
 
 @compiled
 def distance_inside(model: Record, discrete: Record, work: Record, i: int) -> tuple[float, float]:
-    """How far contact i is inside its candidate phase, and the band in which this says nothing.
+    """Distance of contact i inside its candidate phase, and the band in which it is uncertain [N].
 
-    Both in newtons: in slip it is the force that would have to be added to friction for it to
-    stick, so that stick and slip leave their bands together.
+    In slip, the distance is the additional friction force at which the contact would stick, so
+    that stick and slip leave their bands together.
     """
     band = FORCE_BAND * (1.0 + work.forces[i, 1])
     if discrete.phases[i] == 0:
@@ -78,9 +78,9 @@ def _moves_inward(
     work: Record,
     room: Record,
 ) -> bool:
-    """Decides doubtful contacts by the time derivative along the candidate's own flow.
+    """Decides doubtful contacts by the time derivative of the distance along the candidate's flow.
 
-    Sticking may stay on its cone but not leave it; slip must be pushed on.
+    The distance must not decrease in stick, and must increase in slip.
     """
     room.probed = 1
     for j in range(model.num_states):
@@ -101,7 +101,7 @@ def _moves_inward(
 def _judge(
     model: Record, discrete: Record, t: float, state: Record, work: Record, room: Record
 ) -> int:
-    """Whether the candidate in ``discrete`` is consistent."""
+    """Checks the candidate in ``discrete``; returns _CONSISTENT or the reason why not."""
     n = model.num_fingers
     flow(model, discrete, t, state, room.derivative, work)
     if not work.factors.determinant > 0.0:
@@ -150,7 +150,7 @@ def _set_candidate(model: Record, discrete: Record, room: Record, code: int, ins
 
 @compiled
 def _differ_by_static_excess(model: Record, phases: Integers, others: Integers) -> bool:
-    """Whether one has stick and the other slip, and only at contacts with static excess."""
+    """True if phases differ only in stick or slip, and only at contacts with static excess."""
     for i in range(model.num_fingers):
         if phases[i] != others[i] and (
             phases[i] * others[i] != 0 or not has_static_excess(model, i)
@@ -163,7 +163,7 @@ def _differ_by_static_excess(model: Record, phases: Integers, others: Integers) 
 def _find_loose(
     model: Record, discrete: Record, t: float, state: Record, work: Record, room: Record
 ) -> None:
-    """Marks the contacts whose static friction is overcome while all free ones stick."""
+    """Marks the contacts whose static friction is exceeded if all free contacts stick."""
     flow(model, discrete, t, state, room.derivative, work)
     for i in range(model.num_fingers):
         value, band = distance_inside(model, discrete, work, i)
@@ -201,23 +201,25 @@ def select_phases(
 ) -> int:
     """Finds the consistent phases and sets ``discrete.phases`` to them.
 
-    Several consistent: more sticking contacts first, then the previous direction. Where a
-    contact has more friction in stick than in slip this is no ambiguity: it slips if its static
-    friction is overcome while all stick, and rests otherwise.
+    Among several candidates, those with more sticking contacts are preferred, then those with the
+    previous slip directions. A contact with more friction in stick than in slip causes no
+    ambiguity: it slips if its static friction is exceeded while all stick, and sticks otherwise.
 
     Args:
         model: Constants of the run.
-        discrete: Phases before; the plant's are overwritten, and the belief if ``instant``.
+        discrete: Previous phases; the true phases are overwritten, also the estimated ones if
+            ``instant``.
         t: Time [s].
         state: State; slip velocities of contacts at rest count as zero.
-        instant: 1 where the controller recognises each candidate phase at once, so that
-            each is tested under its own torque; 0: all under the present torque.
-        exhaustive: 1 to look on after all free contacts may stick, to count ambiguity.
-        work: Record, left at the last candidate tested.
+        instant: 1 if the controller recognises each candidate phase at once, so that each is
+            tested under the torque for it; 0 to test all under the present torque.
+        exhaustive: 1 to test all candidates, to detect ambiguity; 0 to stop if all free contacts
+            may stick.
+        work: Workspace; contains the last candidate tested on return.
         room: Intermediate values.
 
     Returns:
-        SELECTED or AMBIGUOUS, else why there is none: then phases and belief are unchanged.
+        SELECTED, AMBIGUOUS, or the reason why there is none; the phases are then unchanged.
     """
     n = model.num_fingers
     combinations, excess, room.selected = 1, False, 0
@@ -260,7 +262,7 @@ def select_phases(
 def is_consistent(
     model: Record, discrete: Record, t: float, state: Record, work: Record, room: Record
 ) -> int:
-    """1 if the present phases are consistent under the torque of the present belief, else 0."""
+    """1 if the true phases are consistent under the torque for the estimated phases, else 0."""
     n = model.num_fingers
     for i in range(n):
         room.free[i] = 1 if abs(state.x[slip_velocity_at(n, i)]) < REST_SPEED else 0

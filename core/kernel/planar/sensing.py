@@ -1,4 +1,4 @@
-"""What the controller measures of the state at a tick, and which contacts it believes to slip."""
+"""Measurements of the controller at a tick, and detection of slip."""
 
 from __future__ import annotations
 
@@ -25,23 +25,23 @@ from slipgrasp.core.kernel.planar.state import (
     slip_velocity_at,
 )
 
-# What is measured, and what the filters and detectors remember.
+# Measurements, and the states of filters and detectors.
 SENSES = np.dtype(
     [
         ("measured", STATE),
-        ("acceleration", np.float64, (MAX_COORDINATES,)),  # x'' as measured
-        ("torques", np.float64, (MAX_FINGERS, 2)),  # that belong to it [N m]
-        ("velocities", np.float64, (MAX_COORDINATES,)),  # measured at the tick before
-        ("time", np.float64),  # of the tick before [s]
+        ("acceleration", np.float64, (MAX_COORDINATES,)),  # measured x''
+        ("torques", np.float64, (MAX_FINGERS, 2)),  # torques for this acceleration [N m]
+        ("velocities", np.float64, (MAX_COORDINATES,)),  # measured at the previous tick
+        ("time", np.float64),  # of the previous tick [s]
         ("num_ticks", np.int64),  # measured so far
-        ("num_filtered", np.int64),  # velocities the filter has seen
+        ("num_filtered", np.int64),  # velocities filtered so far
         ("noise", NOISE),  # of the latest tick: positions, velocities, accelerations
-        ("doubt", np.float64, (MAX_FINGERS,)),  # how long a belief has been contradicted [s]
-        ("since", np.float64, (MAX_FINGERS,)),  # when the belief last changed [s]
-        ("sums", np.float64, (MAX_FINGERS, 2)),  # of velocities against the belief [m/s]
-        ("num_detected", np.int64, (MAX_FINGERS,)),  # changes of the belief so far
-        ("forces", np.float64, (MAX_FINGERS, 2)),  # on the object: along tangent and normal [N]
-        ("num_forces", np.int64),  # their filter has seen
+        ("doubt", np.float64, (MAX_FINGERS,)),  # last agreement with the estimated phase [s]
+        ("since", np.float64, (MAX_FINGERS,)),  # last change of the estimated phase [s]
+        ("sums", np.float64, (MAX_FINGERS, 2)),  # of velocities that contradict it [m/s]
+        ("num_detected", np.int64, (MAX_FINGERS,)),  # its changes so far
+        ("forces", np.float64, (MAX_FINGERS, 2)),  # on the object: tangential, normal [N]
+        ("num_forces", np.int64),  # forces filtered so far
     ],
     align=True,
 )
@@ -49,19 +49,19 @@ SENSES = np.dtype(
 
 @compiled
 def _rate_at(n: int, k: int) -> int:
-    """Where the rate of reduced coordinate ``k`` stands in the state."""
+    """Index of the rate of reduced coordinate ``k`` in the state."""
     return reduced_at(n, k)[1]
 
 
 @compiled
 def measure(model: Record, senses: Record, state: Record, torques: Floats, now: float) -> None:
-    """Measures positions and velocities, and differences velocities if need be.
+    """Measures positions and velocities; differences velocities if accelerations are not measured.
 
     Args:
         model: Constants of the run.
         senses: The measurement is written here.
         state: True state.
-        torques: ``(n, 2)`` that acted since the tick before [N m].
+        torques: ``(n, 2)``, applied since the previous tick [N m].
         now: Time [s].
     """
     sensors, size = model.sensors, count_coordinates(model.num_fingers)
@@ -82,7 +82,7 @@ def measure(model: Record, senses: Record, state: Record, torques: Floats, now: 
 
 @compiled
 def measure_forces(model: Record, senses: Record, forces: Floats) -> None:
-    """Measures contact forces, which end with the tick: with a bias, noise and a low-pass filter.
+    """Measures the contact forces just before a tick, with bias, noise and a low-pass filter.
 
     Args:
         model: Constants of the run.
@@ -92,8 +92,8 @@ def measure_forces(model: Record, senses: Record, forces: Floats) -> None:
     sensors, n = model.sensors, model.num_fingers
     share = filtered_share(model, senses)
     if sensors.force_noise > 0.0:
-        # Laws of one's own, which alone see it, need no noise of accelerations any more.
-        tick = senses.num_ticks - 1  # counted already
+        # Overwrites the acceleration noise, which custom laws do not use.
+        tick = senses.num_ticks - 1  # already incremented
         draw_noise(senses.noise, sensors.seed, FORCE_NOISE, tick, 2 * n)
     for i in range(n):
         for axis in range(2):
@@ -106,7 +106,7 @@ def measure_forces(model: Record, senses: Record, forces: Floats) -> None:
 
 @compiled
 def detect_slip(model: Record, discrete: Record, senses: Record, now: float) -> None:
-    """Beliefs for this tick: the true phases, or those that lasted longer than the delay."""
+    """Updates the estimated phases: true phases, or phases detected for longer than the delay."""
     n, sensors = model.num_fingers, model.sensors
     for i in range(n):
         seen = discrete.phases[i]
@@ -129,16 +129,17 @@ def detect_slip(model: Record, discrete: Record, senses: Record, now: float) -> 
 
 @compiled
 def _delay(senses: Record, sensors: Record, i: int) -> float:
-    """How long the next change of contact ``i`` must last to be believed, less a rounding [s]."""
+    """Detection delay of the next phase change of contact ``i``, minus a rounding margin [s]."""
     return slip_delay(sensors, i, senses.num_detected[i]) - SAME_TIME
 
 
 @compiled
 def _sum_slip(model: Record, discrete: Record, senses: Record, now: float, i: int) -> None:
-    """Belief in the slip of one contact by two cumulative sums (Page's test).
+    """Estimates the phase of one contact by cumulative sums (Page's test).
 
-    In stick one sum per direction grows by what the velocity exceeds half the threshold; in slip
-    one by what it falls short of that. A sum that passes its bound changes the belief.
+    In stick, one sum per direction accumulates the excess of the velocity over half the
+    threshold; in slip, the sums accumulate its shortfall. A sum above its bound changes the
+    estimated phase.
     """
     sensors, belief = model.sensors, discrete.beliefs[i]
     velocity = senses.measured.x[slip_velocity_at(model.num_fingers, i)]
@@ -159,7 +160,7 @@ def _sum_slip(model: Record, discrete: Record, senses: Record, now: float, i: in
 
 @compiled
 def measure_acceleration(model: Record, senses: Record, discrete: Record, work: Record) -> None:
-    """Acceleration as measured, from the true one in ``work``, and the torques it belongs to."""
+    """Measures the acceleration from the true one in ``work``, and stores the applied torques."""
     sensors, size = model.sensors, count_coordinates(model.num_fingers)
     if sensors.true_accelerations == 0:
         return

@@ -1,4 +1,4 @@
-"""The integrated state x: what stands where in it. No other module knows.
+"""Layout of the integrated state x. All other modules use the index functions defined here.
 
 With n fingers and p unknowns, x = (q_o, q_o', s, s', phi^, E_in, E_f):
 
@@ -10,7 +10,7 @@ With n fingers and p unknowns, x = (q_o, q_o', s, s', phi^, E_in, E_f):
     E_in   energy supplied by torques, pulses and timed changes [J]
     E_f    energy dissipated by friction, of contacts and joints [J]
 
-A derivative of the state stands in the same places.
+A derivative of the state has the same layout.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from slipgrasp.core.kernel.compilation.compiler import compiled
 from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Floats, Record
 from slipgrasp.core.scenario import MAX_UNKNOWNS
 
-# Coordinates of the object; each is its own place.
+# Coordinates of the object, equal to their indices in the state.
 X, Y, ANGLE = range(3)
 _VELOCITY, _SLIP, _ENERGIES = 3, 6, 2
 
@@ -34,12 +34,12 @@ STATE = np.dtype([("x", np.float64, (MAX_STATE,))], align=True)
 
 @compiled
 def count_states(n: int, p: int) -> int:
-    """Length of the state of n fingers with p unknowns."""
+    """Length of the state for n fingers and p unknowns."""
     return _SLIP + 2 * n + p + _ENERGIES
 
 
 class StateParts(NamedTuple):
-    """Views of the parts of a state: writing to them changes it."""
+    """Views of the parts of a state; writing to them changes the state."""
 
     pose: Floats  # (3,)
     velocity: Floats  # (3,)
@@ -49,7 +49,7 @@ class StateParts(NamedTuple):
 
 
 def parts_of(state: Record, n: int, p: int) -> StateParts:
-    """The parts of a state of n fingers with p unknowns, for Python to read and to set."""
+    """Returns views of the parts of a state for n fingers and p unknowns, for use in Python."""
     x, speeds, estimates = state.x, _SLIP + n, _SLIP + 2 * n
     return StateParts(
         pose=x[:_VELOCITY],
@@ -62,25 +62,25 @@ def parts_of(state: Record, n: int, p: int) -> StateParts:
 
 @compiled
 def velocity_at(k: int) -> int:
-    """Where the velocity of coordinate k of the object stands."""
+    """Index of the velocity of object coordinate k."""
     return _VELOCITY + k
 
 
 @compiled
 def slip_at(i: int) -> int:
-    """Where the slip of contact i stands."""
+    """Index of the slip of contact i."""
     return _SLIP + i
 
 
 @compiled
 def slip_velocity_at(n: int, i: int) -> int:
-    """Where the slip velocity of contact i stands."""
+    """Index of the slip velocity of contact i."""
     return _SLIP + n + i
 
 
 @compiled
 def count_coordinates(n: int) -> int:
-    """Reduced coordinates of n fingers: those of the object, then one slip per contact."""
+    """Number of reduced coordinates: those of the object, then one slip per contact."""
     return _VELOCITY + n
 
 
@@ -92,7 +92,7 @@ def slip_coordinate(i: int) -> int:
 
 @compiled
 def reduced_at(n: int, k: int) -> tuple[int, int]:
-    """Where reduced coordinate k (pose, then slip) and its velocity stand."""
+    """Indices of reduced coordinate k (pose, then slip) and of its velocity."""
     if k < _VELOCITY:
         return k, velocity_at(k)
     return slip_at(k - _VELOCITY), slip_velocity_at(n, k - _VELOCITY)
@@ -100,17 +100,17 @@ def reduced_at(n: int, k: int) -> tuple[int, int]:
 
 @compiled
 def estimate_at(n: int, k: int) -> int:
-    """Where the estimate of unknown k stands."""
+    """Index of the estimate of unknown k."""
     return _SLIP + 2 * n + k
 
 
 @compiled
 def supplied_at(model: Record) -> int:
-    """Where the energy supplied stands."""
+    """Index of the supplied energy."""
     return model.num_states - 2
 
 
 @compiled
 def dissipated_at(model: Record) -> int:
-    """Where the energy dissipated by friction stands."""
+    """Index of the energy dissipated by friction."""
     return model.num_states - 1

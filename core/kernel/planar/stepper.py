@@ -1,4 +1,4 @@
-"""One step of an explicit Runge-Kutta method, its error, and values inside the step.
+"""Step of an explicit Runge-Kutta method, its error, and its interpolant.
 
 Reference: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.4-II.6.
 """
@@ -30,21 +30,21 @@ from slipgrasp.core.kernel.planar.state import (
 from slipgrasp.core.kernel.planar.sticking import moves_object_alone, sticking_acceleration
 from slipgrasp.core.kernel.planar.workspace import DISCRETE, WORKSPACE
 
-# Share of the allowed error from which a higher order is worth its cost.
+# Fraction of the tolerance above which a higher order is worth its cost.
 QUIET = 0.03
 
 # A step from ``start`` to ``end`` with its slopes.
 STEP = np.dtype(
     [
-        ("rank", np.int64),  # of the method by which it is taken
+        ("rank", np.int64),  # of its method
         ("start", STATE),
         ("end", STATE),
         ("slopes", STATE, (MAX_SLOPES,)),
         ("stage", STATE),
         ("terms", np.float64, (DENSE_ROWS + 3, MAX_STATE)),  # of the interpolant
-        ("prepared", np.int64),  # 1 where the terms are those of this step
-        ("samples", np.float64, (MAX_SLOPES, MAX_GUARDS)),  # of guards, where slopes are taken
-        # Squared torques there, where they follow the state [N^2 m^2].
+        ("prepared", np.int64),  # 1 if the terms belong to this step
+        ("samples", np.float64, (MAX_SLOPES, MAX_GUARDS)),  # of guards, at the stages
+        # Squared torques at the stages, with continuous control [N^2 m^2].
         ("efforts", np.float64, (MAX_SLOPES,)),
     ],
     align=True,
@@ -53,9 +53,9 @@ STEP = np.dtype(
 
 @compiled
 def effort_rate(model: Record, work: Record) -> float:
-    """Sum of the squared joint torques that the law gives for the state just evaluated.
+    """Sum of the squared joint torques of the law for the evaluated state [N^2 m^2].
 
-    0 under sampled control, where they are held.
+    0 with sampled control, under which torques are constant.
     """
     total, jacobians, forces = 0.0, work.kin.jacobians, work.tip_forces
     if model.law.period == 0.0:
@@ -68,7 +68,7 @@ def effort_rate(model: Record, work: Record) -> float:
 
 @compiled
 def _move_object(model: Record, row: int, h: float, step: Record) -> tuple[Triple, Triple]:
-    """Pose and velocity of the object where slope ``row`` is taken."""
+    """Pose and velocity of the object at stage ``row``."""
     start, matrix = step.start.x, method_of(model, step).matrix
     x, y, angle = start[X], start[Y], start[ANGLE]
     vx, vy, omega = start[velocity_at(X)], start[velocity_at(Y)], start[velocity_at(ANGLE)]
@@ -85,7 +85,7 @@ def _move_object(model: Record, row: int, h: float, step: Record) -> tuple[Tripl
 def _take_sticking_stage(
     model: Record, discrete: Record, row: int, h: float, step: Record, work: Record
 ) -> None:
-    """Slope ``row`` while the object moves alone."""
+    """Computes slope ``row`` if all contacts stick under constant torques."""
     pose, velocity = _move_object(model, row, h, step)
     acceleration, power = sticking_acceleration(model, discrete, step.start, pose, velocity, work)
     slope = step.slopes[row].x
@@ -98,11 +98,11 @@ def _take_sticking_stage(
 
 @compiled
 def _end_sticking(model: Record, h: float, step: Record) -> None:
-    """The end of the step where the object moved alone."""
+    """Computes the end of the step if all contacts stick under constant torques."""
     method, start, end = method_of(model, step), step.start.x, step.end.x
     pose, velocity = _move_object(model, method.last, h, step)
     for j in range(slip_at(0), model.num_states):
-        end[j] = start[j] + 0.0  # a slope of 0 makes no other difference than a zero positive
+        end[j] = start[j] + 0.0  # as with a slope of 0, which turns -0.0 into 0.0
     for k in range(3):
         end[k], end[velocity_at(k)] = pose[k], velocity[k]
     supplied = start[supplied_at(model)]
@@ -115,7 +115,7 @@ def _end_sticking(model: Record, h: float, step: Record) -> None:
 def take_step(
     model: Record, discrete: Record, t: float, h: float, step: Record, work: Record
 ) -> None:
-    """Fills ``end`` and ``slopes``; ``work`` is left at the end of the step."""
+    """Fills ``end`` and ``slopes``; ``work`` is then evaluated at the end of the step."""
     method = method_of(model, step)
     if moves_object_alone(model, discrete):
         forget_mechanics(work)
@@ -138,12 +138,12 @@ def take_step(
 
 @compiled_apart(types.float64, MODEL, types.float64, STEP)
 def step_error(model: Record, h: float, step: Record) -> float:
-    """The error of a step over what is allowed, root mean square; not a number if anything is not.
+    """Root mean square error of a step relative to the tolerance; not finite if a value is not.
 
     Args:
         model: Constants of the run.
         h: Size of the step [s].
-        step: The step; the first terms of its interpolant are overwritten.
+        step: The step; overwrites the first terms of its interpolant.
     """
     size, method = model.num_states, method_of(model, step)
     weigh_slopes(method.error, method.last + 1, size, step, step.terms[0])
@@ -162,10 +162,10 @@ def step_error(model: Record, h: float, step: Record) -> float:
 
 @compiled
 def is_quiet(model: Record, h: float, step: Record) -> bool:
-    """Whether no error of the step is more than the share QUIET of what is allowed.
+    """True if every error of the step is at most the fraction QUIET of its tolerance.
 
-    The error as `step_error` has it is then not more either, and nobody divides to see it. The
-    first terms of the interpolant are overwritten.
+    This implies the same bound for `step_error`, without its divisions. Overwrites the first terms
+    of the interpolant.
     """
     method, numerics, errors = method_of(model, step), model.numerics, step.terms[0]
     weigh_slopes(method.error, method.last + 1, model.num_states, step, errors)
@@ -181,7 +181,7 @@ def is_quiet(model: Record, h: float, step: Record) -> bool:
 def prepare_interpolant(
     model: Record, discrete: Record, t: float, h: float, step: Record, work: Record
 ) -> None:
-    """Fills ``terms`` for `interpolate`, once; ``work`` is left somewhere inside the step."""
+    """Fills ``terms`` for `interpolate` once; ``work`` is then evaluated inside the step."""
     if step.prepared == 1:
         return
     step.prepared = 1

@@ -1,4 +1,4 @@
-"""Steps within tolerance, cut at the first event in them, and the rows inside them."""
+"""Steps within tolerance, shortened to their first event, and the rows inside them."""
 
 from __future__ import annotations
 
@@ -64,15 +64,15 @@ QUIET_STEPS = 100
 LARGEST_ZERO = 1e-10
 MAX_CUTS = 50
 ROUGH = 1.0
-# Where the law jumps velocities go on, but for this and the tolerance of steps.
+# Largest velocity change across a jump of the law, in addition to the tolerance of steps.
 VELOCITY_JUMP = 1e-9  # [m/s, rad/s]
-CROSSING = 1e-3  # a step over a jump of the law is so much shorter than one that felt its far side
-POLE = 1.0  # a normal force that far beyond its zero, where that was located, has none [N]
+CROSSING = 1e-3  # size of a step across a jump of the law, relative to a rejected one
+POLE = 1.0  # a normal force below its located zero by more than this passed through infinity [N]
 
 
 @compiled_apart(types.float64, MODEL, PROGRESS, types.float64)
 def take_accepted_step(model: Record, run: Record, until: float) -> float:
-    """Takes one step within tolerance, not past ``until``; its size, 0 if none is small enough."""
+    """Takes a step within tolerance, at most to ``until``; returns its size, 0 on failure."""
     numerics, now, step = model.numerics, run.now, run.step
     rest, sticks = until - now, moves_object_alone(model, run.discrete)
     h = min(run.step_size, numerics.max_step)
@@ -105,7 +105,7 @@ def take_accepted_step(model: Record, run: Record, until: float) -> float:
 
 @compiled
 def _raise_order(model: Record, run: Record) -> bool:
-    """The next step is taken by the method of the next higher order; False if there is none."""
+    """Selects the method of the next higher order; False if there is none."""
     run.quiet_steps = 0
     if run.rank + 1 == model.num_methods:
         return False
@@ -115,7 +115,7 @@ def _raise_order(model: Record, run: Record) -> bool:
 
 @compiled
 def _count_quiet_step(run: Record) -> None:
-    """After many quiet steps in a row the next lower order is tried."""
+    """Selects the next lower order after many consecutive quiet steps."""
     run.quiet_steps += 1
     if run.quiet_steps >= QUIET_STEPS and run.rank > 0:
         run.quiet_steps = 0
@@ -124,9 +124,9 @@ def _count_quiet_step(run: Record) -> None:
 
 @compiled
 def _turns_fast(model: Record, run: Record) -> bool:
-    """Whether the object or a joint turns fast at the end of the step, as near singular poses.
+    """True if the object or a joint rotates fast at the end of the step, as near singular poses.
 
-    There the kinetic energy depends on the state more than any coordinate of it tells.
+    The kinetic energy is then more sensitive than the tolerances of the coordinates cover.
     """
     fastest = abs(float(run.step.end.x[velocity_at(ANGLE)]))
     for i in range(model.num_fingers):
@@ -137,13 +137,13 @@ def _turns_fast(model: Record, run: Record) -> bool:
 
 @compiled
 def _ledger_error(model: Record, run: Record, h: float) -> float:
-    """Energy that a step has lost or made until its middle and its end, over what is allowed."""
+    """Energy imbalance at the midpoint and end of a step, relative to the tolerance; the larger."""
     step = run.step
     start, _ = _energy(model, run, step.start)
     prepare_interpolant(model, run.discrete, run.now, h, step, run.work)
     interpolate(model, step, 0.5, step.stage)
     middle, _ = _energy(model, run, step.stage)
-    # The last, for what looks at the end of the step finds its forces there.
+    # Last, so that ``work`` has the forces at the end of the step.
     flow(model, run.discrete, run.now + h, step.end, run.selection.derivative, run.work)
     end, kinetic = _energy(model, run, step.end)
     allowed = allowed_imbalance(model.numerics, kinetic, step.end.x[supplied_at(model)])
@@ -152,7 +152,7 @@ def _ledger_error(model: Record, run: Record, h: float) -> float:
 
 @compiled
 def _energy(model: Record, run: Record, state: Record) -> tuple[float, float]:
-    """Stored energy less what came in and with what friction took, and the kinetic part [J]."""
+    """Stored minus supplied plus dissipated energy, and the kinetic energy [J]."""
     update_mechanics(model, state, run.work)
     kinetic, potential = stored_energy(model.hand, model.truth, run.work.kin, state)
     supplied, dissipated = state.x[supplied_at(model)], state.x[dissipated_at(model)]
@@ -161,21 +161,21 @@ def _energy(model: Record, run: Record, state: Record) -> tuple[float, float]:
 
 @compiled
 def _step_to(model: Record, run: Record, h: float) -> None:
-    """Takes the step again in another size."""
+    """Repeats the step with another size."""
     take_step(model, run.discrete, run.now, h, run.step, run.work)
 
 
 @compiled
 def _size_of_zero(low: float, high: float) -> float:
-    """Values this small, as a share of the largest at the ends, and in their own unit, are zero."""
+    """Value below which a guard counts as zero, from its values at the ends of the bracket."""
     return min(LOCATION_SHARE * max(abs(low), abs(high)), LARGEST_ZERO)
 
 
 @compiled
 def _finish_location(model: Record, run: Record, low: float, high: float) -> None:
-    """Takes the step to the event; where the law jumps there, keeps the state before it."""
+    """Takes the step to the event; if the law jumps there, stores the state before it."""
     if run.guards.fired[run.guards.count - 1] == 1:
-        # There the law jumps: the row before shows this side of it.
+        # The row before a jump of the law shows the state just before it.
         _step_to(model, run, low)
         run.location_error = step_error(model, low, run.step)
         run.before_time = run.now + low
@@ -201,10 +201,10 @@ locate = make_locate(
 
 @compiled_apart(types.void, MODEL, PROGRESS, OUTLET, types.float64)
 def emit_inside(model: Record, run: Record, outlet: Record, h: float) -> None:
-    """Rows at the output times inside the step just taken, which depends on none of them.
+    """Stores rows at the output times inside the step just taken; the step does not depend on them.
 
-    They lie on the continuous extension of the method; from where that is past an event on, each
-    is a shorter step of the method, and the step itself is taken again then.
+    The rows are interpolated. Once the interpolant is past an event, each row is a shorter step of
+    the method, and the step itself is repeated at the end.
     """
     step, end, t = run.step, run.now + h, next_output(model, run)
     if t >= end - OUTPUT_ROUNDING:
@@ -231,9 +231,9 @@ def emit_inside(model: Record, run: Record, outlet: Record, h: float) -> None:
 
 @compiled
 def _set_between(state: Record, j: int, least: float, most: float) -> float:
-    """Puts coordinate ``j``, which never falls in a step, where it must lie; returns it.
+    """Limits coordinate ``j``, which never decreases in a step, to its range; returns it.
 
-    Where the law has kinks, states inside a step are less accurate than the step.
+    At kinks of the law, states inside a step are less accurate than its end.
     """
     state.x[j] = max(least, min(most, state.x[j]))
     return float(state.x[j])
@@ -241,7 +241,7 @@ def _set_between(state: Record, j: int, least: float, most: float) -> float:
 
 @compiled
 def _agrees_with_phases(model: Record, run: Record, t: float) -> bool:
-    """Evaluates the state inside the step; False where it is past an event, or not finite."""
+    """Evaluates the state inside the step; False if it is past an event or not finite."""
     if evaluate_at(model, run, run.discrete, t, run.step.stage) == 0:
         return False
     return is_past_event(model, run.discrete, run.row.state, run.work, run.guards) == 0
@@ -249,9 +249,9 @@ def _agrees_with_phases(model: Record, run: Record, t: float) -> bool:
 
 @compiled
 def _goes_on(model: Record, run: Record) -> bool:
-    """Whether velocities go on through the event just located; only a jump of the law can tell.
+    """True if the velocities are continuous at the located event.
 
-    Not where the step to its far side has felt the forces there for longer than the instant.
+    Only checked at jumps of the law, where a step that acts too long beyond the jump changes them.
     """
     if run.guards.fired[run.guards.count - 1] == 0:
         return True
@@ -266,7 +266,7 @@ def _goes_on(model: Record, run: Record) -> bool:
 
 @compiled
 def _is_at_pole(model: Record, run: Record) -> bool:
-    """Whether a normal force has changed its sign through infinity and not through zero."""
+    """True if a normal force has changed its sign through infinity instead of zero."""
     guards = run.guards
     for i in range(model.num_fingers):
         j = PER_CONTACT * i + NORMAL_FORCE
@@ -277,10 +277,10 @@ def _is_at_pole(model: Record, run: Record) -> bool:
 
 @compiled
 def _come_nearer(model: Record, run: Record, size: float) -> float:
-    """Goes up to the jump of the law in a step of this size, to pass it in a much shorter one.
+    """Takes a step up to the jump of the law, so that the next, much shorter step crosses it.
 
     Returns:
-        Size of the step; 0 where none is short enough: forces grow without bound there.
+        Size of the step; 0 if no step is short enough because forces grow without bound.
     """
     run.step_size = CROSSING * size
     run.fired = AT_POLE
@@ -295,13 +295,13 @@ def _come_nearer(model: Record, run: Record, size: float) -> float:
 
 @compiled_apart(types.float64, MODEL, PROGRESS, types.float64)
 def cut_at_event(model: Record, run: Record, h: float) -> float:
-    """The step just taken, cut at the first event in it; ``run.fired`` tells whether there is."""
+    """Shortens the step just taken to its first event; returns its size and sets ``run.fired``."""
     size = h
     for _ in range(MAX_CUTS):
         run.fired = find_fired(model, run.discrete, run.step.end, run.work, run.guards)
         if run.fired == 1:
             size = locate(model, run, size)
-            # What is quiet again at the end of the whole step may have fired before this event.
+            # A guard above its level at the end of the full step may have fired before this event.
             while size > 0.0 and find_overlooked(model, run.discrete, run.guards) == 1:
                 size = locate(model, run, size)
             if not _goes_on(model, run):
@@ -314,7 +314,7 @@ def cut_at_event(model: Record, run: Record, h: float) -> float:
                 run.fired = AT_POLE
                 return 0.0
             if size > 0.0 and (at_pole or not run.location_error <= ROUGH):
-                # The way to the event is not smooth: it is not an event yet.
+                # The step to the event is not smooth: the event is not reliable yet.
                 run.step_size = 0.5 * size
                 size = take_accepted_step(model, run, run.now + 0.5 * size)
                 if size > 0.0:
@@ -324,7 +324,7 @@ def cut_at_event(model: Record, run: Record, h: float) -> float:
         dip = find_dip(model, run, size) if size > 0.0 else 0.0
         if dip == 0.0:
             break
-        # A guard of this step is past its level there, though not at the end.
+        # A guard is past its level at this instant, although not at the end of the step.
         take_step(model, run.discrete, run.now, dip, run.step, run.work)
         size = dip
     if run.fired == 0:

@@ -1,7 +1,7 @@
-"""The plant under held torques while all contacts stick: the object's coordinates alone (Eq. 17).
+"""Plant under constant torques while all contacts stick, in the object's coordinates (Eq. 17).
 
-The equations of `slipgrasp.core.kernel.planar.flow` from the same kinematics and dynamics of a
-finger, without what only a law or a slipping contact asks for: no parts per link, no rows of slip.
+The equations of `slipgrasp.core.kernel.planar.flow` without the parts that only laws and slipping
+contacts need: the unit dynamics of links and the rows of slip.
 """
 
 from __future__ import annotations
@@ -18,10 +18,7 @@ from slipgrasp.core.kernel.planar.state import slip_at
 
 @compiled
 def moves_object_alone(model: Record, discrete: Record) -> bool:
-    """Whether torques are held and all contacts stick: the shorter equations hold.
-
-    They know nothing of joints that rub.
-    """
+    """True if the shorter equations hold: constant torques, stick, and no joint friction."""
     if model.law.period == 0.0 or model.hand.joints_rub:
         return False
     for i in range(model.num_fingers):
@@ -34,15 +31,15 @@ def moves_object_alone(model: Record, discrete: Record) -> bool:
 def sticking_acceleration(
     model: Record, discrete: Record, state: Record, pose: Triple, velocity: Triple, work: Record
 ) -> tuple[Triple, float]:
-    """Acceleration of the object under held torques, and their power.
+    """Acceleration of the object under constant torques, and their power.
 
     Args:
         model: Constants of the run.
-        discrete: The torques; every contact sticks.
-        state: Slip is taken from it.
+        discrete: Discrete state, with the torques; every contact sticks.
+        state: State, with the slip.
         pose: Of the object [m, m, rad].
         velocity: Of the object [m/s, m/s, rad/s].
-        work: What the guards of sticking contacts watch is written to it: forces, extensions.
+        work: Workspace; forces and extensions, needed by the guards, are written to it.
 
     Returns:
         Acceleration [m/s^2, m/s^2, rad/s^2], power of torques and pulses [W].
@@ -60,7 +57,7 @@ def sticking_acceleration(
         finger = solve_finger(hand, i, dx, dy, vx - omega * ry, vy + omega * rx)
         bx, by = finger.bias_x - omega * omega * rx, finger.bias_y - omega * omega * ry
         m11, m12, m22, h1, h2 = joint_space(hand, model.truth.link_masses, i, finger)
-        # With h - tau for h the bias f_0 becomes f_0 - u.
+        # With h - tau in place of h, f_0 becomes f_0 - u.
         first, second = discrete.torques[i, 0], discrete.torques[i, 1]
         xx, xy, yy, ox, oy = seen_at_tip(finger, m11, m12, m22, h1 - first, h2 - second, bx, by)
         inertia = add_finger(inertia, xx, xy, yy, rx, ry)
@@ -80,7 +77,7 @@ def sticking_acceleration(
 
 @compiled
 def _keep_forces(n: int, acceleration: Triple, work: Record) -> None:
-    """Contact forces: what the torques leave of u - f_0 once the fingers move along."""
+    """Computes the contact forces u - f_0 - Lambda a."""
     ax, ay, turn = acceleration
     kin, dynamics = work.kin, work.dynamics
     for i in range(n):

@@ -1,4 +1,4 @@
-"""What only planar runs add to the accumulators of the metrics."""
+"""Accumulators of the metrics, part specific to planar runs."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ TALLY = tally_layout(3)
 def add_step(
     model: Record, discrete: Record, step: Record, t: float, h: float, tally: Record
 ) -> None:
-    """Adds an accepted step of size ``h`` from ``t`` on to integrals and slip paths."""
+    """Adds an accepted step of size ``h`` from time ``t`` to integrals and slip paths."""
     for i in range(model.num_fingers):
         tally.slip_path[i] += abs(step.end.x[slip_at(i)] - step.start.x[slip_at(i)])
     is_known = tally.steps > 0 and tally.piece == discrete.piece
@@ -46,12 +46,12 @@ def add_step(
 
 @compiled
 def _error(model: Record, discrete: Record, t: float, state: Record, k: int) -> tuple[float, float]:
-    """Tracking error of coordinate ``k``, and its rate."""
+    """Tracking error of coordinate ``k`` and its rate."""
     position, velocity, _ = desired_motion(model.motion, discrete.piece, t, k)
     return position - state.x[k], velocity - state.x[velocity_at(k)]
 
 
 @compiled_apart(types.void, MODEL, ROW, WORKSPACE, TALLY)
 def add_to_tally(model: Record, row: Record, work: Record, tally: Record) -> None:
-    """Adds an evaluated row."""
+    """Adds an evaluated row to the metrics."""
     add_row(model, row, work, tally, work.room.violation, friction_margin)

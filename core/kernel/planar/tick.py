@@ -1,4 +1,4 @@
-"""Ticks of sampled control of a planar hand."""
+"""Ticks of sampled control for planar hands."""
 
 from __future__ import annotations
 
@@ -62,9 +62,9 @@ def _limit_of(model: Record, _i: int, _joint: int) -> float:
 
 @compiled
 def leave_ticks(model: Record, run: Record) -> None:
-    """Continuous control: no torque is held, none waits, and no tick before counts any more.
+    """Switches to continuous control: discards held and waiting torques and filter states.
 
-    The estimates take their step of the period that ends here.
+    The estimates are first advanced to the present time.
     """
     _advance_estimates(model, run, run.now - run.last_tick)
     run.acting = 0
@@ -76,23 +76,23 @@ def leave_ticks(model: Record, run: Record) -> None:
 
 @compiled_apart(types.void, MODEL, PROGRESS)
 def _learn(model: Record, run: Record) -> None:
-    """First slope under the torque that acts, and the rates of the estimates until the next tick.
+    """Computes the first slope and the rates of the estimates until the next tick.
 
-    They are those at the measured state with the acceleration under that torque.
+    The rates are those at the measured state, with the acceleration under the applied torque.
     """
     n, discrete, senses, work = model.num_fingers, run.discrete, run.senses, run.work
     state = run.step.start
     set_first_slope(model, run)
     if model.law.facts.is_own:
         for k in range(model.num_unknowns):
-            run.pending_rates[k] = 0.0  # of the law before it
+            run.pending_rates[k] = 0.0  # of the previous law
         return
     seen_at_once = model.sensors.true_phases == 1 and model.sensors.true_accelerations == 1
     run.memory.trust = trust(model, senses)
     for i in range(n):
         run.memory.contact_trust[i] = trust_in_contact(model, senses, run.now, i)
         run.memory.directions[i] = discrete.phases[i] if seen_at_once else discrete.beliefs[i]
-    # The law's model is up to date where it has commanded from the true state.
+    # The estimated model is up to date if the command was computed at the true state.
     up_to_date = model.sensors.perfect == 1 and not model.law.predicts
     if up_to_date:
         adapt_at_tick(model, discrete, state, work, run.memory)
@@ -103,10 +103,10 @@ def _learn(model: Record, run: Record) -> None:
         for k in range(count_coordinates(n)):
             work.acceleration[k] = senses.acceleration[k]
             if k >= 3 and model.sensors.true_accelerations == 0 and discrete.beliefs[k - 3] == 0:
-                work.acceleration[k] = 0.0  # believed to be 0, and not just by the filter's noise
+                work.acceleration[k] = 0.0  # estimated stick: remove the noise of the filter
         torques_to_forces(work.kin, n, senses.torques, work.tip_forces)
         adapt_at_tick(model, discrete, senses.measured, work, run.memory)
-    # Differences of the velocity say nothing before there are two of them.
+    # The filtered acceleration is valid only after two velocity differences.
     informed = model.sensors.true_accelerations == 1 or senses.num_filtered > 1
     for k in range(model.num_unknowns):
         run.pending_rates[k] = work.rates[k] if informed else 0.0
@@ -116,7 +116,7 @@ def _learn(model: Record, run: Record) -> None:
 
 @compiled_apart(types.int64, MODEL, PROGRESS, OUTLET)
 def apply_command(model: Record, run: Record, outlet: Record) -> int:
-    """Applies the torque of the oldest waiting command."""
+    """Applies the torques of the oldest waiting command."""
     keep_old(model, run)
     take_command(model, run)
     status = settle(model, run, 0, 0)
@@ -139,9 +139,9 @@ def _finish_tick(model: Record, run: Record, outlet: Record, stretch: int) -> in
 
 @compiled
 def _emit_before(model: Record, run: Record, outlet: Record) -> None:
-    """The row of the state before a jump that has already happened.
+    """Appends the row before a jump that has already happened.
 
-    What holds from the tick on, though no torque follows from it yet, is in that row too.
+    The row already has the new motion segment and grip, although the torque does not yet.
     """
     run.old.piece, run.old.added_grip = run.discrete.piece, run.discrete.added_grip
     emit(model, run, outlet, run.old)
@@ -149,7 +149,7 @@ def _emit_before(model: Record, run: Record, outlet: Record) -> None:
 
 @compiled
 def _sense(model: Record, run: Record) -> None:
-    """New estimates, and what is measured at a tick."""
+    """Advances the estimates and takes the measurements of a tick."""
     senses = run.senses
     keep_old(model, run)
     pass_breaks(model.motion, run.discrete, run.now)
@@ -166,7 +166,7 @@ def _sense(model: Record, run: Record) -> None:
 
 @compiled
 def _feel(model: Record, run: Record) -> None:
-    """Measures the contact forces under the torques that act until now."""
+    """Measures the contact forces under the torques applied up to now."""
     work = run.work
     update_mechanics(model, run.step.start, work)
     torques_to_forces(work.kin, model.num_fingers, run.discrete.torques, work.tip_forces)
@@ -194,13 +194,13 @@ def _evaluate_law(model: Record, run: Record) -> int:
 
 @compiled
 def _command_ahead(model: Record, run: Record) -> int:
-    """Commands for the state that is expected when the torque acts."""
+    """Computes the command for the state predicted for the time at which the torque acts."""
     discrete, work, now = run.discrete, run.work, run.discrete.piece
     ahead, then = run.prediction.state, run.now + model.law.latency
     add_up_impulses(model, run)
     predict(model, discrete, run.senses.measured, work, run.prediction)
     pass_breaks(model.motion, discrete, then)
-    forget_mechanics(work)  # the prediction has its own bias
+    forget_mechanics(work)  # the prediction has overwritten the bias
     update_seen_mechanics(model, ahead, work)
     regular = update_command(model, discrete, then, ahead, work)
     discrete.piece = now
@@ -209,7 +209,7 @@ def _command_ahead(model: Record, run: Record) -> int:
 
 @compiled
 def _settle(model: Record, run: Record, outlet: Record, first: int) -> int:
-    """Selects the phases under the new torque; the run begins with a row under the first one."""
+    """Selects the phases under the new torque; first appends the initial row of the run."""
     if first == 1:
         keep_old(model, run)
         emit(model, run, outlet, run.discrete)
@@ -220,7 +220,7 @@ def _settle(model: Record, run: Record, outlet: Record, first: int) -> int:
 def _finish(
     model: Record, run: Record, outlet: Record, status: int, _first: int, stretch: int
 ) -> int:
-    """The end of the jump; where a stretch starts the row before is already written."""
+    """Completes the jump; at the start of a segment, the row before is already written."""
     if status != RUNNING:
         _emit_before(model, run, outlet)
         return status

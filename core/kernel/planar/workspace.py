@@ -1,4 +1,4 @@
-"""What one evaluation of the closed loop starts from and leaves behind."""
+"""Discrete state and intermediate values of an evaluation of the closed loop."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from slipgrasp.core.kernel.planar.model import TRUTH
 from slipgrasp.core.kernel.planar.state import STATE
 from slipgrasp.core.scenario import MAX_DIAGNOSTICS, MAX_UNKNOWNS
 
-# What stays fixed between two jumps.
+# State that is constant between jumps.
 DISCRETE = np.dtype(
     [
         ("phases", np.int64, (MAX_FINGERS,)),  # of the plant
         ("beliefs", np.int64, (MAX_FINGERS,)),  # phases the controller acts on
-        ("clamps", np.int64, (MAX_UNKNOWNS,)),  # -1, 1: rests on its lower, upper bound
+        ("clamps", np.int64, (MAX_UNKNOWNS,)),  # -1, 1: estimate at its lower, upper bound
         ("torques", np.float64, (MAX_FINGERS, 2)),  # held by sampled control [N m]
         ("piece", np.int64),  # of the desired motion
-        ("added_grip", np.float64),  # what the grip reflex has added [N]
+        ("added_grip", np.float64),  # by the grip reflex [N]
         ("closing_force", np.float64),  # of the jaws of a gripper [N]
         ("commanded", np.float64, (MAX_FINGERS, 2)),  # at the last tick, before limits [N m]
-        ("diagnostics", np.float64, (MAX_DIAGNOSTICS,)),  # of a law of one's own
+        ("diagnostics", np.float64, (MAX_DIAGNOSTICS,)),  # of a custom law
     ],
     align=True,
 )
@@ -39,28 +39,28 @@ LAW_ROOM = np.dtype(
             "on_cone",
             np.int64,
             (MAX_FINGERS,),
-        ),  # slip direction where F^ is asked on its cone, else 0
+        ),  # slip direction if F^ must be on its cone, else 0
         ("believed_force", np.float64, (MAX_FINGERS, 2)),  # f^ of the demand, inertial frame
-        ("contact_force", np.float64, (MAX_FINGERS, 2)),  # F^ that the torque asks for
+        ("contact_force", np.float64, (MAX_FINGERS, 2)),  # F^ that the torque is meant to produce
         ("basis", np.float64, (MAX_SIDE, MAX_SIDE)),  # G or its transpose, then orthonormal
         ("triangle", np.float64, (MAX_SIDE, MAX_SIDE)),
         ("right_side", np.float64, (MAX_SIDE,)),
         ("direction", np.float64, (4,)),  # internal force of two fingers
         ("weighted_error", np.float64, (MAX_COORDINATES,)),  # r of Eq. 46
-        ("violation", np.float64),  # of the estimated cones by the commanded force [N]
+        ("violation", np.float64),  # of the limits of the grasp force, 0 if all are met [N]
     ],
     align=True,
 )
 
-# What of the workspace is up to date, so that nothing is computed twice for one state. Set and
-# asked in `slipgrasp.core.kernel.planar.flow` only.
+# Validity of the values in the workspace, to avoid repeated computations for the same state. Only
+# `slipgrasp.core.kernel.planar.flow` reads and writes it.
 CURRENT = np.dtype(
     [
         ("mechanics", np.int64),  # 1: kinematics and dynamics are those of ``state``
         ("state", STATE),
-        ("factors", np.int64),  # 1: M~ and h~ are those of these mechanics in ``phases``
+        ("factors", np.int64),  # 1: M~ and h~ belong to this state and ``phases``
         ("phases", np.int64, (MAX_FINGERS,)),
-        ("law", np.int64),  # 1: so is what the controller makes of them, for the values below
+        ("law", np.int64),  # 1: the law's values belong to them and to the values below
         ("time", np.float64),  # [s]
         ("piece", np.int64),
         ("beliefs", np.int64, (MAX_FINGERS,)),
@@ -69,7 +69,7 @@ CURRENT = np.dtype(
     align=True,
 )
 
-# Intermediate values of one evaluation; the last one evaluated stays readable.
+# Intermediate values of an evaluation; those of the latest one remain available.
 WORKSPACE = np.dtype(
     [
         ("current", CURRENT),

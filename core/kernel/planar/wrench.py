@@ -1,8 +1,8 @@
-"""Contact forces that exert a wanted wrench on the object (docs/model.md, Grasp force).
+"""Contact forces that exert a desired wrench on the object (docs/model.md, Grasp force).
 
-G = [W; -D of the slipping contacts] takes the contact forces F^ ``(2n,)``, in their contact
-frames, to the wrench and to 0. Where it has fewer rows than columns the smallest F^ with
-G F^ = (d, 0) is taken, where it has more the F^ that comes nearest.
+G = [W; -D of the slipping contacts] maps the contact forces F^ ``(2n,)``, in their contact frames,
+to the wrench and to 0. If G has no more rows than columns, the result is the smallest F^ with
+G F^ = (d, 0); otherwise it is the least-squares solution.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ DEPENDENT_ROWS = 1e-13
 
 @compiled
 def share_wrench(kin: Record, n: int, room: Record) -> int:
-    """F^ = W^+ d where all contacts stick: every fingertip pushes alike, plus a turn.
+    """Computes F^ = W^+ d for sticking contacts.
 
-    The smallest forces are f_i = a + b S (r_i - r), r the mean contact point: a gives the
+    The smallest forces are f_i = a + b S (r_i - r), r the mean contact point: a produces the
     force, b the moment about r.
 
     Returns:
-        1, or 0 where all contacts coincide.
+        1, or 0 if all contacts coincide.
     """
     share, mean_x, mean_y = 1.0 / n, 0.0, 0.0
     for i in range(n):
@@ -53,7 +53,7 @@ def share_wrench(kin: Record, n: int, room: Record) -> int:
 
 @compiled
 def find_squeeze(kin: Record, room: Record) -> None:
-    """Internal force of two sticking contacts, of any size: each pushes towards the other."""
+    """Computes the direction of the internal force of two sticking contacts, not normalized."""
     dx, dy = kin.arms[1, 0] - kin.arms[0, 0], kin.arms[1, 1] - kin.arms[0, 1]
     for i in range(2):
         sign = 1.0 if i == 0 else -1.0
@@ -63,12 +63,12 @@ def find_squeeze(kin: Record, room: Record) -> None:
 
 @compiled_apart(types.int64, MODEL, WORKSPACE)
 def distribute_wrench(model: Record, work: Record) -> int:
-    """F^ = G^+ (d, 0) in any phase.
+    """Computes F^ = G^+ (d, 0) in any phase.
 
-    Without grasp force (y = 0) the F^ of the smallest torque with B~ tau = M~ v + h~.
+    Without grasp force (y = 0), F^ belongs to the smallest torque with B~ tau = M~ v + h~.
 
     Returns:
-        1, or 0 where the rows of G depend on each other.
+        1, or 0 if the rows of G are dependent.
     """
     n, kin, room = model.num_fingers, work.kin, work.room
     rows = assemble_rows(kin, work.believed, room.on_cone, room)
@@ -100,7 +100,7 @@ def _apply_pseudoinverse(rows: int, columns: int, room: Record) -> int:
 
 @compiled
 def assemble_rows(kin: Record, believed: Record, on_cone: Integers, room: Record) -> int:
-    """Writes G transposed into ``basis`` and (d, 0) into ``right_side``; returns the rows of G."""
+    """Writes G^T to ``basis`` and (d, 0) to ``right_side``; returns the number of rows of G."""
     n = believed.num_fingers
     rows = 3
     for i in range(2 * n):
@@ -130,7 +130,7 @@ def _transpose(matrix: Floats, size: int) -> None:
 
 @compiled
 def _solve_least_norm(rows: int, columns: int, room: Record) -> None:
-    """F^ = G^+ (d, 0) from the QR factors of G^T, where G has no more rows than columns."""
+    """Computes F^ = G^+ (d, 0) from the QR factors of G^T, if G has no more rows than columns."""
     for i in range(rows):
         for j in range(i):
             room.right_side[i] -= room.triangle[j, i] * room.right_side[j]
@@ -144,7 +144,7 @@ def _solve_least_norm(rows: int, columns: int, room: Record) -> None:
 
 @compiled
 def _solve_least_squares(rows: int, columns: int, room: Record) -> None:
-    """F^ = G^+ (d, 0) from the QR factors of G, where G has more rows than columns."""
+    """Computes F^ = G^+ (d, 0) from the QR factors of G, if G has more rows than columns."""
     for k in range(columns - 1, -1, -1):
         total = 0.0
         for i in range(rows):
@@ -156,7 +156,7 @@ def _solve_least_squares(rows: int, columns: int, room: Record) -> None:
 
 @compiled
 def _weigh_by_torque(rows: int, n: int, kin: Record, room: Record) -> None:
-    """From G F^ = (d, 0) to B~ tau = M~ v + h~ (y = 0): least torque, not least contact force."""
+    """Replaces G F^ = (d, 0) by B~ tau = M~ v + h~, so that the torque is smallest (y = 0)."""
     for i in range(n):
         fx, fy = room.believed_force[i, 0], room.believed_force[i, 1]
         along, normal = to_contact_frame(kin, i, fx, fy)

@@ -1,5 +1,5 @@
-"""The compiled physics of hands in space (docs/space.md); imported at the first scenario in space.
+"""Compiled physics of spatial hands (docs/space.md); imported with the first spatial scenario.
 
-Its own plant, contact problem and loop beside those of the plane: a contact has two slips, friction
-is a cone, and the direction of slip is a state that turns.
+Plant, contact problem and loop differ from those of planar hands: a contact has two slips, friction
+is a cone, and the direction of slip changes continuously.
 """

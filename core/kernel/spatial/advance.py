@@ -1,8 +1,7 @@
-"""Events and instants of a spatial run, and its loop (`slipgrasp.core.kernel.loop.advance`).
+"""Events, jumps at known instants, and the loop of a spatial run.
 
-Torques are held from tick to tick, so that nothing jumps between two ticks but phases, and a law
-need not be asked which phases it believes in. No step passes a tick; output times have no part in
-the steps.
+Torques are constant between ticks, so that only phases jump there. No step passes a tick, and the
+steps do not depend on output times.
 """
 
 from __future__ import annotations
@@ -75,13 +74,13 @@ from slipgrasp.core.kernel.spatial.ways import (
 )
 from slipgrasp.core.kernel.spatial.workspace import STICK
 
-LEAST_TURN = 0.1  # share of spin in a slip, from which on that gives its speed
-STOPS_TOO, STOPS_WITHIN = 1e-7, 1e-8  # slips that end with another one [m/s, s]
+LEAST_TURN = 0.1  # spin part of a slip direction above which the spin determines the speed
+STOPS_TOO, STOPS_WITHIN = 1e-7, 1e-8  # speed and time to stop of simultaneous stops [m/s, s]
 
 
 @compiled
 def _thaw(model: Record, run: Record) -> bool:
-    """Lets slips that are fast enough tell their own direction; True if any does from now on."""
+    """Releases the held directions of slips that are fast enough; True if there are any."""
     discrete, found = run.discrete, False
     for i in range(model.num_fingers):
         for way in range(model.ways):
@@ -97,9 +96,9 @@ def _thaw(model: Record, run: Record) -> bool:
 
 @compiled
 def _align(model: Record, run: Record, i: int, way: int) -> None:
-    """Gives a slip the direction that it was taken for, so that no force jumps.
+    """Aligns a slip velocity with its held direction, so that no force jumps.
 
-    The spin of a soft contact is that of its hand, and heavy: the slip follows it.
+    The spin of a soft contact has a large inertia and is not changed: the slip is aligned with it.
     """
     state, direction = run.step.start, run.discrete.directions[i]
     speed = way_speed(model, state, i, way)
@@ -121,9 +120,10 @@ def _point_onsets(model: Record, run: Record) -> None:
 
 @compiled
 def _let_rest(model: Record, run: Record) -> None:
-    """Lets soft contacts stick that have begun to slip and rest, before the row of an event.
+    """Sets soft contacts at slip onset that are at rest to stick, before the row of an event.
 
-    Not where others would be outside their surfaces so: then the row has the friction of the slip.
+    If this would put other contacts outside their limit surfaces, the phases are not changed, and
+    the row has the friction of slip.
     """
     if not begins_slip(model, run.discrete):
         return
@@ -138,7 +138,7 @@ def _let_rest(model: Record, run: Record) -> None:
 
 @compiled_apart(types.int64, MODEL, PROGRESS, OUTLET)
 def spatial_event(model: Record, run: Record, outlet: Record) -> int:
-    """What the guards that fired mean: the end of the run, or other phases."""
+    """Handles the guards that fired: end of the run or phase changes."""
     n, discrete, state = model.num_fingers, run.discrete, run.step.start
     _point_onsets(model, run)
     count_stall(run)
@@ -159,7 +159,7 @@ def spatial_event(model: Record, run: Record, outlet: Record) -> int:
         for way in range(model.ways):
             fired = run.guards.fired[PER_CONTACT * i + PHASE + way] == 1
             slips = discrete.slips[i, way] != 0.0
-            stuck = run.old.slips[i, way] == 0.0  # not what rests by now
+            stuck = run.old.slips[i, way] == 0.0  # not if it came to rest just now
             run.selection.leaving[i, way] = 1 if fired and stuck else 0
             if slips and (fired or _stops_too(model, run, i, way, is_stop)):
                 run.concerned = i
@@ -175,7 +175,7 @@ def spatial_event(model: Record, run: Record, outlet: Record) -> int:
 
 @compiled
 def _is_stop(model: Record, run: Record) -> bool:
-    """Whether a slip of a hand with soft fingertips has just ended."""
+    """True if a slip of a hand with soft fingertips has just ended."""
     for i in range(model.num_fingers if model.soft == 1 else 0):
         if run.old.slips[i, 0] != 0.0 and run.guards.fired[PER_CONTACT * i + PHASE] == 1:
             return True
@@ -184,9 +184,9 @@ def _is_stop(model: Record, run: Record) -> bool:
 
 @compiled
 def _stops_too(model: Record, run: Record, i: int, way: int, is_stop: bool) -> bool:
-    """Whether a slip is so slow that it would end at the same instant.
+    """True if a slip is so slow that it would end at the same instant.
 
-    Soft contacts that turn with the same object stop together: ``is_stop`` where one has.
+    Soft contacts on the same turning object stop together; ``is_stop`` is true if one has stopped.
     """
     n, x, slope = model.num_fingers, run.step.start.x, run.step.slopes[0].x
     speed = way_speed(model, run.step.start, i, way)
@@ -203,13 +203,13 @@ def _stops_too(model: Record, run: Record, i: int, way: int, is_stop: bool) -> b
 
 @compiled
 def _next_stop(model: Record, run: Record, t_stop: float) -> float:
-    """The next instant at which a torque may change."""
+    """Next instant at which a torque may change."""
     return min(t_stop, next_tick(model, run), next_command(run))
 
 
 @compiled
 def _pass_instant(model: Record, run: Record, outlet: Record, _t_stop: float) -> int:
-    """The jump of the torque at such an instant."""
+    """Handles the jump of the torque at a tick or at the time of a command."""
     if run.own.asked == ANSWERED or next_tick(model, run) <= run.now:
         return control_tick(model, run, outlet, 0, 0)
     return spatial_apply(model, run, outlet)
@@ -217,13 +217,13 @@ def _pass_instant(model: Record, run: Record, outlet: Record, _t_stop: float) ->
 
 @compiled
 def _cut(model: Record, run: Record, size: float) -> float:
-    """The step cut at the first event in it."""
+    """Shortens the step to its first event."""
     return spatial_cut(model, run, stop_in_patch(model, run, size))
 
 
 @compiled
 def _finish_step(model: Record, run: Record, outlet: Record, _t_stop: float, _reaches: bool) -> int:
-    """Slips that are fast enough have their own direction."""
+    """Releases the directions of fast slips at the end of a step without an event."""
     if model.soft == 1:
         return _finish_soft_step(model, run, outlet)
     if _thaw(model, run):
@@ -260,7 +260,7 @@ def _finish_soft_step(model: Record, run: Record, outlet: Record) -> int:
 
 @compiled
 def _is_overcome(model: Record, run: Record) -> bool:
-    """Whether a contact that sticks is outside its surface, now that others slip by themselves."""
+    """True if a sticking contact is outside its limit surface after other contacts changed."""
     for i in range(model.num_fingers):
         margin = friction_margin(model, run.discrete, run.work, i, 0)
         is_outside = margin < -FORCE_BAND * (1.0 + run.work.forces[i, 2])
@@ -271,17 +271,16 @@ def _is_overcome(model: Record, run: Record) -> bool:
 
 @compiled
 def _select_again(model: Record, run: Record, outlet: Record) -> int:
-    """Selects phases: no soft contact has begun to slip after all, or another one has to."""
+    """Selects phases again after a soft contact has come to rest or must begin to slip."""
     forget_leaving(model, run)
     return _finish_phases(model, run, outlet, settle(model, run))
 
 
 @compiled
 def _finish_phases(model: Record, run: Record, outlet: Record, status: int) -> int:
-    """The end of a step after which soft contacts may have other phases.
+    """Completes a step after which soft contacts may have other phases.
 
-    No row shows the phases before: what rests did not slip any more, and what is overcome did not
-    stick.
+    No row shows the previous phases, because they were already invalid.
     """
     if status != RUNNING or phases_changed(model, run):
         return finish_jump(model, run, outlet, status, status != RUNNING)
@@ -291,7 +290,7 @@ def _finish_phases(model: Record, run: Record, outlet: Record, status: int) -> i
 
 @compiled
 def _begin_stretch(model: Record, run: Record, outlet: Record, first: int, same_ticks: int) -> int:
-    """Starts the run, or goes on after a timed change under new constants."""
+    """Starts the run, or continues it after a timed change with new constants."""
     run.begun = 1
     forget_errors(run.work.room)
     if first == 0:
@@ -308,7 +307,7 @@ def _begin_stretch(model: Record, run: Record, outlet: Record, first: int, same_
 
 @compiled
 def _emit_end(model: Record, run: Record, outlet: Record, _t_stop: float) -> None:
-    """Appends the row at the end of the stretch."""
+    """Appends the row at the end of the segment."""
     emit(model, run, outlet, run.discrete)
 
 

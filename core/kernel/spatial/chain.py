@@ -1,10 +1,10 @@
-"""A finger that is a chain of joints, each of which turns or slides (docs/space.md, Chains).
+"""Fingers that are chains of revolute and prismatic joints (docs/space.md, Chains).
 
-Link k follows joint k: its frame has a fixed place and attitude in that of the link before, and
-turns about, or slides along, its own z axis. A joint may follow another one: the positions of all
-joints are q = A c + b with three coordinates c. Vectors are in world axes, from the base of the
-finger. Motions of links are twists about it: an angular velocity w, and the velocity v of the point
-of the link that is at the base.
+Joint k moves link k: the frame of the link has a fixed position and attitude in the frame of the
+previous link, and rotates about, or translates along, its z axis. Joints may be coupled: the
+positions of all joints are q = A c + b with three coordinates c. Vectors are in world axes, from
+the base of the finger. Motions of links are twists about the base: the angular velocity w, and the
+velocity v of the point of the link that coincides with the base.
 """
 
 from __future__ import annotations
@@ -22,59 +22,59 @@ LEAST_SINE = 1e-3  # |det J| over the product of its columns, below which a chai
 LONGEST_STEP = 0.3  # of Newton's method [rad]; share of the chain's length or of the way to its tip
 SURE_STEP, ROUNDING, MOST_STEPS, MOST_HALVINGS = 1e-9, 1e-15, 60, 10
 
-# Of one finger, constant.
+# Constants of one finger.
 CHAIN = np.dtype(
     [
         ("links", np.int64),  # number of joints, and of links
-        ("couples", np.int64),  # 1 where a joint follows another one
+        ("couples", np.int64),  # 1 if any joint is coupled to another one
         ("ratios", np.float64, (MAX_LINKS, 3)),  # A
         ("offsets", np.float64, (MAX_LINKS,)),  # b [rad, m]
-        ("places", np.float64, (MAX_LINKS, 3)),  # of the joints, from the link before or base [m]
-        ("turns", np.float64, (MAX_LINKS, 3, 3)),  # likewise; of the first in world axes
-        ("slides", np.int64, (MAX_LINKS,)),  # 1 where a joint slides
-        ("centres", np.float64, (MAX_LINKS, 3)),  # of mass, in the frames of the links [m]
-        ("inertias", np.float64, (MAX_LINKS, 6)),  # about these per mass: xx, xy, xz, yy, ... [m^2]
+        ("places", np.float64, (MAX_LINKS, 3)),  # of the joints in the previous link or base [m]
+        ("turns", np.float64, (MAX_LINKS, 3, 3)),  # attitudes likewise; the first in world axes
+        ("slides", np.int64, (MAX_LINKS,)),  # 1 if the joint is prismatic
+        ("centres", np.float64, (MAX_LINKS, 3)),  # centres of mass in the link frames [m]
+        ("inertias", np.float64, (MAX_LINKS, 6)),  # about the centres, per mass: xx, xy, ... [m^2]
         ("tip", np.float64, (3,)),  # in the frame of the last link [m]
         ("length", np.float64),  # [m]
-        ("limits", np.float64, (MAX_LINKS, 2)),  # least and largest positions of all joints
+        ("limits", np.float64, (MAX_LINKS, 2)),  # joint limits: minimum, maximum
     ],
     align=True,
 )
 
-# Where its coordinates are looked for: what they were at a tick.
+# Initial guess of the inverse kinematics: the coordinates at a tick.
 SEED = np.dtype(
     [
         ("positions", np.float64, (3,)),  # [rad, m]
-        ("tip", np.float64, (3,)),  # there [m]
-        ("inverse", np.float64, (3, 3)),  # J^-1; 0 where neither is known yet
+        ("tip", np.float64, (3,)),  # its tip position [m]
+        ("inverse", np.float64, (3, 3)),  # J^-1; 0 if tip and J^-1 are not yet known
     ],
     align=True,
 )
 
-# Of one finger in one state.
+# Kinematics and dynamics of one finger in one state.
 CHAIN_STATE = np.dtype(
     [
-        ("joints", np.float64, (MAX_LINKS,)),  # positions of all [rad, m]
-        ("sines", np.float64, (MAX_LINKS,)),  # of these
+        ("joints", np.float64, (MAX_LINKS,)),  # joint positions [rad, m]
+        ("sines", np.float64, (MAX_LINKS,)),  # of the joint angles
         ("cosines", np.float64, (MAX_LINKS,)),
         ("turns", np.float64, (MAX_LINKS, 3, 3)),  # world from link
         ("origins", np.float64, (MAX_LINKS, 3)),  # of the links [m]
-        ("axes", np.float64, (MAX_LINKS, 3)),  # w of a link per rate of its joint
-        ("moves", np.float64, (MAX_LINKS, 3)),  # its v per rate of its joint
-        ("spins", np.float64, (MAX_LINKS, 6)),  # w of a link and w' without joint accelerations
-        ("drifts", np.float64, (MAX_LINKS, 6)),  # its v, and v'
+        ("axes", np.float64, (MAX_LINKS, 3)),  # w per joint rate
+        ("moves", np.float64, (MAX_LINKS, 3)),  # v per joint rate
+        ("spins", np.float64, (MAX_LINKS, 6)),  # w, and w' at zero joint accelerations
+        ("drifts", np.float64, (MAX_LINKS, 6)),  # v, and v' likewise
         ("tip", np.float64, (3,)),  # [m]
-        ("columns", np.float64, (MAX_LINKS, 3)),  # how it moves with every joint
+        ("columns", np.float64, (MAX_LINKS, 3)),  # tip velocity per joint rate
         ("jacobian", np.float64, (3, 3)),
         ("inverse", np.float64, (3, 3)),  # J^-1
         ("target", np.float64, (3,)),  # of the tip [m]
         ("step", np.float64, (3,)),
-        ("masses", np.float64, (MAX_LINKS,)),  # 1 kg of one of the links
+        ("masses", np.float64, (MAX_LINKS,)),  # link masses: 1 kg for one link, 0 for others [kg]
         ("body", np.float64, (6,)),  # inertia of a link
         ("matrix", np.float64, (MAX_LINKS, MAX_LINKS)),  # M of all joints
-        ("torques", np.float64, (MAX_LINKS,)),  # their h
+        ("torques", np.float64, (MAX_LINKS,)),  # h of all joints
         ("inertia", np.float64, (6,)),  # M of the coordinates
-        ("bias", np.float64, (3,)),  # their h
+        ("bias", np.float64, (3,)),  # h of the coordinates
     ],
     align=True,
 )
@@ -82,7 +82,7 @@ CHAIN_STATE = np.dtype(
 
 @compiled
 def _apply(matrix: Floats, vector: Floats) -> tuple[float, float, float]:
-    """A matrix times a vector."""
+    """Product of a matrix and a vector."""
     x, y, z = vector[0], vector[1], vector[2]
     return (
         matrix[0, 0] * x + matrix[0, 1] * y + matrix[0, 2] * z,
@@ -93,7 +93,7 @@ def _apply(matrix: Floats, vector: Floats) -> tuple[float, float, float]:
 
 @compiled
 def _symmetric(matrix: Floats, x: float, y: float, z: float) -> tuple[float, float, float]:
-    """A symmetric matrix (xx, xy, xz, yy, yz, zz) times a vector."""
+    """Product of a symmetric matrix (xx, xy, xz, yy, yz, zz) and a vector."""
     return (
         matrix[0] * x + matrix[1] * y + matrix[2] * z,
         matrix[1] * x + matrix[3] * y + matrix[4] * z,
@@ -103,7 +103,7 @@ def _symmetric(matrix: Floats, x: float, y: float, z: float) -> tuple[float, flo
 
 @compiled
 def _of_joint(chain: Record, values: Floats, k: int) -> float:
-    """Of joint ``k``, given what the coordinates have: A times it."""
+    """Value of joint ``k`` from the values of the coordinates, by A."""
     if chain.couples == 0:
         return values[k]
     total = 0.0
@@ -114,7 +114,7 @@ def _of_joint(chain: Record, values: Floats, k: int) -> float:
 
 @compiled
 def _to_coordinates(chain: Record, values: Floats, reduced: Floats) -> None:
-    """A^T times a value for every joint."""
+    """Writes A^T times the joint values to ``reduced``."""
     for c in range(3):
         reduced[c] = values[c]
         if chain.couples == 1:
@@ -127,14 +127,13 @@ def _to_coordinates(chain: Record, values: Floats, reduced: Floats) -> None:
 def solve_chain(
     chain: Record, target: Floats, seed: Record, positions: Floats, now: Record
 ) -> float:
-    """Coordinates that put the tip at ``target``, from a seed; ``now`` is placed there.
+    """Computes the coordinates for a tip at ``target``, from a seed, and updates ``now``.
 
-    Steps of Newton's method shrink by their squares: a step and the one before show what error is
-    left.
+    Newton's method converges quadratically: two consecutive steps give the remaining error.
 
     Returns:
-        |det J| over the product of its columns less its least allowed value; -1 where Newton's
-        method has not converged.
+        |det J| over the product of column lengths, minus its minimum; -1 if Newton's method has
+        not converged.
     """
     for k in range(3):
         positions[k] = seed.positions[k]
@@ -162,7 +161,7 @@ def solve_chain(
 
 @compiled
 def renew_seed(positions: Floats, now: Record, seed: Record) -> None:
-    """Where a placed chain is looked for from now on."""
+    """Sets the seed to the present coordinates of a chain."""
     for k in range(3):
         seed.positions[k], seed.tip[k] = positions[k], now.tip[k]
         for c in range(3):
@@ -193,7 +192,7 @@ def _step(
     positions: Floats,
     now: Record,
 ) -> float:
-    """One step of Newton's method; its largest part, of slides over a length."""
+    """Takes a Newton step; returns its largest component, of slides relative to ``length``."""
     largest = 0.0
     for k in range(3):
         total = 0.0
@@ -212,16 +211,16 @@ def _step(
 
 @compiled
 def place_chain(chain: Record, positions: Floats, now: Record, is_near: bool) -> float:
-    """Links, tip, Jacobian and its inverse at coordinates.
+    """Computes links, tip, Jacobian and inverse Jacobian for given coordinates.
 
     Args:
-        chain: The chain.
-        positions: Its coordinates.
-        now: What is filled.
-        is_near: Whether it is placed where every joint differs by less than 4e-6 rad.
+        chain: Constants of the chain.
+        positions: Coordinates.
+        now: Output.
+        is_near: True if every joint differs from ``now`` by less than 4e-6 rad.
 
     Returns:
-        |det J| over the product of its columns less its least allowed value.
+        |det J| over the product of column lengths, minus its minimum.
     """
     px, py, pz = chain.places[0, 0], chain.places[0, 1], chain.places[0, 2]
     for a in range(3):
@@ -256,7 +255,7 @@ def place_chain(chain: Record, positions: Floats, now: Record, is_near: bool) ->
 
 @compiled
 def limit_margin(chain: Record, now: Record) -> float:
-    """Least distance of a joint of a placed chain to an end of its range [rad, m]."""
+    """Smallest distance of a joint to its limits [rad, m]."""
     least = np.inf
     for k in range(chain.links):
         low, high = chain.limits[k, 0], chain.limits[k, 1]
@@ -266,7 +265,7 @@ def limit_margin(chain: Record, now: Record) -> float:
 
 @compiled
 def _add_angle(now: Record, k: int, step: float) -> None:
-    """Sine and cosine of a joint that turns by less than 4e-6 rad: the cube is below rounding."""
+    """Updates sine and cosine of a joint for a step below 4e-6 rad, whose cube is negligible."""
     sine, cosine, less = now.sines[k], now.cosines[k], 0.5 * square(step)
     now.sines[k] = sine + (cosine * step - sine * less)
     now.cosines[k] = cosine - (sine * step + cosine * less)
@@ -274,7 +273,7 @@ def _add_angle(now: Record, k: int, step: float) -> None:
 
 @compiled
 def _turn(turn: Floats, sine: float, cosine: float) -> None:
-    """Turns a frame about its z axis."""
+    """Rotates a frame about its z axis."""
     for a in range(3):
         x, y = turn[a, 0], turn[a, 1]
         turn[a, 0], turn[a, 1] = cosine * x + sine * y, cosine * y - sine * x
@@ -282,7 +281,7 @@ def _turn(turn: Floats, sine: float, cosine: float) -> None:
 
 @compiled
 def _update_jacobian(chain: Record, now: Record) -> float:
-    """Jacobian of the tip and its inverse; |det J| over the product of its columns."""
+    """Computes the tip Jacobian and its inverse; returns |det J| over the column lengths."""
     x, y, z = now.tip[0], now.tip[1], now.tip[2]
     for k in range(chain.links):
         axes, moves = now.axes[k], now.moves[k]
@@ -301,7 +300,7 @@ def _update_jacobian(chain: Record, now: Record) -> float:
 
 @compiled
 def chain_turning(chain: Record, now: Record) -> tuple[float, float, float, float, float, float]:
-    """Angular velocity of the last link [rad/s], and J_omega' q' [rad/s^2], of a moved chain."""
+    """Angular velocity of the last link [rad/s] and J_omega' q' [rad/s^2], after `move_chain`."""
     spin = now.spins[chain.links - 1]
     return spin[0], spin[1], spin[2], spin[3], spin[4], spin[5]
 
@@ -310,7 +309,7 @@ def chain_turning(chain: Record, now: Record) -> tuple[float, float, float, floa
 def moment_at_chain(
     chain: Record, now: Record, x: float, y: float, z: float
 ) -> tuple[float, float, float]:
-    """J^-T J_omega^T times a moment on the last link."""
+    """Tip force J^-T J_omega^T m that is equivalent to a moment m on the last link."""
     for k in range(chain.links):
         now.torques[k] = now.axes[k, 0] * x + now.axes[k, 1] * y + now.axes[k, 2] * z
     return _tip_force(chain, now)
@@ -318,7 +317,7 @@ def moment_at_chain(
 
 @compiled
 def _tip_force(chain: Record, now: Record) -> tuple[float, float, float]:
-    """J^-T A^T times the torques of all joints."""
+    """Tip force J^-T A^T tau for the torques of all joints."""
     _to_coordinates(chain, now.torques, now.bias)
     inverse, t0, t1, t2 = now.inverse, now.bias[0], now.bias[1], now.bias[2]
     return (
@@ -337,7 +336,7 @@ def _multiply(a: Floats, b: Floats, product: Floats) -> None:
 
 @compiled
 def _invert(matrix: Floats, inverse: Floats) -> float:
-    """Inverse of a 3x3 matrix by its columns; |det| over the product of the columns."""
+    """Inverts a 3x3 matrix; returns |det| over the product of column lengths."""
     product = 1.0
     for k in range(3):
         a, b = (k + 1) % 3, (k + 2) % 3
@@ -360,9 +359,9 @@ def _invert(matrix: Floats, inverse: Floats) -> float:
 
 @compiled
 def move_chain(chain: Record, rates: Floats, now: Record, curvature: Floats) -> None:
-    """Motion of every link, and J' q' of the tip, for a placed chain.
+    """Computes the motion of every link, and J' q' of the tip, after `place_chain`.
 
-    The twist of a joint moves with the link before it.
+    The twist of a joint moves with the previous link.
     """
     wx = wy = wz = ax = ay = az = 0.0  # w and w'
     vx = vy = vz = bx = by = bz = 0.0  # v and v'
@@ -389,14 +388,14 @@ def move_chain(chain: Record, rates: Floats, now: Record, curvature: Floats) -> 
 
 @compiled
 def weigh_chain(chain: Record, masses: Floats, gravity: float, now: Record) -> tuple[float, float]:
-    """M and h of a moved chain in ``inertia`` and ``bias``, from its tip inwards.
+    """Computes M and h in ``inertia`` and ``bias``, after `move_chain`, from the tip inwards.
 
-    Links beyond a joint count as one body: mass m, first moment s and inertia I about the base. The
-    force on it is f = m v' + w' x s + w x (m v + w x s), the moment about the base
-    n = I w' + s x v' + w x (I w + s x v) + v x (m v + w x s), summed link by link.
+    The links beyond a joint are combined: mass m, first moment s and inertia I about the base. The
+    force f = m v' + w' x s + w x (m v + w x s) and the moment about the base
+    n = I w' + s x v' + w x (I w + s x v) + v x (m v + w x s) are summed link by link.
 
     Returns:
-        Mass [kg], and mass times height of the centre over the base [kg m].
+        Mass [kg], and mass times height of the centre of mass above the base [kg m].
     """
     mass = sx = sy = sz = 0.0
     xx = xy = xz = yy = yz = zz = 0.0
@@ -416,7 +415,7 @@ def weigh_chain(chain: Record, masses: Floats, gravity: float, now: Record) -> t
         axes, moves = now.axes[k], now.moves[k]
         ax, ay, az, vx, vy, vz = axes[0], axes[1], axes[2], moves[0], moves[1], moves[2]
         now.torques[k] = ax * nx + ay * ny + az * nz + vx * fx + vy * fy + vz * fz
-        # Momentum of what is beyond the joint, about the base, where that has the rate 1.
+        # Momentum of the links beyond the joint, about the base, for the joint rate 1.
         px, py, pz = cross(ax, ay, az, sx, sy, sz)
         px, py, pz = px + mass * vx, py + mass * vy, pz + mass * vz
         lx, ly, lz = cross(sx, sy, sz, vx, vy, vz)
@@ -433,7 +432,7 @@ def weigh_chain(chain: Record, masses: Floats, gravity: float, now: Record) -> t
 
 @compiled
 def _set_body(chain: Record, mass: float, now: Record, k: int) -> tuple[float, float, float]:
-    """First moment of a link about the base; its inertia about it, in ``body``."""
+    """First moment of a link about the base; writes its inertia about the base to ``body``."""
     turn, inertia, body = now.turns[k], chain.inertias[k], now.body
     cx, cy, cz = _apply(turn, chain.centres[k])
     x, y, z = cx + now.origins[k, 0], cy + now.origins[k, 1], cz + now.origins[k, 2]
@@ -457,7 +456,7 @@ def _set_body(chain: Record, mass: float, now: Record, k: int) -> tuple[float, f
 def _bias_wrench(
     mass: float, sx: float, sy: float, sz: float, now: Record, k: int
 ) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
-    """Force on a link and moment about the base where the joints do not accelerate."""
+    """Force on a link and moment about the base at zero joint accelerations."""
     spins, drifts, body = now.spins[k], now.drifts[k], now.body
     wx, wy, wz, ax, ay, az = spins[0], spins[1], spins[2], spins[3], spins[4], spins[5]
     vx, vy, vz, bx, by, bz = drifts[0], drifts[1], drifts[2], drifts[3], drifts[4], drifts[5]
@@ -480,7 +479,7 @@ def _bias_wrench(
 
 @compiled
 def _reduce(chain: Record, now: Record) -> None:
-    """A^T M A and A^T h of the coordinates."""
+    """Computes A^T M A and A^T h of the coordinates."""
     _to_coordinates(chain, now.torques, now.bias)
     at = 0
     for a in range(3):
@@ -507,7 +506,7 @@ def see_at_tip(
     tip_inertia: Floats,
     tip_bias: Floats,
 ) -> None:
-    """Lambda = J^-T M J^-1 and f_0 = J^-T h - Lambda J' q' of a finger from its M and h."""
+    """Computes Lambda = J^-T M J^-1 and f_0 = J^-T h - Lambda J' q' of a finger."""
     at = 0
     for a in range(3):
         x, y, z = _symmetric(inertia, inverse[0, a], inverse[1, a], inverse[2, a])
@@ -524,7 +523,7 @@ def see_at_tip(
 def chain_weight(
     chain: Record, masses: Floats, gravity: float, now: Record
 ) -> tuple[float, float, float]:
-    """What the joints must give, as a tip force, to carry the links."""
+    """Tip force that corresponds to the joint torques that support the links."""
     weight = mx = my = 0.0
     for back in range(chain.links):
         k: int = chain.links - 1 - back

@@ -1,7 +1,7 @@
-"""The constants of a chain of joints as the kernel reads them.
+"""Constants of a chain of joints for the kernel.
 
-Only sums, products, quotients and square roots in a fixed order, so that all machines have the same
-bits.
+Only sums, products, quotients and square roots in a fixed order are used, so that the constants
+have the same bits on every machine.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ Matrix: TypeAlias = Sequence[Row]
 
 
 def pack_chain(finger: SpatialFinger, chain: Record, masses: Any) -> None:
-    """Writes a chain of joints, and the masses of its links, for the kernel.
+    """Packs a chain of joints and the masses of its links.
 
-    The frames of the scenario are turned so that z is the axis of the joint.
+    The frames of the scenario are rotated so that z is the joint axis.
     """
     before: Matrix = rotation_matrix(finger.attitude)
     for k, joint in enumerate(finger.joints):
@@ -47,7 +47,7 @@ def pack_chain(finger: SpatialFinger, chain: Record, masses: Any) -> None:
 
 
 def _frame_along(axis: Row) -> Matrix:
-    """A rotation matrix whose z axis has a direction: by the shortest turn from z, or from -z."""
+    """Rotation matrix with the given z axis, by the shortest rotation from z or -z."""
     x, y, z = axis
     scale = 1.0 / math.sqrt(x * x + y * y + z * z)
     x, y, z = scale * x, scale * y, scale * z

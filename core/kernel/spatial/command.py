@@ -1,10 +1,10 @@
-"""The commanded torque of a control law for spatial hands (docs/space.md, Distribution).
+"""Commanded torque of the control laws for spatial hands (docs/space.md, Distribution).
 
-A law that knows the equations of motion commands tau_i = J_i^T (C_i F^_i + f^_i): the force f^ that
-its model of the finger needs for the desired acceleration, and contact forces F^ that produce the
-desired wrench. With the distribution hold, W F^ = d with every contact inside its cone; the paper's
-laws also put the forces of slipping contacts on their cones, G = [W; -D], to control their slip. PD
-control has a grip instead (`slipgrasp.core.kernel.spatial.grip`).
+A model-based law commands tau_i = J_i^T (C_i F^_i + f^_i): the force f^ that the estimated finger
+needs for the desired acceleration, and contact forces F^ that produce the desired wrench. With the
+distribution "hold", W F^ = d with every contact inside its cone; the laws of the paper also put the
+forces of slipping contacts on their cones, G = [W; -D], to control their slip. PD control uses a
+fixed grip instead (`slipgrasp.core.kernel.spatial.grip`).
 """
 
 from __future__ import annotations
@@ -80,8 +80,8 @@ def spatial_command(model: Record, discrete: Record, t: float, senses: Record, w
     """Writes the commanded torque to ``discrete.commanded``.
 
     Returns:
-        RUNNING, or why there is no command: the model is singular, the torque is not finite, or the
-        object has turned beyond the coordinates of the law.
+        RUNNING, or the reason why there is no command: the model is singular, the torque is not
+        finite, or the object has rotated beyond the range of the law's coordinates.
     """
     law = model.law
     spatial_believe(model, discrete, t, senses, work)
@@ -109,7 +109,7 @@ def spatial_command(model: Record, discrete: Record, t: float, senses: Record, w
 
 @compiled
 def _command_forces(model: Record, discrete: Record, state: Record, work: Record) -> None:
-    """Computes tip forces for the desired motion from the model, with forces inside their cones."""
+    """Computes tip forces for the desired motion, with contact forces inside their cones."""
     n, force, own = model.num_fingers, work.grasp.force, work.room.own_force
     _ask_wrench(model, state, work)
     num_rows = _fill_rows(model, work)
@@ -129,7 +129,7 @@ def _command_forces(model: Record, discrete: Record, state: Record, work: Record
 
 @compiled
 def _ask_wrench(model: Record, state: Record, work: Record) -> None:
-    """D = M_o v_o + h_o of the estimated object, in ``right``, and f^ of every finger."""
+    """Computes d = M_o v_o + h_o of the estimated object, in ``right``, and f^ of every finger."""
     room, believed, right = work.room, work.believed, work.believed_system.right
     object_bias(state, work.believed_system, believed, model.hand.gravity, room.bias)
     x, y, z = multiply(work.believed_system.body, room.demand[3], room.demand[4], room.demand[5])
@@ -143,7 +143,7 @@ def _ask_wrench(model: Record, state: Record, work: Record) -> None:
 
 @compiled
 def _fill_rows(model: Record, work: Record) -> int:
-    """[G | d]: the wrench, and without hold a row per slipping direction."""
+    """Fills [G | d]: the wrench and, unless the distribution is "hold", the slipping tangents."""
     n, rows, room = model.num_fingers, work.grasp.rows, work.room
     fill_wrench(n, work)
     if model.soft == 1:
@@ -180,7 +180,7 @@ def _add_moments(model: Record, work: Record) -> None:
 
 @compiled
 def _give_moment(model: Record, work: Record, i: int) -> None:
-    """Adds the tip force that the joints need for the moment of contact ``i``."""
+    """Adds the tip force for the joint torques that produce the moment of contact ``i``."""
     kin, moment = work.kin, work.grasp.force[part_at(work.grasp, i, 2)]
     normal = kin.frames[i, 2]
     x, y, z = moment_at_tip(model.hand, kin, i, normal[0], normal[1], normal[2])
@@ -192,7 +192,7 @@ def _give_moment(model: Record, work: Record, i: int) -> None:
 
 @compiled
 def _scale_moments(model: Record, work: Record) -> None:
-    """Divides the rows of moments by the mean arm of the contacts."""
+    """Divides the moment rows by the root-mean-square arm of the contacts."""
     n, rows, total = model.num_fingers, work.grasp.rows, 0.0
     for i in range(n):
         for k in range(3):
@@ -218,10 +218,10 @@ def _set_limits(model: Record, work: Record) -> None:
 
 @compiled
 def _widen_cones(model: Record, work: Record) -> None:
-    """Finds forces inside wider cones, the narrowest of some candidates with a solution.
+    """Finds forces inside wider cones; the narrowest candidate with a solution is used.
 
-    If noisy estimates allow no solution inside the cones, the estimates are at fault rather than
-    the hand; forces with the least violation would hardly press, and lose the object.
+    If noisy estimates allow no solution inside the cones, the estimates are probably wrong. Forces
+    with the smallest violation would hardly press and lose the object.
     """
     for _ in range(WIDENINGS):
         for i in range(model.num_fingers):

@@ -1,8 +1,8 @@
-"""The forces of contacts that may stick or slip, by a semi-smooth Newton method.
+"""Forces of contacts that may stick or slip, by a semi-smooth Newton method.
 
     w = G F + c,   F in its cone,   w_n = 0,   F_t = -mu F_n w_t / |w_t| where w_t != 0,
 
-w the accelerations of slip and separation. In the pyramid the tangents are taken one by one.
+where w are the accelerations of slip and separation. In the pyramid each tangent has its own bound.
 """
 
 from __future__ import annotations
@@ -25,24 +25,24 @@ from slipgrasp.core.kernel.spatial.torsion_layout import FREE, MOVING, NORMAL, R
 from slipgrasp.core.kernel.spatial.ways import axes_of
 from slipgrasp.core.kernel.spatial.workspace import DISCRETE, MAX_FORCES, WORKSPACE
 
-# Random starts of Newton's method: for the only bounds there are, for one of many choices of them.
+# Random starts of Newton's method: if the bounds are unique, and for one of many choices of bounds.
 MANY_STARTS, FEW_STARTS = 64, 8
 
 # Intermediate values of a selection.
 SELECTION_ROOM = np.dtype(
     [
-        ("free", np.int64, (MAX_FINGERS, 2)),  # of a way: 1 where the slip velocity is zero
-        ("leaving", np.int64, (MAX_FINGERS, 2)),  # 1 where a force on its cone is about to leave it
-        ("stopped", np.int64, (MAX_FINGERS,)),  # 1 where a slip has just ended
-        ("bounds", np.float64, (MAX_FINGERS, 2)),  # friction that a free way has at most
-        ("concerned", np.int64),  # contact for which nothing is consistent, -1 if none
+        ("free", np.int64, (MAX_FINGERS, 2)),  # per slip mode: 1 if the slip velocity is zero
+        ("leaving", np.int64, (MAX_FINGERS, 2)),  # 1 if a force on its cone is about to leave it
+        ("stopped", np.int64, (MAX_FINGERS,)),  # 1 if a slip has just ended
+        ("bounds", np.float64, (MAX_FINGERS, 2)),  # friction coefficients of free modes
+        ("concerned", np.int64),  # contact without consistent phase, -1 if none
         ("restarts", np.int64),  # of Newton's method
-        ("start", np.int64),  # the one from which Newton's method converged
+        ("start", np.int64),  # start from which Newton's method converged
         ("margins", np.float64, (MAX_FINGERS, 2)),
         ("derivative", STATE),
         ("probe", STATE),
-        ("moments", np.float64, (MAX_FINGERS,)),  # F_tau / e, where fingertips are soft [N]
-        ("spins", np.float64, (MAX_FINGERS,)),  # e psi'', where they are [m/s^2]
+        ("moments", np.float64, (MAX_FINGERS,)),  # F_tau / e of soft fingertips [N]
+        ("spins", np.float64, (MAX_FINGERS,)),  # e psi'' of soft fingertips [m/s^2]
         ("mobility", np.float64, (MAX_FORCES, MAX_FORCES)),  # G
         ("offset", np.float64, (MAX_FORCES,)),  # c
         ("force", np.float64, (MAX_FORCES,)),
@@ -54,8 +54,8 @@ SELECTION_ROOM = np.dtype(
         ("body", np.float64, (6, 6)),  # M_o, factored
         ("column", np.float64, (6,)),
         ("solution", np.float64, (6,)),
-        ("responses", np.float64, (MAX_FORCES, 6)),  # M_o^-1 W, column by column
-        ("wrenches", np.float64, (MAX_FORCES, 6)),  # W, column by column
+        ("responses", np.float64, (MAX_FORCES, 6)),  # columns of M_o^-1 W
+        ("wrenches", np.float64, (MAX_FORCES, 6)),  # columns of W
     ],
     align=True,
 )
@@ -63,7 +63,7 @@ SELECTION_ROOM = np.dtype(
 
 @compiled_apart(types.void, MODEL, STATE, WORKSPACE, SELECTION_ROOM)
 def spatial_contacts(model: Record, state: Record, work: Record, room: Record) -> None:
-    """G and c of the contact problem, from what does not depend on phases."""
+    """Computes G and c of the contact problem, which do not depend on phases."""
     n, kin, body = model.num_fingers, work.kin, room.body
     entries = work.system.body
     for a in range(6):
@@ -106,7 +106,7 @@ def spatial_contacts(model: Record, state: Record, work: Record, room: Record) -
 
 @compiled
 def _add_finger(work: Record, room: Record, i: int) -> None:
-    """What the mobility of finger ``i``, the inverse of Lambda, adds to G and c."""
+    """Adds the mobility of finger ``i``, the inverse of Lambda, to G and c."""
     kin, inertia = work.kin, work.dynamics.inertia[i]
     m = inverse_of(inertia)
     ux = work.tip_forces[i, 0] - work.dynamics.bias[i, 0]
@@ -126,7 +126,7 @@ def _add_finger(work: Record, room: Record, i: int) -> None:
 
 @compiled
 def inverse_of(m: np.ndarray) -> tuple[float, float, float, float, float, float]:
-    """The inverse of a symmetric 3x3 matrix, six entries."""
+    """Inverse of a symmetric 3x3 matrix given by six entries."""
     xx, xy, xz, yy, yz, zz = m[0], m[1], m[2], m[3], m[4], m[5]
     a, b, c = yy * zz - yz * yz, xz * yz - xy * zz, xy * yz - xz * yy
     scale = 1.0 / (xx * a + xy * b + xz * c)
@@ -144,7 +144,7 @@ def inverse_of(m: np.ndarray) -> tuple[float, float, float, float, float, float]
 def times(
     m: tuple[float, float, float, float, float, float], x: float, y: float, z: float
 ) -> tuple[float, float, float]:
-    """A symmetric 3x3 matrix, six entries, times a vector."""
+    """Product of a symmetric 3x3 matrix, given by six entries, and a vector."""
     return (
         m[0] * x + m[1] * y + m[2] * z,
         m[1] * x + m[3] * y + m[4] * z,
@@ -154,7 +154,7 @@ def times(
 
 @compiled
 def _set_rows(model: Record, directions: Floats, room: Record, i: int) -> None:
-    """Rows of Newton's matrix for contact ``i``, residuals in newtons with sign changed."""
+    """Sets the rows of Newton's matrix for contact ``i``, and the negative residuals [N]."""
     mobility, first = room.mobility, 3 * i
     scale = 1.0 / max(mobility[first, first], mobility[first + 1, first + 1])
     _set_row_at_rest(model, room, first + 2, scale)
@@ -170,7 +170,7 @@ def _set_rows(model: Record, directions: Floats, room: Record, i: int) -> None:
 
 @compiled
 def _set_row_at_rest(model: Record, room: Record, row: int, scale: float) -> None:
-    """No acceleration: w = 0."""
+    """Sets the equation w = 0."""
     for b in range(3 * model.num_fingers):
         room.matrix[row, b] = scale * room.mobility[row, b]
     room.right[row] = -scale * room.opening[row]
@@ -178,7 +178,7 @@ def _set_row_at_rest(model: Record, room: Record, row: int, scale: float) -> Non
 
 @compiled
 def _set_row_of_slip(model: Record, directions: Floats, room: Record, i: int, axis: int) -> None:
-    """A slip goes on: F_t = -mu F_n g."""
+    """Sets the equation of a slip in progress: F_t = -mu F_n g."""
     first, g, mu = 3 * i, directions[i, axis], model.truth.friction[i]
     row, force = first + axis, room.force
     for b in range(3 * model.num_fingers):
@@ -190,7 +190,7 @@ def _set_row_of_slip(model: Record, directions: Floats, room: Record, i: int, ax
 
 @compiled
 def _set_row_of_pyramid(model: Record, room: Record, i: int, axis: int) -> None:
-    """What is free along one tangent: F_k = proj(F_k - rho w_k) on |F_k| <= mu F_n."""
+    """Sets the equation of a free tangent: F_k = proj(F_k - rho w_k) on |F_k| <= mu F_n."""
     first, mu, force = 3 * i, room.bounds[i, axis], room.force
     row, normal = first + axis, force[first + 2]
     scale, radius = 1.0 / room.mobility[row, row], mu * max(normal, 0.0)
@@ -209,7 +209,7 @@ def _set_row_of_pyramid(model: Record, room: Record, i: int, axis: int) -> None:
 
 @compiled
 def _set_rows_of_cone(model: Record, room: Record, i: int, scale: float) -> None:
-    """What is free on the cone: F_t = proj(F_t - rho w_t) on |F_t| <= mu F_n."""
+    """Sets the equations of a free contact: F_t = proj(F_t - rho w_t) on |F_t| <= mu F_n."""
     matrix, right, mobility, force = room.matrix, room.right, room.mobility, room.force
     first, mu, opening = 3 * i, room.bounds[i, 0], room.opening
     normal = force[first + 2]
@@ -240,7 +240,7 @@ def _set_rows_of_cone(model: Record, room: Record, i: int, scale: float) -> None
 
 @compiled
 def _mobility(room: Record, a: int, b: int) -> float:
-    """An entry of G."""
+    """Entry of G."""
     return room.mobility[a, b]
 
 
@@ -249,7 +249,7 @@ _newton = make_newton(3, _mobility, _set_rows)
 
 @compiled_apart(types.int64, MODEL, DISCRETE, SELECTION_ROOM)
 def spatial_newton(model: Record, discrete: Record, room: Record) -> int:
-    """Newton's method from the forces in ``room``; 1 if it has converged."""
+    """Runs Newton's method from the forces in ``room``; 1 if it has converged."""
     return _newton(model, discrete.directions, room)
 
 
@@ -257,15 +257,15 @@ def spatial_newton(model: Record, discrete: Record, room: Record) -> int:
 def solve_contacts(
     model: Record, discrete: Record, work: Record, room: Record, first: int, starts: int
 ) -> int:
-    """Newton's method from the forces of stick, then from random ones; 1 if it has converged.
+    """Runs Newton's method from the forces of stick, then from random ones; 1 if it converges.
 
     Args:
         model: Constants of the run.
-        discrete: Directions of the slips that go on.
-        work: Holds the forces of stick, start 0.
-        room: ``start`` becomes the start from which it has converged.
-        first: The first start to try.
-        starts: The last one.
+        discrete: Directions of the slips in progress.
+        work: Forces of stick, used for start 0.
+        room: ``start`` is set to the start from which the method has converged.
+        first: First start to try.
+        starts: Last start to try.
     """
     if model.soft == 1:
         return _solve_soft_contacts(model, discrete, work, room, first, starts)
@@ -284,13 +284,13 @@ def solve_contacts(
 
 @compiled
 def _begin_newton(model: Record, work: Record, room: Record, start: int, seed: int) -> int:
-    """Forces of stick at start 0, random ones at others; the seed of the next start."""
+    """Sets the forces of stick (start 0) or random forces; returns the seed of the next start."""
     for i in range(model.num_fingers):
         for k in range(3):
             if start == 0:
                 room.force[3 * i + k] = work.forces[i, k]
                 continue
-            # A linear congruence, as in Numerical Recipes: the same on every machine.
+            # Linear congruential generator of Numerical Recipes: the same on every machine.
             seed = (1664525 * seed + 1013904223) % 4294967296
             share = seed / 4294967296.0
             size = 1.0 + abs(float(work.forces[i, 2]))
@@ -302,7 +302,7 @@ def _begin_newton(model: Record, work: Record, room: Record, start: int, seed: i
 def _solve_soft_contacts(
     model: Record, discrete: Record, work: Record, room: Record, first: int, starts: int
 ) -> int:
-    """The same where fingertips are soft; the solution is put where that of points stands."""
+    """As `solve_contacts`, for soft fingertips; the solution is stored in the same fields."""
     n, torsion, seed = model.num_fingers, work.torsion, 12345
     for i in range(n):
         is_free = room.free[i, 0] == 1

@@ -1,10 +1,10 @@
 """Contacts on the side of a cylinder and on a sphere (docs/space.md, Round objects).
 
-R is the radius, all vectors are in the axes of the frame that is given. A cylinder is curved along
-its second tangent, along which slip is the arc. Slip on a sphere is in stereographic coordinates,
-s = 2 R tan(angle / 2) along the direction from the anchor: they have no pole but opposite of it,
-and their directions are tangents of one length, t_x and t_y, so that only slip velocities along
-these occur in the equations, and s' = (1 + |s|^2 / 4 R^2) times them.
+R is the radius; all vectors are in the axes of the given frame. A cylinder is curved along its
+second tangent, along which slip is the arc length. Slip on a sphere has stereographic coordinates,
+s = 2 R tan(angle / 2) along the direction from the anchor. Their only pole is opposite the anchor,
+and their coordinate lines have orthogonal unit tangents t_x and t_y. The equations use the slip
+velocities along these tangents; s' is (1 + |s|^2 / 4 R^2) times them.
 """
 
 from __future__ import annotations
@@ -22,15 +22,15 @@ FLAT, CYLINDER, SPHERE = range(3)
 def follow_face(
     kind: int, radius: float, first: float, second: float, frame: Floats, point: Floats
 ) -> None:
-    """Bends a contact that has slipped straight on its tangent plane to a curved face.
+    """Maps a contact that has slipped on the tangent plane to the curved face.
 
     Args:
         kind: `CYLINDER` or `SPHERE`.
         radius: R [m].
         first: Slip along t_x [m].
         second: Slip along t_y [m].
-        frame: t_x, t_y and n at the anchor, ``(3, 3)``; afterwards those at the contact.
-        point: The contact as if the face were flat, ``(3,)``; afterwards the contact [m].
+        frame: t_x, t_y and n at the anchor, ``(3, 3)``; replaced by those at the contact.
+        point: Contact on the tangent plane, ``(3,)``; replaced by the contact [m].
     """
     if kind == CYLINDER:
         sine, cosine = sincos(second / radius)
@@ -53,7 +53,7 @@ def follow_face(
 
 @compiled
 def coordinate_scale(radius: float, squared: float) -> float:
-    """Rate of a coordinate of a sphere per slip velocity, at |s|^2."""
+    """Rate of a coordinate on a sphere per slip velocity, for a given |s|^2."""
     return 1.0 + 0.25 * squared / (radius * radius)
 
 
@@ -66,18 +66,18 @@ def bend_bias(
     frame: Floats,
     bias: Floats,
 ) -> None:
-    """Adds to the bias of a tip what turns its way along a curved face.
+    """Adds the acceleration due to the curvature of the face to the bias of a tip.
 
-    Towards the centre |s'|^2 / R of the curved directions; on a sphere t_x and t_y turn about the
-    normal too.
+    It is |s'|^2 / R of the curved directions, towards the centre; on a sphere, t_x and t_y also
+    turn about the normal.
 
     Args:
         kind: `CYLINDER` or `SPHERE`.
         radius: R [m].
         slips: Coordinates of the contact [m].
         speeds: Slip velocities along its tangents [m/s].
-        frame: t_x, t_y and n there, ``(3, 3)``.
-        bias: Of the acceleration of the tip, ``(3,)`` [m/s^2].
+        frame: t_x, t_y and n at the contact, ``(3, 3)``.
+        bias: Bias of the tip acceleration, ``(3,)`` [m/s^2].
     """
     first, second = speeds
     inwards, turn = second * second / radius, 0.0
@@ -93,13 +93,13 @@ def bend_bias(
 def normal_rate(
     kind: int, radius: float, speeds: tuple[float, float], frame: Floats
 ) -> tuple[float, float, float]:
-    """How the normal of a contact turns as its tip slips on a curved face [1/s].
+    """Time derivative of the contact normal due to slip on a curved face [1/s].
 
     Args:
         kind: `CYLINDER` or `SPHERE`.
         radius: R [m].
         speeds: Slip velocities along its tangents [m/s].
-        frame: t_x, t_y and n there, ``(3, 3)``.
+        frame: t_x, t_y and n at the contact, ``(3, 3)``.
     """
     first = -speeds[0] / radius if kind == SPHERE else 0.0
     second = -speeds[1] / radius
@@ -114,15 +114,15 @@ def normal_rate(
 def start_on_face(
     kind: int, radius: float, first: float, second: float, frame: Floats, anchor: Floats
 ) -> None:
-    """Moves an anchor along an arc of a curved face, and its frame with it.
+    """Moves an anchor and its frame along an arc of a curved face.
 
     Args:
         kind: `CYLINDER` or `SPHERE`.
         radius: R [m].
-        first: The arc along t_x [m].
-        second: The arc along t_y [m].
-        frame: t_x, t_y and n at the anchor, ``(3, 3)``.
-        anchor: What is moved, ``(3,)`` [m].
+        first: Arc length along t_x [m].
+        second: Arc length along t_y [m].
+        frame: t_x, t_y and n at the anchor, ``(3, 3)``; updated.
+        anchor: Anchor, ``(3,)`` [m]; updated.
     """
     scale = 1.0
     if kind == SPHERE:

@@ -1,9 +1,9 @@
-"""Finger dynamics seen at the fingertips in space, link by link.
+"""Finger dynamics at the fingertips of spatial hands, link by link.
 
-A finger whose tip has the acceleration a needs the force f = Lambda a + f_0 from its joints, in
-world axes. Lambda (symmetric: xx, xy, xz, yy, yz, zz) and f_0 are sums over links of mass times a
-unit part, as in the plane. The yaw axis decouples in the inertia: beside the planar finger there is
-M_yaw / radius^2 across its plane. On slides Lambda is the moving mass, and f_0 its weight.
+A tip acceleration a requires the joint torques that correspond to the tip force f = Lambda a + f_0,
+in world axes. Lambda (symmetric: xx, xy, xz, yy, yz, zz) and f_0 are sums over links of mass times
+a unit part, as for planar hands. The yaw axis is decoupled in the inertia: it adds M_yaw / radius^2
+across the plane of the finger. On slides, Lambda is the moving mass and f_0 its weight.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ TIP_DYNAMICS = np.dtype(
     align=True,
 )
 
-# What every link adds per mass; finger, link, entry.
+# Lambda [1] and f_0 [N/kg] per link mass; indices: finger, link, component.
 UNIT_DYNAMICS = np.dtype(
     [
         ("inertia", np.float64, (MAX_FINGERS, MAX_LINKS, 6)),
@@ -62,7 +62,7 @@ def joint_inertia(
 
 @compiled
 def joint_bias(hand: Record, kin: Record, i: int, link: int) -> tuple[float, float, float]:
-    """H_1, h_2, h_3 of one link with a mass of 1 kg: gravity, centrifugal and Coriolis torques."""
+    """Gravity, centrifugal and Coriolis torques h_1, h_2, h_3 of one link with a mass of 1 kg."""
     centre, moment = hand.link_centres[i, link], hand.link_moments[i, link]
     yaw, rate1, rate2 = kin.rates[i, 0], kin.rates[i, 1], kin.rates[i, 2]
     c1, s1 = kin.links[i, 0, 0], kin.links[i, 0, 1]
@@ -95,22 +95,22 @@ def joint_bias(hand: Record, kin: Record, i: int, link: int) -> tuple[float, flo
 def _see_chain(
     hand: Record, masses: Floats, kin: Record, i: int, tip_inertia: Floats, tip_bias: Floats
 ) -> None:
-    """Lambda and f_0 of chain ``i`` whose links have some masses."""
+    """Computes Lambda and f_0 of chain ``i`` for given link masses."""
     now = kin.chains[i]
     weigh_chain(hand.chains[i], masses, hand.gravity, now)
     see_at_tip(now.inverse, now.inertia, now.bias, kin.curvature[i], tip_inertia, tip_bias)
 
 
-# Chains are units of their own, as in `slipgrasp.core.kernel.spatial.kinematics`.
+# Chains are compiled separately, as in `slipgrasp.core.kernel.spatial.kinematics`.
 @compiled_apart(types.void, HAND, TRUTH, KINEMATICS, types.int64, TIP_DYNAMICS)
 def spatial_see_chain(hand: Record, truth: Record, kin: Record, i: int, total: Record) -> None:
-    """Lambda and f_0 of chain ``i``."""
+    """Computes Lambda and f_0 of chain ``i``."""
     _see_chain(hand, truth.link_masses[i], kin, i, total.inertia[i], total.bias[i])
 
 
 @compiled_apart(types.void, HAND, KINEMATICS, types.int64, UNIT_DYNAMICS)
 def spatial_see_links(hand: Record, kin: Record, i: int, unit: Record) -> None:
-    """The same for each link of chain ``i`` with a mass of 1 kg, the others without any."""
+    """Computes Lambda and f_0 of chain ``i`` for a mass of 1 kg on each link in turn."""
     masses = kin.chains[i].masses
     for link in range(hand.chains[i].links):
         for k in range(MAX_LINKS):
@@ -120,7 +120,7 @@ def spatial_see_links(hand: Record, kin: Record, i: int, unit: Record) -> None:
 
 @compiled
 def update_unit_dynamics(hand: Record, kin: Record, unit: Record) -> None:
-    """Fills ``unit`` for the present positions and velocities."""
+    """Fills ``unit`` for the positions and velocities in ``kin``."""
     for i in range(hand.num_fingers):
         if hand.kinds[i] == ON_SLIDES:
             _set_slides(1.0, hand.gravity, unit.inertia[i, 0], unit.bias[i, 0])
@@ -136,7 +136,7 @@ def update_unit_dynamics(hand: Record, kin: Record, unit: Record) -> None:
 
 @compiled
 def update_tip_dynamics(hand: Record, truth: Record, kin: Record, total: Record) -> None:
-    """Fills ``total`` for whole fingers at once, with less work than link by link."""
+    """Fills ``total`` directly for each finger, faster than link by link."""
     for i in range(hand.num_fingers):
         first, second = truth.link_masses[i, 0], truth.link_masses[i, 1]
         if hand.kinds[i] == ON_SLIDES:
@@ -163,7 +163,7 @@ def update_tip_dynamics(hand: Record, truth: Record, kin: Record, total: Record)
 
 @compiled
 def _set_slides(mass: float, weight: float, inertia: Floats, bias: Floats) -> None:
-    """Lambda and f_0 of a mass on slides."""
+    """Sets Lambda and f_0 of a mass on slides."""
     inertia[0] = inertia[3] = inertia[5] = mass
     inertia[1] = inertia[2] = inertia[4] = 0.0
     bias[0], bias[1], bias[2] = 0.0, 0.0, weight
@@ -178,13 +178,13 @@ def _see_at_tip(
     tip_inertia: Floats,
     tip_bias: Floats,
 ) -> None:
-    """Lambda and f_0 of finger ``i`` from its M and h."""
+    """Computes Lambda and f_0 of finger ``i`` from its M and h."""
     yaw, m11, m12, m22 = inertia
     h0, h1, h2 = bias
     i00, i01 = kin.inverses[i, 0, 0], kin.inverses[i, 0, 1]
     i10, i11 = kin.inverses[i, 1, 0], kin.inverses[i, 1, 1]
     cosine, sine, radius = kin.yaws[i, 0], kin.yaws[i, 1], kin.reaches[i, 0]
-    # M J^-1, the pitch torques per tip acceleration outwards and upwards.
+    # M J^-1: pitch torques per outward and upward tip acceleration.
     x1, x2 = m11 * i00 + m12 * i10, m12 * i00 + m22 * i10
     y1, y2 = m11 * i01 + m12 * i11, m12 * i01 + m22 * i11
     out, lift, up = i00 * x1 + i10 * x2, i00 * y1 + i10 * y2, i01 * y1 + i11 * y2
@@ -205,7 +205,7 @@ def _see_at_tip(
 
 @compiled
 def add_joint_friction(hand: Record, kin: Record, total: Record) -> None:
-    """Adds what the friction of the joints takes to the bias forces f_0, by J^-T."""
+    """Adds joint friction, mapped to the tip by J^-T, to the bias forces f_0."""
     for i in range(hand.num_fingers):
         if hand.kinds[i] == ON_SLIDES:
             for c in range(3):
@@ -229,7 +229,7 @@ def add_joint_friction(hand: Record, kin: Record, total: Record) -> None:
 
 @compiled
 def multiply(matrix: Floats, x: float, y: float, z: float) -> tuple[float, float, float]:
-    """A symmetric 3x3 matrix (xx, xy, xz, yy, yz, zz) times a vector."""
+    """Product of a symmetric 3x3 matrix (xx, xy, xz, yy, yz, zz) and a vector."""
     return (
         matrix[0] * x + matrix[1] * y + matrix[2] * z,
         matrix[1] * x + matrix[3] * y + matrix[4] * z,
@@ -239,7 +239,7 @@ def multiply(matrix: Floats, x: float, y: float, z: float) -> tuple[float, float
 
 @compiled
 def world_inertia(kin: Record, inertias: Floats, entries: Floats) -> None:
-    """R I_b R^T of the object, six entries."""
+    """Computes R I_b R^T of the object, six entries."""
     k = 0
     for a in range(3):
         for b in range(a, 3):
@@ -252,7 +252,7 @@ def world_inertia(kin: Record, inertias: Floats, entries: Floats) -> None:
 
 @compiled
 def stored_energy(hand: Record, truth: Record, kin: Record, state: Record) -> tuple[float, float]:
-    """Kinetic and potential energy [J] of object and fingers, heights from z = 0."""
+    """Kinetic and potential energy [J] of object and fingers; potential 0 at z = 0."""
     x, rotation = state.x, kin.rotation
     kinetic, potential = 0.0, hand.gravity * truth.object_mass * x[POSITION + 2]
     for k in range(3):

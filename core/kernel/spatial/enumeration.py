@@ -1,7 +1,7 @@
-"""Solves the contact problem of the pyramid by enumeration of all phases.
+"""Solution of the contact problem of the pyramid by enumeration of all phases.
 
 Newton's method finds one solution per start. If it finds none, or only solutions with an open
-contact, this finds one with all contacts closed, if it exists.
+contact, enumeration finds a solution with all contacts closed, if one exists.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ from slipgrasp.core.kernel.spatial.model import MODEL
 from slipgrasp.core.kernel.spatial.ways import name_phase
 from slipgrasp.core.kernel.spatial.workspace import DISCRETE
 
-REST_FORCE = 0.25 * FORCE_BAND  # that would stop an acceleration that counts as zero [N]
+REST_FORCE = 0.25 * FORCE_BAND  # force that would stop an acceleration regarded as zero [N]
 MOST_COMBINATIONS = 3**8  # for four fingers; a few milliseconds
 
 
 @compiled
 def _let_all(model: Record, discrete: Record, room: Record, choice: int) -> None:
-    """Sets phases of free tangents by ternary digits of ``choice``: stick, forward, backward."""
+    """Sets the phases of free tangents from the ternary digits of ``choice``."""
     for i in range(model.num_fingers):
         for axis in range(2):
             if room.free[i, axis] == 1:
@@ -64,7 +64,7 @@ def _solve(model: Record, discrete: Record, room: Record) -> bool:
 
 @compiled
 def _agrees(model: Record, discrete: Record, room: Record, i: int) -> bool:
-    """Whether contact ``i`` pushes, and sticks within its bounds or slips in its direction."""
+    """True if contact ``i`` pushes, and sticks within its bounds or slips in its direction."""
     first = 3 * i
     normal = room.force[first + 2]
     if not normal > 0.0:
@@ -90,7 +90,7 @@ def spatial_enumerate(model: Record, discrete: Record, room: Record) -> int:
 
     Args:
         model: Constants of the run, with the pyramid.
-        discrete: Its phases and directions are set to the solution.
+        discrete: Discrete state; its phases and directions are set to the solution.
         room: Contact problem and free tangents; ``force`` is set to the solution.
     """
     n, count = model.num_fingers, 1

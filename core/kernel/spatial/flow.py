@@ -1,4 +1,4 @@
-"""The motion inside one phase: the derivative of the state, and the forces that make it."""
+"""Motion within a phase: derivative of the state, and contact forces."""
 
 from __future__ import annotations
 
@@ -37,9 +37,9 @@ from slipgrasp.core.kernel.spatial.torsion import spatial_soft_phases
 from slipgrasp.core.kernel.spatial.ways import way_speed
 from slipgrasp.core.kernel.spatial.workspace import DISCRETE, STICK, WORKSPACE
 
-LEAST_SPEED = 3e-9  # a slip that is slower ends [m/s]
-TOLD_SPEED = 1e-9  # below it a slip has no direction any more, in steps that are taken back [m/s]
-SURE_SPEED = 3e-8  # from here on its own velocity tells its direction [m/s]
+LEAST_SPEED = 3e-9  # below which a slip ends [m/s]
+TOLD_SPEED = 1e-9  # lower bound of the divisor for directions, in steps to be rejected [m/s]
+SURE_SPEED = 3e-8  # above which the velocity determines the slip direction [m/s]
 
 
 @compiled
@@ -52,7 +52,7 @@ def slip_speed(n: int, state: Record, i: int) -> float:
 
 @compiled
 def set_directions(model: Record, discrete: Record, state: Record, gamma: Floats) -> None:
-    """The direction in which every contact slips; 0 in stick."""
+    """Computes the slip direction of every contact; 0 in stick."""
     n = model.num_fingers
     for i in range(n):
         if discrete.phases[i] == STICK:
@@ -72,7 +72,7 @@ def set_directions(model: Record, discrete: Record, state: Record, gamma: Floats
 
 @compiled_apart(types.void, MODEL, DISCRETE, STATE, WORKSPACE)
 def spatial_phases(model: Record, discrete: Record, state: Record, work: Record) -> None:
-    """Accelerations and contact forces at a state whose kinematics and tip forces are at hand."""
+    """Computes accelerations and contact forces, given kinematics and tip forces of the state."""
     set_directions(model, discrete, state, work.gamma)
     if model.soft == 1:
         spatial_soft_phases(model, discrete, state, work)
@@ -83,7 +83,7 @@ def spatial_phases(model: Record, discrete: Record, state: Record, work: Record)
 
 @compiled_apart(types.void, MODEL, DISCRETE, STATE, WORKSPACE)
 def spatial_plant(model: Record, discrete: Record, state: Record, work: Record) -> None:
-    """Kinematics, accelerations and contact forces at a state, under the torque that is held."""
+    """Computes kinematics, accelerations and contact forces of a state under the present torque."""
     work.at_start = 0
     update_kinematics(model.hand, discrete.seeds, state, work.kin)
     update_tip_dynamics(model.hand, model.truth, work.kin, work.dynamics)
@@ -95,14 +95,14 @@ def spatial_plant(model: Record, discrete: Record, state: Record, work: Record) 
 
 @compiled
 def flow(model: Record, discrete: Record, state: Record, derivative: Record, work: Record) -> None:
-    """Derivative of the state within the present phases."""
+    """Computes the derivative of the state in the present phases."""
     spatial_plant(model, discrete, state, work)
     set_derivative(model, state, derivative, work)
 
 
 @compiled
 def set_derivative(model: Record, state: Record, derivative: Record, work: Record) -> None:
-    """Derivative of a state that has been evaluated."""
+    """Computes the derivative of an evaluated state."""
     n, x, rate = model.num_fingers, state.x, derivative.x
     for k in range(3):
         rate[POSITION + k] = x[VELOCITY + k]
@@ -133,10 +133,10 @@ def set_derivative(model: Record, state: Record, derivative: Record, work: Recor
             rate[path_at(n, i)] = slip_speed(n, state, i)
             dissipated += model.truth.friction[i] * work.forces[i, 2] * along
             if work.gamma[i, 0] == work.gamma[i, 1] == work.gamma[i, 2] == 0.0:
-                # It sticks, and may creep.
+                # A sticking contact may creep.
                 dissipated -= work.moments[i] * x[spin_velocity_at(n, i)]
             continue
-        # Not |s'| where it is the same, since it has a kink where a slip ends.
+        # Equal to |s'| here, but without its kink at the end of a slip.
         both = model.ways == 2 and work.gamma[i, 0] != 0.0 and work.gamma[i, 1] != 0.0
         rate[path_at(n, i)] = slip_speed(n, state, i) if both else along
         dissipated += model.truth.friction[i] * work.forces[i, 2] * along
@@ -148,7 +148,7 @@ def set_derivative(model: Record, state: Record, derivative: Record, work: Recor
 
 @compiled
 def _scale_coordinates(model: Record, state: Record, derivative: Record, i: int) -> None:
-    """From slip velocities of contact ``i`` to the rates of its coordinates on a sphere."""
+    """Converts slip velocities of contact ``i`` to the rates of its coordinates on a sphere."""
     first, second = slip_at(i, 0), slip_at(i, 1)
     squared = square(state.x[first]) + square(state.x[second])
     scale = coordinate_scale(model.hand.radii[i], squared)
@@ -160,7 +160,7 @@ def _scale_coordinates(model: Record, state: Record, derivative: Record, i: int)
 def _set_spin_rates(
     model: Record, state: Record, derivative: Record, work: Record, i: int
 ) -> float:
-    """Derivative of the spin of contact ``i``; its velocity along the direction of slip [m/s]."""
+    """Sets the spin rates of contact ``i``; returns its velocity along the slip direction [m/s]."""
     n, x, rate, e = model.num_fingers, state.x, derivative.x, model.hand.eccentricities[i]
     at = spin_velocity_at(n, i)
     spin = x[at] / e if e > 0.0 else 0.0

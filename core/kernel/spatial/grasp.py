@@ -1,12 +1,11 @@
-"""The least contact forces that give a wrench and stay inside their cones.
+"""Smallest contact forces that produce a wrench and are inside their cones.
 
-Minimise |F|^2 where G F = d, |F_t| <= c F_n (in the pyramid |F_x|, |F_y| <= c F_n) and F_n
-between its limits at every contact: a
-second-order cone program with few free numbers. Where a fingertip is soft its moment belongs to the
-numbers, |(F_x, F_y, F_tau / e)| <= c F_n. F = origin + basis lambda, |F|^2 = |origin|^2 +
-|lambda|^2. Newton's method on the conditions of its active limits is exact; the limits that were
-active at the tick before are tried first, then they are found one by one, then by a barrier method.
-Where nothing meets all limits, the largest violation is made as small as can be.
+Minimise |F|^2 subject to G F = d, |F_t| <= c F_n (in the pyramid |F_x|, |F_y| <= c F_n) and limits
+of F_n at every contact: a second-order cone program with few variables. For soft fingertips the
+moments are additional components, |(F_x, F_y, F_tau / e)| <= c F_n. With F = origin + basis lambda,
+|F|^2 = |origin|^2 + |lambda|^2. Newton's method on the optimality conditions of the active limits
+is exact. The active limits of the previous tick are tried first, then limits are added one by one,
+then a barrier method is used. If no forces meet all limits, the largest violation is minimized.
 """
 
 from __future__ import annotations
@@ -41,16 +40,16 @@ from slipgrasp.core.kernel.spatial.workspace import GRASP, MAX_ASKED
 
 RANK_SHARE = 1e-9
 NEWTON_STEPS = 30
-SHORT = 1e-8  # share of the forces: behind a shorter step of Newton's method its square is left
+SHORT = 1e-8  # relative size of the last Newton step; the error is of the order of its square
 MAX_CHANGES = 40
-WEAK, DAMPING = 0.1, 0.1  # sigma_0 and delta_0, moments over the mean arm
+WEAK, DAMPING = 0.1, 0.1  # sigma_0 and delta_0, for moments divided by the mean arm
 
 
 @compiled_apart(types.void, GRASP, types.int64, types.int64)
 def spatial_origin(grasp: Record, n: int, num_rows: int) -> None:
-    """Least-norm least-squares solution of G F = d, and a basis of what is free.
+    """Computes the least-norm least-squares solution of G F = d, and a basis of free forces.
 
-    Free is what G does not see and, where the law softens, what weak rows see.
+    Free forces are the null space of G and, with a softened distribution, directions of weak rows.
     """
     size, rows = grasp.size, grasp.rows
     plain = grasp.softens == 0 and make_rows_orthonormal(rows, num_rows, size, grasp.matrix)
@@ -92,7 +91,7 @@ def spatial_origin(grasp: Record, n: int, num_rows: int) -> None:
         for k in range(size):
             basis[k] = 0.0
         basis[best] = 1.0
-        # Once is enough: of the freest unit vector at least 1 / 3n of its square is left.
+        # One projection is enough: at least 1 / 3n of the squared length of this vector remains.
         for p in range(num_rows):
             if grasp.right[p] > least:
                 _remove(basis, rows[p], size)
@@ -109,9 +108,9 @@ def spatial_origin(grasp: Record, n: int, num_rows: int) -> None:
 
 @compiled
 def _soften(grasp: Record, j: int, p: int, strength: float, wanted: float, size: int) -> None:
-    """Makes a weak row of G a free number that is drawn to what the row asks.
+    """Replaces a weak row of G by a free variable with a penalty on the residual of the row.
 
-    Of c along the row, c^2 + (strength c - wanted)^2 / delta^2 = w^2 (c - m)^2 + const.
+    With c along the row, c^2 + (strength c - wanted)^2 / delta^2 = w^2 (c - m)^2 + const.
     """
     delta = square(DAMPING) * (1.0 - square(strength / WEAK))
     weight = np.sqrt(1.0 + square(strength) / delta)
@@ -132,11 +131,11 @@ def _remove(vector: np.ndarray, unit: np.ndarray, size: int) -> None:
 
 @compiled
 def _worst_limit(grasp: Record, n: int) -> int:
-    """The limit violated most; -1 if none is."""
+    """Limit with the largest violation; -1 if there is none."""
     worst, least = -1, -allowed(grasp, n)
     for c in range(PER_CONTACT * n):
         value = limit(grasp, c)
-        if not value >= least:  # so that what is no number is violated too
+        if not value >= least:  # true for NaN
             worst, least = c, value
     return worst
 
@@ -157,7 +156,7 @@ def _count_active(grasp: Record, n: int) -> int:
 
 @compiled_apart(types.int64, GRASP, types.int64)
 def spatial_follow(grasp: Record, n: int) -> int:
-    """Newton's method on the conditions of the active limits; 1 if it has converged."""
+    """Runs Newton's method on the conditions of the active limits; 1 if it has converged."""
     free, count = grasp.free, _count_active(grasp, n)
     if count > free:
         return 0
@@ -177,7 +176,7 @@ def spatial_follow(grasp: Record, n: int) -> int:
             if grasp.active[c] == 1:
                 grasp.multipliers[c] += grasp.step[row]
                 row += 1
-        if not total < 1e12:  # the largest of some numbers does not show that one is none
+        if not total < 1e12:  # max ignores NaN, the sum does not
             return 0
         if moved <= SHORT * (1.0 + scale):
             set_force(grasp, n)
@@ -187,7 +186,7 @@ def spatial_follow(grasp: Record, n: int) -> int:
 
 @compiled
 def _set_conditions(grasp: Record, n: int, free: int) -> int:
-    """Matrix and right side of a Newton step for lambda and the active multipliers."""
+    """Sets matrix and right side of a Newton step for lambda and the active multipliers."""
     matrix, right = grasp.matrix, grasp.right
     for a in range(free):
         for b in range(free):
@@ -214,7 +213,7 @@ def _set_conditions(grasp: Record, n: int, free: int) -> int:
 
 @compiled
 def _add_curvature(grasp: Record, i: int, multiplier: float, free: int) -> None:
-    """Second derivative of |F_t|, times the multiplier."""
+    """Adds the second derivative of |F_t| times the multiplier."""
     size = max(tangential(grasp, i, 0), 1e-300)
     if grasp.soft == 1:
         _add_curvature_of_ball(grasp, i, multiplier / size, size, free)
@@ -229,7 +228,7 @@ def _add_curvature(grasp: Record, i: int, multiplier: float, free: int) -> None:
 
 @compiled
 def _add_curvature_of_ball(grasp: Record, i: int, factor: float, size: float, free: int) -> None:
-    """The same where the friction of a contact has three parts."""
+    """As `_add_curvature`, for friction with three components."""
     for a in range(free):
         for b in range(free):
             total = along = other = 0.0
@@ -251,9 +250,9 @@ def _is_solution(grasp: Record, n: int) -> bool:
 
 @compiled
 def _follow_active(grasp: Record, n: int) -> int:
-    """Newton from the last tick's forces and active limits; 1 if that is the solution.
+    """Runs Newton's method from the forces and active limits of the previous tick; 1 on success.
 
-    Of these limits the cone of a contact that slips since then is no more.
+    The cones of contacts that have begun to slip are removed from these limits.
     """
     for j in range(grasp.free):
         grasp.point[j] = grasp.trial[j]
@@ -265,7 +264,7 @@ def _follow_active(grasp: Record, n: int) -> int:
 
 @compiled
 def _search_active(grasp: Record, n: int) -> int:
-    """Takes in the limit violated most, lets go what pulls, until all hold; 1 if found."""
+    """Adds the most violated limit and drops limits with negative multipliers; 1 on success."""
     for c in range(PER_CONTACT * n):
         grasp.active[c] = 0
         grasp.multipliers[c] = 0.0
@@ -294,7 +293,10 @@ def _search_active(grasp: Record, n: int) -> int:
 
 @compiled
 def _polish(grasp: Record, n: int) -> int:
-    """Newton from what the barrier has found; what that does not better is kept."""
+    """Refines the result of the barrier method by Newton's method; 1 on success.
+
+    If this fails, the result of the barrier method is restored.
+    """
     for j in range(grasp.free):
         grasp.trial[j] = grasp.point[j]
     if spatial_follow(grasp, n) == 1 and _is_solution(grasp, n):
@@ -307,16 +309,16 @@ def _polish(grasp: Record, n: int) -> int:
 
 @compiled_apart(types.float64, GRASP, types.int64, types.int64, types.int64)
 def spatial_grasp(grasp: Record, n: int, num_rows: int, least_force: int) -> float:
-    """Solves the program; the forces are left in ``force``.
+    """Solves the program and writes the forces to ``force``.
 
     Args:
-        grasp: With G and d in ``rows`` and the limits.
-        n: Fingers.
-        num_rows: Rows of G.
-        least_force: 0 where only the least-norm solution of G F = d is wanted.
+        grasp: Program, with G and d in ``rows``, and limits.
+        n: Number of fingers.
+        num_rows: Number of rows of G.
+        least_force: 0 to compute only the least-norm solution of G F = d.
 
     Returns:
-        By how much the limits are violated at the most [N]; 0 if all are met.
+        The largest violation of a limit [N]; 0 if all are met.
     """
     spatial_origin(grasp, n, num_rows)
     for j in range(grasp.free):

@@ -1,6 +1,6 @@
-"""The least contact forces in space by a barrier method, where active limits cannot be found.
+"""Smallest contact forces by a barrier method, used if the active limits are not found otherwise.
 
-Where nothing meets all limits, the largest violation is made as small as can be.
+If no forces meet all limits, the largest violation is minimized.
 """
 
 from __future__ import annotations
@@ -23,15 +23,15 @@ from slipgrasp.core.kernel.spatial.grasp_limits import (
 from slipgrasp.core.kernel.spatial.ways import parts_of_way
 from slipgrasp.core.kernel.spatial.workspace import GRASP
 
-WITH_ROOM = 1e-6  # that all limits are met by to begin the way to the least forces [N]
-# [1/N]: where many forces violate the limits alike, it is small ones that count.
+WITH_ROOM = 1e-6  # margin of all limits at the start of the minimization of the forces [N]
+# [1/N]: among forces with equal violation, small ones are preferred.
 SMALL_FORCES = 1e-8
 _GAP, _FASTER, _BARRIER_STEPS = 1e-13, 0.1, 60
 
 
 @compiled
 def widened(grasp: Record, c: int, extra: float) -> float:
-    """What the barrier of a limit is the logarithm of, where all limits are ``extra`` wider."""
+    """Argument of the logarithmic barrier of limit ``c``, with limits widened by ``extra`` [N]."""
     i, kind = c // PER_CONTACT, c % PER_CONTACT
     if kind >= LEAST:
         return limit(grasp, c) + extra
@@ -48,9 +48,9 @@ def widened(grasp: Record, c: int, extra: float) -> float:
 
 @compiled_apart(types.float64, GRASP, types.int64, types.float64, types.int64)
 def spatial_barrier(grasp: Record, n: int, weight: float, phase: int) -> float:
-    """One damped Newton step on objective / weight - sum log(limit); its decrement.
+    """Takes a damped Newton step on objective / weight - sum log(limit); returns its decrement.
 
-    Phase 1 makes the common widening small, phase 2 the forces.
+    Phase 1 minimizes the common widening of the limits, phase 2 the forces.
     """
     free = grasp.free
     size = free + (1 if phase == 1 else 0)
@@ -73,7 +73,7 @@ def spatial_barrier(grasp: Record, n: int, weight: float, phase: int) -> float:
 
 @compiled
 def _begin_system(grasp: Record, size: int, weight: float, phase: int) -> None:
-    """Newton's equations of the objective alone."""
+    """Initializes the Newton equations with the objective."""
     matrix, right, free = grasp.matrix, grasp.right, grasp.free
     for a in range(size):
         for b in range(size):
@@ -91,7 +91,7 @@ def _begin_system(grasp: Record, size: int, weight: float, phase: int) -> None:
 
 @compiled
 def _add_limit(grasp: Record, c: int, size: int, extra: float, inverse: float) -> None:
-    """Adds the logarithm of limit ``c``, of which ``inverse`` is one over what it is taken of."""
+    """Adds the barrier of limit ``c``; ``inverse`` is the reciprocal of its argument."""
     matrix, right, gradient = grasp.matrix, grasp.right, grasp.gradient
     for a in range(size):
         gradient[a] = _barrier_slope(grasp, c, a, extra)
@@ -105,7 +105,7 @@ def _add_limit(grasp: Record, c: int, size: int, extra: float, inverse: float) -
 
 @compiled
 def _barrier_slope(grasp: Record, c: int, a: int, extra: float) -> float:
-    """Derivative of what the barrier of limit ``c`` is the logarithm of."""
+    """Derivative of the argument of the barrier of limit ``c``."""
     i, kind, force = c // PER_CONTACT, c % PER_CONTACT, grasp.force
     if kind >= LEAST:
         if a == grasp.free:
@@ -124,7 +124,7 @@ def _barrier_slope(grasp: Record, c: int, a: int, extra: float) -> float:
 
 @compiled
 def _step_inside(grasp: Record, n: int, size: int, decrement: float, phase: int) -> bool:
-    """Steps from ``trial`` as far as all limits are met; False, and back, if nowhere."""
+    """Takes the step, shortened until all limits are met; False, without a step, on failure."""
     share = 1.0 if decrement < 0.25 else 1.0 / (1.0 + np.sqrt(max(decrement, 0.0)))
     for _ in range(60):
         for a in range(size):
@@ -164,7 +164,7 @@ def _is_inside(grasp: Record, n: int, extra: float) -> bool:
 
 @compiled
 def minimise_violation(grasp: Record, n: int) -> float:
-    """Makes the largest violation small; stops where all limits are met with room to spare."""
+    """Minimizes and returns the largest violation; stops once all limits are met with a margin."""
     for j in range(grasp.free):
         grasp.point[j] = 0.0
     set_force(grasp, n)
@@ -188,8 +188,8 @@ def minimise_violation(grasp: Record, n: int) -> float:
 
 @compiled
 def descend(grasp: Record, n: int) -> None:
-    """From forces inside all limits to the least ones."""
-    # From a weight that the objective does not feel yet: Newton's method then never falls behind.
+    """Minimizes the forces, starting inside all limits."""
+    # The initial weight makes the objective negligible, so that every Newton solution is close.
     weight = 1.0
     for j in range(grasp.free):
         weight += square(grasp.point[j])

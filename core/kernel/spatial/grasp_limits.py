@@ -1,4 +1,4 @@
-"""Limits of the contact forces in space: cones, least and greatest normal forces."""
+"""Limits of the contact forces of spatial hands: cones, least and greatest normal forces."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from slipgrasp.core.kernel.compilation.records import Record
 from slipgrasp.core.kernel.numerics.elementary import square
 from slipgrasp.core.kernel.spatial.ways import size_with_spin, way_of, way_size
 
-FEASIBLE = 1e-10  # [N], and share of the forces
-# Of every contact: the bounds of friction along its ways, least and greatest normal force.
+FEASIBLE = 1e-10  # [N], and relative to the forces
+# Limits of every contact: friction of its slip modes, least and greatest normal force.
 PER_CONTACT = 4
 FRICTION, _, LEAST, MOST = range(PER_CONTACT)
 
 
 @compiled
 def set_force(grasp: Record, n: int) -> None:
-    """Forces at ``point``."""
+    """Computes the forces at ``point``."""
     for k in range(grasp.size):
         total = grasp.origin[k]
         for j in range(grasp.free):
@@ -27,13 +27,13 @@ def set_force(grasp: Record, n: int) -> None:
 
 @compiled
 def part_at(grasp: Record, i: int, part: int) -> int:
-    """Where a part of the friction of contact ``i`` stands among the forces; its moment is 2."""
+    """Index of a friction component of contact ``i`` in the forces; component 2 is the moment."""
     return 3 * grasp.fingers + i if part == 2 else 3 * i + part
 
 
 @compiled
 def tangential(grasp: Record, i: int, way: int) -> float:
-    """Size of the friction force along a way of contact ``i`` [N]."""
+    """Magnitude of the friction force in a slip mode of contact ``i`` [N]."""
     if grasp.soft == 1:
         moment = grasp.force[3 * grasp.fingers + i]
         return size_with_spin(grasp.force[3 * i], grasp.force[3 * i + 1], moment)
@@ -42,7 +42,7 @@ def tangential(grasp: Record, i: int, way: int) -> float:
 
 @compiled
 def exists(grasp: Record, c: int) -> bool:
-    """Whether limit ``c`` bounds its contact at all."""
+    """True if limit ``c`` is in use."""
     i, kind = c // PER_CONTACT, c % PER_CONTACT
     if kind < LEAST:
         return grasp.cones[i, kind] >= 0.0
@@ -51,7 +51,7 @@ def exists(grasp: Record, c: int) -> bool:
 
 @compiled
 def limit(grasp: Record, c: int) -> float:
-    """How far a force is inside limit ``c`` [N]; inf where there is no such limit."""
+    """Distance of a force inside limit ``c`` [N]; inf if the limit is not in use."""
     if not exists(grasp, c):
         return np.inf
     i, kind = c // PER_CONTACT, c % PER_CONTACT
@@ -63,7 +63,7 @@ def limit(grasp: Record, c: int) -> float:
 
 @compiled
 def gradient_entry(grasp: Record, c: int, k: int) -> float:
-    """Derivative of limit ``c`` along force component ``k`` of its contact."""
+    """Derivative of limit ``c`` with respect to force component ``k`` of its contact."""
     i, kind = c // PER_CONTACT, c % PER_CONTACT
     if kind >= LEAST:
         return 0.0 if k < 2 else (1.0 if kind == LEAST else -1.0)
@@ -76,7 +76,7 @@ def gradient_entry(grasp: Record, c: int, k: int) -> float:
 
 @compiled
 def gradient_of(grasp: Record, c: int) -> tuple[float, float, float, float]:
-    """Derivatives of limit ``c`` along the force of its contact, and along its moment."""
+    """Derivatives of limit ``c`` with respect to the force and the moment of its contact."""
     i, along_moment = c // PER_CONTACT, 0.0
     if grasp.soft == 1 and c % PER_CONTACT == FRICTION:
         along_moment = -grasp.force[part_at(grasp, i, 2)] / max(tangential(grasp, i, 0), 1e-300)
@@ -92,7 +92,7 @@ def gradient_of(grasp: Record, c: int) -> tuple[float, float, float, float]:
 def slope_of_limit(
     grasp: Record, c: int, gradient: tuple[float, float, float, float], j: int
 ) -> float:
-    """Derivative of limit ``c``, which has some gradient, along free number ``j``."""
+    """Derivative of limit ``c`` with respect to free variable ``j``, from its gradient."""
     i, basis = c // PER_CONTACT, grasp.basis
     total = 0.0 + gradient[0] * basis[j, 3 * i]
     total += gradient[1] * basis[j, 3 * i + 1]
@@ -104,7 +104,7 @@ def slope_of_limit(
 
 @compiled
 def allowed(grasp: Record, n: int) -> float:
-    """By how much a limit may be missed and count as met [N]."""
+    """Tolerance within which a limit counts as met [N]."""
     total = 0.0
     for k in range(grasp.size):
         total += square(grasp.force[k])

@@ -1,8 +1,8 @@
-"""PD control of the object in space with gravity compensation and a grip: no model of the motion.
+"""PD control of spatial objects with gravity compensation and a fixed grip force.
 
-As in the plane (`slipgrasp.core.kernel.planar.laws.pd_gravity`): the fingertips share
-M_o (K_p e + K_v e') and the object's weight with the least forces, on top of a normal force of the
-same size at every contact; the joints carry their links. The attitude error is a rotation vector.
+As for planar hands (`slipgrasp.core.kernel.planar.laws.pd_gravity`): the smallest contact forces
+produce M_o (K_p e + K_v e') and support the object, in addition to equal normal forces at every
+contact; the joints support their links. The attitude error is a rotation vector.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ from slipgrasp.core.kernel.spatial.workspace import MAX_ASKED, WORKSPACE
 
 @compiled_apart(types.void, MODEL, WORKSPACE, types.float64)
 def spatial_grip(model: Record, work: Record, grip: float) -> None:
-    """Torque of PD control with a grip, as tip forces u = J^-T tau in ``work.tip_forces``.
+    """Writes the torque of PD control with a grip as tip forces u = J^-T tau.
 
-    The smallest contact forces F with W F = d that are nearest to the grip F_g: those of
-    W^+ (d - W F_g) on top of F_g.
+    The contact forces are F = F_g + W^+ (d - W F_g): of all F with W F = d, the nearest to the
+    grip F_g.
 
     Args:
         model: Constants of the run.
-        work: At the measured state, with errors and beliefs; the tip forces are written to it.
+        work: Errors and estimated model at the measured state; ``tip_forces`` is written.
         grip: Normal force F_g at every contact [N].
     """
     n, kin, force = model.num_fingers, work.kin, work.grasp.force
@@ -48,7 +48,7 @@ def spatial_grip(model: Record, work: Record, grip: float) -> None:
 
 @compiled
 def _ask_feedback(model: Record, work: Record) -> None:
-    """D = M_o (K_p e + K_v e') and the weight, in ``right``."""
+    """Computes d, the sum of M_o (K_p e + K_v e') and the weight, in ``right``."""
     law, room, right = model.law, work.room, work.believed_system.right
     mass = work.believed.object_mass
     for k in range(6):
@@ -65,7 +65,7 @@ def _ask_feedback(model: Record, work: Record) -> None:
 
 @compiled
 def _take_off_grip(n: int, work: Record, grip: float) -> None:
-    """D - W F_g, in ``right``."""
+    """Computes d - W F_g in ``right``."""
     kin, right = work.kin, work.believed_system.right
     for i in range(n):
         x, y, z = to_world(kin, i, 0.0, 0.0, grip)
@@ -78,7 +78,7 @@ def _take_off_grip(n: int, work: Record, grip: float) -> None:
 
 @compiled
 def fill_wrench(n: int, work: Record) -> None:
-    """[W | d] of the grasp, with d in ``right``."""
+    """Fills [W | d] of the grasp, with d from ``right``."""
     kin, rows = work.kin, work.grasp.rows
     for k in range(6):
         rows[k, MAX_ASKED] = work.believed_system.right[k]
@@ -98,7 +98,7 @@ def fill_wrench(n: int, work: Record) -> None:
 
 @compiled
 def weight_force(hand: Record, believed: Record, kin: Record, i: int) -> tuple[float, float, float]:
-    """What the joints of finger ``i`` must give, as a tip force, to carry what it moves."""
+    """Tip force of finger ``i`` that supports its moving parts."""
     if hand.kinds[i] == ON_SLIDES:
         return 0.0, 0.0, hand.gravity * believed.link_masses[i, 0]
     if hand.kinds[i] == BY_CHAIN:

@@ -1,10 +1,10 @@
-"""Law of a gripper for spatial hands: jaws close with a force and hold their places sideways.
+"""Gripper law for spatial hands: jaws close with a force and keep their lateral positions.
 
-The arm that carries the gripper moves as desired, and jaw i with it: it belongs at
-p = R_des(t) + exp(r(t)) a_i, closes along the normal n of its face there with the force F, and
-is pulled back by K e + D e' sideways, e its distance from p. Along n all jaws are pulled back
-alike, by their mean distance: the jaws are coupled and centre themselves. The law knows where
-the jaws are and what they weigh, and nothing of the object.
+The arm follows the desired motion, so the target position of jaw i is
+p = R_des(t) + exp(r(t)) a_i. The jaw closes along the normal n of its face there with the force F.
+With e the offset of the jaw from p, the force K e + D e' acts on it across n; along n, the mean of
+these forces over all jaws acts, because the jaws are coupled and self-centring. The law uses the
+positions and weights of the jaws, and no data of the object.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ from slipgrasp.core.kernel.spatial.workspace import DISCRETE, WORKSPACE
 
 @compiled_apart(types.void, MODEL, DISCRETE, types.float64, STATE, WORKSPACE)
 def spatial_close(model: Record, discrete: Record, t: float, state: Record, work: Record) -> None:
-    """Torque of a gripper, as tip forces u = J^-T tau in ``work.tip_forces``.
+    """Writes the torque of a gripper as tip forces u = J^-T tau to ``work.tip_forces``.
 
     Args:
         model: Constants of the run.
-        discrete: With the closing force.
+        discrete: Discrete state, with the closing force.
         t: Time [s].
-        state: As measured.
-        work: Kinematics and beliefs there; the tip forces are written to it.
+        state: Measured state.
+        work: Kinematics and estimated model at that state; the tip forces are written to it.
     """
     n, forces, jaws = model.num_fingers, work.tip_forces, work.room.jaws
     _find_rank(n, work)
@@ -55,7 +55,7 @@ def spatial_close(model: Record, discrete: Record, t: float, state: Record, work
 
 @compiled
 def _find_rank(n: int, work: Record) -> None:
-    """Rank of the grasp, which says whether the object can turn freely."""
+    """Computes the rank of the grasp, to detect objects that can rotate freely."""
     for k in range(6):
         work.believed_system.right[k] = 0.0
     fill_wrench(n, work)
@@ -65,7 +65,7 @@ def _find_rank(n: int, work: Record) -> None:
 
 @compiled
 def _pull_back(model: Record, piece: int, t: float, state: Record, work: Record) -> None:
-    """K e + D e' of every jaw, in ``tip_forces``, and the normals along which they close."""
+    """Writes K e + D e' of every jaw to ``tip_forces``, and the closing directions to ``jaws``."""
     hand, law, kin, room = model.hand, model.law, work.kin, work.room
     attitude, (wx, wy, wz), _ = desired_turn(model, piece, t)
     room.bias[0], room.bias[1], room.bias[2], room.bias[3] = attitude

@@ -1,8 +1,8 @@
-"""Conditions that end a phase or a run in space: each falls through its level at the event.
+"""Conditions that end a phase or a spatial run: each falls below its level at the event.
 
-Per contact: the phase of its ways (distance to the cone in stick, speed in slip), normal force,
-distance to the edges of its face and to the rims of the patches on it, finger not singular. Then
-the determinant of M~, and where joints have limits, of every finger the distance to them.
+Per contact: phase of each slip mode (distance to the cone in stick, speed in slip), normal force,
+distance to the edges of the face and of its patches, and distance of the finger from a singularity.
+Then the determinant of M~ and, if joints have limits, the distance of every finger to its limits.
 """
 
 from __future__ import annotations
@@ -34,10 +34,10 @@ from slipgrasp.core.kernel.spatial.ways import (
 )
 from slipgrasp.core.kernel.spatial.workspace import DISCRETE, STICK, WORKSPACE
 
-# The phase guard of the second way stands behind that of the first.
+# The phase guard of the second slip mode follows that of the first.
 PHASE, _, NORMAL_FORCE, FACE, SINGULAR = range(5)
 PER_CONTACT = 5
-BACKWARD = 1e-9  # a slip that has just begun may run back by this before it ends [m/s]
+BACKWARD = 1e-9  # backward speed up to which a slip at its onset does not end [m/s]
 
 GUARDS = guards_layout((PER_CONTACT + 1) * MAX_FINGERS + 1)
 MAX_GUARDS = GUARDS["values"].shape[0]
@@ -45,9 +45,9 @@ MAX_GUARDS = GUARDS["values"].shape[0]
 
 @compiled
 def _distance_to_edge(model: Record, state: Record, i: int) -> float:
-    """Least distance of contact ``i`` to an edge of its face or a patch's rim [m].
+    """Smallest distance of contact ``i`` to an edge of its face or of a patch [m].
 
-    It is positive while the contact is on the side of each where it was.
+    It is positive while the contact does not cross an edge.
     """
     least, first, second = np.inf, state.x[slip_at(i, 0)], state.x[slip_at(i, 1)]
     for k in range(model.hand.num_edges[i]):
@@ -77,7 +77,7 @@ def _phase_value(
     if model.soft == 1 and discrete.frozen[i, way] == LEAVES:
         return 0.0  # in its band: whether it rests after all is told after a step
     if model.soft == 1:
-        # The steps in which it begins let it stop and turn. Only a later rest is an event.
+        # The steps of slip onset include stops and changes of direction; only a rest is an event.
         return -BACKWARD if is_short(work.gamma, i) else 2.0 * BACKWARD
     along = 0.0
     for part in parts_of_way(model, way):
@@ -90,7 +90,7 @@ def _phase_value(
 def _update_values(
     model: Record, discrete: Record, state: Record, work: Record, guards: Record
 ) -> None:
-    """Values of all guards at the state that ``work`` holds."""
+    """Computes all guards at the state evaluated in ``work``."""
     n, values = model.num_fingers, guards.values
     guards.count = PER_CONTACT * n + 1
     for i in range(n):
@@ -110,13 +110,13 @@ def _update_values(
 
 @compiled
 def limit_at(n: int, i: int) -> int:
-    """Number of the guard of the joint limits of finger ``i``."""
+    """Index of the guard of the joint limits of finger ``i``."""
     return PER_CONTACT * n + 1 + i
 
 
 @compiled
 def _limit_margin(model: Record, work: Record, i: int) -> float:
-    """Least distance of a joint of finger ``i`` to an end of its range [rad, m]."""
+    """Smallest distance of a joint of finger ``i`` to its limits [rad, m]."""
     if model.hand.kinds[i] != BY_CHAIN:
         return np.inf
     return limit_margin(model.hand.chains[i], work.kin.chains[i])
@@ -126,9 +126,9 @@ def _limit_margin(model: Record, work: Record, i: int) -> float:
 def sample_guards(
     model: Record, discrete: Record, state: Record, work: Record, samples: Floats, row: int
 ) -> None:
-    """Keeps, of a state inside a step, the values of guards that may dip within it.
+    """Stores the guards that may fall below their level and recover inside a step.
 
-    Each stands at its own number in ``samples[row]``. Distances to edges are only kept in slip.
+    Each is stored at its index in ``samples[row]``; distances to edges only in slip.
     """
     for i in range(model.num_fingers):
         base = PER_CONTACT * i
@@ -146,7 +146,7 @@ def sample_guards(
 
 @compiled
 def band_of(model: Record, discrete: Record, values: Floats, j: int) -> tuple[float, float]:
-    """Noise and band of guard j: within its band a value does not tell its sign."""
+    """Noise and band of guard j; the sign of a value inside the band is uncertain."""
     i, kind = j // PER_CONTACT, j % PER_CONTACT
     if i >= model.num_fingers or kind == SINGULAR:
         return 0.0, ENDING_BAND
@@ -161,7 +161,7 @@ def band_of(model: Record, discrete: Record, values: Floats, j: int) -> tuple[fl
 
 @compiled
 def _is_beyond(value: float, level: float, noise: float) -> bool:
-    """Whether a value is below a level by more than noise; so is what is no number."""
+    """True if a value is below its level by more than noise, or NaN."""
     return not value >= level - noise
 
 
@@ -181,7 +181,7 @@ def _is_beyond(value: float, level: float, noise: float) -> bool:
 
 @compiled
 def find_limited(model: Record, run: Record) -> int:
-    """Whether a joint came to an end of its range, and of which finger."""
+    """JOINT_LIMIT if a joint has reached a limit, else RUNNING; stores its finger."""
     n = model.num_fingers
     if model.hand.has_limits == 1:
         for i in range(n):
@@ -198,7 +198,7 @@ def spatial_past_band(model: Record, discrete: Record, guards: Record) -> int:
         if guards.fired[j] == 0 or j % PER_CONTACT > NORMAL_FORCE:
             continue
         _, band = band_of(model, discrete, guards.values, j)
-        # The speed of a slip has no band.
+        # Slip speeds have no band.
         if band > 0.0 and guards.levels[j] - guards.values[j] > band:
             return 1
     return 0

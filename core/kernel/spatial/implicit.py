@@ -1,9 +1,10 @@
-"""Linearly implicit steps for slips that creep: their direction is stiff (docs/space.md).
+"""Linearly implicit steps for creeping slips, whose direction is stiff (docs/space.md).
 
-The direction of a slip relaxes at the rate mu F_n / (m |s'|). Of the Jacobian only this is stiff,
-with one rank per slipping contact, two where it is soft and its spin belongs to the direction:
-J = sum u_c v_c^T, where u_c is the change of the accelerations per turn of a slip one way, and v_c
-that turn per change of the slip velocity. A W-method does without the rest of the Jacobian.
+The direction of a slip relaxes at the rate mu F_n / (m |s'|). Only this part of the Jacobian is
+stiff; it has rank 1 per slipping contact, 2 if the contact is soft and its direction includes spin:
+J = sum u_c v_c^T, where u_c is the change of the accelerations per rotation of a slip direction,
+and v_c the rotation per change of the slip velocity. A W-method does not need the rest of the
+Jacobian.
 """
 
 from __future__ import annotations
@@ -34,14 +35,14 @@ STIFF = 1.0  # steps times the rate of a slip that creeps, from which on they ar
 TURN = 1e-6  # of a slip, by which u_c is found [rad]
 MAX_TURNS = 2 * MAX_FINGERS
 
-# J, of one slip after the other, and what a step solves.
+# Terms of J, and the linear system of a step.
 STIFFNESS = np.dtype(
     [
         ("count", np.int64),
         ("contacts", np.int64, (MAX_TURNS,)),
-        ("across", np.float64, (MAX_TURNS, 3)),  # v_c, in the rows of the slip velocity [s/m]
+        ("across", np.float64, (MAX_TURNS, 3)),  # v_c, in components of the slip velocity [s/m]
         ("pushes", np.float64, (MAX_TURNS, MAX_COORDINATES + MAX_FINGERS)),  # u_c, spins last
-        ("rate", np.float64),  # at which the stiffest direction relaxes [1/s]
+        ("rate", np.float64),  # relaxation rate of the stiffest direction [1/s]
         ("matrix", np.float64, (MAX_TURNS, MAX_TURNS)),
         ("order", np.int64, (MAX_TURNS,)),
         ("right", np.float64, (MAX_TURNS,)),
@@ -53,7 +54,7 @@ STIFFNESS = np.dtype(
 
 @compiled
 def find_stiffness(model: Record, discrete: Record, step: Record, work: Record) -> None:
-    """Fills ``stiffness`` at the start of the step, of which slope 0 is at hand."""
+    """Fills ``stiffness`` at the start of the step; slope 0 must be available."""
     n, stiff, start, end = model.num_fingers, step.stiffness, step.start.x, step.end.x
     stiff.count, stiff.rate = 0, 0.0
     for i in range(n):
@@ -82,7 +83,7 @@ def find_stiffness(model: Record, discrete: Record, step: Record, work: Record) 
 def _find_soft_stiffness(
     model: Record, discrete: Record, step: Record, work: Record, i: int
 ) -> None:
-    """Adds the two ways in which the slip of contact ``i`` may turn."""
+    """Adds the two rotations of the slip direction of soft contact ``i``."""
     n, stiff, start, end = model.num_fingers, step.stiffness, step.start.x, step.end.x
     x, y = start[velocity_at(n, i, 0)], start[velocity_at(n, i, 1)]
     z = start[velocity_at(n, i, 2)]
@@ -106,7 +107,7 @@ def _find_soft_stiffness(
 def across(
     x: float, y: float, z: float
 ) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
-    """Two unit vectors at right angles to a unit vector and to each other."""
+    """Two unit vectors that are orthogonal to a unit vector and to each other."""
     if z * z < 0.5:
         inverse = 1.0 / np.sqrt(x * x + y * y)
         first = (-y * inverse, x * inverse, 0.0)
@@ -122,7 +123,7 @@ def across(
 
 @compiled
 def _turn_by(model: Record, stiff: Record, c: int, other: int) -> float:
-    """V_c . u_other: at which rate slip ``c`` turns per turn of the other [1/s]."""
+    """Rate v_c . u_other at which slip ``c`` turns per rotation of another slip [1/s]."""
     k = slip_coordinate(stiff.contacts[c], 0)
     turn = (
         stiff.across[c, 0] * stiff.pushes[other, k]
@@ -142,7 +143,7 @@ def turn_rate(model: Record, stiff: Record, c: int) -> float:
 
 @compiled
 def _turn(model: Record, stiff: Record, c: int, slope: Record) -> float:
-    """V_c . slope."""
+    """Product of v_c and a slope."""
     n, i = model.num_fingers, stiff.contacts[c]
     first, second = slope.x[slip_velocity_at(n, i, 0)], slope.x[slip_velocity_at(n, i, 1)]
     turn = stiff.across[c, 0] * first + stiff.across[c, 1] * second
@@ -161,7 +162,7 @@ def _push(model: Record, stiff: Record, c: int, factor: float, slope: Record) ->
 
 @compiled
 def implicit_step(model: Record, discrete: Record, h: float, step: Record, work: Record) -> None:
-    """Fills ``end`` and ``slopes`` by `ROS34PW2`; ``stiffness`` is that of the start."""
+    """Fills ``end`` and ``slopes`` by `ROS34PW2`, with ``stiffness`` of the start."""
     stiff, last = step.stiffness, model.methods[step.rank].last
     for c in range(stiff.count):
         for other in range(stiff.count):
@@ -194,6 +195,6 @@ def implicit_step(model: Record, discrete: Record, h: float, step: Record, work:
 
 @compiled
 def set_normal_stage(model: Record, h: float, row: int, step: Record) -> None:
-    """Writes the state at which slope ``row`` of a method is taken to ``end``."""
+    """Writes the state of stage ``row`` to ``end``, with a normalized attitude."""
     set_stage(model, row, h, step, step.end)
     normalise(step.end)

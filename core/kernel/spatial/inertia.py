@@ -1,4 +1,4 @@
-"""The reduced inertia M~ of Eq. 18 in space, written out."""
+"""Reduced inertia M~ of Eq. 18 for spatial hands, as a full matrix."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ def fill_inertia(
 
     Args:
         kin: Kinematics.
-        dynamics: Fingers at their tips, for the masses of ``truth``.
+        dynamics: Tip dynamics of the fingers for the masses of ``truth``.
         truth: Masses.
-        slips: ``(n, 2)``, 1 where a contact slips along a tangent.
-        system: Assembled for all of these.
-        matrix: Where it is written.
+        slips: ``(n, 2)``, 1 if a contact slips along a tangent.
+        system: Reduced form, assembled for these arguments.
+        matrix: Output.
     """
     n = truth.num_fingers
     size = count_coordinates(n)
@@ -40,7 +40,7 @@ def fill_inertia(
 def _add_columns(
     kin: Record, inertia: Floats, slips: Floats, system: Record, i: int, matrix: Floats
 ) -> None:
-    """What a finger adds: forces per acceleration of the object and of its two slips."""
+    """Adds a finger: forces per acceleration of the object and of its two slips."""
     rx, ry, rz = kin.arms[i, 0], kin.arms[i, 1], kin.arms[i, 2]
     for b in range(8):
         if b < 3:

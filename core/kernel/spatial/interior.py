@@ -1,4 +1,4 @@
-"""What happens inside a step of a spatial run: guards past their level, extremes of forces."""
+"""Events inside a step of a spatial run, and extremes of the forces."""
 
 from __future__ import annotations
 
@@ -31,11 +31,11 @@ from slipgrasp.core.kernel.spatial.workspace import STICK
 
 @compiled
 def value_inside(model: Record, run: Record, h: float, j: int, share: float) -> float:
-    """Value of guard ``j`` at a share of the step; all else is left as it is."""
+    """Value of guard ``j`` at the fraction ``share`` of the step; the step is not changed."""
     step, state, work = run.step, run.selection.probe, run.slip.work
     state_inside(model, step, h, share, state)
     spatial_plant(model, run.discrete, state, work)
-    row = method_of(model, step).last + 1  # no slope of the step is sampled there
+    row = method_of(model, step).last + 1  # unused by the stages of the step
     sample_guards(model, run.discrete, state, work, step.samples, row)
     return step.samples[row, j]
 
@@ -45,7 +45,7 @@ _, _dip_of = make_dip_of(LAYOUTS, band_of, value_inside)
 
 @compiled_apart(types.float64, MODEL, PROGRESS, types.float64)
 def spatial_dip(model: Record, run: Record, h: float) -> float:
-    """When, in a step of size ``h`` just taken, a guard is past its level; 0 if none is [s].
+    """Time within a step of size ``h`` at which a guard is past its level; 0 if never [s].
 
     At the end no guard is past its level, or the event has been located there; the first of its
     falls may still lie before. In stick a fingertip keeps its place on its face, a normal force
@@ -74,7 +74,7 @@ def spatial_dip(model: Record, run: Record, h: float) -> float:
 
 @compiled
 def _count_ways(model: Record) -> int:
-    """In how many ways a contact slips."""
+    """Number of slip modes of a contact."""
     return model.ways
 
 
@@ -83,6 +83,6 @@ _count_extremes = make_count_extremes(LAYOUTS, PER_CONTACT, _count_ways, value_i
 
 @compiled_apart(types.void, MODEL, PROGRESS, types.float64)
 def spatial_count(model: Record, run: Record, h: float) -> None:
-    """Adds the step of size ``h`` from the present state on, cut at its event, to the metrics."""
+    """Adds the step of size ``h`` from the present state, up to its event, to the metrics."""
     add_step(model, run.discrete, run.step, run.work, run.tally, run.now, h)
     _count_extremes(model, run, h)

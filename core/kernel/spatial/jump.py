@@ -1,4 +1,4 @@
-"""What happens where something jumps in space: phases are selected, rows written, guards armed."""
+"""Jumps of a spatial run: phase selection, rows, restart of the flow."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from slipgrasp.core.kernel.spatial.workspace import STICK
 
 @compiled
 def restart(model: Record, run: Record) -> None:
-    """First slope in the present phases, whose evaluation is at hand; guards armed."""
+    """Computes the first slope from the evaluated state and arms the guards."""
     set_derivative(model, run.step.start, run.step.slopes[0], run.work)
     arm_guards(model, run.discrete, run.step.start, run.work, run.guards)
     count_forces(model, run.discrete, run.guards.starts, run.tally, PER_CONTACT, model.ways)
@@ -36,7 +36,7 @@ def restart(model: Record, run: Record) -> None:
 
 @compiled
 def forget_leaving(model: Record, run: Record) -> None:
-    """No force has just reached its cone."""
+    """Clears the marks of forces that have just reached their cones."""
     for i in range(model.num_fingers):
         for way in range(model.ways):
             run.selection.leaving[i, way] = 0
@@ -44,7 +44,7 @@ def forget_leaving(model: Record, run: Record) -> None:
 
 @compiled
 def settle(model: Record, run: Record) -> int:
-    """Selects phases for the torque that is held."""
+    """Selects phases for the present torque; returns a status."""
     verdict = spatial_select(model, run.discrete, run.step.start, run.work, run.selection)
     for _ in range(run.selection.restarts):
         warn(run, RESTARTS)
@@ -60,7 +60,7 @@ def settle(model: Record, run: Record) -> int:
 
 @compiled
 def keep_old(model: Record, run: Record) -> None:
-    """Keeps what holds before a jump, directions of slips included: a selection may end them."""
+    """Stores the discrete state before a jump, with the slip directions at that instant."""
     copy_discrete(model, run.discrete, run.old)
     if model.soft == 1:
         for k in range(model.num_states):
@@ -87,7 +87,7 @@ def emit_old(model: Record, run: Record, outlet: Record) -> None:
 
 @compiled
 def swap_states(model: Record, state: Record, other: Record) -> None:
-    """Each becomes what the other was."""
+    """Exchanges two states."""
     for k in range(model.num_states):
         value = state.x[k]
         state.x[k] = other.x[k]
@@ -96,7 +96,7 @@ def swap_states(model: Record, state: Record, other: Record) -> None:
 
 @compiled
 def _log_stops(model: Record, run: Record, outlet: Record) -> None:
-    """Logs the stops of contacts that slip on at once, another way: their onset comes after it."""
+    """Logs the stops of contacts that immediately slip in another direction, before their onset."""
     for i in range(model.num_fingers):
         if run.selection.stopped[i] == 1 and run.discrete.phases[i] != STICK:
             log_change(run, outlet, i, run.old.phases[i], STICK)
@@ -107,7 +107,7 @@ def _log_stops(model: Record, run: Record, outlet: Record) -> None:
 
 @compiled
 def finish_jump(model: Record, run: Record, outlet: Record, status: int, before: bool) -> int:
-    """Writes the rows before and after, logs phase changes and prepares the flow that follows."""
+    """Writes the rows before and after a jump, logs phase changes and restarts the flow."""
     if before:
         emit_old(model, run, outlet)
     if status != RUNNING:

@@ -1,9 +1,9 @@
-"""Kinematics of fingers and contacts in space (docs/space.md, Contact).
+"""Kinematics of the fingers and contacts of spatial hands (docs/space.md, Contact).
 
-All vectors are in world axes. A finger of links is a vertical yaw axis and, in the vertical plane
-that turns with it, a planar finger of two links: its plane has the axes radial, azimuth (across)
-and up. A finger on slides carries its tip along x, y and z: J = 1, and it is never singular. What
-a chain of joints does is in `slipgrasp.core.kernel.spatial.chain`.
+All vectors are in world axes. A finger of links is a planar finger of two links in a vertical plane
+that rotates about a vertical yaw axis; its axes are radial, azimuth (across the plane) and up. A
+finger on slides moves its tip along x, y and z: J = 1, and it is never singular. For chains of
+joints see `slipgrasp.core.kernel.spatial.chain`.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ KINEMATICS = np.dtype(
         ("bias", np.float64, (MAX_FINGERS, 3)),
         ("curvature", np.float64, (MAX_FINGERS, 3)),  # J' q' [m/s^2]
         ("yaws", np.float64, (MAX_FINGERS, 2)),  # cosine and sine of q1
-        ("links", np.float64, (MAX_FINGERS, 2, 2)),  # directions of the links in their plane
+        ("links", np.float64, (MAX_FINGERS, 2, 2)),  # link directions in the plane of the finger
         ("bends", np.float64, (MAX_FINGERS, 2)),  # cosine and sine of q3
         ("reaches", np.float64, (MAX_FINGERS, 2)),  # of the tip from the base: radius, height [m]
         ("inverses", np.float64, (MAX_FINGERS, 2, 2)),  # of the planar Jacobian
@@ -60,20 +60,20 @@ KINEMATICS = np.dtype(
         ),  # of slides, and coordinates of chains [m, rad]
         ("chains", CHAIN_STATE, (MAX_FINGERS,)),
         ("rates", np.float64, (MAX_FINGERS, 3)),  # q' [rad/s, m/s]
-        ("extension", np.float64, (MAX_FINGERS,)),  # sin^2 q3 less its least allowed value
-        ("clearance", np.float64, (MAX_FINGERS,)),  # of the tip from the yaw axis, the same [m]
+        ("extension", np.float64, (MAX_FINGERS,)),  # sin^2 q3 minus its minimum
+        ("clearance", np.float64, (MAX_FINGERS,)),  # tip radius minus its minimum [m]
     ],
     align=True,
 )
 
 
-# Chains and curved faces are units of their own: within the loop of all contacts they would cost
-# every hand, and be compiled into each of its callers.
+# Chains and curved faces are compiled separately: inlined in the loop over contacts, they would
+# slow down every hand and be compiled into each caller.
 @compiled_apart(types.void, HAND, SEED, types.int64, *(types.float64,) * 3, KINEMATICS)
 def spatial_solve_chain(
     hand: Record, seed: Record, i: int, dx: float, dy: float, dz: float, kin: Record
 ) -> None:
-    """Joints of chain ``i``, whose tip is at (dx, dy, dz) from its base and moves."""
+    """Inverse kinematics of chain ``i`` for the tip position (dx, dy, dz) from the base."""
     chain, now, rates = hand.chains[i], kin.chains[i], kin.rates[i]
     now.target[0], now.target[1], now.target[2] = dx, dy, dz
     kin.extension[i] = solve_chain(chain, now.target, seed, kin.positions[i], now)
@@ -87,7 +87,7 @@ def spatial_solve_chain(
 
 @compiled_apart(types.void, HAND, types.int64, *(types.float64,) * 2, KINEMATICS)
 def spatial_follow_face(hand: Record, i: int, first: float, second: float, kin: Record) -> None:
-    """Bends contact ``i``, at the slips that are given, to its curved face."""
+    """Maps contact ``i``, at the given slips, to its curved face."""
     face, radius = hand.curved_faces[i], hand.radii[i]
     follow_face(face, radius, first, second, kin.frames[i], kin.arms[i])
 
@@ -102,7 +102,7 @@ def spatial_bend_bias(
     speed_y: float,
     kin: Record,
 ) -> None:
-    """Adds what turns the way of contact ``i`` along its curved face."""
+    """Adds the acceleration due to the curvature of the face of contact ``i``."""
     slips, speeds = (first, second), (speed_x, speed_y)
     face, radius = hand.curved_faces[i], hand.radii[i]
     bend_bias(face, radius, slips, speeds, kin.frames[i], kin.bias[i])
@@ -110,7 +110,7 @@ def spatial_bend_bias(
 
 @compiled
 def rotate(quaternion: Floats, at: int, rotation: Floats) -> None:
-    """R(Q) of a unit quaternion that begins at ``quaternion[at]``."""
+    """Computes R(Q) of the unit quaternion that starts at ``quaternion[at]``."""
     w, x, y, z = quaternion[at], quaternion[at + 1], quaternion[at + 2], quaternion[at + 3]
     rotation[0, 0] = 1.0 - 2.0 * (y * y + z * z)
     rotation[0, 1] = 2.0 * (x * y - w * z)
@@ -127,14 +127,14 @@ def rotate(quaternion: Floats, at: int, rotation: Floats) -> None:
 def update_kinematics(hand: Record, seeds: NDArray[np.void], state: Record, kin: Record) -> None:
     """Fills ``kin`` from pose, slips and their velocities.
 
-    The fingers follow from inverse kinematics on fixed branches, so the position constraint holds
-    to rounding at all times.
+    Inverse kinematics on fixed branches gives the fingers, so the position constraint holds to
+    rounding at all times.
 
     Args:
         hand: Geometry.
-        seeds: Near which the joint positions of chains are looked for, ``(n,)``.
-        state: The state.
-        kin: What is filled.
+        seeds: Initial guesses of the joint positions of chains, ``(n,)``.
+        state: State.
+        kin: Output.
     """
     x, n = state.x, hand.num_fingers
     rotate(x, ATTITUDE, kin.rotation)
@@ -183,7 +183,7 @@ def update_kinematics(hand: Record, seeds: NDArray[np.void], state: Record, kin:
 
 @compiled
 def _solve_slides(i: int, dx: float, dy: float, dz: float, kin: Record) -> None:
-    """Slides of finger ``i``, whose tip is at (dx, dy, dz) from its base and moves."""
+    """Sets the slides of finger ``i`` for the tip position (dx, dy, dz) from the base."""
     kin.positions[i, 0], kin.positions[i, 1], kin.positions[i, 2] = dx, dy, dz
     for c in range(3):
         kin.rates[i, c], kin.curvature[i, c] = kin.tip_velocities[i, c], 0.0
@@ -192,7 +192,7 @@ def _solve_slides(i: int, dx: float, dy: float, dz: float, kin: Record) -> None:
 
 @compiled
 def _solve_links(hand: Record, i: int, dx: float, dy: float, dz: float, kin: Record) -> None:
-    """Inverse kinematics of finger ``i``, whose tip is at (dx, dy, dz) from its base and moves."""
+    """Inverse kinematics of finger ``i`` for the tip position (dx, dy, dz) from the base."""
     first, second = hand.link_lengths[i, 0], hand.link_lengths[i, 1]
     radius = np.sqrt(dx * dx + dy * dy)
     cosine, sine = dx / radius, dy / radius
@@ -231,7 +231,7 @@ def _solve_links(hand: Record, i: int, dx: float, dy: float, dz: float, kin: Rec
 
 @compiled
 def joint_position(hand: Record, kin: Record, i: int, joint: int) -> float:
-    """Position of a joint: yaw, pitch, pitch relative to the first link [rad]; of a slide [m]."""
+    """Joint position: yaw, pitch, pitch relative to the first link [rad]; slide position [m]."""
     if hand.kinds[i] != BY_LINKS:
         return kin.positions[i, joint]
     if joint == 0:
@@ -247,8 +247,8 @@ def tip_turning(
 ) -> tuple[float, float, float, float, float, float]:
     """Angular velocity of fingertip ``i`` [rad/s], and J_omega' q' [rad/s^2], world axes.
 
-    A finger of links turns about z with its yaw and about u x z with its pitches,
-    u = (cos q1, sin q1, 0); one on slides does not turn.
+    A finger of links rotates about z with its yaw and about u x z with its pitches,
+    u = (cos q1, sin q1, 0); a finger on slides does not rotate.
     """
     if hand.kinds[i] == ON_SLIDES:
         return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
@@ -263,7 +263,7 @@ def tip_turning(
 def moment_at_tip(
     hand: Record, kin: Record, i: int, x: float, y: float, z: float
 ) -> tuple[float, float, float]:
-    """J^-T J_omega^T times a moment: the tip force that the joints feel as they feel the moment."""
+    """Tip force J^-T J_omega^T m that requires the same joint torques as a moment m at the tip."""
     if hand.kinds[i] == ON_SLIDES:
         return 0.0, 0.0, 0.0
     if hand.kinds[i] == BY_CHAIN:
@@ -277,7 +277,7 @@ def moment_at_tip(
 
 @compiled
 def torques_to_forces(hand: Record, kin: Record, torques: Floats, forces: Floats) -> None:
-    """U = J^-T tau for every finger, ``(n, 3)`` to ``(n, 3)``."""
+    """Computes u = J^-T tau for every finger, ``(n, 3)`` to ``(n, 3)``."""
     for i in range(hand.num_fingers):
         if hand.kinds[i] == ON_SLIDES:
             for c in range(3):
@@ -299,7 +299,7 @@ def torques_to_forces(hand: Record, kin: Record, torques: Floats, forces: Floats
 
 @compiled
 def forces_to_torques(hand: Record, kin: Record, forces: Floats, torques: Floats) -> None:
-    """Tau = J^T u for every finger, ``(n, 3)`` to ``(n, 3)``."""
+    """Computes tau = J^T u for every finger, ``(n, 3)`` to ``(n, 3)``."""
     for i in range(hand.num_fingers):
         if hand.kinds[i] == ON_SLIDES:
             for c in range(3):

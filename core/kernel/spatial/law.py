@@ -1,7 +1,7 @@
-"""What the control laws in space share: belief, demand, regressor (docs/space.md, Controller).
+"""Common functions of the control laws for spatial hands (docs/space.md, Controller).
 
-The attitude error is the rotation vector rho of R = exp(rho) R_des, so that e, e' and the demand
-are the paper's in true coordinates: e_theta = -rho, omega = A(rho) rho' + exp(rho) omega_des.
+The attitude error is the rotation vector rho of R = exp(rho) R_des. In these coordinates e, e' and
+the demand are those of the paper: e_theta = -rho, omega = A(rho) rho' + exp(rho) omega_des.
 """
 
 from __future__ import annotations
@@ -32,13 +32,13 @@ from slipgrasp.core.kernel.spatial.state import (
 from slipgrasp.core.kernel.spatial.ways import axes_of
 from slipgrasp.core.kernel.spatial.workspace import STICK
 
-LEAST_BRAKE = 0.01  # share of slip_stop, so that no slip creeps on
+LEAST_BRAKE = 0.01  # fraction of slip_stop, prevents creep
 SMALL_ANGLE = 1e-3
 
 
 @compiled
 def believe(model: Record, estimates: Floats, believed: Record) -> None:
-    """Fills ``believed`` with what the controller knows and what it estimates."""
+    """Sets ``believed`` to the known and estimated parameters."""
     truth, unknowns = model.truth, model.unknowns
     believed.num_fingers = truth.num_fingers
     believed.object_mass = truth.object_mass
@@ -93,7 +93,7 @@ def _coefficients(angle: float) -> tuple[float, float, float, float]:
 def _jacobian_times(
     a: float, b: float, rho: tuple[float, float, float], x: float, y: float, z: float
 ) -> tuple[float, float, float]:
-    """A(rho) = I + a S(rho) + b S(rho)^2 times a vector."""
+    """Product of A(rho) = I + a S(rho) + b S(rho)^2 and a vector."""
     px, py, pz = cross(rho[0], rho[1], rho[2], x, y, z)
     qx, qy, qz = cross(rho[0], rho[1], rho[2], px, py, pz)
     return x + a * px + b * qx, y + a * py + b * qy, z + a * pz + b * qz
@@ -108,7 +108,7 @@ def _jacobian_rate_times(
     y: float,
     z: float,
 ) -> tuple[float, float, float]:
-    """A'(rho) times a vector, rho changing at ``rate``."""
+    """Product of the time derivative of A(rho) and a vector, for the rate of rho."""
     a, b, da, db = coefficients
     along = rho[0] * rate[0] + rho[1] * rate[1] + rho[2] * rate[2]
     px, py, pz = cross(rho[0], rho[1], rho[2], x, y, z)
@@ -125,7 +125,7 @@ def _jacobian_rate_times(
 
 @compiled
 def exponential(rho: tuple[float, float, float]) -> tuple[float, float, float, float]:
-    """The unit quaternion of a rotation vector."""
+    """Unit quaternion of a rotation vector."""
     angle = np.sqrt(rho[0] * rho[0] + rho[1] * rho[1] + rho[2] * rho[2])
     sine, cosine = sincos(0.5 * angle)
     scale = sine / angle if angle > 1e-8 else 0.5
@@ -136,7 +136,7 @@ def exponential(rho: tuple[float, float, float]) -> tuple[float, float, float, f
 def product(
     p: tuple[float, float, float, float], q: tuple[float, float, float, float]
 ) -> tuple[float, float, float, float]:
-    """The product of two quaternions."""
+    """Product of two quaternions."""
     return (
         p[0] * q[0] - p[1] * q[1] - p[2] * q[2] - p[3] * q[3],
         p[0] * q[1] + p[1] * q[0] + p[2] * q[3] - p[3] * q[2],
@@ -147,7 +147,7 @@ def product(
 
 @compiled
 def _logarithm(q: tuple[float, float, float, float]) -> tuple[float, float, float]:
-    """The rotation vector of a unit quaternion, at most pi long."""
+    """Rotation vector of a unit quaternion, with a length of at most pi."""
     length = np.sqrt(q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
     sign = 1.0 if q[0] >= 0.0 else -1.0
     scale = 2.0 * atan2(length, sign * q[0]) / length * sign if length > 1e-12 else 2.0 * sign
@@ -156,7 +156,7 @@ def _logarithm(q: tuple[float, float, float, float]) -> tuple[float, float, floa
 
 @compiled
 def update_errors(model: Record, piece: int, t: float, state: Record, room: Record) -> None:
-    """Writes e, e' and the demand v for a hand of which every contact slips, without slip_stop."""
+    """Computes e, e' and the demand v as if every contact slipped, without slip_stop."""
     x, n, law = state.x, model.num_fingers, model.law
     update_object_errors(model, piece, t, state, room)
     for i in range(n):
@@ -171,7 +171,7 @@ def update_errors(model: Record, piece: int, t: float, state: Record, room: Reco
 
 @compiled
 def update_object_errors(model: Record, piece: int, t: float, state: Record, room: Record) -> None:
-    """Writes the part of the object; the end of a step, a row and a tick are often one state."""
+    """Computes the part of the object, unless it is already up to date for this state."""
     if _are_known(piece, t, state, room):
         return
     _update_shift(model, piece, t, state, room)
@@ -183,7 +183,7 @@ def update_object_errors(model: Record, piece: int, t: float, state: Record, roo
 
 @compiled
 def _are_known(piece: int, t: float, state: Record, room: Record) -> bool:
-    """Whether the errors of the object in ``room`` are those of this state."""
+    """True if the errors of the object in ``room`` belong to this state."""
     if t != room.known_time or piece != room.known_piece:
         return False
     for k in range(BODY_STATES):
@@ -194,13 +194,13 @@ def _are_known(piece: int, t: float, state: Record, room: Record) -> bool:
 
 @compiled
 def forget_errors(room: Record) -> None:
-    """Has the errors of the object evaluated anew, under new constants."""
+    """Invalidates the errors of the object after a change of constants."""
     room.known_time = np.nan
 
 
 @compiled
 def leave_stuck(n: int, slips: Floats, room: Record) -> None:
-    """Takes the slips that stick for wanted where they are, and asks nothing of them."""
+    """Sets error and demand of sticking tangents to zero."""
     for i in range(n):
         for axis in range(2):
             if slips[i, axis] == 0.0:
@@ -213,7 +213,7 @@ def desired_turn(
 ) -> tuple[
     tuple[float, float, float, float], tuple[float, float, float], tuple[float, float, float]
 ]:
-    """Desired attitude exp(r) R_start, and its angular velocity A r' and acceleration."""
+    """Desired attitude exp(r) R_start, angular velocity A r' and angular acceleration."""
     motion = model.motion
     rx, vx, ax = desired_motion(motion, piece, t, 3)
     ry, vy, ay = desired_motion(motion, piece, t, 4)
@@ -229,7 +229,7 @@ def desired_turn(
 
 @compiled
 def _update_shift(model: Record, piece: int, t: float, state: Record, room: Record) -> None:
-    """Error of the position, its rate and the acceleration that is demanded."""
+    """Computes the position error, its rate and the demanded acceleration."""
     x, law = state.x, model.law
     for k in range(3):
         position, velocity, acceleration = desired_motion(model.motion, piece, t, k)
@@ -244,7 +244,7 @@ def _update_shift(model: Record, piece: int, t: float, state: Record, room: Reco
 
 @compiled
 def _update_turn(model: Record, piece: int, t: float, state: Record, room: Record) -> None:
-    """Attitude error, its rate and the angular acceleration that is demanded."""
+    """Computes the attitude error, its rate and the demanded angular acceleration."""
     x, law = state.x, model.law
     desired, (wx, wy, wz), (bx, by, bz) = desired_turn(model, piece, t)
     present = (x[ATTITUDE], x[ATTITUDE + 1], x[ATTITUDE + 2], x[ATTITUDE + 3])
@@ -293,7 +293,7 @@ def _solve_jacobian(
     y: float,
     z: float,
 ) -> tuple[float, float, float]:
-    """A(rho)^-1 times a vector: I - S/2 + (1/|rho|^2)(1 - (1 - b|rho|^2)/(2a)) S^2."""
+    """Product of A(rho)^-1 = I - S/2 + (1/|rho|^2)(1 - (1 - b|rho|^2)/(2a)) S^2 and a vector."""
     a, b = terms[0], terms[1]
     s = angle * angle
     if angle < SMALL_ANGLE:
@@ -317,7 +317,7 @@ def tilt(room: Record) -> float:
 
 @compiled
 def brake_slips(model: Record, discrete: Record, state: Record, room: Record) -> None:
-    """Asks contacts that are believed to slip to brake by slip_stop more, each way by itself."""
+    """Adds a deceleration of up to slip_stop to the demand of contacts in estimated slip."""
     n, law = model.num_fingers, model.law
     for i in range(n):
         if discrete.beliefs[i] == STICK or not law.slip_stop > 0.0:
@@ -326,7 +326,7 @@ def brake_slips(model: Record, discrete: Record, state: Record, room: Record) ->
             speed = 0.0
             for axis in axes_of(model, way):
                 speed += room.gamma[i, axis] * state.x[slip_velocity_at(n, i, axis)]
-            # Little more than stops it until the next torque can act, as in the plane.
+            # Hardly more than is needed to stop before the next torque acts, as in the planar law.
             stopping = max(speed, 0.0) / (law.period + law.latency)
             brake = min(law.slip_stop, stopping + LEAST_BRAKE * law.slip_stop)
             for axis in axes_of(model, way):
@@ -346,7 +346,7 @@ def lyapunov_value(model: Record, estimates: Floats, room: Record) -> float:
 
 @compiled
 def weights_of_error(model: Record, room: Record) -> None:
-    """Blkdiag(I, A^-T, I) E^T P xi, in ``weights``; errors and A are up to date."""
+    """Computes blkdiag(I, A^-T, I) E^T P xi in ``weights``, for up-to-date errors and A."""
     law, weights, a = model.law, room.weights, room.rotation
     error_weights(law, room, count_coordinates(model.num_fingers), weights)
     # A^-T by Cramer's rule.
@@ -364,7 +364,7 @@ def weights_of_error(model: Record, room: Record) -> None:
 def inertia_column(
     kin: Record, state: Record, acceleration: Floats, k: int
 ) -> tuple[float, float, float]:
-    """Moment that a principal inertia of 1 kg m^2 takes: e (e.w') + w x e (e.w)."""
+    """Moment per principal inertia e: e (e.w') + w x e (e.w) [N m / (kg m^2)]."""
     ex, ey, ez = kin.rotation[0, k], kin.rotation[1, k], kin.rotation[2, k]
     wx, wy, wz = state.x[SPIN], state.x[SPIN + 1], state.x[SPIN + 2]
     turning = ex * acceleration[3] + ey * acceleration[4] + ez * acceleration[5]
@@ -375,7 +375,7 @@ def inertia_column(
 
 @compiled
 def unit_force(kin: Record, work: Record, i: int, link: int) -> tuple[float, float, float]:
-    """What 1 kg of a link takes of the own force of its finger, at the measured acceleration."""
+    """Part of the inertial force of a finger per kg of a link, for the measured acceleration."""
     x, y, z = tip_acceleration(
         kin, i, work.acceleration, work.slip_acceleration[i, 0], work.slip_acceleration[i, 1]
     )
@@ -386,7 +386,7 @@ def unit_force(kin: Record, work: Record, i: int, link: int) -> tuple[float, flo
 
 @compiled
 def multiply_regressor(model: Record, state: Record, work: Record, weights: Floats) -> None:
-    """Writes U^T times ``weights``, U of Eq. 21 at the measured acceleration, to ``rates``."""
+    """Writes U^T times ``weights``, U of Eq. 21 for the measured acceleration, to ``rates``."""
     kin, a, unknowns, system = work.kin, work.acceleration, model.unknowns, work.believed_system
     for k in range(unknowns.count):
         kind, i, link = unknowns.kinds[k], unknowns.fingers[k], unknowns.links[k]

@@ -1,8 +1,8 @@
-"""How the laws in space change their estimates at a tick (Eq. 24, 28; composite adaptation).
+"""Adaptation of the laws for spatial hands at a tick (Eq. 24, 28; composite adaptation).
 
-Composite adaptation takes the equations of the object and of the slipping contacts as rows of least
-squares, one at a time, then the tracking term weighed with the covariance before them
-(`slipgrasp.core.kernel.planar.laws.composite` is the same law in the plane).
+Composite adaptation processes the equations of the object and of the slipping contacts by recursive
+least squares, then adds the tracking term weighted with the previous covariance
+(`slipgrasp.core.kernel.planar.laws.composite` is the planar version).
 """
 
 from __future__ import annotations
@@ -52,11 +52,11 @@ from slipgrasp.core.scenario import MAX_UNKNOWNS
 MEMORY = memory_layout(
     [
         ("before", np.float64, (MAX_UNKNOWNS, MAX_UNKNOWNS)),  # covariance before the rows
-        ("slips", np.float64, (MAX_FINGERS, 2)),  # in which contacts tell their friction
-        ("gamma", np.float64, (MAX_FINGERS, 3)),  # directions of these
-        ("moments", np.float64, (MAX_FINGERS,)),  # measured, of soft contacts on the object [N m]
-        ("inertia", np.float64, (MAX_COORDINATES, MAX_COORDINATES)),  # M~ as believed
-        ("forces", np.float64, (MAX_FINGERS, 3)),  # that follow from torque and acceleration
+        ("slips", np.float64, (MAX_FINGERS, 2)),  # 1 for tangents in slip
+        ("gamma", np.float64, (MAX_FINGERS, 3)),  # their directions
+        ("moments", np.float64, (MAX_FINGERS,)),  # measured, of soft contacts on object [N m]
+        ("inertia", np.float64, (MAX_COORDINATES, MAX_COORDINATES)),  # estimated M~
+        ("forces", np.float64, (MAX_FINGERS, 3)),  # computed from torque and acceleration
         ("wrench", np.float64, (6,)),
     ]
 )
@@ -68,14 +68,14 @@ _take_row = make_take_row("spatial_", LAW, MEMORY)
 def spatial_learn(
     model: Record, discrete: Record, state: Record, work: Record, memory: Record
 ) -> None:
-    """Writes to ``work.rates`` how the estimates change until the next tick.
+    """Writes the rates of the estimates until the next tick to ``work.rates``.
 
     Args:
         model: Constants of the run.
-        discrete: Estimates of the tick.
-        state: As measured.
-        work: With acceleration and tip forces as measured; the controller's model is up to date.
-        memory: Of the composite law, with trust, slips and their directions.
+        discrete: Discrete state, with the estimates.
+        state: Measured state.
+        work: Measured acceleration and tip forces, and the up-to-date estimated model.
+        memory: Memory of the composite law, with trust, slips and their directions.
     """
     law, count = model.law, model.num_unknowns
     if law.facts.reacts_to_slip:
@@ -131,7 +131,7 @@ def _learn_composite(
 
 @compiled
 def _is_probed(model: Record, work: Record, memory: Record, k: int) -> bool:
-    """Whether unknown ``k`` is the friction of a contact that never slipped and bounds the grip."""
+    """True if unknown ``k`` is the friction of a contact that never slipped and limits the grip."""
     i, force = model.unknowns.fingers[k], work.grasp.force
     slips = memory.slips[i, 0] != 0.0 or memory.slips[i, 1] != 0.0
     if model.unknowns.kinds[k] != FRICTION or memory.known[i] == 1 or slips:
@@ -146,7 +146,7 @@ def _is_probed(model: Record, work: Record, memory: Record, k: int) -> bool:
 
 @compiled
 def _find_forces(model: Record, work: Record, memory: Record) -> None:
-    """Forces of the fingertips on the object, world axes, that the believed fingers tell."""
+    """Computes the forces of the fingertips on the object from the estimated model, world axes."""
     for k in range(6):
         memory.wrench[k] = 0.0
     for i in range(model.num_fingers):
@@ -171,7 +171,7 @@ def _find_forces(model: Record, work: Record, memory: Record) -> None:
 def _take_off_moment(
     model: Record, work: Record, memory: Record, i: int, fx: float, fy: float, fz: float
 ) -> tuple[float, float, float]:
-    """A tip force less what the joints feel of the contact's moment, which goes to the wrench."""
+    """Tip force without the part due to the contact moment; adds the moment to the wrench."""
     normal, moment = work.kin.frames[i, 2], memory.moments[i]
     x, y, z = moment_at_tip(model.hand, work.kin, i, normal[0], normal[1], normal[2])
     for k in range(3):
@@ -181,7 +181,7 @@ def _take_off_moment(
 
 @compiled
 def _find_inertia(model: Record, work: Record, memory: Record) -> None:
-    """M~ as believed, by which noise of the accelerations reaches the rows."""
+    """Computes the estimated M~, which maps acceleration noise to the equations."""
     if model.law.acceleration_variance > 0.0:
         fill_inertia(
             work.kin,
@@ -197,7 +197,7 @@ def _find_inertia(model: Record, work: Record, memory: Record) -> None:
 def _row_noise(
     model: Record, work: Record, memory: Record, line: int, first: float, second: float
 ) -> float:
-    """Variance of a sum of this line of M~ and the next, from noise of differenced velocities."""
+    """Variance of a combination of two rows of M~ due to noise of the differenced velocities."""
     variance, total = model.law.acceleration_variance, 0.0
     if variance == 0.0:
         return 0.0
@@ -212,7 +212,7 @@ def _row_noise(
 
 @compiled
 def _take_object_rows(model: Record, state: Record, work: Record, memory: Record) -> None:
-    """The equations of the object: three forces, three moments."""
+    """Processes the equations of the object: three forces, three moments."""
     n, a, believed, x = model.num_fingers, work.acceleration, work.believed, state.x
     variance, reach = model.law.force_variance, 0.0
     scale = 1.0 / square(memory.trust)
@@ -259,7 +259,7 @@ def _fill_object_row(model: Record, state: Record, work: Record, memory: Record,
 
 @compiled
 def _take_slip_rows(model: Record, state: Record, work: Record, memory: Record) -> None:
-    """Every contact that slips lies on its cone, F_n mu = -g . F_t."""
+    """Processes the equations of the slipping contacts: F_n mu = -g . F_t."""
     unknowns, kin = model.unknowns, work.kin
     for i in range(model.num_fingers):
         trust = memory.trust * memory.contact_trust[i]
@@ -294,7 +294,7 @@ def _take_slip_rows(model: Record, state: Record, work: Record, memory: Record) 
 def _along(
     model: Record, memory: Record, i: int, way: int, force: tuple[float, float, float]
 ) -> float:
-    """-g . F_t over the tangents of a way."""
+    """-g . F_t over the tangents of a slip mode."""
     total = 0.0
     for axis in axes_of(model, way):
         total -= memory.gamma[i, axis] * (force[0] if axis == 0 else force[1])
@@ -303,7 +303,7 @@ def _along(
 
 @compiled
 def _is_measured(model: Record, state: Record, memory: Record, i: int, way: int) -> bool:
-    """Whether a slip that is not told is sure: its measured velocity is above the level."""
+    """True if a detected slip is certain: its measured velocity is above ``slip_level``."""
     along = 0.0
     for axis in axes_of(model, way):
         speed = state.x[slip_velocity_at(model.num_fingers, i, axis)]
@@ -313,7 +313,7 @@ def _is_measured(model: Record, state: Record, memory: Record, i: int, way: int)
 
 @compiled
 def _slip_noise(model: Record, work: Record, memory: Record, i: int, way: int) -> float:
-    """What noise of the accelerations adds to the variance of the row of a slip."""
+    """Variance of the equation of a slip due to noise of the accelerations."""
     line, gamma = slip_coordinate(i, 0), work.room.gamma[i]
     if model.ways == 2:
         return _row_noise(model, work, memory, line + way, 1.0, 0.0)

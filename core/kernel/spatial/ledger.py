@@ -1,4 +1,4 @@
-"""Energy that a step in space loses or makes, which counts where object or joints turn fast."""
+"""Energy imbalance of a step of a spatial run, checked at fast rotation of object or joints."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ NEARLY_SINGULAR = 1e-2  # extension of a chain
 
 @compiled
 def turns_fast(model: Record, run: Record) -> bool:
-    """Whether the object or a joint turns fast at the end of the step, as near singular poses."""
+    """True if the object or a joint rotates fast at the end of the step, as near singular poses."""
     fastest, end, rates = 0.0, run.step.end.x, run.work.kin.rates
     for k in range(3):
         fastest = max(fastest, abs(float(end[SPIN + k])))
@@ -43,7 +43,7 @@ def is_nearly_singular(model: Record, run: Record) -> bool:
 
 @compiled_apart(types.float64, MODEL, PROGRESS, types.float64)
 def spatial_imbalance(model: Record, run: Record, h: float) -> float:
-    """Energy that the step has lost or made until its middle and its end, over what is allowed."""
+    """Energy imbalance at the midpoint and end of a step, relative to the tolerance; the larger."""
     step, inside, kin = run.step, run.selection.probe, run.slip.work.kin
     end, kinetic = _energy(model, step.end, run.work.kin)
     update_kinematics(model.hand, run.discrete.seeds, step.start, kin)
@@ -58,7 +58,7 @@ def spatial_imbalance(model: Record, run: Record, h: float) -> float:
 
 @compiled
 def _energy(model: Record, state: Record, kin: Record) -> tuple[float, float]:
-    """Stored energy less what came in and with what friction took, and the kinetic part [J]."""
+    """Stored minus supplied plus dissipated energy, and the kinetic energy [J]."""
     kinetic, potential = stored_energy(model.hand, model.truth, kin, state)
     supplied, dissipated = state.x[supplied_at(model)], state.x[dissipated_at(model)]
     return kinetic + potential - supplied + dissipated, kinetic

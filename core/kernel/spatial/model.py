@@ -1,4 +1,4 @@
-"""The constants of a run in space as the kernel reads them, and how a scenario gives them."""
+"""Constants of a spatial run for the kernel, and their computation from a scenario."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ _KINDS = {
     "link_mass": LINK_MASS,
 }
 
-# The rim of a round patch, in the slips of the fingertip on its face.
+# Edge of a round patch, in coordinates of the slip of a fingertip.
 RIM = np.dtype(
     [
         ("centre", np.float64, (2,)),  # [m]
@@ -83,9 +83,9 @@ HAND = np.dtype(
     [
         ("num_fingers", np.int64),
         ("kinds", np.int64, (MAX_FINGERS,)),  # BY_LINKS, ON_SLIDES or BY_CHAIN
-        ("has_chains", np.int64),  # 1 where any is a chain
-        ("has_limits", np.int64),  # 1 where the range of any joint of a chain has an end
-        ("torque_limits", np.float64, (MAX_FINGERS, 3)),  # inf where none [N m, N]
+        ("has_chains", np.int64),  # 1 if any finger is a chain
+        ("has_limits", np.int64),  # 1 if any joint of a chain has a limit
+        ("torque_limits", np.float64, (MAX_FINGERS, 3)),  # inf if none [N m, N]
         ("chains", CHAIN, (MAX_FINGERS,)),
         ("link_lengths", np.float64, (MAX_FINGERS, 2)),  # [m]
         ("link_centres", np.float64, (MAX_FINGERS, 2)),  # from the proximal joint [m]
@@ -93,34 +93,34 @@ HAND = np.dtype(
         ("own_moments", np.float64, (MAX_FINGERS, 2)),  # the same about the centre of mass [m^2]
         ("bases", np.float64, (MAX_FINGERS, 3)),  # [m]
         ("elbows", np.float64, (MAX_FINGERS,)),  # sign of sin q3
-        ("least_radii", np.float64, (MAX_FINGERS,)),  # of the tip from the yaw axis [m]
+        ("least_radii", np.float64, (MAX_FINGERS,)),  # minimum tip radius [m]
         ("anchors", np.float64, (MAX_FINGERS, 3)),  # object frame [m]
         ("frames", np.float64, (MAX_FINGERS, 3, 3)),  # t_x, t_y, n in the object frame
         ("curved_faces", np.int64, (MAX_FINGERS,)),  # FLAT, CYLINDER or SPHERE
         ("radii", np.float64, (MAX_FINGERS,)),  # of curved faces [m]
         ("num_edges", np.int64, (MAX_FINGERS,)),
         ("edges", np.float64, (MAX_FINGERS, MAX_EDGES, 3)),  # a s_x + b s_y + c >= 0 on the face
-        ("discs", np.float64, (MAX_FINGERS, 3)),  # of round faces: middle in slips, radius, or 0
+        ("discs", np.float64, (MAX_FINGERS, 3)),  # round faces: centre, radius; else 0
         ("num_rims", np.int64, (MAX_FINGERS,)),
-        ("rims", RIM, (MAX_FINGERS, MAX_PATCHES)),  # of the patches on its face
-        ("eccentricities", np.float64, (MAX_FINGERS,)),  # e of soft fingertips, 0 of points [m]
+        ("rims", RIM, (MAX_FINGERS, MAX_PATCHES)),  # edges of the patches on its face
+        ("eccentricities", np.float64, (MAX_FINGERS,)),  # e of soft fingertips, 0 if hard [m]
         ("joint_damping", np.float64, (MAX_FINGERS,)),  # of the plant alone [N m s, N s/m]
         ("joint_friction", np.float64, (MAX_FINGERS,)),  # of the plant alone [N m, N]
-        ("joints_rub", np.int64),  # whether any of these is not 0
+        ("joints_rub", np.int64),  # 1 if any value above is nonzero
         ("gravity", np.float64),  # [m/s^2]
     ],
     align=True,
 )
 
-# Masses and friction; one such set is true, another is what the controller believes.
+# Masses and friction: one set has the true values, another the controller's estimates.
 TRUTH = np.dtype(
     [
         ("num_fingers", np.int64),
-        ("link_masses", np.float64, (MAX_FINGERS, MAX_LINKS)),  # on slides the first [kg]
+        ("link_masses", np.float64, (MAX_FINGERS, MAX_LINKS)),  # of slides the first [kg]
         ("object_mass", np.float64),  # [kg]
         ("inertias", np.float64, (3,)),  # about the body axes [kg m^2]
         ("friction", np.float64, (MAX_FINGERS,)),
-        ("static_friction", np.float64, (MAX_FINGERS,)),  # while it sticks; no law knows it
+        ("static_friction", np.float64, (MAX_FINGERS,)),  # in stick; not available to laws
     ],
     align=True,
 )
@@ -129,46 +129,46 @@ LAW = law_layout(
     facts_layout(SPATIAL),
     MAX_COORDINATES,
     [
-        ("grasp_force", np.int64),  # 1: the least inside the cones, 0: none
-        ("holds", np.int64),  # 1: every contact inside its cone, slipping or not
-        ("softens", np.int64),  # 1: gives up what only huge forces would give
+        ("grasp_force", np.int64),  # 1: smallest inside the cones, 0: none
+        ("holds", np.int64),  # 1: keep every contact inside its cone, slipping or not
+        ("softens", np.int64),  # 1: no wrench components that need huge forces
     ],
 )
 
-IMPLICIT = 3  # rank of the method for slips that creep
+IMPLICIT = 3  # rank of the method for creeping slips
 
-# Everything constant over one stretch of a run.
+# Constants of one segment of a run.
 MODEL = np.dtype(
     [
         ("num_fingers", np.int64),  # n
-        ("ways", np.int64),  # of a contact to slip: 1 on the cone, 2 in the pyramid
-        ("soft", np.int64),  # 1 where any fingertip resists turning on the object
+        ("ways", np.int64),  # slip modes of a contact: 1 on the cone, 2 in the pyramid
+        ("soft", np.int64),  # 1 if any fingertip resists turning on the object
         ("num_unknowns", np.int64),  # p
         ("num_states", np.int64),  # of the integrated state
         ("num_diagnostics", np.int64),
         ("hand", HAND),
         ("truth", TRUTH),
         ("load", np.float64, (6,)),  # force and moment of pulses [N, N m]
-        ("attitude", np.float64, (4,)),  # at the start: the desired rotation counts from it
-        ("unknowns", UNKNOWNS),  # the link of an inertia is its axis
+        ("attitude", np.float64, (4,)),  # initial, the reference of the desired rotation
+        ("unknowns", UNKNOWNS),  # for an inertia, the link is its axis
         ("law", LAW),
         ("motion", MOTION),
         ("sensors", SENSORS),
         ("actuators", ACTUATORS),
         ("numerics", NUMERICS),
         ("num_methods", np.int64),
-        ("methods", METHOD, (IMPLICIT + 1,)),  # in rising order, then the implicit one
+        ("methods", METHOD, (IMPLICIT + 1,)),  # in ascending order, then the implicit one
     ],
     align=True,
 )
 
 
 class Rim(NamedTuple):
-    """The rim of a patch, and on which side of it a fingertip is.
+    """Edge of a patch, and the side of it on which a fingertip is.
 
     Attributes:
-        centre: In slips of the fingertip [m].
-        radius: Of the patch [m].
+        centre: Centre of the patch in coordinates of the slip [m].
+        radius: Radius of the patch [m].
         side: 1 inside, -1 outside.
     """
 
@@ -178,11 +178,11 @@ class Rim(NamedTuple):
 
 
 class Surface(NamedTuple):
-    """What a fingertip stands on.
+    """Surface under a fingertip.
 
     Attributes:
-        factor: What its friction is multiplied by.
-        rims: Of all patches on its face.
+        factor: Factor of the friction coefficient.
+        rims: Edges of all patches on the face.
     """
 
     factor: float
@@ -191,25 +191,25 @@ class Surface(NamedTuple):
 
 @compiled_apart(types.float64, types.float64, types.float64)
 def spatial_power(base: float, exponent: float) -> float:
-    """A positive number to any power."""
+    """Power of a positive number."""
     return exp(exponent * log(base))
 
 
 @compiled_apart(types.float64, types.float64, types.float64)
 def spatial_lag_share(bandwidth: float, period: float) -> float:
-    """Share of its way that a first-order lag covers in a period."""
+    """Fraction of the distance to its target that a first-order lag covers in a period."""
     return lag_share(bandwidth, period)
 
 
 def pack_model(
     scenario: SpatialScenario, load: list[float], surfaces: Sequence[Surface] = ()
 ) -> Record:
-    """The constants of a stretch.
+    """Constants of a segment.
 
     Args:
-        scenario: What holds during the stretch.
-        load: Force and moment of the pulses that act, six numbers [N, N m].
-        surfaces: What each fingertip stands on; faces without patches if empty.
+        scenario: Scenario during the segment.
+        load: Force and moment of the active pulses, six numbers [N, N m].
+        surfaces: Surface under each fingertip; faces without patches if empty.
     """
     model = make_record(MODEL)
     n, p = len(scenario.fingers), len(scenario.estimates)
@@ -275,7 +275,7 @@ def _pack_face(body: SpatialObject, finger: SpatialFinger, i: int, model: Record
     hand.anchors[i] = contact.anchor
     hand.frames[i] = contact.tangent_x, contact.tangent_y, contact.normal
     if is_curved:
-        # By the kernel's own functions, which have the same bits on every machine.
+        # By functions of the kernel, which have the same bits on every machine.
         call(spatial_start_on_face, model, i, *finger.contact_offset)
 
 
@@ -353,7 +353,7 @@ def _pack_law(scenario: SpatialScenario, model: Record) -> None:
 
 @compiled_apart(types.void, MODEL, _MATRIX)
 def spatial_weights(model: Record, matrix: Record) -> None:
-    """P of Eq. 25 for Q, given by its rows ``(12 + 4n, 12 + 4n)``."""
+    """Packs P of Eq. 25 for the matrix Q ``(12 + 4n, 12 + 4n)``."""
     law, q, size = model.law, matrix.entries, count_coordinates(model.num_fingers)
     for j in range(size):
         pack_lyapunov(law, j, q[j, j], q[j, size + j], q[size + j, size + j])
@@ -389,7 +389,7 @@ def _pack_learning(controller: SpatialController, model: Record) -> None:
 
 
 def _pack_sensors(scenario: SpatialScenario, model: Record) -> None:
-    """What is measured, how well, and what the law makes of it."""
+    """Packs the sensors, and the settings of the law that depend on them."""
     sensing, controller, sensors = scenario.sensing, scenario.controller, model.sensors
     for name in (
         "position_noise",
@@ -416,7 +416,7 @@ def _pack_sensors(scenario: SpatialScenario, model: Record) -> None:
         sensors.least_sum = 20.0 * expected / sensing.slip_threshold
     model.law.slip_level = -np.inf if sensing.true_phases else 0.5 * sensing.slip_threshold
     if model.law.facts.has_memory and not sensing.true_accelerations:
-        # Of white noise, differenced over T, of which the filter takes a share (docs/model.md).
+        # Variance of filtered differences of white noise (docs/model.md).
         whole = sensing.acceleration_filter_time + controller.control_period
         share = controller.control_period / whole
         variance = 2.0 * expected / (whole * whole * (2.0 - share))
@@ -424,7 +424,7 @@ def _pack_sensors(scenario: SpatialScenario, model: Record) -> None:
 
 
 def _pack_limits(scenario: SpatialScenario, model: Record) -> None:
-    """What the joints can give."""
+    """Packs the actuator limits."""
     for name in ACTUATORS.names or ():
         limit = getattr(scenario.actuation, name)
         model.actuators[name] = np.inf if limit is None else limit

@@ -1,7 +1,7 @@
-"""The desired motion in space: six coordinates, each as in `slipgrasp.core.kernel.loop.motion`.
+"""Desired motion of spatial objects: six coordinates as in `slipgrasp.core.kernel.loop.motion`.
 
-The last three are the rotation vector r by which the object is turned from its start attitude,
-R_des = exp(r) R_start; its angular velocity and acceleration are A(r) r' and A(r) r'' + A' r'.
+The last three are the rotation vector r of the object relative to its initial attitude,
+R_des = exp(r) R_start; angular velocity and acceleration are A(r) r' and A(r) r'' + A' r'.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ MOTION = motion_layout(6)
 
 
 def pack_motion(path: SpatialTrajectory, motion: Record) -> None:
-    """Writes the desired motion to a record that is all zero."""
+    """Writes the desired motion to an all-zero record."""
     motion.start[:3] = path.start[:3]
     motion.breaks[:] = np.inf
     motion.coasts = path.kind == "coast"
@@ -41,14 +41,14 @@ def pack_motion(path: SpatialTrajectory, motion: Record) -> None:
 
 
 def _rest(motion: Record, piece: int, start: float, pose: tuple[float, ...]) -> None:
-    """Begins a piece that rests at a pose; the one before ends there."""
+    """Starts a segment at rest at a pose, and ends the previous one."""
     if piece > 0:
         motion.breaks[piece - 1] = start
     motion.polynomials[piece, :, 0] = pose
 
 
 def _pack_moves(path: SpatialTrajectory, motion: Record) -> None:
-    """Motions between set-points with least jerk, at rest in between."""
+    """Packs minimum-jerk motions between set-points, with rests in between."""
     piece, now, pose = 0, 0.0, tuple(motion.start.tolist())
     for point in path.set_points:
         if point.time - now > SAME_TIME:
@@ -67,7 +67,7 @@ def _pack_moves(path: SpatialTrajectory, motion: Record) -> None:
 
 
 def _pack_spline(path: SpatialTrajectory, motion: Record) -> None:
-    """The cubic spline through the rows of the table, at rest at both ends."""
+    """Packs the cubic spline through the rows of the table, at rest at both ends."""
     last, times = len(path.table) - 1, [row[0] for row in path.table]
     _rest(motion, 0, 0.0, tuple(motion.start.tolist()))
     for k, row in enumerate(path.table[1:], 1):
@@ -84,9 +84,9 @@ def _pack_spline(path: SpatialTrajectory, motion: Record) -> None:
 
 
 def _speeds(steps: Sequence[float], secants: Sequence[Floats]) -> list[Floats]:
-    """Velocities at the rows with which the acceleration does not jump, zero at both ends.
+    """Velocities at the rows for continuous acceleration, zero at both ends.
 
-    Their equations are tridiagonal and dominated by the diagonal: Thomas's elimination.
+    The equations are tridiagonal and diagonally dominant, solved by the Thomas algorithm.
     """
     ratios, rights = [0.0], [np.zeros(6)]
     for k in range(1, len(steps)):
@@ -102,7 +102,7 @@ def _speeds(steps: Sequence[float], secants: Sequence[Floats]) -> list[Floats]:
 
 
 def _pack_cycles(path: SpatialTrajectory, motion: Record) -> None:
-    """Circle, rotation and shake: psi accelerates from rest, is uniform, and brakes likewise."""
+    """Packs circle, rotation or shake: psi accelerates from rest, is uniform, then decelerates."""
     speed, ramp = 2.0 * math.pi / path.period, path.acceleration_time
     even = max(path.cycles * path.period - ramp, 0.0)
     curve, swept = 0.5 * speed / ramp, 0.5 * speed * ramp

@@ -15,12 +15,12 @@ NEWTON_STEPS, FULL_STEPS, NEWTON_ERROR = 100, 30, 1e-12
 
 
 def make_newton(rows: int, mobility: Any, set_rows: Any) -> Any:
-    """Runs Newton's method from the present forces of a contact problem; 1 if it has converged.
+    """Creates Newton's method for a contact problem; it returns 1 if it has converged.
 
     Args:
-        rows: Number of rows of a contact.
+        rows: Number of rows per contact.
         mobility: Returns an entry of G.
-        set_rows: Sets the rows of the matrix for a contact, and its negative residuals in newtons;
+        set_rows: Sets the rows of the matrix for a contact, and its negative residuals [N];
             receives the directions of slips in progress.
     """
 

@@ -1,4 +1,4 @@
-"""What a law of one's own is shown of a spatial hand at a tick (`slipgrasp.core.kernel.laws`).
+"""Inputs of a custom law for spatial hands at a tick (`slipgrasp.core.kernel.laws`).
 
 Vectors are in world axes; attitude errors are rotation vectors.
 """
@@ -24,45 +24,45 @@ from slipgrasp.core.kernel.spatial.state import (
 )
 from slipgrasp.core.scenario import MAX_LAW_PARAMETERS, MAX_UNKNOWNS
 
-# What the law is shown: measured, believed and nominal, never the truth.
+# Inputs of the law: measured, estimated and nominal values, never the true ones.
 SEEN = np.dtype(
     [
         ("time", np.float64),  # [s]
         ("tick", np.int64),  # of sampled control, from 0
         ("period", np.float64),  # [s]
-        ("pose", np.float64, (7,)),  # as measured: position [m], quaternion w, x, y, z
+        ("pose", np.float64, (7,)),  # measured: position [m], quaternion w, x, y, z
         ("velocity", np.float64, (6,)),  # of the centre of mass, angular velocity [m/s, rad/s]
         ("desired_pose", np.float64, (7,)),
         ("desired_velocity", np.float64, (6,)),
         ("desired_acceleration", np.float64, (6,)),
-        ("error", np.float64, (6,)),  # of position, and the rotation vector to the desired attitude
+        ("error", np.float64, (6,)),  # of position; rotation vector to the desired attitude
         ("error_rate", np.float64, (6,)),
         ("joint_position", np.float64, (MAX_FINGERS, 3)),  # [rad], of slides [m]
         ("joint_velocity", np.float64, (MAX_FINGERS, 3)),  # [rad/s, m/s]
-        ("joint_torque", np.float64, (MAX_FINGERS, 3)),  # that acts until now [N m, N]
-        ("slip", np.float64, (MAX_FINGERS, 2)),  # along both tangents, as sensed [m]
+        ("joint_torque", np.float64, (MAX_FINGERS, 3)),  # applied up to this tick [N m, N]
+        ("slip", np.float64, (MAX_FINGERS, 2)),  # along both tangents, measured [m]
         ("slip_velocity", np.float64, (MAX_FINGERS, 2)),
         ("believed_phase", np.int64, (MAX_FINGERS,)),
-        ("slip_direction", np.float64, (MAX_FINGERS, 2)),  # as believed, 0 in stick
+        ("slip_direction", np.float64, (MAX_FINGERS, 2)),  # estimated, 0 in stick
         ("contact_force", np.float64, (MAX_FINGERS, 3)),  # measured: tangents, normal [N]
         ("contact_moment", np.float64, (MAX_FINGERS,)),  # measured, about the normal [N m]
-        ("spin", np.float64, (MAX_FINGERS,)),  # about the normal; 0 of a point [rad]
+        ("spin", np.float64, (MAX_FINGERS,)),  # about the normal; 0 if hard [rad]
         ("spin_velocity", np.float64, (MAX_FINGERS,)),
-        ("eccentricity", np.float64, (MAX_FINGERS,)),  # largest moment over largest force [m]
+        ("eccentricity", np.float64, (MAX_FINGERS,)),  # largest moment / largest force [m]
         ("jacobian", np.float64, (MAX_FINGERS, 3, 3)),
         ("jacobian_inverse", np.float64, (MAX_FINGERS, 3, 3)),
         ("link_direction", np.float64, (MAX_FINGERS, 2, 3)),  # unit vectors along the links
         ("contact_arm", np.float64, (MAX_FINGERS, 3)),  # from the centre of mass [m]
-        ("contact_tangents", np.float64, (MAX_FINGERS, 2, 3)),  # into which slips count
+        ("contact_tangents", np.float64, (MAX_FINGERS, 2, 3)),  # directions of positive slip
         ("contact_normal", np.float64, (MAX_FINGERS, 3)),  # into the object
-        ("friction", np.float64, (MAX_FINGERS,)),  # as believed
-        ("object_mass", np.float64),  # as believed [kg]
-        ("object_inertias", np.float64, (3,)),  # about the body axes, as believed [kg m^2]
-        ("link_masses", np.float64, (MAX_FINGERS, 2)),  # as believed; on slides the first [kg]
+        ("friction", np.float64, (MAX_FINGERS,)),  # estimated
+        ("object_mass", np.float64),  # estimated [kg]
+        ("object_inertias", np.float64, (3,)),  # estimated, about the body axes [kg m^2]
+        ("link_masses", np.float64, (MAX_FINGERS, 2)),  # estimated; of slides the first [kg]
         ("link_lengths", np.float64, (MAX_FINGERS, 2)),  # [m]
         ("link_centres", np.float64, (MAX_FINGERS, 2)),  # from the proximal joint [m]
         ("gravity", np.float64),  # [m/s^2]
-        ("torque_limit", np.float64),  # inf where none [N m]
+        ("torque_limit", np.float64),  # inf if unlimited [N m]
         ("estimates", np.float64, (MAX_UNKNOWNS,)),
         ("position_gain", np.float64, (6,)),  # K_p
         ("velocity_gain", np.float64, (6,)),  # K_v
@@ -77,9 +77,9 @@ OWN_LAW = own_law_layout(SEEN, answer_layout(3))
 
 @compiled
 def look(model: Record, run: Record) -> None:
-    """Shows the law this tick, and lays out its answer: unless it says otherwise, as before.
+    """Updates the inputs for this tick and initializes the outputs to their previous values.
 
-    Kinematics, errors and beliefs are those of the state as it is measured.
+    Kinematics, errors and the estimated model must be up to date for the measured state.
     """
     n, own, seen = model.num_fingers, run.own, run.own.seen
     seen.time, seen.tick, seen.period = run.now, run.senses.num_ticks - 1, model.law.period
@@ -104,7 +104,7 @@ def look(model: Record, run: Record) -> None:
 
 @compiled
 def _show_object(model: Record, run: Record) -> None:
-    """Pose and velocity as measured and as desired, and what lies between."""
+    """Sets measured and desired pose and velocity, and the errors."""
     seen, x, piece = run.own.seen, run.senses.measured.x, run.discrete.piece
     for k in range(7):
         seen.pose[k] = x[POSITION + k]
@@ -125,7 +125,7 @@ def _show_object(model: Record, run: Record) -> None:
 
 @compiled
 def _show_finger(model: Record, run: Record, i: int) -> None:
-    """What is measured of finger ``i`` and its contact."""
+    """Sets the measurements of finger ``i`` and its contact."""
     n, kin, seen, senses = model.num_fingers, run.work.kin, run.own.seen, run.senses
     x = senses.measured.x
     seen.believed_phase[i] = run.discrete.beliefs[i]
@@ -150,7 +150,7 @@ def _show_finger(model: Record, run: Record, i: int) -> None:
 
 @compiled
 def _show_jacobian(model: Record, kin: Record, seen: Record, i: int) -> None:
-    """The Jacobian of fingertip ``i`` and its inverse, by yaw and both pitches; its links."""
+    """Sets the Jacobian of fingertip ``i`` (yaw, both pitches), its inverse, and the links."""
     if model.hand.kinds[i] == ON_SLIDES:
         for c in range(3):
             for k in range(3):

@@ -1,12 +1,12 @@
-"""The reduced equations of a hand in space (Eq. 18) and their solution, contact by contact.
+"""Reduced equations of a spatial hand (Eq. 18) and their solution, contact by contact.
 
 With H_i = [I, -S(r_i)], f_i = Lambda_i (H_i nu' + T_i s_i'' + b_i) + f_0,i, the force on the object
 is F_i = u_i - f_i, and
 
     M_o nu' + h_o = sum H_i^T F_i + load,      e_k . F_i = 0 for every slipping direction k,
 
-e_k = t_k - gamma_k mu n. The slips of a contact are eliminated with K = e_k . Lambda t_l, 2x2; what
-is left is Sigma, 6x6. The same equations with believed masses are the controller's model.
+e_k = t_k - gamma_k mu n. Eliminating the slips of every contact with K = e_k . Lambda t_l (2x2)
+leaves Sigma (6x6). The same equations with estimated parameters are the controller's model.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from slipgrasp.core.kernel.numerics.dense import factor_dense, solve_dense, solv
 from slipgrasp.core.kernel.spatial.dynamics import multiply, world_inertia
 from slipgrasp.core.kernel.spatial.state import SPIN, slip_coordinate
 
-# Sigma and what belongs to the slipping contacts.
+# Sigma, and terms of the slipping contacts.
 SYSTEM = np.dtype(
     [
         ("body", np.float64, (6,)),  # R I_b R^T: xx, xy, xz, yy, yz, zz
@@ -37,7 +37,7 @@ SYSTEM = np.dtype(
 )
 
 
-# Where an element of a symmetric 3x3 matrix stands among its six entries.
+# Index of an element of a symmetric 3x3 matrix among its six entries.
 _ENTRIES = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])
 
 
@@ -45,15 +45,15 @@ _ENTRIES = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])
 def assemble(
     kin: Record, dynamics: Record, truth: Record, slips: Floats, gamma: Floats, system: Record
 ) -> None:
-    """Fills ``system``, with Sigma factored.
+    """Fills ``system`` and factors Sigma.
 
     Args:
         kin: Kinematics.
-        dynamics: Fingers at their tips, for the masses of ``truth``.
+        dynamics: Tip dynamics of the fingers for the masses of ``truth``.
         truth: Masses and friction.
-        slips: ``(n, 2)``, 1 where a contact slips along a tangent.
-        gamma: ``(n, 2)``, direction of slip.
-        system: Where it is written.
+        slips: ``(n, 2)``, 1 if a contact slips along a tangent.
+        gamma: ``(n, 2)``, slip directions.
+        system: Output.
     """
     world_inertia(kin, truth.inertias, system.body)
     sigma = system.sigma
@@ -67,7 +67,7 @@ def assemble(
 
 @compiled
 def set_body_inertia(mass: float, body: Floats, sigma: Floats) -> None:
-    """Sets Sigma to the inertia of the object alone, ``body`` in world axes about its centre."""
+    """Sets Sigma to the inertia of the object, with ``body`` about its centre in world axes."""
     for a in range(6):
         for b in range(6):
             sigma[a, b] = 0.0
@@ -88,7 +88,7 @@ def _eliminate_slips(
     system: Record,
     i: int,
 ) -> float:
-    """What the slips of contact ``i`` leave, and det K."""
+    """Computes the terms of the slips of contact ``i``; returns det K."""
     inertia, mu = dynamics.inertia[i], truth.friction[i]
     inverse = system.inverse[i]
     for k in range(2):
@@ -134,7 +134,7 @@ def _add_finger(kin: Record, dynamics: Record, system: Record, i: int) -> None:
     """Adds H^T (Lambda - Lambda T K^-1 e^T Lambda) H to Sigma."""
     full = dynamics.inertia[i]
     sigma, inverse = system.sigma, system.inverse[i]
-    # Columns of what is left of Lambda; a column of Lambda' H is (l, then r x row of Lambda').
+    # Columns l of Lambda' = Lambda - Lambda T K^-1 e^T Lambda.
     for b in range(3):
         first = inverse[0, 0] * system.felt[i, 0, b] + inverse[0, 1] * system.felt[i, 1, b]
         second = inverse[1, 0] * system.felt[i, 0, b] + inverse[1, 1] * system.felt[i, 1, b]
@@ -151,7 +151,7 @@ def _add_finger(kin: Record, dynamics: Record, system: Record, i: int) -> None:
 def _add_column(
     kin: Record, sigma: Floats, i: int, b: int, lx: float, ly: float, lz: float
 ) -> None:
-    """Adds column b of Lambda', which acts on v_b and, through w x r, on the spin."""
+    """Adds column b of Lambda', which multiplies v_b and, through w x r, the spin."""
     rx, ry, rz = kin.arms[i, 0], kin.arms[i, 1], kin.arms[i, 2]
     mx, my, mz = ry * lz - rz * ly, rz * lx - rx * lz, rx * ly - ry * lx
     column = (lx, ly, lz, mx, my, mz)
@@ -171,7 +171,7 @@ def _add_column(
 
 @compiled
 def tip_inertia_columns(kin: Record, inertia: Floats, sigma: Floats, i: int) -> None:
-    """Adds H^T Lambda H of a contact that sticks to Sigma."""
+    """Adds H^T Lambda H of a sticking contact to Sigma."""
     for b in range(3):
         first, second, third = _ENTRIES[0, b], _ENTRIES[1, b], _ENTRIES[2, b]
         _add_column(kin, sigma, i, b, inertia[first], inertia[second], inertia[third])
@@ -179,7 +179,7 @@ def tip_inertia_columns(kin: Record, inertia: Floats, sigma: Floats, i: int) -> 
 
 @compiled
 def object_bias(state: Record, system: Record, truth: Record, gravity: float, bias: Floats) -> None:
-    """H_o: weight and gyroscopic moment, six numbers."""
+    """Computes h_o, weight and gyroscopic moment, six numbers."""
     x, body = state.x, system.body
     wx, wy, wz = x[SPIN], x[SPIN + 1], x[SPIN + 2]
     lx, ly, lz = multiply(body, wx, wy, wz)
@@ -207,7 +207,7 @@ def tip_acceleration(
 def own_force(
     kin: Record, dynamics: Record, i: int, acceleration: Floats, slip_acceleration: Floats
 ) -> tuple[float, float, float]:
-    """f_i, what finger ``i`` needs of its joints, as a tip force, to move itself."""
+    """Tip force f_i required to move finger ``i`` without contact."""
     x, y, z = tip_acceleration(
         kin, i, acceleration, slip_acceleration[i, 0], slip_acceleration[i, 1]
     )
@@ -243,7 +243,7 @@ def to_world(
 
 @compiled
 def solve_plant(model: Record, state: Record, work: Record) -> None:
-    """Accelerations and contact forces under the tip forces u in ``work.tip_forces`` (Eq. 17)."""
+    """Computes accelerations and contact forces for the tip forces ``work.tip_forces`` (Eq. 17)."""
     system = work.system
     solve_motion(model, state, work, work.dynamics, system, model.truth, model.load)
     for i in range(model.num_fingers):
@@ -260,7 +260,7 @@ def solve_motion(
     masses: Record,
     load: Floats,
 ) -> None:
-    """The same for fingers, equations and masses as they are, or as they are believed to be."""
+    """As `solve_plant`, with the true or the estimated dynamics, equations and masses."""
     n, kin, right = model.num_fingers, work.kin, system.right
     object_bias(state, system, masses, model.hand.gravity, work.column)
     for k in range(6):
@@ -298,7 +298,7 @@ def _along(system: Record, i: int, k: int, x: float, y: float, z: float) -> floa
 
 @compiled
 def _slips_for(system: Record, i: int, first: float, second: float) -> tuple[float, float]:
-    """K^-1 times two numbers."""
+    """Product of K^-1 and two numbers."""
     inverse = system.inverse[i]
     return (
         inverse[0, 0] * first + inverse[0, 1] * second,
@@ -308,7 +308,7 @@ def _slips_for(system: Record, i: int, first: float, second: float) -> tuple[flo
 
 @compiled
 def _solve_contact(kin: Record, dynamics: Record, system: Record, i: int, work: Record) -> None:
-    """Slip acceleration and force of a contact from those of the object."""
+    """Computes slip acceleration and force of a contact from the acceleration of the object."""
     a = work.acceleration
     rx, ry, rz = kin.arms[i, 0], kin.arms[i, 1], kin.arms[i, 2]
     hx = a[0] + a[4] * rz - a[5] * ry
@@ -335,7 +335,7 @@ def _solve_contact(kin: Record, dynamics: Record, system: Record, i: int, work: 
 
 @compiled
 def _put_on_cone(system: Record, friction: float, i: int, work: Record) -> None:
-    """F_k = -gamma_k mu F_n where contact ``i`` slips: to rounding, however straight its finger."""
+    """Sets F_k = -gamma_k mu F_n of a slipping contact, exact even for a nearly straight finger."""
     for k in range(2):
         if system.inverse[i, k, k] != 0.0:
             work.forces[i, k] = -friction * work.gamma[i, k] * work.forces[i, 2]
@@ -343,12 +343,12 @@ def _put_on_cone(system: Record, friction: float, i: int, work: Record) -> None:
 
 @compiled
 def weigh_error(n: int, kin: Record, system: Record, weights: Floats, weighted: Floats) -> None:
-    """M~^-T times ``weights`` ``(6 + 2n,)``, in ``weighted``; of sticking directions 0 is left."""
+    """Writes M~^-T times ``weights`` ``(6 + 2n,)`` to ``weighted``; 0 for sticking directions."""
     right = system.right
     for k in range(6):
         right[k] = weights[k]
     for i in range(n):
-        # K^-T w_s, taken through the rows e_k . Lambda H of the contact.
+        # K^-T w_s, mapped by the rows e_k . Lambda H of the contact.
         inverse = system.inverse[i]
         w0, w1 = weights[slip_coordinate(i, 0)], weights[slip_coordinate(i, 1)]
         first = inverse[0, 0] * w0 + inverse[1, 0] * w1
@@ -384,7 +384,7 @@ def _subtract_wrench(
 
 @compiled
 def _arm_product(kin: Record, i: int, vector: Floats) -> tuple[float, float, float]:
-    """H_i times six numbers."""
+    """Product of H_i and six numbers."""
     rx, ry, rz = kin.arms[i, 0], kin.arms[i, 1], kin.arms[i, 2]
     return (
         vector[0] + vector[4] * rz - vector[5] * ry,

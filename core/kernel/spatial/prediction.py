@@ -1,8 +1,8 @@
-"""Where the law expects a hand in space to be when the torque that it commands now will act.
+"""State that the law predicts for the instant at which the present command takes effect.
 
-As in the plane (`slipgrasp.core.kernel.planar.prediction`): the accelerations of the law's own
-model at the measured state, integrated once and twice over the latency under the torques that are
-commanded already. Kinematics and phases are kept, but no slip is expected to turn back.
+As for planar hands (`slipgrasp.core.kernel.planar.prediction`), the accelerations of the estimated
+model at the measured state, under the torques already commanded, are integrated once and twice over
+the latency. Kinematics and phases are kept constant, and a predicted slip does not reverse.
 """
 
 from __future__ import annotations
@@ -30,13 +30,13 @@ from slipgrasp.core.kernel.spatial.state import (
 from slipgrasp.core.kernel.spatial.ways import axes_of
 from slipgrasp.core.kernel.spatial.workspace import WORKSPACE
 
-# What the law expects.
+# Predicted state, and the values it depends on.
 PREDICTION = np.dtype(
     [
         ("impulses", np.float64, (2, MAX_FINGERS, 3)),  # torques integrated once, twice
-        ("torques", np.float64, (MAX_FINGERS, 3)),  # whose integrals these are, held [N m]
-        ("no_load", np.float64, (6,)),  # no law knows of pulses
-        ("turn", np.float64, (3,)),  # of the object until then [rad]
+        ("torques", np.float64, (MAX_FINGERS, 3)),  # their mean [N m]
+        ("no_load", np.float64, (6,)),  # zero: laws do not know pulses
+        ("turn", np.float64, (3,)),  # predicted rotation of the object [rad]
         ("state", STATE),
     ],
     align=True,
@@ -45,13 +45,13 @@ PREDICTION = np.dtype(
 
 @compiled_apart(types.void, MODEL, SENSES, WORKSPACE, PREDICTION)
 def spatial_predict(model: Record, senses: Record, work: Record, prediction: Record) -> None:
-    """Writes the expected state to ``prediction.state``.
+    """Writes the predicted state to ``prediction.state``.
 
     Args:
-        model: Constants of the run; the latency is the time that is looked ahead.
-        senses: The state as measured, and beliefs of the controller.
-        work: The law's model, evaluated there.
-        prediction: With the impulses of the torques that will act until then.
+        model: Constants of the run; the prediction time is the latency.
+        senses: Measured state, and estimated slips.
+        work: Estimated model, evaluated at that state.
+        prediction: With the impulses of the torques that act until then.
     """
     n, lead, turn = model.num_fingers, model.law.latency, prediction.turn
     x, ahead = senses.measured.x, prediction.state.x
@@ -82,7 +82,7 @@ def _add_accelerations(
 ) -> None:
     """Adds the accelerations under the mean torque to the rates, or to the positions and ``turn``.
 
-    They are linear in the torque: their integral over the latency is that of the mean.
+    They are linear in the torque, so the mean torque gives their integral over the latency.
     """
     n, ahead, turn = model.num_fingers, prediction.state.x, prediction.turn
     for i in range(n):
@@ -116,7 +116,7 @@ def _add_accelerations(
 def _keep_from_turning_back(
     model: Record, senses: Record, prediction: Record, i: int, way: int
 ) -> None:
-    """A way that is believed to stick, or would slip backward, is expected to rest where it is."""
+    """Sets the predicted slip of a mode to rest if it sticks or would reverse."""
     n, x, ahead, along = model.num_fingers, senses.measured.x, prediction.state.x, 0.0
     for axis in axes_of(model, way):
         along += senses.gamma[i, axis] * ahead[slip_velocity_at(n, i, axis)]

@@ -1,4 +1,4 @@
-"""Rows of the trace of a hand in space."""
+"""Rows of the trace of a spatial hand."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ _fill_shared = make_fill_shared(AT, true_value)
 
 @compiled_apart(types.int64, MODEL, ROW, WORKSPACE)
 def spatial_evaluate(model: Record, row: Record, work: Record) -> int:
-    """Evaluates plant and errors at the state of ``row``; 0 where anything is not finite."""
+    """Evaluates plant and errors at the state of ``row``; 0 if a value is not finite."""
     n, discrete = model.num_fingers, row.discrete
     pass_breaks(model.motion, discrete, row.time)
     if work.at_start == 0:
@@ -104,7 +104,7 @@ def spatial_evaluate(model: Record, row: Record, work: Record) -> int:
 
 @compiled_apart(types.float64, MODEL, ROW)
 def spatial_condition(model: Record, row: Record) -> float:
-    """Condition in the 1-norm of ``row.matrix``, which is inverted in its place."""
+    """Condition number in the 1-norm of ``row.matrix``, which is inverted in place."""
     size = count_coordinates(model.num_fingers)
     largest = _one_norm(row.matrix, size)
     if not invert_dense(row.matrix, size, row.order):
@@ -114,7 +114,7 @@ def spatial_condition(model: Record, row: Record) -> float:
 
 @compiled
 def _one_norm(matrix: Floats, size: int) -> float:
-    """The largest sum of a column."""
+    """1-norm: the largest absolute column sum."""
     largest = 0.0
     for b in range(size):
         total = 0.0
@@ -126,7 +126,7 @@ def _one_norm(matrix: Floats, size: int) -> float:
 
 @compiled_apart(types.void, MODEL, ROW, WORKSPACE)
 def spatial_fill(model: Record, row: Record, work: Record) -> None:
-    """Writes the values of an evaluated row."""
+    """Writes the signals of an evaluated row."""
     n, x = model.num_fingers, row.state.x
     _fill_shared(model, row, x[supplied_at(model)], x[dissipated_at(model)])
     for k in range(7):
@@ -149,7 +149,7 @@ def spatial_fill(model: Record, row: Record, work: Record) -> None:
 
 @compiled
 def _set_contact(model: Record, row: Record, work: Record, i: int) -> None:
-    """What belongs to contact ``i`` and to the joints of its finger."""
+    """Writes the signals of contact ``i`` and of the joints of its finger."""
     n, discrete, x = model.num_fingers, row.discrete, row.state.x
     for axis in range(2):
         k = 2 * i + axis
@@ -173,7 +173,7 @@ def _set_contact(model: Record, row: Record, work: Record, i: int) -> None:
 
 @compiled
 def _set_pads(model: Record, row: Record, work: Record) -> None:
-    """Spins and moments of all contacts, behind what every row has."""
+    """Appends spins and moments of all contacts to the columns of hard fingertips."""
     n, x, first = model.num_fingers, row.state.x, row.length
     for i in range(n):
         e = model.hand.eccentricities[i]
@@ -185,7 +185,7 @@ def _set_pads(model: Record, row: Record, work: Record) -> None:
 
 @compiled
 def _assemble(model: Record, row: Record, work: Record) -> None:
-    """The reduced form, as if no fingertip resisted turning; the determinant is kept."""
+    """Assembles the reduced form of hard fingertips, without changing the determinant."""
     system, discrete, determinant = work.system, row.discrete, work.system.determinant
     assemble(work.kin, work.dynamics, model.truth, discrete.slips, work.gamma, system)
     system.determinant = determinant
@@ -227,7 +227,7 @@ def _set_controller(model: Record, row: Record, work: Record) -> None:
 
 @compiled
 def _find_controllable(model: Record, row: Record, work: Record) -> int:
-    """Rank of B~ = [W; -D] J_c^-T, and the share of each acceleration that torques can produce."""
+    """Rank of B~ = [W; -D] J_c^-T; writes the controllable fraction of each acceleration."""
     n, kin, vectors, discrete = model.num_fingers, work.kin, row.vectors, row.discrete
     lines = 6
     for i in range(n):
@@ -269,7 +269,7 @@ def _find_controllable(model: Record, row: Record, work: Record) -> int:
 
 @compiled
 def _fill_soft_columns(model: Record, row: Record, work: Record) -> None:
-    """The same columns where fingertips are soft: M~ times what accelerates per tip force."""
+    """Computes these columns for soft fingertips: M~ times the acceleration per tip force."""
     n, vectors, discrete = model.num_fingers, row.vectors, row.discrete
     truth, system, size = model.truth, work.system, count_coordinates(model.num_fingers)
     fill_inertia(work.kin, work.dynamics, truth, discrete.slips, system, row.matrix)
@@ -290,7 +290,7 @@ def _fill_soft_columns(model: Record, row: Record, work: Record) -> None:
 
 @compiled
 def _keep_independent(vectors: Floats, length: int, count: int, candidate: int) -> int:
-    """Moves a vector behind the ``count`` orthonormal ones if it is independent of them."""
+    """Orthogonalizes a vector to ``count`` orthonormal vectors; appends it if independent."""
     rest = remove_parts(vectors, length, count, candidate)
     if rest == 0.0:
         return 0

@@ -1,4 +1,4 @@
-"""What changes during a run of a spatial hand, and how it begins."""
+"""State of a spatial run, its initialization, and its output."""
 
 from __future__ import annotations
 
@@ -48,12 +48,12 @@ PROGRESS = progress_layout(
         ("step", STEP),
         ("discrete", DISCRETE),
         ("old", DISCRETE),
-        ("old_state", STATE),  # before a jump, where fingertips are soft
+        ("old_state", STATE),  # before a jump, for soft fingertips
         ("work", WORKSPACE),
         ("selection", SELECTION_ROOM),
         ("guards", GUARDS),
         ("row", ROW),  # the last one evaluated
-        ("last_row", ROW),  # the last one counted, where rows are not kept
+        ("last_row", ROW),  # the last one counted, if rows are not stored
         ("tally", TALLY),
         ("slip", slip_states_layout(STATE, DISCRETE, ROW, WORKSPACE)),
         ("senses", SENSES),
@@ -68,7 +68,7 @@ LAYOUTS = Layouts("spatial_", MODEL, STATE, DISCRETE, PROGRESS, OUTLET)
 
 
 def make_run(scenario: SpatialScenario, *, keeps_rows: bool) -> tuple[Record, Record]:
-    """A run that has not begun, and empty buffers for it."""
+    """Returns a run at its start and empty output buffers."""
     run, outlet = make_record(PROGRESS), make_unset_record(OUTLET)
     run.hold_until = np.inf
     run.last_event = run.last_stick = -np.inf
@@ -90,13 +90,13 @@ def make_run(scenario: SpatialScenario, *, keeps_rows: bool) -> tuple[Record, Re
 
 @compiled_apart(types.void, STATE)
 def spatial_normalise(state: Record) -> None:
-    """Gives the attitude its length 1."""
+    """Normalizes the attitude quaternion."""
     normalise(state)
 
 
 @compiled
 def copy_discrete(model: Record, source: Record, target: Record) -> None:
-    """Copies all of what stays fixed between two jumps."""
+    """Copies the state that is constant between jumps."""
     for i in range(model.num_fingers):
         target.phases[i], target.beliefs[i] = source.phases[i], source.beliefs[i]
         for axis in range(2):
@@ -134,7 +134,7 @@ def emit(model: Record, run: Record, outlet: Record, discrete: Record) -> None:
 
 @compiled
 def _state_inside(model: Record, run: Record, h: float, fraction: float, state: Record) -> None:
-    """The state inside the step just taken."""
+    """Interpolates the state inside the step just taken."""
     state_inside(model, run.step, h, fraction, state)
 
 

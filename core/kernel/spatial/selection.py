@@ -1,7 +1,7 @@
-"""Which contacts stick and in which direction the others slip (docs/space.md, Selection).
+"""Selection of phases and slip directions (docs/space.md, Selection).
 
-Slip directions are a continuum, so phases are not enumerated: where not all that is free may stick,
-they are read off the forces of the contact problem.
+Slip directions are a continuum, so phases are not enumerated: if not all free contacts can stick,
+phases and directions are derived from the solution of the contact problem.
 """
 
 from __future__ import annotations
@@ -52,21 +52,21 @@ from slipgrasp.core.kernel.spatial.workspace import DISCRETE, WORKSPACE
 
 SELECTED, NONE_CONSISTENT, OPENS, NONE_REGULAR = range(4)
 PROBE_TIME, MARGIN_SLOPE = 1e-6, 1e-5
-LEAVING_SHARE = 1e-3  # of its bound, by which creep may lessen a force that has just reached it
-AGREEMENT = 1e-6  # of Newton's forces and those of the reduced form [N], and share
+LEAVING_SHARE = 1e-3  # relative decrease by creep of a force that has just reached its bound
+AGREEMENT = 1e-6  # of forces of Newton's method and the reduced form, absolute [N] and relative
 
 
 @compiled
 def _free_contacts(model: Record, discrete: Record, state: Record, room: Record) -> None:
-    """Ways at rest are free and stick for a start; the others keep their direction."""
+    """Marks slip modes at rest as free and sets them to stick; the others keep their directions."""
     n = model.num_fingers
     room.restarts = 0
     for i in range(n):
         for way in range(model.ways):
             speed = way_speed(model, state, i, way)
-            # A slower one takes another direction at once: within 1e-8 s of 1 m/s^2 across it.
-            # What sticks may creep, where its moment is undetermined. A soft one is followed as
-            # where it begins: if it stopped at once, so might the object.
+            # Slower slips change direction at once: within 1e-8 s at 1 m/s^2 across them. Sticking
+            # contacts with undetermined moments may creep. Slow slips of soft contacts are treated
+            # as at onset: an immediate stop could also stop the object.
             sticks = model.soft == 1 and discrete.slips[i, way] == 0.0
             begins = model.soft == 1 and not sticks and 0.0 < speed < SURE_SPEED
             has_begun = begins and discrete.frozen[i, way] != 0
@@ -89,7 +89,7 @@ def _free_contacts(model: Record, discrete: Record, state: Record, room: Record)
 
 @compiled
 def _all_consistent(model: Record, discrete: Record, work: Record, room: Record) -> bool:
-    """Whether all that is free may stick, judged by the forces alone."""
+    """True if the forces allow all free slip modes to stick."""
     consistent = True
     for i in range(model.num_fingers):
         for way in range(model.ways):
@@ -104,7 +104,7 @@ def _all_consistent(model: Record, discrete: Record, work: Record, room: Record)
 
 @compiled
 def _opens(n: int, work: Record, room: Record) -> int:
-    """Whether every contact pushes."""
+    """SELECTED if every contact pushes, otherwise OPENS; stores the contact."""
     for i in range(n):
         if not work.forces[i, 2] > 0.0:
             room.concerned = i
@@ -114,7 +114,7 @@ def _opens(n: int, work: Record, room: Record) -> int:
 
 @compiled
 def _is_near(model: Record, work: Record, room: Record, i: int, way: int) -> bool:
-    """Whether what is free sticks with its force on the bound of friction."""
+    """True if a free slip mode sticks with its force on the bound of friction."""
     band = FORCE_BAND * (1.0 + work.forces[i, 2])
     if model.soft == 1 and room.leaving[i, way] == 1:
         band = LEAVING_SHARE * work.forces[i, 2]
@@ -125,7 +125,7 @@ def _is_near(model: Record, work: Record, room: Record, i: int, way: int) -> boo
 def _find_leaving(
     model: Record, discrete: Record, state: Record, work: Record, room: Record
 ) -> bool:
-    """Whether a sticking contact on its cone is about to leave it, along the motion in stick."""
+    """True if a sticking contact on its cone is about to leave it during motion in stick."""
     n, doubtful = model.num_fingers, False
     for i in range(n):
         for way in range(model.ways):
@@ -145,7 +145,7 @@ def _find_leaving(
 def _probe_slopes(
     model: Record, discrete: Record, state: Record, work: Record, room: Record
 ) -> None:
-    """Marks what leaves its cone within a short time of motion in stick."""
+    """Marks slip modes whose forces leave the cone within a short time of motion in stick."""
     set_derivative(model, state, room.derivative, work)
     for k in range(model.num_states):
         room.probe.x[k] = state.x[k] + PROBE_TIME * room.derivative.x[k]
@@ -163,7 +163,7 @@ def _probe_slopes(
 
 @compiled
 def normalise(state: Record) -> None:
-    """Gives the attitude its length 1."""
+    """Normalizes the attitude quaternion."""
     x, total = state.x, 0.0
     for k in range(4):
         total += square(x[ATTITUDE + k])
@@ -174,7 +174,7 @@ def normalise(state: Record) -> None:
 
 @compiled
 def _let_leave(model: Record, discrete: Record, work: Record, room: Record) -> None:
-    """A slip that begins smoothly starts against its friction force: g = -F_t / |F_t|."""
+    """Starts slips that begin smoothly, opposite to the friction force: g = -F_t / |F_t|."""
     for i in range(model.num_fingers):
         for way in range(model.ways):
             x, y, z = work.forces[i, 0], work.forces[i, 1], work.moments[i]
@@ -185,7 +185,7 @@ def _let_leave(model: Record, discrete: Record, work: Record, room: Record) -> N
 
 @compiled
 def _size(model: Record, way: int, x: float, y: float, z: float) -> float:
-    """Size of a tangential vector along a way, with its part about the normal where that counts."""
+    """Magnitude of a tangential vector in a slip mode, including spin for soft fingertips."""
     return size_with_spin(x, y, z) if model.soft == 1 else way_size(model, way, x, y)
 
 
@@ -215,9 +215,9 @@ def _begin_slip(
 
 @compiled
 def _loosen_overcome(model: Record, work: Record, room: Record) -> bool:
-    """Leaves the friction of slip where static friction is overcome while all that is free sticks.
+    """Sets sliding friction if static friction is exceeded while all free contacts stick.
 
-    So a contact that might stick or slip slips then; whether there is such a one.
+    Contacts that could stick or slip then slip. Returns True if there are any.
     """
     found = False
     for i in range(model.num_fingers):
@@ -230,7 +230,10 @@ def _loosen_overcome(model: Record, work: Record, room: Record) -> bool:
 
 @compiled
 def _loosen_slipping(model: Record, discrete: Record, room: Record) -> bool:
-    """The same where the solution with static friction slips; all that is free rests again then."""
+    """Sets sliding friction where the solution slips under static friction; True if any.
+
+    All free slip modes are then reset to stick.
+    """
     found = False
     for i in range(model.num_fingers):
         for way in range(model.ways):
@@ -244,14 +247,14 @@ def _loosen_slipping(model: Record, discrete: Record, room: Record) -> bool:
 
 @compiled
 def _slips_on_static_bound(model: Record, discrete: Record, room: Record, i: int, way: int) -> bool:
-    """Whether what is free slips in the solution though it has more friction than in slip."""
+    """True if a free slip mode slips in the solution under its larger static friction."""
     begins = room.free[i, way] == 1 and discrete.slips[i, way] == 1.0
     return begins and room.bounds[i, way] > model.truth.friction[i]
 
 
 @compiled
 def _let_rest(model: Record, discrete: Record, room: Record) -> None:
-    """All that is free sticks."""
+    """Sets all free slip modes to stick."""
     for i in range(model.num_fingers):
         for way in range(model.ways):
             if room.free[i, way] == 1:
@@ -263,14 +266,14 @@ def _let_rest(model: Record, discrete: Record, room: Record) -> None:
 
 @compiled
 def _take_phases(model: Record, discrete: Record, state: Record, work: Record) -> None:
-    """Evaluates other phases."""
+    """Evaluates the state in new phases."""
     spatial_phases(model, discrete, state, work)
     begin_at_once(model, discrete, state, work)
 
 
 @compiled
 def _let_stick(model: Record, discrete: Record, state: Record, work: Record, room: Record) -> int:
-    """All that is free sticks if it may, or begins to slip smoothly; `NONE_CONSISTENT` if not."""
+    """Sets free slip modes to stick or to a smooth onset of slip; `NONE_CONSISTENT` on failure."""
     consistent = _all_consistent(model, discrete, work, room)
     if not consistent or _find_leaving(model, discrete, state, work, room):
         if _loosen_overcome(model, work, room) or not consistent:
@@ -282,7 +285,7 @@ def _let_stick(model: Record, discrete: Record, state: Record, work: Record, roo
 
 @compiled
 def _take_solution(model: Record, discrete: Record, room: Record) -> int:
-    """Phases and directions from the solved forces and accelerations."""
+    """Sets phases and directions from the solved forces and accelerations."""
     status = SELECTED
     for i in range(model.num_fingers):
         if not room.force[3 * i + 2] > 0.0:
@@ -297,9 +300,9 @@ def _take_solution(model: Record, discrete: Record, room: Record) -> int:
 
 @compiled
 def _take_way(model: Record, discrete: Record, room: Record, i: int, way: int) -> None:
-    """Lets a free way slip where it accelerates, or leaves its cone smoothly.
+    """Sets a free slip mode to slip if it accelerates or leaves its cone smoothly.
 
-    Its direction is told by the force against it, which is there however small the acceleration.
+    The direction is opposite to the friction force, which is known however small the acceleration.
     """
     first, mobility = 3 * i, room.mobility
     mass = 1.0 / max(mobility[first, first], mobility[first + 1, first + 1])
@@ -320,7 +323,7 @@ def _take_way(model: Record, discrete: Record, room: Record, i: int, way: int) -
 def spatial_answer(
     model: Record, discrete: Record, work: Record, room: Record, first: int, starts: int
 ) -> int:
-    """Phases and directions that answer the contact problem with the bounds at hand.
+    """Solves the contact problem for the present bounds, and sets phases and directions.
 
     The arguments are those of `solve_contacts`.
     """
@@ -331,7 +334,7 @@ def spatial_answer(
 
 @compiled
 def _let_slip(model: Record, discrete: Record, work: Record, room: Record) -> int:
-    """Phases and directions by the contact problem, each slip with its own friction."""
+    """Sets phases and directions by the contact problem, with sliding friction for slips."""
     while True:
         status = spatial_answer(model, discrete, work, room, 0, MANY_STARTS)
         if status == NONE_CONSISTENT or not _loosen_slipping(model, discrete, room):
@@ -340,10 +343,10 @@ def _let_slip(model: Record, discrete: Record, work: Record, room: Record) -> in
 
 @compiled
 def _find_closed(model: Record, discrete: Record, work: Record, room: Record) -> bool:
-    """Whether all contacts push where others give their static friction up: each choice is tried.
+    """Tries all choices of static or sliding friction; True if all contacts push in a solution.
 
-    More than one may agree with its forces where friction in stick is greater than in slip, and
-    in the pyramid, where in the end all combinations are tried.
+    Several choices may be consistent if friction in stick is larger than in slip. In the pyramid,
+    all combinations of phases are tried last.
     """
     concerned, restarts = room.concerned, room.restarts
     for choice in range(1 << (model.ways * model.num_fingers)):
@@ -355,9 +358,9 @@ def _find_closed(model: Record, discrete: Record, work: Record, room: Record) ->
 
 @compiled
 def _choose_bounds(model: Record, room: Record, choice: int) -> bool:
-    """Friction of slip for the ways that are bits of ``choice``; False if any has no other one.
+    """Sets sliding friction for the slip modes in the bits of ``choice``; False if not applicable.
 
-    Soft contacts may have another solution with the only friction there is.
+    Soft contacts may have several solutions even if static and sliding friction are equal.
     """
     truth, has_excess = model.truth, model.soft == 1
     for i in range(model.num_fingers):
@@ -373,9 +376,9 @@ def _choose_bounds(model: Record, room: Record, choice: int) -> bool:
 
 @compiled
 def _is_held(model: Record, discrete: Record, work: Record, room: Record) -> bool:
-    """Whether a solution has closed contacts, and sticks where it has the friction of stick.
+    """True if a solution has closed contacts, and sticks where static friction is set.
 
-    Where slips go on the problem may have several solutions, so more starts are tried.
+    With slips in progress the problem may have several solutions, so more starts are tried.
     """
     first, status = 0, OPENS
     while status != NONE_CONSISTENT:
@@ -390,7 +393,7 @@ def _is_held(model: Record, discrete: Record, work: Record, room: Record) -> boo
 
 @compiled
 def _keeps_static_bounds(model: Record, discrete: Record, room: Record) -> bool:
-    """Whether all that has more friction in stick than in slip sticks in the solution."""
+    """True if all slip modes with larger static friction stick in the solution."""
     for i in range(model.num_fingers):
         for way in range(model.ways):
             if _slips_on_static_bound(model, discrete, room, i, way):
@@ -400,7 +403,7 @@ def _keeps_static_bounds(model: Record, discrete: Record, room: Record) -> bool:
 
 @compiled
 def _let_overcome(model: Record, discrete: Record, work: Record, room: Record) -> bool:
-    """Lets soft contacts leave that stick in the solution, but with what creeps just outside."""
+    """Starts the slip of soft contacts that stick, but are outside their bound due to creep."""
     found = False
     for i in range(model.num_fingers):
         margin = friction_margin(model, discrete, work, i, 0)
@@ -417,7 +420,7 @@ def _let_overcome(model: Record, discrete: Record, work: Record, room: Record) -
 def _let_all_overcome(
     model: Record, discrete: Record, state: Record, work: Record, room: Record
 ) -> None:
-    """The same until none is outside, now that others slip."""
+    """Repeats `_let_overcome` until no contact is outside its bound."""
     for _ in range(model.num_fingers if model.soft == 1 else 0):
         if not _let_overcome(model, discrete, work, room):
             return
@@ -426,9 +429,9 @@ def _let_all_overcome(
 
 @compiled
 def _agrees(model: Record, work: Record, room: Record) -> bool:
-    """Whether the reduced form in the selected phases has the forces that were solved for.
+    """True if the reduced form in the selected phases gives the forces of the contact problem.
 
-    Soft contacts have no other form than that which was solved.
+    For soft contacts both are the same equations.
     """
     if model.soft == 1:
         return True
@@ -460,14 +463,14 @@ def _let_rest_stick(
 def spatial_select(
     model: Record, discrete: Record, state: Record, work: Record, room: Record
 ) -> int:
-    """Selects the phases for the torque that is held; ``work`` is left evaluated in them.
+    """Selects the phases for the present torque, and evaluates ``work`` in them.
 
     Args:
         model: Constants of the run.
-        discrete: Its phases and directions are set.
-        state: Slip velocities that count as zero become exactly zero.
-        work: For the evaluation.
-        room: Of ways whose force has just reached its bound ``leaving`` is 1.
+        discrete: Discrete state; its phases and directions are set.
+        state: State; slip velocities treated as zero become exactly zero.
+        work: Workspace.
+        room: Intermediate values; ``leaving`` is 1 for forces that have just reached their bound.
     """
     _free_contacts(model, discrete, state, room)
     spatial_plant(model, discrete, state, work)

@@ -1,7 +1,7 @@
 """Measurements of the controller of a spatial hand, and its estimated slips.
 
 Noise and filters are those of planar hands. The measured attitude has a small random rotation; the
-direction of slip is known, or follows from the measured slip velocity.
+slip direction is known or computed from the measured slip velocity.
 """
 
 from __future__ import annotations
@@ -37,10 +37,10 @@ SENSES = np.dtype(
         ("measured", STATE),
         ("slips", np.float64, (MAX_FINGERS, 2)),  # estimated, 1 along slipping tangents
         ("gamma", np.float64, (MAX_FINGERS, 3)),  # estimated directions, spin last; 0 in stick
-        ("acceleration", np.float64, (MAX_COORDINATES,)),  # of object and slips, as measured
-        ("torques", np.float64, (MAX_FINGERS, 3)),  # that belong to it [N m]
+        ("acceleration", np.float64, (MAX_COORDINATES,)),  # of object and slips, measured
+        ("torques", np.float64, (MAX_FINGERS, 3)),  # torques for this acceleration [N m]
         ("velocities", np.float64, (MAX_COORDINATES,)),  # measured at the previous tick
-        ("forces", np.float64, (MAX_FINGERS, 3)),  # on the object: along tangents and normal [N]
+        ("forces", np.float64, (MAX_FINGERS, 3)),  # on the object: tangential, normal [N]
         ("moments", np.float64, (MAX_FINGERS,)),  # of soft contacts on the object [N m]
         ("num_forces", np.int64),  # number of samples in their filter
         ("time", np.float64),  # of the previous tick [s]
@@ -49,7 +49,7 @@ SENSES = np.dtype(
         ("doubt", np.float64, (MAX_FINGERS, 2)),  # start of a contradiction to the estimate [s]
         ("since", np.float64, (MAX_FINGERS,)),  # last change of the estimate [s]
         ("sums", np.float64, (MAX_FINGERS, 2)),  # of slip velocities against stick [m/s]
-        ("ends", np.float64, (MAX_FINGERS, 2)),  # the same of a way against its slip [m/s]
+        ("ends", np.float64, (MAX_FINGERS, 2)),  # the same per slip mode against slip [m/s]
         ("slide", np.float64, (MAX_FINGERS, 2)),  # filtered slip velocity [m/s]
         ("num_detected", np.int64, (MAX_FINGERS, 2)),  # number of changes of the estimate
     ],
@@ -86,7 +86,7 @@ def measure(model: Record, senses: Record, state: Record, torques: Floats, now: 
 
 @compiled
 def measure_forces(model: Record, senses: Record, work: Record) -> None:
-    """Measures contact forces until the tick, with a bias, noise and a low-pass filter.
+    """Measures the contact forces just before a tick, with bias, noise and a low-pass filter.
 
     The tangential bias applies to each tangent. Moments about normals are filtered too, but have
     neither bias nor noise.
@@ -94,11 +94,11 @@ def measure_forces(model: Record, senses: Record, work: Record) -> None:
     Args:
         model: Constants of the run.
         senses: Output.
-        work: With the forces of the fingertips on the object, F_x and F_y (against the tangents),
-            F_n, and their moments about the normals.
+        work: Forces of the fingertips on the object, F_x and F_y (against the tangents), F_n, and
+            moments about the normals.
     """
     forces = work.forces
-    sensors, tick = model.sensors, senses.num_ticks - 1  # counted already
+    sensors, tick = model.sensors, senses.num_ticks - 1  # already incremented
     share = filtered_share(model, senses)
     for i in range(model.num_fingers):
         for axis in range(3):
@@ -140,7 +140,7 @@ def _blur_pose(model: Record, senses: Record) -> None:
 
 @compiled
 def measure_acceleration(model: Record, senses: Record, discrete: Record, work: Record) -> None:
-    """Measured acceleration, from the true one in ``work``, and the corresponding torques."""
+    """Measures the acceleration from the true one in ``work``, and stores the applied torques."""
     sensors, n = model.sensors, model.num_fingers
     if sensors.true_accelerations == 0:
         return
@@ -149,7 +149,7 @@ def measure_acceleration(model: Record, senses: Record, discrete: Record, work: 
         true = work.acceleration[k] if k < 6 else work.slip_acceleration[k // 2 - 3, k % 2]
         senses.acceleration[k] = true
         if sensors.acceleration_noise > 0.0:
-            # Of the tick that is counted already.
+            # Of this tick, which is already counted.
             noise = draw_number(sensors.seed, STATE_NOISE, 2 * size + k, senses.num_ticks - 1)
             senses.acceleration[k] += sensors.acceleration_noise * noise
     for i in range(n):
@@ -159,7 +159,7 @@ def measure_acceleration(model: Record, senses: Record, discrete: Record, work: 
 
 @compiled
 def detect_slip(model: Record, discrete: Record, senses: Record, state: Record, now: float) -> None:
-    """Estimated phases at this tick, with directions: true ones before it, or detected ones."""
+    """Updates the estimated phases and directions: true ones before the tick, or detected ones."""
     sensors, n = model.sensors, model.num_fingers
     if sensors.true_phases == 1:
         set_directions(model, discrete, state, senses.gamma)
@@ -180,7 +180,7 @@ def detect_slip(model: Record, discrete: Record, senses: Record, state: Record, 
 
 @compiled
 def _be_told(model: Record, discrete: Record, senses: Record, now: float, i: int) -> None:
-    """The estimated phase of one contact."""
+    """Sets the estimated phase of one contact to the true one."""
     if discrete.beliefs[i] != discrete.phases[i]:
         senses.since[i] = now
     discrete.beliefs[i] = discrete.phases[i]
@@ -192,7 +192,7 @@ def _be_told(model: Record, discrete: Record, senses: Record, now: float, i: int
 
 @compiled
 def _follow_slide(model: Record, senses: Record, i: int) -> None:
-    """The slip velocity of one contact, through the filter of the differences."""
+    """Filters the slip velocity of one contact, as the velocity differences."""
     share = model.law.period / (model.sensors.filter_time + model.law.period)
     for axis in range(2):
         velocity = senses.measured.x[slip_velocity_at(model.num_fingers, i, axis)]
@@ -201,7 +201,7 @@ def _follow_slide(model: Record, senses: Record, i: int) -> None:
 
 @compiled
 def _point(senses: Record, i: int) -> None:
-    """On the cone, the estimated direction of slip is that of the filtered slip velocity."""
+    """Sets the estimated slip direction on the cone to that of the filtered slip velocity."""
     x, y = senses.slide[i, 0], senses.slide[i, 1]
     scale = senses.slips[i, 0] / max(np.sqrt(x * x + y * y), LEAST_SPEED)
     senses.gamma[i, 0], senses.gamma[i, 1] = scale * x, scale * y

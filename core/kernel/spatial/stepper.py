@@ -1,9 +1,9 @@
-"""One step in space, its error and its largest size.
+"""Step of a spatial run, its error and its largest size.
 
-The direction of a slow slip is stiff: it relaxes at the rate mu F_n / (m |s'|), and a step that
-passed |s'| = 0 would never know. So no step is longer than a share of the time in which a slip
-would stop, and slip velocities have a tolerance of their own. The steps of an explicit method
-follow a slip that stops; for one that creeps they would be too many.
+The direction of a slow slip is stiff: it relaxes at the rate mu F_n / (m |s'|), and a step past
+|s'| = 0 would not be detected. Steps are therefore limited to a fraction of the time to stop of
+every slip, and slip velocities have a separate tolerance. Explicit steps are sufficient for slips
+that stop; creeping slips would need too many of them.
 """
 
 from __future__ import annotations
@@ -40,27 +40,28 @@ from slipgrasp.core.kernel.spatial.ways import parts_of_way, way_speed
 from slipgrasp.core.kernel.spatial.workspace import DISCRETE, WORKSPACE
 
 SLIP_TOLERANCE = 1e-11  # absolute, of slip velocities [m/s]
-STOP_SHARE = 0.6  # of the time in which a slip would stop
-SHORT_STEP, LONG_STEP = 1e-6, 2e-5  # while a slip has just begun [s]
-ONSET_STEP = 5e-6  # the longer one where fingertips are soft [s]
-BRISK = 0.1  # [m/s^2]
-FASTEST_KEPT = 1e-7  # up to which a slip may keep the direction in which it began [m/s]
-# A spin has so little mobility that the direction of a slip is stiff at any speed.
-SOFT_CREEP_STEP = 1e-4  # [s]
-CREEP_STEP, CREEP_STEPS = 1e-6, 100.0  # a shorter step [s], of which the speed outlasts so many
+STOP_SHARE = 0.6  # largest step relative to the time to stop of a slip
+SHORT_STEP, LONG_STEP = 1e-6, 2e-5  # at slip onset, above and below BRISK [s]
+ONSET_STEP = 5e-6  # LONG_STEP for soft fingertips [s]
+BRISK = 0.1  # slip acceleration [m/s^2]
+FASTEST_KEPT = 1e-7  # up to which a slip may keep its initial direction [m/s]
+# The mobility of spins is so small that the slip direction is stiff at any speed.
+SOFT_CREEP_STEP = 1e-4  # CREEP_STEP for soft fingertips [s]
+# A slip creeps if steps are shorter than this [s] and its speed lasts for this many steps.
+CREEP_STEP, CREEP_STEPS = 1e-6, 100.0
 
 RELAXES = 1e-2  # rate times a step, from which on the slopes at its ends mislead inside it
 
 # A step from ``start`` to ``end`` with its slopes.
 STEP = np.dtype(
     [
-        ("rank", np.int64),  # of the method by which it is taken
+        ("rank", np.int64),  # of its method
         ("start", STATE),
         ("end", STATE),
         ("slopes", STATE, (MAX_SLOPES,)),
         ("terms", np.float64, (DENSE_ROWS + 3, MAX_STATE)),  # of the interpolant
-        ("prepared", np.int64),  # 1 where the terms are those of this step
-        ("samples", np.float64, (MAX_SLOPES, MAX_GUARDS)),  # of guards, where slopes are taken
+        ("prepared", np.int64),  # 1 if the terms belong to this step
+        ("samples", np.float64, (MAX_SLOPES, MAX_GUARDS)),  # of guards, at the stages
         ("stiffness", STIFFNESS),  # at the start of an implicit step
         ("directions", np.float64, (MAX_FINGERS, 3)),  # at its end, of soft slips that have begun
         ("begun", np.float64, (MAX_FINGERS, 3)),  # at its start
@@ -71,7 +72,7 @@ STEP = np.dtype(
 
 @compiled_apart(types.void, MODEL, DISCRETE, types.float64, STEP, WORKSPACE)
 def spatial_step(model: Record, discrete: Record, h: float, step: Record, work: Record) -> None:
-    """Fills ``end`` and ``slopes``; ``work`` is left at the end of the step."""
+    """Fills ``end`` and ``slopes``; ``work`` is then evaluated at the end of the step."""
     step.prepared = 0
     if begins_slip(model, discrete) and onset_step(model, discrete, h, step, work):
         return
@@ -94,7 +95,7 @@ def begin_from(model: Record, discrete: Record, step: Record) -> None:
 
 @compiled
 def state_inside(model: Record, step: Record, h: float, share: float, state: Record) -> None:
-    """The state at a share of the step just taken, by a method with all its slopes."""
+    """Interpolates the state at the fraction ``share`` of the step just taken."""
     if step.prepared == 0:
         step.prepared = 1
         fill_terms(model, h, step)
@@ -108,7 +109,7 @@ def state_inside(model: Record, step: Record, h: float, share: float, state: Rec
 def _leave_stiff_slopes(model: Record, step: Record, h: float) -> None:
     """Lets the direction of a slip change evenly inside an implicit step.
 
-    The slopes at its ends say how it relaxes within a small part of the step.
+    The slopes at its ends are those of the relaxation, which takes only a small part of the step.
     """
     n, start, end = model.num_fingers, step.start.x, step.end.x
     for c in range(step.stiffness.count):
@@ -129,7 +130,7 @@ def _leave_stiff_slopes(model: Record, step: Record, h: float) -> None:
 
 @compiled
 def _leave_stiff_slopes_of(n: int, i: int, step: Record) -> None:
-    """The same for contact ``i`` with its spin."""
+    """As `_leave_stiff_slopes`, for contact ``i`` with its spin."""
     start, end, squared = step.start.x, step.end.x, 0.0
     for part in range(3):
         at = velocity_at(n, i, part)
@@ -146,9 +147,9 @@ def _leave_stiff_slopes_of(n: int, i: int, step: Record) -> None:
 
 @compiled_apart(types.float64, MODEL, types.float64, STEP)
 def spatial_error(model: Record, h: float, step: Record) -> float:
-    """The error of a step over what is allowed, root mean square; NaN if anything is not finite.
+    """Root mean square error of a step relative to the tolerance; not finite if a value is not.
 
-    The first terms of the interpolant are overwritten.
+    Overwrites the first terms of the interpolant.
     """
     method, size, n = model.methods[step.rank], model.num_states, model.num_fingers
     relative = model.numerics.relative_tolerance
@@ -172,7 +173,7 @@ def spatial_error(model: Record, h: float, step: Record) -> float:
 def _add_errors(
     model: Record, h: float, step: Record, first: int, last: int, total: float
 ) -> float:
-    """Adds the squared errors of coordinates ``first`` up to ``last``, over what is allowed."""
+    """Adds the squared errors of states ``first`` to ``last - 1``, relative to the tolerance."""
     numerics = model.numerics
     for j in range(first, last):
         largest = max(abs(step.start.x[j]), abs(step.end.x[j]))
@@ -183,7 +184,7 @@ def _add_errors(
 
 @compiled
 def longest_step(model: Record, discrete: Record, step: Record) -> float:
-    """The longest step that does not pass the end of a slip [s], inf if nothing slips."""
+    """Longest step that does not pass the end of a slip [s]; inf if no contact slips."""
     longest = np.inf
     for i in range(model.num_fingers):
         for way in range(model.ways):
@@ -194,7 +195,7 @@ def longest_step(model: Record, discrete: Record, step: Record) -> float:
 
 @compiled
 def _longest_along(model: Record, discrete: Record, step: Record, i: int, way: int) -> float:
-    """The same for one way of contact ``i``."""
+    """As `longest_step`, for one slip mode of contact ``i``."""
     n, x, slope = model.num_fingers, step.start.x, step.slopes[0].x
     speeds = powers = accelerations = 0.0
     for part in parts_of_way(model, way):
@@ -208,13 +209,13 @@ def _longest_along(model: Record, discrete: Record, step: Record, i: int, way: i
     if powers >= 0.0:
         return np.inf
     until_stop = STOP_SHARE * speeds / -powers
-    # The sign of a slip in the pyramid tells that it has ended: the last step may pass that.
+    # In the pyramid, the sign of a slip shows that it has ended: the last step may pass the end.
     return until_stop if model.ways == 1 else max(until_stop, SHORT_STEP)
 
 
 @compiled
 def creeps(model: Record, discrete: Record, step: Record, h: float) -> bool:
-    """Whether a step of size ``h`` is short for the direction of a slip, not for its speed."""
+    """True if the direction of a slip, not its speed, limits a step of size ``h``."""
     n, x, slope = model.num_fingers, step.start.x, step.slopes[0].x
     if model.ways == 2 or not h < (CREEP_STEP if model.soft == 0 else SOFT_CREEP_STEP):
         return False
@@ -234,9 +235,9 @@ def creeps(model: Record, discrete: Record, step: Record, h: float) -> bool:
 
 @compiled
 def loses_direction(model: Record, discrete: Record, step: Record) -> bool:
-    """Whether a slip on the cone does not have the direction that the step has taken it for.
+    """True if a slip on the cone does not have the direction assumed in the step.
 
-    It has passed zero, its direction behind it then, or it has only just begun and is fast already.
+    The slip has passed zero and reversed, or it is already fast at its onset.
     """
     n, start, end = model.num_fingers, step.start.x, step.end.x
     for i in range(n):

@@ -1,4 +1,4 @@
-"""Steps in space within tolerance, cut at the first event in them, and the rows inside them."""
+"""Steps of a spatial run within tolerance, up to their first event, and the rows inside them."""
 
 from __future__ import annotations
 
@@ -42,12 +42,12 @@ LEAST_STEP = 1e-14
 CAUTION = 30.0  # with the error of these, which is not much smaller than its estimate
 QUIET, QUIET_STEPS, MAX_GROWTH = 0.03, 100, 10.0
 MAX_CUTS = 50
-CLOSEST_HALVINGS = 20  # of the step in which a fingertip passes the middle of a patch
+CLOSEST_HALVINGS = 20  # of a step in which a fingertip passes the centre of a patch
 
 
 @compiled_apart(types.float64, MODEL, PROGRESS, types.float64)
 def spatial_accept(model: Record, run: Record, until: float) -> float:
-    """Takes one step within tolerance, not past ``until``; its size, 0 if none is small enough."""
+    """Takes a step within tolerance, at most to ``until``; returns its size, 0 on failure."""
     step, discrete, rest = run.step, run.discrete, until - run.now
     sticks = _all_stick(model, run)
     h = min(run.step_size, model.numerics.max_step, longest_step(model, discrete, step))
@@ -94,7 +94,7 @@ def _needs_ledger(model: Record, run: Record, size: float) -> bool:
 
 @compiled
 def _choose_method(model: Record, run: Record, h: float, sticks: bool) -> None:
-    """In stick the last explicit one, in slip the largest, where that creeps the implicit one."""
+    """Selects the last method in stick, the highest order in slip, the implicit one in creep."""
     step, largest = run.step, model.num_methods - 1
     crept = run.rank == IMPLICIT
     step.rank = min(run.rank, largest) if sticks else largest
@@ -110,9 +110,9 @@ def _choose_method(model: Record, run: Record, h: float, sticks: bool) -> None:
 def _follow_error(
     model: Record, run: Record, error: float, size: float, rest: float, sticks: bool
 ) -> None:
-    """Size of the next step, and in stick the order of its method."""
+    """Sets the size of the next step and, in stick, the order of its method."""
     grown = size * min(MAX_GROWTH, 0.9 / root(max(error, 1e-10), 2))
-    # A step cut short by a tick says little of the next one.
+    # The size of a step shortened by a tick is no measure for the next one.
     run.step_size = max(grown, run.step_size) if grown >= size == rest else grown
     run.rank = run.step.rank
     if not sticks:
@@ -129,7 +129,7 @@ def _follow_error(
 
 @compiled
 def _outward(model: Record, state: Record, i: int, rim: Record) -> float:
-    """How the square of the distance of contact ``i`` from the middle of a patch grows, halved."""
+    """Half the rate of the squared distance of contact ``i`` from the centre of a patch [m^2/s]."""
     total = 0.0
     for axis in range(2):
         away = state.x[slip_at(i, axis)] - rim.centre[axis]
@@ -139,7 +139,7 @@ def _outward(model: Record, state: Record, i: int, rim: Record) -> float:
 
 @compiled_apart(types.float64, MODEL, PROGRESS, types.int64, types.int64, types.float64)
 def _closest(model: Record, run: Record, i: int, k: int, h: float) -> float:
-    """Size of the step at whose end contact ``i`` is nearest to the middle of patch ``k``."""
+    """Size of the step at whose end contact ``i`` is closest to the centre of patch ``k``."""
     low, high, rim = 0.0, h, model.hand.rims[i, k]
     for _ in range(CLOSEST_HALVINGS):
         size = 0.5 * (low + high)
@@ -153,9 +153,9 @@ def _closest(model: Record, run: Record, i: int, k: int, h: float) -> float:
 
 @compiled
 def stop_in_patch(model: Record, run: Record, h: float) -> float:
-    """Shortens a step that would slide into a patch and out of it again, unseen; its size.
+    """Shortens a step that would enter and leave a patch undetected; returns the step size.
 
-    Nothing of the kind happens to what is inside: like a face, a patch is convex.
+    Contacts inside a patch need no check, because patches are convex.
     """
     start, end, size = run.step.start, run.step.end, h
     for i in range(model.num_fingers):
@@ -179,13 +179,16 @@ def stop_in_patch(model: Record, run: Record, h: float) -> float:
 
 @compiled
 def _step_to(model: Record, run: Record, h: float) -> None:
-    """Takes the step again in another size."""
+    """Repeats the step with another size."""
     spatial_step(model, run.discrete, h, run.step, run.work)
 
 
 @compiled
 def _size_of_zero(low: float, _high: float) -> float:
-    """Of the lower value alone: the higher one may be a force where this is a speed."""
+    """Size of values that count as zero, from the lower value only.
+
+    The upper value may be a force while the lower one is a speed.
+    """
     return LOCATION_SHARE * abs(low)
 
 
@@ -209,19 +212,19 @@ locate = make_locate(
 
 @compiled_apart(types.float64, MODEL, PROGRESS, types.float64)
 def spatial_cut(model: Record, run: Record, h: float) -> float:
-    """The step just taken, cut at the first event in it; ``run.fired`` tells whether there is."""
+    """Shortens the step just taken to its first event; returns its size and sets ``run.fired``."""
     discrete, guards, size = run.discrete, run.guards, h
     for _ in range(MAX_CUTS):
         run.fired = find_fired(model, discrete, run.step.end, run.work, guards)
         if run.fired == 1:
             size = locate(model, run, size)
-            # What is quiet again at the end of the whole step may have fired before this event.
+            # A guard above its level at the end of the full step may have fired before this event.
             while size > 0.0 and find_overlooked(model, discrete, guards) == 1:
                 size = locate(model, run, size)
         dip = spatial_dip(model, run, size) if size > 0.0 else 0.0
         if dip == 0.0:
             break
-        # A guard of this step is past its level there, though not at the end.
+        # A guard is past its level at this instant, although not at the end of the step.
         _step_to(model, run, dip)
         size = dip
     if run.fired == 0:
@@ -231,7 +234,7 @@ def spatial_cut(model: Record, run: Record, h: float) -> float:
 
 @compiled_apart(types.void, MODEL, PROGRESS, OUTLET, types.float64)
 def spatial_emit_inside(model: Record, run: Record, outlet: Record, h: float) -> None:
-    """Rows at the output times inside the step just taken, each a shorter step of its method.
+    """Stores rows at the output times inside the step just taken, each as a shorter step.
 
     The step itself is taken again then, so that nothing but the rows depends on the rate of output.
     While a slip begins, rows are on the line between its ends, with the friction of the step.

@@ -1,4 +1,4 @@
-"""What only spatial runs add to the accumulators of the metrics."""
+"""Accumulators of the metrics, part specific to spatial runs."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ TALLY = tally_layout(
 def _add_errors(
     model: Record, t: float, h: float, state: Record, work: Record, tally: Record
 ) -> None:
-    """Adds the squared errors of a step of size ``h`` that ends in a state at ``t``."""
+    """Adds the squared errors of a step of size ``h`` that ends at time ``t``."""
     room = work.room
     pass_breaks(model.motion, tally, t)
     update_object_errors(model, tally.piece, t, state, room)
@@ -42,7 +42,7 @@ def _add_errors(
 def add_step(
     model: Record, discrete: Record, step: Record, work: Record, tally: Record, t: float, h: float
 ) -> None:
-    """Adds an accepted step of size ``h`` from ``t`` on to the integrals."""
+    """Adds an accepted step of size ``h`` from time ``t`` to the integrals."""
     if tally.steps == 0:
         _add_errors(model, t, 0.0, step.start, work, tally)
     tally.steps += 1
@@ -56,7 +56,7 @@ def add_step(
 
 @compiled_apart(types.void, MODEL, ROW, WORKSPACE, TALLY)
 def spatial_tally(model: Record, row: Record, work: Record, tally: Record) -> None:
-    """Adds an evaluated row."""
+    """Adds an evaluated row to the metrics."""
     for i in range(model.num_fingers):
         tally.slip_path[i] = row.state.x[path_at(model.num_fingers, i)]
         if model.soft == 1:

@@ -1,4 +1,4 @@
-"""Ticks of sampled control of a spatial hand."""
+"""Ticks of sampled control for spatial hands."""
 
 from __future__ import annotations
 
@@ -64,9 +64,9 @@ def _limit_of(model: Record, i: int, joint: int) -> float:
 
 @compiled_apart(types.void, MODEL, PROGRESS)
 def spatial_update_rates(model: Record, run: Record) -> None:
-    """Rates of the estimates until the next tick, from what is measured under the torque that acts.
+    """Computes the rates of the estimates until the next tick, measured under the applied torque.
 
-    ``run.work`` holds the true accelerations, and does so afterwards.
+    ``run.work`` has the true accelerations before and after the call.
     """
     discrete, senses, work, memory = run.discrete, run.senses, run.work, run.memory
     sensors, n, start = model.sensors, model.num_fingers, run.step.start
@@ -80,7 +80,7 @@ def spatial_update_rates(model: Record, run: Record) -> None:
         for part in range(3):
             gamma = work.gamma[i, part] if seen_at_once else senses.gamma[i, part]
             memory.gamma[i, part] = gamma
-        # With the accelerations to which they belong.
+        # Consistent with the accelerations.
         present = -model.hand.eccentricities[i] * work.moments[i]
         memory.moments[i] = present if sensors.true_accelerations == 1 else senses.moments[i]
     if sensors.perfect == 0:
@@ -90,7 +90,7 @@ def spatial_update_rates(model: Record, run: Record) -> None:
     elif model.law.predicts:
         spatial_believe(model, discrete, run.now, senses, work)
     spatial_learn(model, discrete, senses.measured, work, memory)
-    # Differences of the velocity say nothing before there are two of them.
+    # The filtered acceleration is valid only after two velocity differences.
     informed = sensors.true_accelerations == 1 or senses.num_filtered > 1
     for k in range(model.num_unknowns):
         run.pending_rates[k] = work.rates[k] if informed else 0.0
@@ -100,12 +100,12 @@ def spatial_update_rates(model: Record, run: Record) -> None:
 
 @compiled
 def _take_measured(model: Record, senses: Record, work: Record) -> None:
-    """Accelerations and tip forces as measured; kinematics are those of what is measured."""
+    """Writes measured accelerations and tip forces to ``work``, with measured kinematics."""
     for k in range(6):
         work.acceleration[k] = senses.acceleration[k]
     for i in range(model.num_fingers):
         for axis in range(2):
-            # In stick it is believed to be 0, and not just by the filter's noise.
+            # In estimated stick it is 0, without the noise of the filter.
             known = model.sensors.true_accelerations == 0 and senses.slips[i, axis] == 0.0
             measured = senses.acceleration[slip_coordinate(i, axis)]
             work.slip_acceleration[i, axis] = 0.0 if known else measured
@@ -114,7 +114,7 @@ def _take_measured(model: Record, senses: Record, work: Record) -> None:
 
 @compiled_apart(types.int64, MODEL, PROGRESS, OUTLET)
 def spatial_apply(model: Record, run: Record, outlet: Record) -> int:
-    """Applies the torque of the oldest waiting command."""
+    """Applies the torques of the oldest waiting command."""
     keep_old(model, run)
     take_command(model, run)
     forget_leaving(model, run)
@@ -123,7 +123,7 @@ def spatial_apply(model: Record, run: Record, outlet: Record) -> int:
 
 @compiled
 def _finish_jump(model: Record, run: Record, outlet: Record, status: int, before: bool) -> int:
-    """The end of a jump of the torque, which is worth two rows where phases change."""
+    """Completes a jump of the torque; it gives two rows if phases change."""
     if status != RUNNING or not before or phases_changed(model, run):
         return finish_jump(model, run, outlet, status, before)
     restart(model, run)
@@ -132,7 +132,7 @@ def _finish_jump(model: Record, run: Record, outlet: Record, status: int, before
 
 @compiled
 def _sense(model: Record, run: Record) -> None:
-    """New estimates, and what is measured at a tick."""
+    """Advances the estimates and takes the measurements of a tick."""
     senses, start = run.senses, run.step.start
     keep_old(model, run)
     pass_breaks(model.motion, run.discrete, run.now)
@@ -141,7 +141,7 @@ def _sense(model: Record, run: Record) -> None:
     measure(model, senses, start, run.discrete.torques, run.now)
     feels = model.law.facts.is_own or (model.soft == 1 and model.law.facts.has_memory)
     if feels and run.acting == 1:
-        # Under the torques that act until now.
+        # Under the torques applied up to now.
         spatial_plant(model, run.discrete, start, run.work)
         measure_forces(model, senses, run.work)
     detect_slip(model, run.discrete, senses, start, run.now)
@@ -151,7 +151,7 @@ def _sense(model: Record, run: Record) -> None:
 
 @compiled
 def _renew_seeds(model: Record, run: Record) -> None:
-    """Joint positions of chains at this tick, where inverse kinematics starts until the next."""
+    """Sets the initial guess of the inverse kinematics of chains until the next tick."""
     seeds, kin = run.discrete.seeds, run.work.kin
     update_kinematics(model.hand, seeds, run.step.start, kin)
     for i in range(model.num_fingers):
@@ -161,7 +161,7 @@ def _renew_seeds(model: Record, run: Record) -> None:
 
 @compiled_apart(types.void, MODEL, PROGRESS)
 def spatial_look(model: Record, run: Record) -> None:
-    """Shows a law of one's own this tick."""
+    """Updates the inputs of a custom law at this tick."""
     run.discrete.violation = 0.0
     spatial_believe(model, run.discrete, run.now, run.senses, run.work)
     look(model, run)
@@ -169,7 +169,7 @@ def spatial_look(model: Record, run: Record) -> None:
 
 @compiled
 def _evaluate_law(model: Record, run: Record) -> int:
-    """The command of a built-in law, if it has one."""
+    """Computes the command of a built-in law; returns a status."""
     grasp = run.work.grasp
     status = spatial_command(model, run.discrete, run.now, run.senses, run.work)
     if status == RUNNING and model.law.predicts and run.acting == 1:
@@ -185,7 +185,7 @@ def _evaluate_law(model: Record, run: Record) -> int:
 
 @compiled
 def _command_ahead(model: Record, run: Record) -> int:
-    """Commands for the state that is expected when the torque acts."""
+    """Computes the command for the state predicted for the time at which the torque acts."""
     discrete, senses, ahead, now = run.discrete, run.senses, run.prediction, run.discrete.piece
     then = run.now + model.law.latency
     add_up_impulses(model, run)
@@ -200,7 +200,7 @@ def _command_ahead(model: Record, run: Record) -> int:
 
 @compiled
 def _learn(model: Record, run: Record) -> None:
-    """Rates of the estimates under the torque that goes on acting."""
+    """Computes the rates of the estimates under the torque that continues to act."""
     spatial_plant(model, run.discrete, run.step.start, run.work)
     spatial_update_rates(model, run)
 
@@ -209,7 +209,7 @@ def _learn(model: Record, run: Record) -> None:
 def _settle(model: Record, run: Record, _outlet: Record, first: int) -> int:
     """Selects the phases under the new torque."""
     if first == 1:
-        # The stick that every run assumes at its start, under the first torque.
+        # Every run is assumed to start in stick, under the first torque.
         copy_discrete(model, run.discrete, run.old)
     forget_leaving(model, run)
     return settle(model, run)
@@ -219,7 +219,7 @@ def _settle(model: Record, run: Record, _outlet: Record, first: int) -> int:
 def _finish(
     model: Record, run: Record, outlet: Record, status: int, first: int, stretch: int
 ) -> int:
-    """The end of the jump; where a later stretch starts the row before is already written."""
+    """Completes the jump; at the start of a later segment, the row before is already written."""
     if status == RUNNING:
         spatial_update_rates(model, run)
     return _finish_jump(model, run, outlet, status, stretch == 0 or first == 1)

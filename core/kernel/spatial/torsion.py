@@ -1,7 +1,7 @@
-"""The plant where fingertips are soft: which contacts turn, and with which moments.
+"""Plant with soft fingertips: moments in stick, and onset of slips.
 
-It solves the equations of `slipgrasp.core.kernel.spatial.torsion_phases`, keeps stick exact, and
-begins slips by those of `slipgrasp.core.kernel.spatial.torsion_equations`.
+The equations are those of `slipgrasp.core.kernel.spatial.torsion_phases` and, at slip onset, of
+`slipgrasp.core.kernel.spatial.torsion_equations`. Velocities in stick are kept exact.
 """
 
 from __future__ import annotations
@@ -133,7 +133,7 @@ def forget_crept(model: Record, discrete: Record, state: Record) -> None:
 
 @compiled
 def _hold_amounts(torsion: Record, share: float) -> None:
-    """Adds a multiple of what keeps undetermined moments of stick as they are to the problem."""
+    """Adds a multiple of the penalty that keeps undetermined moments in stick at their values."""
     for mode in range(torsion.num_determined, torsion.num_holders):
         for k in range(torsion.num_holders):
             i, pull = torsion.holders[k], share * FIRM * torsion.modes[k, mode]
@@ -144,7 +144,7 @@ def _hold_amounts(torsion: Record, share: float) -> None:
 
 @compiled_apart(types.void, MODEL, DISCRETE, STATE, WORKSPACE)
 def spatial_soft_phases(model: Record, discrete: Record, state: Record, work: Record) -> None:
-    """Accelerations and contact forces in the present phases, with directions in ``gamma``."""
+    """Computes accelerations and contact forces in the present phases and directions ``gamma``."""
     torsion = work.torsion
     prepare_pads(model, state, work)
     work.system.determinant = assemble_phases(model, discrete, work.gamma, work)
@@ -165,7 +165,7 @@ def spatial_soft_phases(model: Record, discrete: Record, state: Record, work: Re
 
 @compiled
 def _take_phases(model: Record, discrete: Record, work: Record) -> None:
-    """Accelerations and forces with the amounts of the undetermined moments of stick."""
+    """Computes accelerations and forces, given the amounts of the undetermined modes."""
     torsion = work.torsion
     find_moments(torsion)
     add_moments(torsion)
@@ -181,7 +181,7 @@ def _take_phases(model: Record, discrete: Record, work: Record) -> None:
 
 @compiled
 def _moment_of(torsion: Record, i: int) -> float:
-    """F_tau / e of a contact that sticks [N]."""
+    """F_tau / e of a sticking contact [N]."""
     for k in range(torsion.num_holders):
         if torsion.holders[k] == i:
             return torsion.held[k]
@@ -190,7 +190,7 @@ def _moment_of(torsion: Record, i: int) -> float:
 
 @compiled
 def _take_as_start(model: Record, work: Record) -> None:
-    """Puts the forces where Newton's method starts."""
+    """Sets the initial forces of Newton's method."""
     for i in range(model.num_fingers):
         first, torsion = ROWS * i, work.torsion
         torsion.force[first], torsion.force[first + 1] = work.forces[i, 0], work.forces[i, 1]
@@ -200,7 +200,7 @@ def _take_as_start(model: Record, work: Record) -> None:
 
 @compiled
 def begins_slip(model: Record, discrete: Record) -> bool:
-    """Whether a contact of a hand with soft fingertips has just begun to slip."""
+    """True if a contact of a hand with soft fingertips is at slip onset."""
     if model.soft == 0:
         return False
     for i in range(model.num_fingers):
@@ -213,7 +213,7 @@ def begins_slip(model: Record, discrete: Record) -> bool:
 def begin_slips(
     model: Record, discrete: Record, state: Record, work: Record, h: float, at_once: bool
 ) -> bool:
-    """Forces while slips begin, against the velocities after a time ``h``; False if there are none.
+    """Computes friction at slip onset that opposes the velocity after ``h``; False on failure.
 
     Args:
         model: Constants of the run.
@@ -223,7 +223,7 @@ def begin_slips(
             method starts; directions of slip become those against which the forces are, shorter
             than 1 where a contact rests.
         h: Short time [s].
-        at_once: Whether the friction of slips that go on is against their present velocities.
+        at_once: True if friction of slips in progress opposes their present velocities.
     """
     n, torsion = model.num_fingers, work.torsion
     for i in range(n):
@@ -307,7 +307,7 @@ def keep_directions_at_rest(
 
 @compiled
 def _point(work: Record, i: int) -> None:
-    """The direction that the friction of contact ``i`` is against."""
+    """Sets the direction that the friction of contact ``i`` opposes."""
     torsion, first = work.torsion, ROWS * i
     bound, opening = torsion.bounds[i] * torsion.force[first + NORMAL], torsion.opening
     if bound > 0.0:
@@ -318,7 +318,7 @@ def _point(work: Record, i: int) -> None:
         for part in range(NORMAL):
             work.gamma[i, part] /= size
         return
-    # Without friction it slips as it is pushed.
+    # Without friction, the slip follows its acceleration.
     size = size_with_spin(opening[first], opening[first + 1], opening[first + 2])
     for part in range(NORMAL if size > 0.0 else 0):
         work.gamma[i, part] = opening[first + part] / size
@@ -326,24 +326,21 @@ def _point(work: Record, i: int) -> None:
 
 @compiled
 def is_short(directions: Floats, i: int) -> bool:
-    """Whether the friction of contact ``i``, which begins to slip, is less than its bound.
-
-    Then it rests.
-    """
+    """True if the friction of contact ``i`` at slip onset is below its bound, so that it rests."""
     x, y, z = directions[i, 0], directions[i, 1], directions[i, 2]
     return x * x + y * y + z * z < 1.0 - AT_REST
 
 
 @compiled
 def mark_resting(model: Record, discrete: Record, directions: Floats) -> bool:
-    """Marks contacts that begin to slip and rest; whether there are any.
+    """Marks contacts that are at slip onset and at rest; True if there are any.
 
-    Until they stick their friction is still on its bound, against the direction that they had.
+    Until they stick, their friction remains on its bound, opposite to their last direction.
 
     Args:
         model: Constants of the run.
         discrete: Phases.
-        directions: That friction is against, shorter than 1 of what rests.
+        directions: Directions that friction opposes, shorter than 1 for contacts at rest.
     """
     found = False
     for i in range(model.num_fingers):
@@ -363,7 +360,7 @@ def let_begin(model: Record, discrete: Record) -> None:
 
 @compiled
 def let_marked_stick(model: Record, discrete: Record, state: Record) -> None:
-    """Lets those contacts stick."""
+    """Sets the marked contacts to stick."""
     for i in range(model.num_fingers):
         if discrete.frozen[i, 0] == RESTS:
             discrete.frozen[i, 0] = 0
@@ -388,7 +385,7 @@ def _hold_at_rest(
 
 @compiled
 def _opening(n: int, torsion: Record, a: int) -> float:
-    """Row ``a`` of G F + c."""
+    """Component ``a`` of G F + c."""
     total = torsion.offset[a]
     for b in range(ROWS * n):
         total += torsion.mobility[a, b] * torsion.force[b]
@@ -397,7 +394,7 @@ def _opening(n: int, torsion: Record, a: int) -> float:
 
 @compiled
 def _put_on_surface(model: Record, work: Record, i: int) -> None:
-    """The friction of contact ``i``, which slips, to rounding."""
+    """Sets the friction of slipping contact ``i`` exactly on its limit surface."""
     torsion, first = work.torsion, ROWS * i
     normal = model.truth.friction[i] * torsion.force[first + NORMAL]
     for row in range(NORMAL):
@@ -408,7 +405,7 @@ def _put_on_surface(model: Record, work: Record, i: int) -> None:
 
 @compiled
 def take_forces(model: Record, discrete: Record, work: Record) -> None:
-    """Forces and accelerations of the solution; what sticks does not accelerate."""
+    """Writes forces and accelerations of the solution; sticking contacts do not accelerate."""
     n, torsion = model.num_fingers, work.torsion
     for k in range(6):
         work.acceleration[k] = torsion.fall[k]
@@ -429,9 +426,9 @@ def take_forces(model: Record, discrete: Record, work: Record) -> None:
 
 @compiled
 def respond_to_tip_force(model: Record, discrete: Record, work: Record, i: int, axis: int) -> None:
-    """What a unit tip force of finger ``i`` changes of the accelerations, in ``responding``.
+    """Computes the change of the accelerations per tip force of finger ``i``, in ``responding``.
 
-    ``work`` has the equations of the present phases factored, and the modes.
+    ``work`` must contain the factored equations of the present phases, and the modes.
     """
     n, torsion = model.num_fingers, work.torsion
     x, y, z = (1.0 if axis == 0 else 0.0), (1.0 if axis == 1 else 0.0), (1.0 if axis == 2 else 0.0)

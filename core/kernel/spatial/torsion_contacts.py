@@ -1,8 +1,8 @@
-"""The forces of contacts that may stick or slip where fingertips are soft.
+"""Forces of soft contacts that may stick or slip.
 
 The semi-smooth Newton method of `slipgrasp.core.kernel.spatial.contact_problem` with four rows per
-contact: friction is bounded by a ball in (F_x, F_y, F_tau / e), so that one step size serves all
-three rows of a contact.
+contact: friction is bounded by a ball in (F_x, F_y, F_tau / e), so that its three rows have the
+same step size.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ from slipgrasp.core.kernel.spatial.torsion_layout import (
 )
 from slipgrasp.core.kernel.spatial.ways import size_with_spin
 
-SPLIT = 1e-9  # share of a mobility that moments which move nothing have in Newton's matrix
+SPLIT = 1e-9  # relative mobility added to moments in Newton's matrix
 
 
 @compiled
 def contact_mobility(torsion: Record, i: int) -> float:
-    """The largest of contact ``i`` along its tangents and about its normal."""
+    """Largest mobility of contact ``i`` along its tangents and about its normal."""
     first, largest = ROWS * i, 0.0
     for row in range(NORMAL):
         largest = max(largest, torsion.mobility[first + row, first + row])
@@ -37,7 +37,7 @@ def contact_mobility(torsion: Record, i: int) -> float:
 
 @compiled
 def _mobility(torsion: Record, a: int, b: int) -> float:
-    """G, with what keeps given moments."""
+    """Entry of G, including the penalty that keeps given moments."""
     turns = a % ROWS == TURN and b % ROWS == TURN
     creep = torsion.creep[a // ROWS, b // ROWS] if turns else 0.0
     return torsion.mobility[a, b] + creep
@@ -45,9 +45,9 @@ def _mobility(torsion: Record, a: int, b: int) -> float:
 
 @compiled
 def _change(torsion: Record, a: int, b: int) -> float:
-    """The same in Newton's matrix, where no moment moves nothing.
+    """Entry of Newton's matrix, with a small mobility added to moments.
 
-    Moments that no equation determines stay so as they are at the start.
+    Undetermined moments therefore keep their initial values.
     """
     split = SPLIT * torsion.mobility[a - TURN, a - TURN] if a == b and a % ROWS == TURN else 0.0
     return _mobility(torsion, a, b) + split
@@ -55,7 +55,7 @@ def _change(torsion: Record, a: int, b: int) -> float:
 
 @compiled
 def _set_row_at_rest(n: int, torsion: Record, a: int, scale: float) -> None:
-    """No acceleration: w = 0."""
+    """Sets the equation w = 0."""
     for b in range(ROWS * n):
         torsion.matrix[a, b] = scale * _change(torsion, a, b)
     torsion.right[a] = -scale * torsion.opening[a]
@@ -63,7 +63,7 @@ def _set_row_at_rest(n: int, torsion: Record, a: int, scale: float) -> None:
 
 @compiled
 def _set_row_of_force(n: int, torsion: Record, a: int, wanted: float) -> None:
-    """A force that is known, but for what follows from others."""
+    """Sets the equation of a force with a given value."""
     for b in range(ROWS * n):
         torsion.matrix[a, b] = 0.0
     torsion.matrix[a, a] = 1.0
@@ -72,7 +72,7 @@ def _set_row_of_force(n: int, torsion: Record, a: int, wanted: float) -> None:
 
 @compiled
 def _set_rows(model: Record, slides: Floats, torsion: Record, i: int) -> None:
-    """Rows of Newton's matrix for contact ``i``, residuals in newtons with sign changed."""
+    """Sets the rows of Newton's matrix for contact ``i``, and the negative residuals [N]."""
     n, first, kind = model.num_fingers, ROWS * i, torsion.kinds[i]
     scale = 1.0 / contact_mobility(torsion, i)
     _set_row_at_rest(n, torsion, first + NORMAL, scale)
@@ -93,7 +93,7 @@ def _set_rows(model: Record, slides: Floats, torsion: Record, i: int) -> None:
 
 @compiled
 def _set_rows_of_ball(n: int, torsion: Record, i: int, scale: float) -> None:
-    """What is free: lambda = proj(lambda - rho w_t) on |lambda| <= mu F_n."""
+    """Sets the equations of a free contact: lambda = proj(lambda - rho w_t), |lambda| <= mu F_n."""
     first, matrix, force, opening = ROWS * i, torsion.matrix, torsion.force, torsion.opening
     normal, mu = force[first + NORMAL], torsion.bounds[i]
     y = (
@@ -127,11 +127,11 @@ _newton = make_newton(ROWS, _mobility, _set_rows)
 
 @compiled_apart(types.int64, MODEL, TORSION)
 def spatial_soft_newton(model: Record, torsion: Record) -> int:
-    """Newton's method from the forces in ``torsion``; 1 if it has converged.
+    """Runs Newton's method from the forces in ``torsion``; 1 if it has converged.
 
     Args:
         model: Constants of the run.
-        torsion: With the contact problem, kinds, bounds and directions of slip; ``opening`` becomes
-            w with the velocities that c may have.
+        torsion: Contact problem, kinds, bounds and slip directions; ``opening`` is set to w, which
+            includes velocities if c does.
     """
     return _newton(model, torsion.slides, torsion)

@@ -1,13 +1,14 @@
-"""Equations of soft fingertips: contacts that resist turning about their normal.
+"""Equations of soft fingertips, whose contacts resist turning about their normal.
 
-Spin is no coordinate of the hand: psi' = n . (omega_f - omega) follows from the velocities of
-object and slips. So the equations are solved for the contact forces (docs/space.md, Torsion),
+Spin is not a coordinate of the hand: psi' = n . (omega_f - omega) is a function of the velocities
+of object and slips. The equations are therefore solved for the contact forces (docs/space.md,
+Torsion),
 
     w = (s_x'', s_y'', e psi'', gap'') = G F + c,     F = (F_x, F_y, F_tau / e, F_n),
 
-with w = 0 where a contact sticks, and where it slips F on its limit surface, which is a ball in
-these coordinates. A finger feels a moment about the normal as it feels the tip force k F_tau,
-k = J^-T J_omega^T n, so that the fingers come in by their inertia at the tip alone.
+with w = 0 for a sticking contact and F on the limit surface, a ball in these coordinates, for a
+slipping contact. A moment about the normal is equivalent to the tip force k F_tau for the finger,
+k = J^-T J_omega^T n, so that only the tip inertia of the fingers is needed.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ from slipgrasp.core.kernel.spatial.workspace import WORKSPACE
 
 @compiled_apart(types.void, MODEL, STATE, WORKSPACE)
 def spatial_mobility(model: Record, state: Record, work: Record) -> None:
-    """G and c at a state whose kinematics, finger dynamics and tip forces are at hand."""
+    """Computes G and c, given kinematics, finger dynamics and tip forces of the state."""
     n, torsion = model.num_fingers, work.torsion
     _prepare_object(model, state, work)
     for i in range(n):
@@ -50,7 +51,7 @@ def spatial_mobility(model: Record, state: Record, work: Record) -> None:
 
 @compiled
 def _prepare_object(model: Record, state: Record, work: Record) -> None:
-    """(R I_b R^T)^-1 and the motion of the object without contacts."""
+    """Computes (R I_b R^T)^-1 and the acceleration of the object without contacts."""
     torsion, bias, mass = work.torsion, work.column, model.truth.object_mass
     world_inertia(work.kin, model.truth.inertias, work.system.body)
     entries = inverse_of(work.system.body)
@@ -64,7 +65,7 @@ def _prepare_object(model: Record, state: Record, work: Record) -> None:
 
 @compiled
 def _respond(torsion: Record, mass: float, wrench: Floats, acceleration: Floats) -> None:
-    """M_o^-1 times a wrench."""
+    """Computes M_o^-1 times a wrench."""
     m = torsion.turn_inverse
     x, y, z = wrench[3], wrench[4], wrench[5]
     for k in range(3):
@@ -76,7 +77,7 @@ def _respond(torsion: Record, mass: float, wrench: Floats, acceleration: Floats)
 
 @compiled
 def _set_columns(model: Record, work: Record, i: int) -> None:
-    """What unit forces of contact ``i`` do to the object and to its finger."""
+    """Computes the effect of unit forces of contact ``i`` on the object and on its finger."""
     kin, torsion, e = work.kin, work.torsion, model.hand.eccentricities[i]
     rx, ry, rz = kin.arms[i, 0], kin.arms[i, 1], kin.arms[i, 2]
     nx, ny, nz = kin.frames[i, 2, 0], kin.frames[i, 2, 1], kin.frames[i, 2, 2]
@@ -102,7 +103,7 @@ def _set_columns(model: Record, work: Record, i: int) -> None:
 
 @compiled
 def _add_finger(model: Record, state: Record, work: Record, i: int) -> None:
-    """What the mobility of finger ``i``, the inverse of Lambda, adds to G and c."""
+    """Adds the mobility of finger ``i``, the inverse of Lambda, to G and c."""
     kin, torsion, dynamics = work.kin, work.torsion, work.dynamics
     mobility, first = inverse_of(dynamics.inertia[i]), ROWS * i
     ax, ay, az = times(
@@ -127,9 +128,9 @@ def _add_finger(model: Record, state: Record, work: Record, i: int) -> None:
 
 @compiled
 def spin_bias(model: Record, state: Record, work: Record, i: int) -> float:
-    """N . J_omega' q' + n' . (omega_f - omega) [rad/s^2].
+    """Spin acceleration n . J_omega' q' + n' . (omega_f - omega) [rad/s^2].
 
-    n' is omega x n, and R n_o' more on a curved face.
+    n' is omega x n, plus R n_o' on a curved face.
     """
     kin, x = work.kin, state.x
     wx, wy, wz = x[SPIN], x[SPIN + 1], x[SPIN + 2]
@@ -155,7 +156,7 @@ def spin_bias(model: Record, state: Record, work: Record, i: int) -> float:
 
 @compiled
 def spin_of(model: Record, state: Record, work: Record, i: int) -> float:
-    """Psi' of contact ``i`` times its eccentricity, from the other velocities [m/s]."""
+    """Spin velocity psi' of contact ``i`` times its eccentricity, from other velocities [m/s]."""
     n, kin, x, turning = model.num_fingers, work.kin, state.x, work.torsion.turning[i]
     rx, ry, rz = kin.arms[i, 0], kin.arms[i, 1], kin.arms[i, 2]
     wx, wy, wz = x[SPIN], x[SPIN + 1], x[SPIN + 2]

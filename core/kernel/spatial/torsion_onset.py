@@ -1,13 +1,13 @@
-"""Short implicit steps in which a soft contact begins to slip.
+"""Short implicit steps at the slip onset of soft contacts.
 
-The mobility of a spin is hundreds of times less than that along the face. So while a force leaves
-its limit surface it moves along it, and the direction in which the slip starts does not hold for as
-long as that of a point would. Each step takes friction against the velocity at its end,
+The mobility of a spin is hundreds of times smaller than that along the face. While a force leaves
+its limit surface, it therefore moves along it, and the initial slip direction changes earlier than
+that of a hard contact. In each step, friction opposes the velocity at the end of the step,
 
     lambda = proj(lambda - rho (w + v^ / h)) on |lambda| <= mu F_n,   w_n = 0,
 
-with v^ = (s', e psi') at its start, until the slip is fast enough to tell its own direction. What
-creeps in stick does so here as well.
+with v^ = (s', e psi') at its start, until the slip is fast enough to determine its direction.
+Creep in stick continues in these steps.
 """
 
 from __future__ import annotations

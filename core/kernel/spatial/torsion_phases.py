@@ -1,13 +1,13 @@
-"""The reduced equations of a hand with soft fingertips in given phases (docs/space.md).
+"""Reduced equations of a hand with soft fingertips in given phases (docs/space.md).
 
-Only the motion of the object is solved for. With H_i = [I, -S(r_i)] and the tip inertia Lambda_i, a
-contact that sticks adds H^T Lambda H to
+The equations are solved for the motion of the object. With H_i = [I, -S(r_i)] and the tip inertia
+Lambda_i, a sticking contact adds H^T Lambda H to
 
     Sigma nu' = load - h_o + sum H^T (u - f_0 - Lambda b) + sum m F_tau / e,
 
-m = e (H^T k - [0; n]), k = J^-T J_omega^T n. Where it slips all friction is a multiple of F_n: the
-object feels w F_n, the tip q F_n, with w = [c; r x c + e mu gamma_tau n], q = c + e mu gamma_tau k
-and c = n + mu (gamma_x t_x + gamma_y t_y); and with d = n . Lambda^-1 q
+m = e (H^T k - [0; n]), k = J^-T J_omega^T n. Friction of a slipping contact is proportional to F_n:
+the wrench on the object is w F_n and the tip force q F_n, with w = [c; r x c + e mu gamma_tau n],
+q = c + e mu gamma_tau k and c = n + mu (gamma_x t_x + gamma_y t_y). With d = n . Lambda^-1 q,
 
     F_n = n . (Lambda^-1 (u - f_0) - b - H nu') / d.
 """
@@ -33,7 +33,7 @@ from slipgrasp.core.kernel.spatial.workspace import STICK
 
 @compiled
 def prepare_pads(model: Record, state: Record, work: Record) -> None:
-    """What does not depend on phases: inertia of the object, and how fingertips turn."""
+    """Computes the terms independent of phases: inertia of the object, turning of fingertips."""
     kin, torsion = work.kin, work.torsion
     world_inertia(kin, model.truth.inertias, work.system.body)
     entries = inverse_of(work.system.body)
@@ -61,11 +61,11 @@ def assemble_phases(model: Record, discrete: Record, gamma: Floats, work: Record
     Args:
         model: Constants of the run.
         discrete: Phases.
-        gamma: Directions of slip; without them what slips has no friction.
-        work: After `prepare_pads`.
+        gamma: Slip directions; zero for slip without friction.
+        work: Workspace after `prepare_pads`.
 
     Returns:
-        Its determinant over that of the object's inertia, positive while regular.
+        The determinant of Sigma over that of the object's inertia, positive while regular.
     """
     truth, sigma = model.truth, work.torsion.sigma
     set_body_inertia(truth.object_mass, work.system.body, sigma)
@@ -82,7 +82,7 @@ def assemble_phases(model: Record, discrete: Record, gamma: Floats, work: Record
 
 @compiled
 def _add_slip(model: Record, gamma: Floats, work: Record, i: int) -> float:
-    """What a slipping contact adds to Sigma; d over what it is without friction."""
+    """Adds a slipping contact to Sigma; returns the ratio of d to its value without friction."""
     kin, torsion, frame = work.kin, work.torsion, work.kin.frames[i]
     mu = model.truth.friction[i]
     first, second = mu * gamma[i, 0], mu * gamma[i, 1]
@@ -121,7 +121,7 @@ def _add_slip(model: Record, gamma: Floats, work: Record, i: int) -> float:
 
 @compiled
 def pull_object(work: Record, i: int, x: float, y: float, z: float) -> None:
-    """Adds H^T times a force to the load."""
+    """Adds H^T times a tip force to the load."""
     kin, load = work.kin, work.torsion.load
     rx, ry, rz = kin.arms[i, 0], kin.arms[i, 1], kin.arms[i, 2]
     load[0] += x
@@ -134,21 +134,21 @@ def pull_object(work: Record, i: int, x: float, y: float, z: float) -> None:
 
 @compiled
 def press_object(work: Record, i: int, force: float) -> None:
-    """Adds what a slipping contact does to the object with a normal force to the load."""
+    """Adds the wrench of a slipping contact with a given normal force to the load."""
     for k in range(6):
         work.torsion.load[k] += force * work.torsion.presses[i, k]
 
 
 @compiled
 def along_normal(kin: Record, i: int, x: float, y: float, z: float) -> float:
-    """N . vector."""
+    """Component of a vector along the normal."""
     normal = kin.frames[i, 2]
     return normal[0] * x + normal[1] * y + normal[2] * z
 
 
 @compiled
 def load_phases(model: Record, discrete: Record, state: Record, work: Record) -> None:
-    """The right side in the present phases, without moments of stick."""
+    """Computes the right side in the present phases, without moments in stick."""
     kin, dynamics, torsion = work.kin, work.dynamics, work.torsion
     object_bias(state, work.system, model.truth, model.hand.gravity, work.column)
     for k in range(6):
@@ -171,13 +171,13 @@ def load_phases(model: Record, discrete: Record, state: Record, work: Record) ->
 
 @compiled
 def solve_phases(torsion: Record, right: Floats, motion: Floats) -> None:
-    """Sigma^-1 times a right side."""
+    """Computes Sigma^-1 times a right side."""
     solve_dense(torsion.sigma, 6, torsion.sigma_order, right, motion)
 
 
 @compiled
 def point_motion(kin: Record, motion: Floats, i: int) -> tuple[float, float, float]:
-    """H_i times a motion of the object."""
+    """Product of H_i and a motion of the object."""
     rx, ry, rz = kin.arms[i, 0], kin.arms[i, 1], kin.arms[i, 2]
     return (
         motion[0] + motion[4] * rz - motion[5] * ry,
@@ -190,15 +190,15 @@ def point_motion(kin: Record, motion: Floats, i: int) -> tuple[float, float, flo
 def slip_forces(
     work: Record, motion: Floats, i: int, x: float, y: float, z: float
 ) -> tuple[float, float, float, float]:
-    """F_n of a slipping contact, and how its fingertip moves on the object.
+    """F_n of a slipping contact, and the motion of its fingertip on the object.
 
     Args:
-        work: After `assemble_phases`.
-        motion: Of the object.
-        i: Which contact.
-        x: Motion of the fingertip without contact, world axes.
-        y: The same.
-        z: The same.
+        work: Workspace after `assemble_phases`.
+        motion: Motion of the object.
+        i: Index of the contact.
+        x: Motion of the fingertip without contact, along the world x axis.
+        y: The same along y.
+        z: The same along z.
     """
     torsion = work.torsion
     gx, gy, gz = point_motion(work.kin, motion, i)
@@ -210,14 +210,14 @@ def slip_forces(
 
 @compiled
 def along_tangent(kin: Record, i: int, axis: int, x: float, y: float, z: float) -> float:
-    """T . vector."""
+    """Component of a vector along a tangent."""
     tangent = kin.frames[i, axis]
     return tangent[0] * x + tangent[1] * y + tangent[2] * z
 
 
 @compiled
 def twist_of(torsion: Record, i: int, motion: Floats) -> float:
-    """E psi'' of a contact that sticks, from the motion of the object alone."""
+    """Part of e psi'' of a sticking contact that is due to the motion of the object."""
     total = 0.0
     for k in range(6):
         total += torsion.twists[i, k] * motion[k]
@@ -226,7 +226,7 @@ def twist_of(torsion: Record, i: int, motion: Floats) -> float:
 
 @compiled
 def turn_mobility(model: Record, work: Record, i: int) -> float:
-    """E psi'' per F_tau / e of contact ``i`` where no other force acts."""
+    """Mobility e psi'' per F_tau / e of contact ``i`` without other forces."""
     normal, e, turning = (
         work.kin.frames[i, 2],
         model.hand.eccentricities[i],
@@ -241,7 +241,7 @@ def turn_mobility(model: Record, work: Record, i: int) -> float:
 
 @compiled
 def spin_rest(model: Record, work: Record, i: int) -> float:
-    """E psi'' of a contact that sticks where the object has no acceleration."""
+    """Part of e psi'' of a sticking contact at zero acceleration of the object."""
     kin, turning, total = work.kin, work.torsion.turning[i], work.torsion.gyration[i]
     for c in range(3):
         total += turning[c] * (kin.bias[i, c] - kin.curvature[i, c])
@@ -271,7 +271,7 @@ def push_of_stick(
 
 @compiled
 def take_stick(model: Record, work: Record, i: int, moment: float, creeps: bool) -> None:
-    """Force and accelerations of contact ``i``, which sticks with the moment F_tau / e."""
+    """Writes force and accelerations of contact ``i`` in stick with the moment F_tau / e."""
     torsion, motion, e = work.torsion, work.acceleration, model.hand.eccentricities[i]
     gx, gy, gz = point_motion(work.kin, motion, i)
     lx, ly, lz = multiply(work.dynamics.inertia[i], gx, gy, gz)
@@ -291,7 +291,7 @@ def take_stick(model: Record, work: Record, i: int, moment: float, creeps: bool)
 
 @compiled
 def take_slip(model: Record, work: Record, i: int) -> None:
-    """Force and accelerations of contact ``i``, which slips."""
+    """Writes force and accelerations of contact ``i`` in slip."""
     torsion, kin, motion, e = (
         work.torsion,
         work.kin,

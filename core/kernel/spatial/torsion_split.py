@@ -1,4 +1,4 @@
-"""How contacts share moments that no equation determines (docs/space.md, Undetermined moments).
+"""Distribution of undetermined moments among contacts (docs/space.md, Undetermined moments).
 
 They are against what spin there is of their mode, without spin the least ones, unless a contact
 would exceed its friction so: then others take over as much of its moment as they can hold. With the
@@ -28,13 +28,13 @@ SPLIT_STEPS, SPLIT_HALVINGS, SPLIT_ERROR = 40, 20, 1e-12  # of Newton's method
 
 @compiled
 def contacts_creep(torsion: Record) -> bool:
-    """Whether some of the moments for which modes were found last are undetermined."""
+    """True if any mode of the latest `find_modes` is undetermined."""
     return torsion.num_determined < torsion.num_holders
 
 
 @compiled
 def set_creep(model: Record, state: Record, work: Record) -> None:
-    """Moments of the undetermined modes: against what there is of their spin."""
+    """Sets the moments of the undetermined modes, opposite to their spin."""
     torsion = work.torsion
     for mode in range(torsion.num_determined, torsion.num_holders):
         spin = 0.0

@@ -1,7 +1,7 @@
-"""Ways of a contact to slip: what has a phase of its own.
+"""Slip modes of a contact (``way``); each mode sticks or slips separately.
 
-On the cone a contact has one way, in which both tangents slip together. In the paper's pyramid it
-has two, one along each tangent. ``ways`` of a record says how many.
+On the cone a contact has one mode, in which both tangents slip together. In the pyramid of the
+paper it has two, one per tangent. ``ways`` of a record is the number of modes.
 """
 
 from __future__ import annotations
@@ -16,25 +16,25 @@ from slipgrasp.core.kernel.spatial.workspace import SLIP, SLIPS_ALONG_TANGENTS, 
 
 @compiled
 def axes_of(record: Record, way: int) -> range:
-    """Tangents of a way."""
+    """Tangents of a slip mode."""
     return range(way, way + 3 - record.ways)
 
 
 @compiled
 def parts_of_way(record: Record, way: int) -> range:
-    """Parts of a way: its tangents, and 2, the turn about the normal, where any is soft."""
+    """Components of a slip mode: its tangents and, for soft fingertips, 2 for the spin."""
     return range(way, way + 3 - record.ways + record.soft)
 
 
 @compiled
 def way_of(record: Record, axis: int) -> int:
-    """The way of a tangent."""
+    """Slip mode of a tangent."""
     return min(axis, record.ways - 1)
 
 
 @compiled
 def way_size(record: Record, way: int, x: float, y: float) -> float:
-    """Size of a tangential vector along a way: its length, or that of its one part."""
+    """Magnitude of a tangential vector in a slip mode: of both components, or of one."""
     if record.ways == 1:
         return np.sqrt(x * x + y * y)
     return abs(x) if way == 0 else abs(y)
@@ -42,13 +42,13 @@ def way_size(record: Record, way: int, x: float, y: float) -> float:
 
 @compiled
 def size_with_spin(x: float, y: float, z: float) -> float:
-    """Size of a tangential vector with its part about the normal, over the eccentricity."""
+    """Magnitude of a tangential vector with the component ``z`` about the normal."""
     return np.sqrt(x * x + y * y + z * z)
 
 
 @compiled
 def way_speed(model: Record, state: Record, i: int, way: int) -> float:
-    """Speed of contact ``i`` along a way, that of its spin included [m/s]."""
+    """Speed of contact ``i`` in a slip mode, including spin [m/s]."""
     n = model.num_fingers
     first = state.x[slip_velocity_at(n, i, 0)]
     if model.soft == 1:
@@ -59,7 +59,7 @@ def way_speed(model: Record, state: Record, i: int, way: int) -> float:
 
 @compiled
 def friction_margin(model: Record, discrete: Record, work: Record, i: int, way: int) -> float:
-    """Mu F_n less the friction force along a way of contact ``i`` [N], positive inside."""
+    """Friction margin mu F_n - |F_t| in a slip mode of contact ``i`` [N], positive inside."""
     truth, sticks = model.truth, discrete.slips[i, way] == 0.0
     if model.soft == 1:
         size = size_with_spin(work.forces[i, 0], work.forces[i, 1], work.moments[i])
@@ -71,7 +71,7 @@ def friction_margin(model: Record, discrete: Record, work: Record, i: int, way: 
 
 @compiled
 def least_margin(model: Record, discrete: Record, work: Record, i: int) -> float:
-    """The least of these over the ways of contact ``i`` [N]."""
+    """Smallest friction margin over the slip modes of contact ``i`` [N]."""
     margin = friction_margin(model, discrete, work, i, 0)
     if model.ways == 1:
         return margin
@@ -80,7 +80,7 @@ def least_margin(model: Record, discrete: Record, work: Record, i: int) -> float
 
 @compiled
 def name_of(model: Record, slips: Floats, directions: Floats) -> int:
-    """The phase that the slips and directions of a contact make."""
+    """Phase of a contact, from its slips and directions."""
     if slips[0] == 0.0 and slips[1] == 0.0:
         return STICK
     if model.ways == 1:
@@ -91,5 +91,5 @@ def name_of(model: Record, slips: Floats, directions: Floats) -> int:
 
 @compiled
 def name_phase(model: Record, discrete: Record, i: int) -> None:
-    """Writes the phase of contact ``i`` that its slips and directions make."""
+    """Sets the phase of contact ``i`` from its slips and directions."""
     discrete.phases[i] = name_of(model, discrete.slips[i], discrete.directions[i])

@@ -1,4 +1,4 @@
-"""What one evaluation in space starts from and leaves behind."""
+"""Discrete state and intermediate values of an evaluation for spatial hands."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from slipgrasp.core.kernel.spatial.state import BODY_STATES
 from slipgrasp.core.kernel.spatial.torsion_layout import TORSION
 from slipgrasp.core.scenario import MAX_DIAGNOSTICS, MAX_UNKNOWNS
 
-# `slipgrasp.core.trace.types.ContactPhase`; to the last the signs (3, 1) of both slips are added.
+# `slipgrasp.core.trace.types.ContactPhase`; to the last, 3 and 1 times the slip signs are added.
 STICK, SLIP, SLIPS_ALONG_TANGENTS = 0, 2, 7
 MAX_FORCES = 3 * MAX_FINGERS
-MAX_ASKED = 4 * MAX_FINGERS  # numbers that a law may ask for: forces, then moments of soft contacts
+MAX_ASKED = 4 * MAX_FINGERS  # components of a command: forces, moments of soft contacts
 MAX_ROWS = MAX_COORDINATES
 
-# What stays fixed between two jumps.
+# State that is constant between jumps.
 DISCRETE = np.dtype(
     [
         ("phases", np.int64, (MAX_FINGERS,)),  # of the plant
@@ -33,11 +33,11 @@ DISCRETE = np.dtype(
         ("torques", np.float64, (MAX_FINGERS, 3)),  # held [N m]
         ("commanded", np.float64, (MAX_FINGERS, 3)),  # at the last tick, before limits [N m]
         ("estimates", np.float64, (MAX_UNKNOWNS,)),
-        ("violation", np.float64),  # of the estimated cones by the last command [N]
-        ("seeds", SEED, (MAX_FINGERS,)),  # of chains, from the last tick
-        ("added_grip", np.float64),  # what the grip reflex has added [N]
+        ("violation", np.float64),  # of the grasp limits by the last command [N]
+        ("seeds", SEED, (MAX_FINGERS,)),  # of chains, of the last tick
+        ("added_grip", np.float64),  # by the grip reflex [N]
         ("closing_force", np.float64),  # of the jaws of a gripper [N]
-        ("diagnostics", np.float64, (MAX_DIAGNOSTICS,)),  # of a law of one's own
+        ("diagnostics", np.float64, (MAX_DIAGNOSTICS,)),  # of a custom law
         ("piece", np.int64),  # of the desired motion
     ],
     align=True,
@@ -49,19 +49,19 @@ LAW_ROOM = np.dtype(
         ("error", np.float64, (MAX_COORDINATES,)),  # e
         ("error_rate", np.float64, (MAX_COORDINATES,)),
         ("demand", np.float64, (MAX_COORDINATES,)),  # v
-        ("slip_demand", np.float64, (MAX_FINGERS, 2)),  # its last part
-        ("rotation", np.float64, (3, 3)),  # A(rho), by which omega follows from rho'
-        ("known_time", np.float64),  # of which the errors of the object are [s]; not a number: none
-        ("known_piece", np.int64),  # of the desired motion then
+        ("slip_demand", np.float64, (MAX_FINGERS, 2)),  # its part for slips
+        ("rotation", np.float64, (3, 3)),  # A(rho), which maps rho' to omega
+        ("known_time", np.float64),  # time of the errors of the object [s]; NaN if invalid
+        ("known_piece", np.int64),  # segment of the desired motion then
         ("known_state", np.float64, (BODY_STATES,)),  # pose and velocity of the object then
-        ("slips", np.float64, (MAX_FINGERS, 2)),  # believed
-        ("gamma", np.float64, (MAX_FINGERS, 3)),  # believed directions, spin last
+        ("slips", np.float64, (MAX_FINGERS, 2)),  # estimated
+        ("gamma", np.float64, (MAX_FINGERS, 3)),  # estimated directions, spin last
         ("own_force", np.float64, (MAX_FINGERS, 3)),  # f^ of the demand, world axes
         ("weights", np.float64, (MAX_COORDINATES,)),  # E^T P xi
         ("weighted", np.float64, (MAX_COORDINATES,)),  # r of Eq. 46
-        ("bias", np.float64, (6,)),  # h_o, and what a vector takes meanwhile
+        ("bias", np.float64, (6,)),  # h_o, or an intermediate vector
         ("turn", np.float64, (3, 3)),  # desired attitude of a gripper
-        ("arm", np.float64, (3,)),  # where a jaw belongs, from the object's desired place [m]
+        ("arm", np.float64, (3,)),  # target of a jaw relative to the desired position [m]
         ("jaws", np.float64, (MAX_FINGERS, 3)),  # directions in which jaws close
     ],
     align=True,
@@ -71,23 +71,23 @@ LAW_ROOM = np.dtype(
 GRASP = np.dtype(
     [
         ("rows", np.float64, (MAX_ROWS, MAX_ASKED + 1)),  # [G | d], then orthogonal
-        # Numbers in F: three per contact, and if any is soft F_tau / e of each.
+        # Length of F: three per contact and, for soft fingertips, F_tau / e of each.
         ("size", np.int64),
-        ("soft", np.int64),  # 1 if any is
+        ("soft", np.int64),  # 1 if any fingertip is soft
         ("fingers", np.int64),
         ("rank", np.int64),
-        ("free", np.int64),  # numbers in lambda
-        ("softens", np.int64),  # 1: weak rows of G are met as far as they are cheap
-        ("weak", np.int64),  # how many are
+        ("free", np.int64),  # length of lambda
+        ("softens", np.int64),  # 1: weak rows of G are met approximately
+        ("weak", np.int64),  # number of weak rows
         ("origin", np.float64, (MAX_ASKED,)),
-        ("basis", np.float64, (MAX_ASKED, MAX_ASKED)),  # column by column
-        ("ways", np.int64),  # that a cone bounds together, or each by itself
+        ("basis", np.float64, (MAX_ASKED, MAX_ASKED)),  # in columns
+        ("ways", np.int64),  # slip modes per contact
         ("cones", np.float64, (MAX_FINGERS, 2)),  # mu / safety; negative: no bound
-        ("least", np.float64),  # normal force [N]
+        ("least", np.float64),  # limits of the normal force [N]
         ("most", np.float64),
         ("force", np.float64, (MAX_ASKED,)),
         ("point", np.float64, (MAX_ASKED + 1,)),  # lambda, and the violation
-        ("active", np.int64, (4 * MAX_FINGERS,)),  # limits of every contact
+        ("active", np.int64, (4 * MAX_FINGERS,)),  # 1 for active limits
         ("multipliers", np.float64, (4 * MAX_FINGERS,)),
         ("matrix", np.float64, (4 * MAX_FORCES, 4 * MAX_FORCES)),
         ("order", np.int64, (4 * MAX_FORCES,)),
@@ -95,12 +95,12 @@ GRASP = np.dtype(
         ("step", np.float64, (4 * MAX_FORCES,)),
         ("gradient", np.float64, (MAX_ASKED + 1,)),
         ("trial", np.float64, (MAX_ASKED + 1,)),
-        ("warm", np.int64),  # 1 once a tick has left its active set
+        ("warm", np.int64),  # 1 if the active set of a tick is available
     ],
     align=True,
 )
 
-# Intermediate values of one evaluation; the last one evaluated stays readable.
+# Intermediate values of an evaluation; those of the latest one remain available.
 WORKSPACE = np.dtype(
     [
         ("kin", KINEMATICS),
@@ -108,7 +108,7 @@ WORKSPACE = np.dtype(
         ("system", SYSTEM),
         ("gamma", np.float64, (MAX_FINGERS, 3)),  # directions of slip, spin last
         ("tip_forces", np.float64, (MAX_FINGERS, 3)),  # u = J^-T tau, world axes
-        ("available", np.float64, (MAX_FINGERS, 3)),  # force without acceleration, world axes
+        ("available", np.float64, (MAX_FINGERS, 3)),  # force at zero acceleration, world axes
         ("acceleration", np.float64, (6,)),  # nu'
         ("slip_acceleration", np.float64, (MAX_FINGERS, 2)),  # s''
         ("spin_acceleration", np.float64, (MAX_FINGERS,)),  # e psi'' [m/s^2]
@@ -123,7 +123,7 @@ WORKSPACE = np.dtype(
         ("room", LAW_ROOM),
         ("grasp", GRASP),
         ("rates", np.float64, (MAX_UNKNOWNS,)),  # of the estimates
-        ("at_start", np.int64),  # 1 where the plant is evaluated at the start of the next step
+        ("at_start", np.int64),  # 1 if evaluated at the start of the next step
     ],
     align=True,
 )

@@ -1,4 +1,4 @@
-"""Fingers of a hand from its description: what lies between the base and each fingertip.
+"""Fingers of a hand from its description: joints and links from the base to each fingertip.
 
 Links that are fixed to each other are merged, and joints can be locked or coupled to others, so
 that every finger has three independent joints (`slipgrasp.core.scenario.chain`).
@@ -74,18 +74,18 @@ class Follows(NamedTuple):
 
 
 class Joint(NamedTuple):
-    """Between two links.
+    """A joint between two links.
 
     Attributes:
-        name: Of the joint.
+        name: Its name.
         kind: ``fixed``, one of `MOVING`, or another one that no chain has.
         parent: Name of the link before it.
         child: Name of the link after it.
-        pose: Of the joint in the frame of the link before it.
-        axis: About which it turns, or along which it slides; of length 1.
-        minimum: Least position; None where there is none [rad, m].
-        maximum: Largest position, likewise.
-        torque_limit: Largest torque or force; None where there is none [N m, N].
+        pose: Its pose in the frame of the link before it.
+        axis: Unit vector about which it turns, or along which it slides.
+        minimum: Smallest position; None if unlimited [rad, m].
+        maximum: Largest position; None if unlimited [rad, m].
+        torque_limit: Largest torque or force; None if unlimited [N m, N].
         follows: The joint that it follows, if any.
     """
 
@@ -132,16 +132,16 @@ class _Group:
 
 
 class Description:
-    """A hand as a file describes it.
+    """The links and joints of a hand file.
 
     Args:
-        bodies: Its links by name, each in its own frame.
-        joints: Between them.
+        bodies: The links by name, each in its own frame.
+        joints: The joints between them.
         locked: Positions of locked joints by name [rad, m].
         coupled: Coupled joints, in addition to those in the file (mimic).
 
     Raises:
-        ScenarioError: If it has not the joints that are locked or follow others.
+        ScenarioError: If a locked or coupled joint does not exist.
     """
 
     def __init__(
@@ -385,5 +385,5 @@ def _numbers(vector: Floats) -> tuple[float, float, float]:
 
 
 def refusal(value: Any, limit: str, message: str) -> ScenarioError:
-    """Why a hand cannot be read."""
+    """Creates the error for a hand that cannot be read."""
     return single_error("fingers", value, limit, message)

@@ -27,12 +27,12 @@ _NOTHING = Body(0.0, np.zeros(3), np.zeros((3, 3)))
 def read_mjcf(path: Path, tips: Collection[str]) -> tuple[dict[str, Body], list[Joint]]:
     """Links by name, and the joints between them.
 
-    A joint is at 0 where MuJoCo has its reference (``ref``). Of a joint, what the chain of a
-    scenario has not is left out: damping, friction, springs and the inertia of its motor.
+    Joint positions are relative to the reference of MuJoCo (``ref``). Properties of joints that
+    chains of a scenario do not have are omitted: damping, friction, springs and motor inertia.
 
     Args:
-        path: The file; what it includes is read too.
-        tips: Of these names, sites become links without a mass.
+        path: The file; included files are also read.
+        tips: Names of sites that become links without mass.
 
     Raises:
         ScenarioError: If MuJoCo is not installed or does not accept the file.
@@ -61,7 +61,7 @@ def read_mjcf(path: Path, tips: Collection[str]) -> tuple[dict[str, Body], list[
 
 
 def _joints_to(model: Any, number: int) -> Iterator[Joint]:
-    """How a body moves in its parent: its joints one after the other, with links between them."""
+    """Joints between a body and its parent, one after the other, with links between them."""
     parent, child = (_body_name(model, n) for n in (model.body_parentid[number], number))
     pose, anchor = _pose(model.body_pos[number], model.body_quat[number]), np.zeros(3)
     first, count = model.body_jntadr[number], model.body_jntnum[number]
@@ -90,7 +90,7 @@ def _joints_to(model: Any, number: int) -> Iterator[Joint]:
 
 
 def _range(model: Any, joint: int) -> tuple[float | None, float | None]:
-    """Least and largest position of a joint from its reference [rad, m]."""
+    """Smallest and largest position of a joint relative to its reference [rad, m]."""
     if not model.jnt_limited[joint]:
         return None, None
     low, high = (model.jnt_range[joint] - model.qpos0[model.jnt_qposadr[joint]]).tolist()
@@ -98,7 +98,7 @@ def _range(model: Any, joint: int) -> tuple[float | None, float | None]:
 
 
 def _largest_torque(model: Any, joint: int) -> float | None:
-    """The least of the bounds on what acts on a joint [N m, N]; None where there is none."""
+    """Smallest torque or force limit of a joint [N m, N]; None if there is none."""
     found = list[float]()
     if model.jnt_actfrclimited[joint]:
         found.append(np.abs(model.jnt_actfrcrange[joint]).max())
@@ -111,7 +111,7 @@ def _largest_torque(model: Any, joint: int) -> float | None:
 
 
 def _leader(model: Any, joint: int) -> Follows | None:
-    """The joint that an equality of the file lets a joint follow."""
+    """The joint that a joint follows by an equality constraint of the file; None if none."""
     for k in range(model.neq):
         if model.eq_type[k] != _EQUAL_JOINTS or model.eq_obj1id[k] != joint:
             continue

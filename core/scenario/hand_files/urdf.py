@@ -83,7 +83,7 @@ def _follows_of(mimic: ElementTree.Element | None) -> Follows | None:
 
 
 def _attribute_of(element: ElementTree.Element, name: str, attribute: str) -> str:
-    """An attribute of the child of a name, both of which URDF requires."""
+    """A required attribute of a required child element."""
     child = element.find(name)
     value = None if child is None else child.get(attribute)
     if value is None:

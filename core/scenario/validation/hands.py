@@ -33,7 +33,7 @@ def not_computed(scenario: Scenario, key: str, shown: str, way_out: str) -> Fiel
         scenario: A scenario of this kind of hand.
         key: Dotted key.
         shown: Its value.
-        way_out: How to correct it.
+        way_out: Remedy.
     """
     hands = f"{scenario.space.name} hands"
     return FieldError(

@@ -62,10 +62,10 @@ class RunsCompared(Intent):
     """The differences between two runs.
 
     Attributes:
-        pair: Which runs.
+        pair: The compared runs.
         findings: The differences; None if the runs cannot be compared.
-        message: Why not.
-        distances: How far measured data are from the run; None if both are runs.
+        message: Reason why the runs cannot be compared.
+        distances: Deviations of measured data from the run; None if both are runs.
     """
 
     pair: Pair

@@ -48,7 +48,7 @@ class ExportStill(Intent):
 
 @dataclass(frozen=True, slots=True)
 class ExportPage(Intent):
-    """The user wants the scenario that is shown as a page that simulates it."""
+    """Requests to export the displayed scenario as a page that simulates it."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""Intents about fits, and what their worker answers."""
+"""Intents about fits, and the results of their worker."""
 
 from __future__ import annotations
 
@@ -12,26 +12,26 @@ from slipgrasp.web.model.intents.intent import Intent, LatestIntent
 
 @dataclass(frozen=True, slots=True)
 class StartFit(LatestIntent):
-    """The user wants a recording to be fitted with the scenario on the screen."""
+    """Requests to fit a recording with the displayed scenario."""
 
     draft: FitDraft
 
 
 @dataclass(frozen=True, slots=True)
 class CancelFit(LatestIntent):
-    """The user wants the fit on the screen to end."""
+    """Requests to cancel the displayed fit."""
 
 
 @dataclass(frozen=True, slots=True)
 class OpenFit(LatestIntent):
-    """The user wants to see a fit of the store; its id is not validated yet."""
+    """Requests to show a fit of the store; its id is not validated yet."""
 
     fit_id: str
 
 
 @dataclass(frozen=True, slots=True)
 class FitMoved(Intent):
-    """How far a fit is.
+    """Progress of a fit.
 
     Attributes:
         status: The fit.
@@ -44,7 +44,7 @@ class FitMoved(Intent):
 
 @dataclass(frozen=True, slots=True)
 class FitRefused(Intent):
-    """A fit cannot be made or shown, with the reason."""
+    """Reason why a fit cannot be started or shown."""
 
     message: str
 

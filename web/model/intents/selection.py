@@ -12,18 +12,18 @@ from slipgrasp.web.model.intents.intent import Intent, LatestIntent
 
 @dataclass(frozen=True, slots=True)
 class Select(Intent):
-    """The user selects a part of the scenario, by its key; it is not validated yet."""
+    """Selects a part of the scenario by its key, which is not validated yet."""
 
     part: Annotated[str, MaxLen(40)]
 
 
 @dataclass(frozen=True, slots=True)
 class FindParameters(LatestIntent):
-    """The user looks for parameters by their names, keys or units."""
+    """Requests a search for parameters by their names, keys or units."""
 
     search: Annotated[str, MaxLen(80)]
 
 
 @dataclass(frozen=True, slots=True)
 class ToggleAllParameters(Intent):
-    """The user wants the controls of all parts, or those of the selected part alone."""
+    """Requests to show the controls of all parts, or only those of the selected part."""

@@ -1,1 +1,1 @@
-"""The control laws, one file each, behind `interface`."""
+"""Control laws for planar hands, one module each; `interface` selects the law."""

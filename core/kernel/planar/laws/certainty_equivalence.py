@@ -1,6 +1,6 @@
-"""The torque that is correct if the estimates are true (Eq. 23 / 27), without adaptation.
+"""Certainty-equivalence torque (Eq. 23 / 27).
 
-The adaptive laws command the same torque and change the estimates.
+The adaptive laws command the same torque and also update the estimates.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ from slipgrasp.core.kernel.planar.wrench import distribute_wrench, find_squeeze,
 
 @compiled
 def command_forces(model: Record, discrete: Record, work: Record) -> int:
-    """Torque of Eq. 23 / 27 as tip forces u = J^-T tau in ``work.tip_forces``.
+    """Writes the torque of Eq. 23 / 27 as tip forces u = J^-T tau to ``work.tip_forces``.
 
-    B~^+ is applied through G = [W; -D of the slipping contacts], B~ = G J_c^-T: the torque that
-    solves B~ tau = M~ v + h~ gives contact forces F^ = u - f^ with G F^ = (d, 0), d = M_o v_o +
-    h_o; the internal part of F^ is free (docs/model.md, Grasp force). With the distribution hold, W
-    F^ = d with every contact inside its cone, slipping or not.
+    With G = [W; -D of the slipping contacts] and B~ = G J_c^-T, a torque with B~ tau = M~ v + h~
+    produces contact forces F^ = u - f^ with G F^ = (d, 0), d = M_o v_o + h_o. The internal part of
+    F^ is free (docs/model.md, Grasp force). With the distribution "hold", W F^ = d and every
+    contact is kept inside its cone, slipping or not.
 
     Returns:
         1, or 0 if the rows of G are dependent.

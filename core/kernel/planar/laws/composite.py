@@ -1,13 +1,13 @@
-"""Composite adaptation: tracking error and prediction error together, by least squares.
+"""Composite adaptation from tracking and prediction errors, by least squares.
 
-The contact forces follow from the torques and the fingers' own dynamics, so the equations of
-the object and of the slipping contacts,
+The torques and the finger dynamics give the contact forces, so the equations of the object and of
+the slipping contacts,
 
     sum f_i = m_o (a + g),  sum r_i x f_i = I_o theta'',  F_x + gamma mu F_n = 0,
 
-are linear in the unknowns: Y phi = y. Recursive least squares with forgetting takes them one
-row at a time; the tracking term of Eq. 24 is weighed with the covariance of the estimates
-instead of a constant gain. Reference: Slotine & Li, Applied Nonlinear Control, 8.7-8.8.
+are linear in the unknowns: Y phi = y. Recursive least squares with forgetting processes them row
+by row. The covariance of the estimates replaces the constant gain in the tracking term of Eq. 24.
+Reference: Slotine & Li, Applied Nonlinear Control, 8.7-8.8.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ from slipgrasp.core.kernel.planar.state import (
 from slipgrasp.core.kernel.planar.workspace import DISCRETE, WORKSPACE
 
 COMPOSITE_MEMORY = memory_layout(
-    [("directions", np.int64, (MAX_FINGERS,))]  # in which each contact slips, 0 in stick
+    [("directions", np.int64, (MAX_FINGERS,))]  # slip direction, 0 in stick
 )
 
 _take_row = make_take_row("", LAW, COMPOSITE_MEMORY)
@@ -50,14 +50,14 @@ _take_row = make_take_row("", LAW, COMPOSITE_MEMORY)
 
 @compiled_apart(types.void, MODEL, DISCRETE, STATE, WORKSPACE, COMPOSITE_MEMORY)
 def learn(model: Record, discrete: Record, state: Record, work: Record, memory: Record) -> None:
-    """Writes to ``work.rates`` the rates that bring the estimates to their next values.
+    """Writes the rates that lead to the next estimates to ``work.rates``.
 
     Args:
         model: Constants of the run.
-        discrete: Beliefs of the controller.
-        state: The estimates are taken from it.
-        work: At the measured state, with its acceleration and the torque that acts.
-        memory: Covariance of the estimates, updated.
+        discrete: Discrete state, with the estimated phases.
+        state: State, with the present estimates.
+        work: Evaluated at the measured state, with acceleration and applied torque.
+        memory: Covariance of the estimates; updated.
     """
     law, n, count = model.law, model.num_fingers, model.num_unknowns
     gradient_rates(model, discrete, work)
@@ -74,7 +74,7 @@ def learn(model: Record, discrete: Record, state: Record, work: Record, memory: 
 
 @compiled
 def _is_probed(model: Record, work: Record, memory: Record, k: int) -> bool:
-    """Whether unknown ``k`` is the friction of a contact that never slipped and bounds the grip."""
+    """True if unknown ``k`` is the friction of a contact that never slipped and limits the grip."""
     i = model.unknowns.fingers[k]
     if model.unknowns.kinds[k] != FRICTION or memory.known[i] == 1 or memory.directions[i] != 0:
         return False
@@ -85,14 +85,14 @@ def _is_probed(model: Record, work: Record, memory: Record, k: int) -> bool:
 
 @compiled
 def _believed_force(work: Record, i: int) -> tuple[float, float]:
-    """Force of fingertip ``i`` on the object that follows from its torque and acceleration."""
+    """Force of fingertip ``i`` on the object, computed from its torque and acceleration."""
     fx, fy = inertial_force(work.kin, work.believed_dynamics, i, work.acceleration)
     return work.tip_forces[i, 0] - fx, work.tip_forces[i, 1] - fy
 
 
 @compiled
 def _take_object_rows(model: Record, work: Record, memory: Record) -> None:
-    """The equations of the object along x and y, and about its centre."""
+    """Processes the equations of the object along x and y, and about its centre."""
     n, kin, body = model.num_fingers, work.kin, work.believed.object_inertia
     total_x, total_y, moment, square = 0.0, 0.0, 0.0, 0.0
     for i in range(n):
@@ -132,7 +132,7 @@ def _take_object_rows(model: Record, work: Record, memory: Record) -> None:
 
 @compiled
 def _row_noise(model: Record, work: Record, memory: Record, row: int) -> float:
-    """Variance that noise of the differenced velocities gives a row, through that row of M~."""
+    """Variance of an equation due to noise of the differenced velocities, through its row of M~."""
     square = 0.0
     for k in range(count_coordinates(model.num_fingers)):
         if k < 3 or memory.directions[k - 3] != 0:
@@ -144,7 +144,7 @@ def _row_noise(model: Record, work: Record, memory: Record, row: int) -> float:
 def _fill_object_row(
     model: Record, work: Record, memory: Record, along_x: float, along_y: float, about: float
 ) -> None:
-    """One row of Y for the object: the weights tell which."""
+    """Computes a row of Y for the object; the weights select the equation."""
     kin, acceleration, unknowns = work.kin, work.acceleration, model.unknowns
     for k in range(unknowns.count):
         kind, i = unknowns.kinds[k], unknowns.fingers[k]
@@ -162,7 +162,7 @@ def _fill_object_row(
 
 @compiled
 def _take_slip_rows(model: Record, state: Record, work: Record, memory: Record) -> None:
-    """Each slipping contact lies on its cone."""
+    """Processes the equations of the slipping contacts: each force is on its cone."""
     for i in range(model.num_fingers):
         direction = memory.directions[i]
         trust = memory.trust * memory.contact_trust[i]
@@ -185,7 +185,7 @@ def _take_slip_rows(model: Record, state: Record, work: Record, memory: Record) 
 def _fill_slip_row(
     model: Record, work: Record, memory: Record, i: int, direction: int, normal: float
 ) -> None:
-    """The row of Y for a slipping contact."""
+    """Computes the row of Y for a slipping contact."""
     unknowns = model.unknowns
     for k in range(unknowns.count):
         memory.row[k] = 0.0

@@ -1,8 +1,9 @@
-"""Law of a gripper for planar hands, as for spatial ones (`slipgrasp.core.kernel.spatial.gripper`).
+"""Gripper law for planar hands (spatial hands: `slipgrasp.core.kernel.spatial.gripper`).
 
-The arm that carries the gripper moves as desired, and jaw i with it: it belongs at
-p = R_des(t) + exp(theta_des(t)) a_i, closes along the normal n of its face there with the force F,
-and is pulled back by K e + D e' sideways, e its distance from p; along n by the mean of all jaws.
+The arm follows the desired motion, so the target position of jaw i is
+p = R_des(t) + exp(theta_des(t)) a_i. The jaw closes along the normal n of its face there with the
+force F. With e the offset of the jaw from p, the force K e + D e' acts on it across n; along n,
+the mean of these forces over all jaws acts.
 """
 
 from __future__ import annotations
@@ -22,17 +23,17 @@ from slipgrasp.core.kernel.planar.workspace import DISCRETE, WORKSPACE
 
 @compiled_apart(types.int64, MODEL, DISCRETE, types.float64, STATE, WORKSPACE)
 def close_jaws(model: Record, discrete: Record, t: float, state: Record, work: Record) -> int:
-    """Torque of a gripper, as tip forces u = J^-T tau in ``work.tip_forces``.
+    """Writes the torque of a gripper as tip forces u = J^-T tau to ``work.tip_forces``.
 
     Args:
         model: Constants of the run.
-        discrete: With the closing force.
+        discrete: Discrete state, with the closing force.
         t: Time [s].
-        state: As measured.
-        work: Kinematics and beliefs there; the tip forces are written to it.
+        state: Measured state.
+        work: Kinematics and estimated model at that state; the tip forces are written to it.
 
     Returns:
-        1: the law always has an answer.
+        1: the law always has a solution.
     """
     n, forces = model.num_fingers, work.tip_forces
     sine, cosine = _pull_back(model, discrete.piece, t, state, work)
@@ -56,7 +57,7 @@ def close_jaws(model: Record, discrete: Record, t: float, state: Record, work: R
 def _pull_back(
     model: Record, piece: int, t: float, state: Record, work: Record
 ) -> tuple[float, float]:
-    """Writes K e + D e' of every jaw to ``tip_forces``; sine and cosine of the desired angle."""
+    """Writes K e + D e' to ``tip_forces``; returns sine and cosine of the desired angle."""
     law, kin = model.law, work.kin
     x, vx, _ = desired_motion(model.motion, piece, t, X)
     y, vy, _ = desired_motion(model.motion, piece, t, Y)

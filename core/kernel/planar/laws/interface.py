@@ -1,7 +1,7 @@
 """Interface of the control laws: command a torque, and adapt (docs/model.md, Controllers).
 
-A law sees the measured state, the estimated phases and the estimated masses and friction, in the
-workspace; it writes tip forces, or rates of its estimates. The facts of
+The workspace contains the inputs of a law (measured state, estimated phases, masses and friction)
+and its outputs (tip forces, rates of the estimates). The facts of
 `slipgrasp.core.scenario.laws.ControlLaw` select the law. Functions used in every evaluation of the
 theorems are inlined; other laws are compiled separately.
 """
@@ -30,13 +30,13 @@ def command(model: Record, discrete: Record, t: float, state: Record, work: Reco
     """Writes the commanded torque as tip forces u = J^-T tau to ``work.tip_forces``.
 
     Returns:
-        1, or 0 if the law has no unique solution.
+        1, or 0 if there is no unique solution.
     """
     law = model.law
     if law.facts.is_own:
         work.room.violation = 0.0
         for i in range(model.num_fingers):
-            work.tip_forces[i, 0] = work.tip_forces[i, 1] = 0.0  # it commands at ticks only
+            work.tip_forces[i, 0] = work.tip_forces[i, 1] = 0.0  # it computes torques at ticks only
         return 1
     if law.facts.uses_friction:
         return command_forces(model, discrete, work)
@@ -50,7 +50,7 @@ def command(model: Record, discrete: Record, t: float, state: Record, work: Reco
 
 @compiled_apart(types.void, MODEL, DISCRETE, STATE, WORKSPACE)
 def adapt(model: Record, discrete: Record, state: Record, work: Record) -> None:
-    """Rates of the estimates before projection (Eq. 24 / 28), at the measured x''."""
+    """Writes the rates of the estimates before projection (Eq. 24 / 28), for the measured x''."""
     count = model.num_unknowns
     if not model.law.facts.learns:
         for k in range(count):
@@ -67,15 +67,15 @@ def adapt(model: Record, discrete: Record, state: Record, work: Record) -> None:
 def adapt_at_tick(
     model: Record, discrete: Record, state: Record, work: Record, memory: Record
 ) -> None:
-    """Rates of the estimates until the next tick of sampled control; laws with a memory adapt here.
+    """Writes the rates of the estimates until the next tick of sampled control.
 
-    The grip also reacts to slip here.
+    Laws with a memory update it here, and the grip reflex reacts to slip.
 
     Args:
         model: Constants of the run.
         discrete: State of the controller, including the additional grip of the grip reflex.
-        state: As measured.
-        work: Evaluated there, with the present torque; the rates are written to it.
+        state: Measured state.
+        work: Evaluated at that state with the present torque; the rates are written to it.
         memory: Memory of the law, if any.
     """
     if model.law.facts.has_memory:

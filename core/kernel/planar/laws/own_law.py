@@ -18,15 +18,15 @@ SEEN = np.dtype(
         ("time", np.float64),  # [s]
         ("tick", np.int64),  # of sampled control, from 0
         ("period", np.float64),  # [s]
-        ("pose", np.float64, (3,)),  # as measured [m, m, rad]
+        ("pose", np.float64, (3,)),  # measured [m, m, rad]
         ("velocity", np.float64, (3,)),
         ("desired_pose", np.float64, (3,)),
         ("desired_velocity", np.float64, (3,)),
         ("desired_acceleration", np.float64, (3,)),
         ("joint_position", np.float64, (MAX_FINGERS, 2)),  # [rad], of slides [m]
         ("joint_velocity", np.float64, (MAX_FINGERS, 2)),  # [rad/s, m/s]
-        ("joint_torque", np.float64, (MAX_FINGERS, 2)),  # that acts until now [N m, N]
-        ("slip", np.float64, (MAX_FINGERS,)),  # as sensed [m]
+        ("joint_torque", np.float64, (MAX_FINGERS, 2)),  # applied up to this tick [N m, N]
+        ("slip", np.float64, (MAX_FINGERS,)),  # measured [m]
         ("slip_velocity", np.float64, (MAX_FINGERS,)),
         ("believed_phase", np.int64, (MAX_FINGERS,)),
         ("contact_force", np.float64, (MAX_FINGERS, 2)),  # measured: tangent, normal [N]
@@ -34,16 +34,16 @@ SEEN = np.dtype(
         ("jacobian_inverse", np.float64, (MAX_FINGERS, 2, 2)),
         ("link_direction", np.float64, (MAX_FINGERS, 2, 2)),  # unit vectors along the links
         ("contact_arm", np.float64, (MAX_FINGERS, 2)),  # from the centre of mass [m]
-        ("contact_tangent", np.float64, (MAX_FINGERS, 2)),  # into which slip counts
+        ("contact_tangent", np.float64, (MAX_FINGERS, 2)),  # direction of positive slip
         ("contact_normal", np.float64, (MAX_FINGERS, 2)),  # into the object
-        ("friction", np.float64, (MAX_FINGERS,)),  # as believed
-        ("object_mass", np.float64),  # as believed [kg]
-        ("object_inertia", np.float64),  # as believed [kg m^2]
-        ("link_masses", np.float64, (MAX_FINGERS, 2)),  # as believed; on slides the first [kg]
+        ("friction", np.float64, (MAX_FINGERS,)),  # estimated
+        ("object_mass", np.float64),  # estimated [kg]
+        ("object_inertia", np.float64),  # estimated [kg m^2]
+        ("link_masses", np.float64, (MAX_FINGERS, 2)),  # estimated; of slides the first [kg]
         ("link_lengths", np.float64, (MAX_FINGERS, 2)),  # [m]
         ("link_centres", np.float64, (MAX_FINGERS, 2)),  # from the proximal joint [m]
         ("gravity", np.float64),  # [m/s^2]
-        ("torque_limit", np.float64),  # inf where none [N m]
+        ("torque_limit", np.float64),  # inf if unlimited [N m]
         ("estimates", np.float64, (MAX_UNKNOWNS,)),
         ("position_gain", np.float64, (3,)),  # K_p
         ("velocity_gain", np.float64, (3,)),  # K_v
@@ -58,7 +58,7 @@ OWN_LAW = own_law_layout(SEEN, answer_layout(2))
 
 @compiled
 def look(model: Record, run: Record) -> None:
-    """Updates the inputs for this tick, and initializes the outputs to the previous values."""
+    """Updates the inputs for this tick and initializes the outputs to their previous values."""
     n, seen, own = model.num_fingers, run.own.seen, run.own
     seen.time, seen.tick, seen.period = run.now, run.senses.num_ticks - 1, model.law.period
     state, motion = run.senses.measured, model.motion
@@ -83,7 +83,7 @@ def look(model: Record, run: Record) -> None:
 
 @compiled
 def _show_finger(model: Record, run: Record, i: int) -> None:
-    """Measurements of finger ``i`` and its contact, and derived values."""
+    """Sets the measurements of finger ``i`` and its contact, and derived values."""
     n, kin, seen, state = model.num_fingers, run.work.kin, run.own.seen, run.senses.measured
     seen.slip[i] = state.x[slip_at(i)]
     seen.slip_velocity[i] = state.x[slip_velocity_at(n, i)]

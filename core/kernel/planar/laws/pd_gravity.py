@@ -1,8 +1,8 @@
-"""PD control of the object with gravity compensation and a fixed grip; no model of the motion.
+"""PD control of the object with gravity compensation and a fixed grip force.
 
-The smallest contact forces produce M_o (K_p e + K_v e') and the object's weight, in addition to
-equal normal forces at every contact; the joints support their links. Masses are the initial
-estimates.
+The contact forces are the smallest that produce M_o (K_p e + K_v e') and support the object,
+in addition to equal normal forces at every contact; the joints support their links. Masses are
+the initial estimates.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ from slipgrasp.core.kernel.planar.wrench import share_wrench
 
 @compiled_apart(types.int64, MODEL, WORKSPACE, types.float64)
 def command_grip(model: Record, work: Record, grip: float) -> int:
-    """Torque of PD control with a grip, as tip forces u = J^-T tau in ``work.tip_forces``.
+    """Writes the torque of PD control with a grip as tip forces u = J^-T tau.
 
-    The smallest contact forces F with W F = d that are nearest to the grip F_g: those of
-    W^+ (d - W F_g) on top of F_g.
+    The contact forces are F = F_g + W^+ (d - W F_g): of all F with W F = d, the nearest to the
+    grip F_g.
 
     Args:
         model: Constants of the run.
-        work: At the measured state; the tip forces are written to it.
+        work: Evaluated at the measured state; ``tip_forces`` is written.
         grip: Normal force F_g at every contact [N].
 
     Returns:
@@ -59,7 +59,7 @@ def command_grip(model: Record, work: Record, grip: float) -> int:
 
 @compiled
 def weight_force(hand: Record, believed: Record, kin: Record, i: int) -> tuple[float, float]:
-    """The tip force of finger ``i`` that supports its moving parts."""
+    """Tip force of finger ``i`` that supports its moving parts."""
     if hand.on_slides[i] == 1:
         return 0.0, hand.gravity * believed.link_masses[i, 0]
     inner, outer = weight_moments(hand, believed, kin, i)

@@ -12,7 +12,7 @@ from slipgrasp.core.kernel.planar.state import count_coordinates
 
 @compiled
 def weigh_error(law: Record, factors: Record, room: Record) -> None:
-    """R = M~^-T E^T P xi of Eq. 46, from the factors of the estimated M~."""
+    """Computes r = M~^-T E^T P xi of Eq. 46 from the factors of the estimated M~."""
     size = count_coordinates(law.num_fingers)
     error_weights(law, room, size, room.weighted_error)
     solve_transposed(factors, law.num_fingers, room.weighted_error)

@@ -1,4 +1,4 @@
-"""Theorem 4: theorem 3 with sigma-modification, which pulls large estimates back (Eq. 28-29)."""
+"""Theorem 4: theorem 3 with sigma-modification, which bounds the estimates (Eq. 28-29)."""
 
 from __future__ import annotations
 
