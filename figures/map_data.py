@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from slipgrasp.core.study.definition import Axis, Study
+from slipgrasp.core.scenario.parameters import Parameter, describe
+from slipgrasp.core.study.definition import Axis, Study, expand_key
 from slipgrasp.recordings.exceptions import QueryError
 from slipgrasp.recordings.study.categories import CATEGORIES, HELD, categorize
 from slipgrasp.recordings.study.map_axes import compared_keys, numeric_keys, parameter_of
@@ -109,7 +110,7 @@ def map_axis(results: StudyResults, key: str) -> MapAxis:
     is_log = axis is not None and axis.is_range and axis.scale == "log"
     levels = _levels(axis, study) if axis is not None else None
     if levels is not None:
-        edges = _edges(levels, is_log)
+        edges = _within_limits(_edges(levels, is_log), parameter_of(study, key))
         low, high = float(edges[0]), float(edges[-1])
     else:
         edges = None
@@ -149,9 +150,18 @@ def _bounds(axis: Axis | None, values: Values) -> tuple[float, float]:
     return low - margin, high + margin
 
 
+def _within_limits(edges: Values, parameter: Parameter | None) -> Values:
+    """Cuts off what lies beyond the limits of a parameter."""
+    least = -np.inf if parameter is None or parameter.minimum is None else parameter.minimum
+    most = np.inf if parameter is None or parameter.maximum is None else parameter.maximum
+    return np.clip(edges, least, most)
+
+
 def _base_value(study: Study, key: str, low: float, high: float) -> float | None:
-    parameter = parameter_of(study, key)
-    value = None if parameter is None else parameter.value
+    """The value of the base; None if it is outside the axis, or differs between fingers."""
+    described = describe(study.base)
+    values = {described[one].value for one in expand_key(study.base, key) if one in described}
+    value = values.pop() if len(values) == 1 else None
     if isinstance(value, (int, float)) and low <= value <= high:
         return float(value)
     return None

@@ -258,6 +258,7 @@ class _Overestimate(NamedTuple):
 
     Attributes:
         finger: Name of the finger.
+        is_alone: Whether other fingers have another friction.
         share: Fraction of the total slip up to the next stick, 0 to 1.
         estimate: Index of the estimate.
         time: Onset of the slip [s].
@@ -266,6 +267,7 @@ class _Overestimate(NamedTuple):
     """
 
     finger: str
+    is_alone: bool
     share: float
     estimate: int
     time: float
@@ -301,7 +303,9 @@ def _overestimate_at_onset(result: RunResult, index: int) -> _Overestimate | Non
     if is_bounded or estimated <= controller.grip_safety * sticking * (1.0 + _ROUNDING):
         return None
     share = _share_of_first_slip(trace, contact, row)
-    return _Overestimate(scenario.finger_names[contact], share, index, time, estimated, true)
+    is_alone = len({finger.friction for finger in present.fingers}) > 1
+    name = scenario.finger_names[contact]
+    return _Overestimate(name, is_alone, share, index, time, estimated, true)
 
 
 def _share_of_first_slip(trace: Trace, contact: int, row: int) -> float:
@@ -321,8 +325,9 @@ def _static_over_kinetic(finger: FingerParameters | SpatialFinger) -> float:
 def _describe_estimate(found: _Overestimate) -> str:
     """Describes the estimate of friction that led to insufficient grip force and slip."""
     if found.time == 0.0:
+        whose = f" of the {found.finger} fingertip" if found.is_alone else ""
         return (
-            f"The controller first estimated the friction as {found.estimated:.3g}; it is "
+            f"The controller first estimated the friction{whose} as {found.estimated:.3g}; it is "
             f"{found.true:.3g}, so the grip force was too small."
         )
     return (

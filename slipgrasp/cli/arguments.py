@@ -26,11 +26,16 @@ def add_scenario(parser: argparse.ArgumentParser) -> None:
     """Adds ``SCENARIO``, ``--law``, ``--set`` and help with parameters to a parser without help."""
     parser.add_argument("-h", "--help", action=HelpWithParameters)
     parser.add_argument("scenario", metavar="SCENARIO", help="name of a preset, or a TOML file")
+    add_changes(parser)
+
+
+def add_changes(parser: argparse.ArgumentParser) -> None:
+    """Adds ``--law`` and ``--set`` to a parser."""
     parser.add_argument(
         "--law",
         metavar="NAME|FILE.py:Name",
         help="control law of the whole run, with its recommended settings: a built-in law such as "
-        "composite (controller.kind below lists them), an installed law, or a custom law as "
+        "composite ('slipgrasp laws' lists them), an installed law, or a custom law as "
         "FILE.py:Name ('slipgrasp laws new' writes one); --set takes precedence",
     )
     parser.add_argument(
@@ -39,7 +44,7 @@ def add_scenario(parser: argparse.ArgumentParser) -> None:
         metavar="KEY=VALUE",
         action="append",
         default=[],
-        help="set a parameter, such as object.mass=1.4; may be repeated; "
+        help="set a parameter, such as object.mass=1.4 or fingers.*.friction=0.3; may be repeated; "
         "'none' removes an optional one",
     )
 

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from slipgrasp.cli.arguments import (
+    add_changes,
     add_data_directory,
     read_scenario,
     recording_path,
@@ -54,14 +55,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     parser.add_argument(
         "--scenario", metavar="SCENARIO", required=True, help="name of a preset, or a TOML file"
     )
-    parser.add_argument(
-        "--set",
-        dest="assignments",
-        metavar="KEY=VALUE",
-        action="append",
-        default=[],
-        help="set a parameter of the scenario; may be repeated",
-    )
+    add_changes(parser)
     parser.add_argument(
         "--free",
         metavar="KEY[=LOW..HIGH],…",
@@ -88,7 +82,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     parser.add_argument("--json", action="store_true", help="print the report as one JSON object")
     add_map(parser)
     add_data_directory(parser)
-    parser.set_defaults(execute=_execute, law=None)
+    parser.set_defaults(execute=_execute)
 
 
 def _add_search(parser: argparse.ArgumentParser) -> None:

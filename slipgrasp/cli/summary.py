@@ -48,7 +48,8 @@ def _sentences(result: RunResult, tried: TriedHint | None) -> Iterator[str]:
     """The outcome in the words of the dashboard."""
     words, end = describe_run(result), f"at {result.end_time:.4g} s"
     completed = result.outcome is Outcome.COMPLETED
-    word = result.outcome.value.replace("_", " ")
+    is_off = result.outcome is Outcome.LEFT_FACE
+    word = "a fingertip left its face" if is_off else result.outcome.value.replace("_", " ")
     yield f"Completed {end}." if completed else f"Ended early {end}: {word}."
     yield f"{words.headline}. {' '.join(words.sentences)}"
     if tried is None or not tried.count:

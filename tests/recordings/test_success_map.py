@@ -1,14 +1,17 @@
 import io
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import to_rgb
 
+from slipgrasp.core.scenario.loading import with_values
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.figures.category_style import colour_of, hatch_of, marker_of
 from slipgrasp.figures.files import save_figure
+from slipgrasp.figures.map_data import map_axis
 from slipgrasp.figures.map_marks import nearest_samples
 from slipgrasp.figures.style import paint
 from slipgrasp.figures.success_map import draw_success_map
@@ -74,6 +77,18 @@ def test_each_cell_of_a_grid_has_the_colour_of_its_run_and_leads_to_it(grid):
         assert centre.y0 < values[FRICTIONS[1]] < centre.y1
     held = [run for run in range(25) if categories[run] == HELD]
     assert held == [0, 6, 12, 18, 24], "the diagonal of equal friction"
+
+
+def test_cells_end_at_the_limits_of_a_parameter_and_unequal_frictions_have_no_base():
+    wide = {"min": 0.05, "max": 1.0, "count": 3}
+    study = make_study(
+        base="paper-case-2",
+        vary={"object.mass": wide, "fingers.*.friction": wide},
+    )
+    study = replace(study, base=with_values(study.base, {"fingers.1.friction": 0.4}))
+    mass, friction = (map_axis(StudyResults(study), key) for key in study.keys)
+    assert 0.0 <= friction.low < 0.05 and mass.low > 0.0
+    assert mass.base == 1.0 and friction.base is None
 
 
 def test_the_boundary_runs_between_cells_that_hold_and_cells_that_do_not(grid):
