@@ -31,8 +31,7 @@ from slipgrasp.core.kernel.spatial.state import (
 )
 from slipgrasp.core.kernel.spatial.ways import size_with_spin
 
-STIFF = 1.0  # steps times the rate of a slip that creeps, from which on they are implicit
-TURN = 1e-6  # of a slip, by which u_c is found [rad]
+TURN = 1e-6  # rotation of a slip direction for the difference quotient of u_c [rad]
 MAX_TURNS = 2 * MAX_FINGERS
 
 # Terms of J, and the linear system of a step.
@@ -133,12 +132,6 @@ def _turn_by(model: Record, stiff: Record, c: int, other: int) -> float:
         k = count_coordinates(model.num_fingers) + stiff.contacts[c]
         turn += stiff.across[c, 2] * stiff.pushes[other, k]
     return turn
-
-
-@compiled
-def turn_rate(model: Record, stiff: Record, c: int) -> float:
-    """At which rate slip ``c`` relaxes by its own turns [1/s]."""
-    return -_turn_by(model, stiff, c, c)
 
 
 @compiled

@@ -25,7 +25,6 @@ from slipgrasp.core.kernel.spatial.model import MODEL
 from slipgrasp.core.kernel.spatial.run import LAYOUTS, PROGRESS
 from slipgrasp.core.kernel.spatial.stepper import state_inside
 from slipgrasp.core.kernel.spatial.tally import add_step
-from slipgrasp.core.kernel.spatial.torsion import begins_slip
 from slipgrasp.core.kernel.spatial.workspace import STICK
 
 
@@ -47,14 +46,11 @@ _, _dip_of = make_dip_of(LAYOUTS, band_of, value_inside)
 def spatial_dip(model: Record, run: Record, h: float) -> float:
     """Time within a step of size ``h`` at which a guard is past its level; 0 if never [s].
 
-    At the end no guard is past its level, or the event has been located there; the first of its
-    falls may still lie before. In stick a fingertip keeps its place on its face, a normal force
-    does not fall to zero before its cone is reached, and the determinant stays positive. The short
-    steps in which a soft contact begins to slip have one friction each.
+    At the end of the step no guard is past its level, or an event has been located there; an
+    earlier event may still lie inside. In stick, a fingertip keeps its position on its face, its
+    force reaches the cone before the normal force reaches zero, and the determinant stays positive.
     """
     guards, phases, found, slips = run.guards, run.discrete.phases, 0.0, False
-    if begins_slip(model, run.discrete):
-        return 0.0
     for i in range(model.num_fingers):
         base = PER_CONTACT * i
         for way in range(model.ways):

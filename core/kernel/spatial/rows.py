@@ -50,8 +50,7 @@ from slipgrasp.core.kernel.spatial.state import (
     spin_velocity_at,
     supplied_at,
 )
-from slipgrasp.core.kernel.spatial.torsion import respond_to_tip_force
-from slipgrasp.core.kernel.spatial.torsion_modes import find_modes
+from slipgrasp.core.kernel.spatial.torsion import find_modes, respond_to_tip_force
 from slipgrasp.core.kernel.spatial.torsion_phases import assemble_phases
 from slipgrasp.core.kernel.spatial.ways import least_margin
 from slipgrasp.core.kernel.spatial.workspace import (

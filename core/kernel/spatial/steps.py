@@ -20,26 +20,25 @@ from slipgrasp.core.kernel.spatial.guards import (
     pass_step,
     spatial_past_band,
 )
-from slipgrasp.core.kernel.spatial.implicit import STIFF, find_stiffness
+from slipgrasp.core.kernel.spatial.implicit import find_stiffness
 from slipgrasp.core.kernel.spatial.interior import spatial_dip
-from slipgrasp.core.kernel.spatial.ledger import is_nearly_singular, spatial_imbalance, turns_fast
+from slipgrasp.core.kernel.spatial.ledger import spatial_imbalance, turns_fast
 from slipgrasp.core.kernel.spatial.model import IMPLICIT, MODEL
 from slipgrasp.core.kernel.spatial.run import LAYOUTS, OUTLET, PROGRESS, emit_as_of
 from slipgrasp.core.kernel.spatial.state import slip_at, slip_velocity_at
 from slipgrasp.core.kernel.spatial.stepper import (
-    begin_from,
     creeps,
     longest_step,
     loses_direction,
     spatial_error,
     spatial_step,
-    state_inside,
 )
-from slipgrasp.core.kernel.spatial.torsion import begins_slip, keep_directions_at_rest
+from slipgrasp.core.kernel.spatial.torsion import begins_slip
 from slipgrasp.core.kernel.spatial.workspace import STICK
 
 LEAST_STEP = 1e-14
-CAUTION = 30.0  # with the error of these, which is not much smaller than its estimate
+STIFF = 1.0  # step size times relaxation rate above which steps are implicit
+CAUTION = 30.0  # factor of the error of implicit steps, whose estimate has little margin
 QUIET, QUIET_STEPS, MAX_GROWTH = 0.03, 100, 10.0
 MAX_CUTS = 50
 CLOSEST_HALVINGS = 20  # of a step in which a fingertip passes the centre of a patch
@@ -52,8 +51,6 @@ def spatial_accept(model: Record, run: Record, until: float) -> float:
     sticks = _all_stick(model, run)
     h = min(run.step_size, model.numerics.max_step, longest_step(model, discrete, step))
     largest = model.num_methods - 1
-    if begins_slip(model, discrete):
-        begin_from(model, discrete, step)
     _choose_method(model, run, h, sticks)
     while True:
         size = rest if h >= rest * (1.0 - 1e-9) else h
@@ -65,10 +62,7 @@ def spatial_accept(model: Record, run: Record, until: float) -> float:
         if error <= 1.0 and loses_direction(model, discrete, step):
             error = 16.0
         if error <= 1.0 and _needs_ledger(model, run, size):
-            imbalance = spatial_imbalance(model, run, size)
-            if model.soft == 1 and step.rank == IMPLICIT:
-                imbalance *= CAUTION
-            error = max(error, imbalance)
+            error = max(error, spatial_imbalance(model, run, size))
         if error <= 1.0:
             _follow_error(model, run, error, size, rest, sticks)
             return size
@@ -86,10 +80,9 @@ def spatial_accept(model: Record, run: Record, until: float) -> float:
 
 @compiled
 def _needs_ledger(model: Record, run: Record, size: float) -> bool:
-    """Whether the energy of a step is checked: a step in which a slip begins has no other error."""
-    if model.soft == 1 and begins_slip(model, run.discrete):
-        return True
-    return size > LEAST_LEDGER_STEP and (turns_fast(model, run) or is_nearly_singular(model, run))
+    """True if the energy of a step must be checked; it is the only error estimate at slip onset."""
+    fast = size > LEAST_LEDGER_STEP and turns_fast(model, run)
+    return fast or begins_slip(model, run.discrete)
 
 
 @compiled
@@ -236,27 +229,17 @@ def spatial_cut(model: Record, run: Record, h: float) -> float:
 def spatial_emit_inside(model: Record, run: Record, outlet: Record, h: float) -> None:
     """Stores rows at the output times inside the step just taken, each as a shorter step.
 
-    The step itself is taken again then, so that nothing but the rows depends on the rate of output.
-    While a slip begins, rows are on the line between its ends, with the friction of the step.
+    The step itself is then repeated, so that only the rows depend on the output rate.
     """
     step, end, found = run.step, run.now + h, False
-    begins = begins_slip(model, run.discrete)
-    state = run.selection.probe if begins else step.end
     while next_output(model, run) < end - OUTPUT_ROUNDING:
         t = next_output(model, run)
-        if begins:
-            keep_directions_at_rest(model, step.directions, step.begun, run.discrete)
-            state_inside(model, step, h, (t - run.now) / h, state)
-        else:
-            spatial_step(model, run.discrete, t - run.now, step, run.work)
-        emit_as_of(model, run, outlet, run.discrete, t, state, t)
+        spatial_step(model, run.discrete, t - run.now, step, run.work)
+        emit_as_of(model, run, outlet, run.discrete, t, step.end, t)
         run.outputs += 1
         found = True
     if found:
         spatial_step(model, run.discrete, h, step, run.work)
-    if begins:
-        # For the rows of slips, which are chosen later.
-        keep_directions_at_rest(model, step.directions, step.begun, run.discrete)
 
 
 @compiled

@@ -1,29 +1,22 @@
 """Distribution of undetermined moments among contacts (docs/space.md, Undetermined moments).
 
-They are against what spin there is of their mode, without spin the least ones, unless a contact
-would exceed its friction so: then others take over as much of its moment as they can hold. With the
-amounts a of the modes, a_c by the spin, the excess x_i of the friction of contact i over what it is
-to have, and the softness k, they minimise
-
-    |a - a_c|^2 / 2 + sum max(0, x_i)^2 / 2 k,
-
-which is convex, so that they change without jumps whatever contacts can hold.
+The moments oppose the spin of their mode and are the smallest without spin. If a contact would
+exceed its friction, other contacts take over as much of its moment as they can hold.
 """
 
 from __future__ import annotations
 
+import numpy as np
+
 from slipgrasp.core.kernel.compilation.compiler import compiled
 from slipgrasp.core.kernel.compilation.records import Record
-from slipgrasp.core.kernel.numerics.dense import factor_dense, solve_dense
 from slipgrasp.core.kernel.numerics.elementary import square
+from slipgrasp.core.kernel.spatial.plant import to_contact_frame
 from slipgrasp.core.kernel.spatial.torsion_equations import spin_of
-from slipgrasp.core.kernel.spatial.ways import size_with_spin
 
-CREEP = 3e-9  # of spins that no determined moment stops, times e, per F_tau / e [m/(N s)]
-SPARE = 1e-3  # share of its friction that a contact at rest keeps which others relieve
-FASTEST_RELIEVED = 1e-9  # spin times e against which a contact spares nothing any more [m/s]
-SOFTNESS = 1e-6  # k
-SPLIT_STEPS, SPLIT_HALVINGS, SPLIT_ERROR = 40, 20, 1e-12  # of Newton's method
+CREEP = 3e-8  # e psi' of undetermined modes per F_tau / e [m/(N s)]
+SPARE = 1e-3  # fraction of its friction that a relieved contact keeps in reserve
+LEAST_PART = 1e-3  # least part of a contact in a mode that can relieve it
 
 
 @compiled
@@ -45,133 +38,109 @@ def set_creep(model: Record, state: Record, work: Record) -> None:
 
 
 @compiled
-def need_relief(model: Record, state: Record, work: Record) -> bool:
-    """Whether a contact has more friction than it is to have; also sets how much that is.
+def relieve(model: Record, work: Record) -> bool:
+    """Changes undetermined moments so that no contact exceeds its friction, if possible.
 
     Args:
         model: Constants of the run.
-        state: With velocities.
-        work: With amounts of the modes, and forces with these.
+        work: Amounts of the modes and corresponding forces; both may change.
+
+    Returns:
+        True if any amount has changed.
     """
-    torsion = work.torsion
-    _spare(model, state, work)
-    for k in range(torsion.num_holders):
-        i = torsion.holders[k]
-        x, y, z = work.forces[i, 0], work.forces[i, 1], work.moments[i]
-        if size_with_spin(x, y, z) > torsion.most[k] * work.forces[i, 2]:
+    torsion, found = work.torsion, False
+    if not _some_exceed(model, work):
+        return False
+    for mode in range(torsion.num_determined, torsion.num_holders):
+        low, high = _bounds_of_mode(model, work, mode, 1.0 - SPARE)
+        shift = min(max(0.0, low), high)
+        if low > high:
+            # Friction is exceeded at several contacts: the reserve is reduced equally.
+            least, most = _bounds_of_mode(model, work, mode, 1.0)
+            share = (low - high) / (low - high + max(0.0, most - least))
+            shift = low + share * (least - low) if least < most else 0.5 * (least + most)
+        amount = torsion.amounts[mode]
+        # A contact that exceeds its friction due to creep must slip.
+        if shift != 0.0 and abs(amount + shift) >= abs(amount):
+            torsion.amounts[mode] += shift
+            _add_mode(model, work, mode, shift)
+            found = True
+    return found
+
+
+@compiled
+def _some_exceed(model: Record, work: Record) -> bool:
+    """True if a sticking contact exceeds its friction, less the reserve."""
+    for k in range(work.torsion.num_holders):
+        i = work.torsion.holders[k]
+        most = (1.0 - SPARE) * model.truth.static_friction[i] * work.forces[i, 2]
+        size = square(work.forces[i, 0]) + square(work.forces[i, 1]) + square(work.moments[i])
+        if size > most * most:
             return True
     return False
 
 
 @compiled
-def relieve(model: Record, work: Record) -> None:
-    """Shares the undetermined moments so that no contact exceeds its friction, if that can be.
+def _pull_of_moment(model: Record, work: Record, i: int) -> tuple[float, float, float]:
+    """Force of contact ``i`` per F_tau / e of an undetermined mode."""
+    e, turning = model.hand.eccentricities[i], work.torsion.turning[i]
+    return to_contact_frame(work.kin, i, e * turning[0], e * turning[1], e * turning[2])
+
+
+@compiled
+def _bounds_of_mode(model: Record, work: Record, mode: int, share: float) -> tuple[float, float]:
+    """Smallest and largest additional amount of a mode that all contacts can take [N].
 
     Args:
         model: Constants of the run.
-        work: With amounts of the modes, which change, forces with these, and ``reliefs``.
+        work: Workspace, with the forces.
+        mode: Index of the mode.
+        share: Usable fraction of the friction.
     """
-    torsion = work.torsion
-    first, count = torsion.num_determined, torsion.num_holders
-    for mode in range(first, count):
-        torsion.shift[mode] = torsion.step[mode] = 0.0
-    for _ in range(SPLIT_STEPS):
-        if _improve_split(work) <= SPLIT_ERROR:
-            break
-    for mode in range(first, count):
-        torsion.amounts[mode] += torsion.shift[mode]
+    low, high = -np.inf, np.inf
+    for k in range(work.torsion.num_holders):
+        least, most = _most_of_mode(model, work, k, mode, share)
+        low, high = max(low, least), min(high, most)
+    return low, high
 
 
 @compiled
-def _spare(model: Record, state: Record, work: Record) -> None:
-    """What friction every contact is to have at most, as a share of its bound.
+def _most_of_mode(
+    model: Record, work: Record, k: int, mode: int, share: float
+) -> tuple[float, float]:
+    """As `_bounds_of_mode`, for the k-th sticking contact.
 
-    The faster it turns against its friction, the less it spares: others that relieve it push it on.
+    There are no bounds if the contact has no part in the mode. If it exceeds its friction for any
+    amount, both bounds are the amount with the smallest excess.
     """
+    i, part = work.torsion.holders[k], work.torsion.modes[k, mode]
+    x, y, z = _pull_of_moment(model, work, i)
+    mu = share * model.truth.static_friction[i]
+    fx, fy, moment, normal = (
+        work.forces[i, 0],
+        work.forces[i, 1],
+        work.moments[i],
+        mu * work.forces[i, 2],
+    )
+    # |force + amount pull|^2 = (mu F_n)^2
+    squared = square(part) * (x * x + y * y + 1.0 - square(mu * z))
+    mixed = part * (fx * x + fy * y + moment - normal * mu * z)
+    excess = fx * fx + fy * fy + moment * moment - normal * normal
+    inside = mixed * mixed - squared * excess
+    if abs(part) < LEAST_PART or not squared > 0.0:
+        return -np.inf, np.inf
+    reach = np.sqrt(max(inside, 0.0))
+    return (-mixed - reach) / squared, (reach - mixed) / squared
+
+
+@compiled
+def _add_mode(model: Record, work: Record, mode: int, amount: float) -> None:
+    """Adds an amount of a mode to the forces."""
     torsion = work.torsion
     for k in range(torsion.num_holders):
-        i = torsion.holders[k]
-        x, y, moment = work.forces[i, 0], work.forces[i, 1], work.moments[i]
-        size = size_with_spin(x, y, moment)
-        opposed = -moment * spin_of(model, state, work, i)
-        speed = opposed / size if opposed > 0.0 else 0.0
-        share = 1.0 - SPARE + SPARE * speed / FASTEST_RELIEVED
-        torsion.most[k] = share * model.truth.static_friction[i]
-
-
-@compiled
-def _relieved(work: Record, k: int, share: float) -> tuple[float, float, float, float]:
-    """(F_x, F_y, F_tau / e, F_n) of the k-th contact that holds, ``share`` of ``step`` further."""
-    torsion, i = work.torsion, work.torsion.holders[k]
-    x, y, z, normal = work.forces[i, 0], work.forces[i, 1], work.moments[i], work.forces[i, 2]
-    for mode in range(torsion.num_determined, torsion.num_holders):
-        relief = torsion.reliefs[k, mode]
-        amount = torsion.shift[mode] + share * torsion.step[mode]
-        x, y, z = x + amount * relief[0], y + amount * relief[1], z + amount * relief[2]
-        normal += amount * relief[3]
-    return x, y, z, normal
-
-
-@compiled
-def _split_loss(work: Record, share: float) -> float:
-    """What is minimised, with a share of ``step`` more in ``shift``."""
-    torsion, loss = work.torsion, 0.0
-    for mode in range(torsion.num_determined, torsion.num_holders):
-        loss += square(torsion.shift[mode] + share * torsion.step[mode])
-    for k in range(torsion.num_holders):
-        x, y, z, normal = _relieved(work, k, share)
-        loss += square(max(0.0, size_with_spin(x, y, z) - torsion.most[k] * normal)) / SOFTNESS
-    return 0.5 * loss
-
-
-@compiled
-def _improve_split(work: Record) -> float:
-    """One step of Newton's method; its largest part, relative to the amounts and 1 N."""
-    torsion = work.torsion
-    first, count = torsion.num_determined, torsion.num_holders
-    _set_split(work)
-    size = count - first
-    factor_dense(torsion.small, size, torsion.small_order)
-    solve_dense(torsion.small, size, torsion.small_order, torsion.small_right, torsion.right)
-    for mode in range(first, count):
-        torsion.step[mode] = torsion.right[mode - first]
-    loss, share = _split_loss(work, 0.0), 1.0
-    for _ in range(SPLIT_HALVINGS):
-        if _split_loss(work, share) <= loss:
-            break
-        share *= 0.5
-    largest, scale = 0.0, 1.0
-    for mode in range(first, count):
-        torsion.shift[mode] += share * torsion.step[mode]
-        scale = max(scale, abs(torsion.shift[mode]))
-        largest = max(largest, abs(torsion.step[mode]))
-    return largest / scale
-
-
-@compiled
-def _set_split(work: Record) -> None:
-    """Second derivatives of what is minimised, and the first ones with sign changed."""
-    torsion = work.torsion
-    first, size = torsion.num_determined, torsion.num_holders - torsion.num_determined
-    for a in range(size):
-        torsion.small_right[a] = -torsion.shift[first + a]
-        for b in range(size):
-            torsion.small[a, b] = 1.0 if a == b else 0.0
-    for k in range(torsion.num_holders):
-        x, y, z, normal = _relieved(work, k, 0.0)
-        friction = size_with_spin(x, y, z)
-        excess = friction - torsion.most[k] * normal
-        if not (excess > 0.0 and friction > 0.0):
-            continue
-        x, y, z = x / friction, y / friction, z / friction
-        for a in range(size):
-            by = torsion.reliefs[k, first + a]
-            along = x * by[0] + y * by[1] + z * by[2]
-            slope = (along - torsion.most[k] * by[3]) / SOFTNESS
-            torsion.small_right[a] -= excess * slope
-            for b in range(size):
-                to = torsion.reliefs[k, first + b]
-                beside = x * to[0] + y * to[1] + z * to[2]
-                bend = by[0] * to[0] + by[1] * to[1] + by[2] * to[2] - along * beside
-                torsion.small[a, b] += slope * (beside - torsion.most[k] * to[3])
-                torsion.small[a, b] += excess * bend / friction / SOFTNESS
+        i, share = torsion.holders[k], amount * torsion.modes[k, mode]
+        x, y, z = _pull_of_moment(model, work, i)
+        work.forces[i, 0] += share * x
+        work.forces[i, 1] += share * y
+        work.forces[i, 2] += share * z
+        work.moments[i] += share

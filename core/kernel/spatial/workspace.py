@@ -25,11 +25,9 @@ DISCRETE = np.dtype(
     [
         ("phases", np.int64, (MAX_FINGERS,)),  # of the plant
         ("beliefs", np.int64, (MAX_FINGERS,)),  # phases the controller acts on
-        ("slips", np.float64, (MAX_FINGERS, 2)),  # 1 where a contact slips along a tangent
-        ("directions", np.float64, (MAX_FINGERS, 3)),  # g where a slip has just begun; signs
-        # Of the velocity of a soft slip that begins, what creep and impulses have made [m/s].
-        ("crept", np.float64, (MAX_FINGERS, 3)),
-        ("frozen", np.int64, (MAX_FINGERS, 2)),  # of a way: 1 while that is taken for that of s'
+        ("slips", np.float64, (MAX_FINGERS, 2)),  # 1 if the contact slips along the tangent
+        ("directions", np.float64, (MAX_FINGERS, 3)),  # g at slip onset; signs in the pyramid
+        ("frozen", np.int64, (MAX_FINGERS, 2)),  # per slip mode: 1 while g is held
         ("torques", np.float64, (MAX_FINGERS, 3)),  # held [N m]
         ("commanded", np.float64, (MAX_FINGERS, 3)),  # at the last tick, before limits [N m]
         ("estimates", np.float64, (MAX_UNKNOWNS,)),
