@@ -11,6 +11,7 @@ import numpy as np
 from PIL import Image
 from playwright.sync_api import Locator, Page, expect
 
+from slipgrasp.core.scenario.laws import law_alias
 from slipgrasp.web.panels.strip import clock_words
 from tests.waiting import PATIENCE, wait_until
 
@@ -56,7 +57,7 @@ def select_part(page: Page, name: str) -> None:
 def choose_law(page: Page, name: str) -> None:
     """Chooses a control law for the whole run."""
     laws = page.get_by_role("group", name="Control law", exact=True)
-    laws.get_by_role("button", name=name, exact=True).click()
+    laws.get_by_role("button", name=law_alias(name), exact=True).click()
 
 
 def unfold_changes(page: Page) -> None:
