@@ -464,7 +464,10 @@ def check_first_belief(result: RunResult, found: re.Match[str]) -> None:
         and near(found["true"], float(trace.friction_coefficient[first_slip(result, i), i]))
         and estimate.initial > trace.friction_coefficient[first_slip(result, i), i]
     ]
-    assert fitting
+    if found["finger"] is None:
+        assert fitting
+    else:
+        assert finger_called(result, found["finger"]) in fitting
 
 
 def check_later_belief(result: RunResult, found: re.Match[str]) -> None:
@@ -528,7 +531,8 @@ SENTENCES: tuple[tuple[str, Callable[[RunResult, re.Match[str]], None]], ...] = 
         check_least_margin,
     ),
     (
-        r"The controller first estimated the friction as (?P<believed>[\d.e-]+); it is "
+        r"The controller first estimated the friction(?: of the (?P<finger>.+) fingertip)? as "
+        r"(?P<believed>[\d.e-]+); it is "
         r"(?P<true>[\d.e-]+), so the grip force was too small\.",
         check_first_belief,
     ),
