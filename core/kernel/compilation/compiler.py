@@ -326,15 +326,21 @@ def kept_code() -> list[Path]:
 
 def compile_all() -> None:
     """Main function of a process that compiles all units into the cache."""
-    os.nice(_BACKGROUND)
+    if hasattr(os, "nice"):  # not on Windows
+        os.nice(_BACKGROUND)
     _load_units(lambda: None)
+
+
+def only_compile() -> None:
+    """Lets this process compile units in any order, and call none of them."""
+    for unit in all_units():
+        # Any address satisfies the linker.
+        add_symbol(unit.symbol, 1)
 
 
 def compile_from_the_end() -> None:
     """Main function of the second process: compiles units into the cache, the last one first."""
-    for unit in all_units():
-        # Nothing is called here, so that any address satisfies the linker.
-        add_symbol(unit.symbol, 1)
+    only_compile()
     for unit in reversed(_UNITS.values()):
         if not unit.is_kept:
             unit.compile()

@@ -26,7 +26,7 @@ from llvmlite import binding
 
 from slipgrasp.core.exceptions import SlipgraspError
 from slipgrasp.core.kernel.compilation.cache import code_path, read_code, write_code
-from slipgrasp.core.kernel.compilation.compiler import Unit, all_units
+from slipgrasp.core.kernel.compilation.compiler import Unit, all_units, only_compile
 from slipgrasp.core.kernel.compilation.foreign import Wasmtime
 from slipgrasp.core.kernel.compilation.shipped import sources_digest
 from slipgrasp.core.kernel.loop.status import LEFT_FACE, REACHED, RUNNING
@@ -276,9 +276,7 @@ def _leb128(number: int) -> bytes:
 
 def _compile_units(units: Sequence[Unit]) -> None:
     """Compiles units into the cache, unless another process has done so."""
-    for unit in units:
-        # Nothing is called here, so that any address satisfies the linker.
-        binding.add_symbol(unit.symbol, 1)
+    only_compile()
     for unit in units:
         object_code(unit)
 
