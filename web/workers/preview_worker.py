@@ -19,7 +19,7 @@ from slipgrasp.web.model.intents.runs import RunFinished, RunRefused, RunSaved, 
 from slipgrasp.web.workers.saved_runs import SavedRuns
 from slipgrasp.web.workers.worker import Worker
 
-_PATIENCE = 0.15
+_PATIENCE = 0.3
 _INTERNAL_ERROR = "an internal error; see the server's log"
 
 _logger = logging.getLogger(__name__)
