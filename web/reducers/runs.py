@@ -24,13 +24,14 @@ from slipgrasp.web.model.view import (
     with_status,
 )
 from slipgrasp.web.reducers.reducer import Reducer
-from slipgrasp.web.workers.preview_worker import PreviewWorker, is_outdated
+from slipgrasp.web.workers.preview_worker import PreviewWorker
 from slipgrasp.web.workers.saved_runs import SavedRuns
 
 _UNNOTICED_WAIT = 0.3
 _POLL_INTERVAL = 0.1
 _REST_BEFORE_SAVING = 0.5
 _SHORT_RUN = 0.1
+_PATIENCE = 0.5
 _GHOST_LABEL = "the run before"
 
 
@@ -89,7 +90,7 @@ class RunReducer(Reducer):
     def pass_time(self, now: float, view: ViewState) -> ViewState:
         """Requests the run of a new draft, stores one that rests, and reports a long one.
 
-        A run that is almost done is awaited: a control that moves faster than its runs would
+        Runs that are not slow are awaited: a control that moves faster than its runs would
         otherwise never show any.
         """
         if view.draft is not self._asked and not self._is_patient(now):
@@ -116,8 +117,7 @@ class RunReducer(Reducer):
         return self._waiting_since is not None and now - self._waiting_since < _SHORT_RUN
 
     def _is_patient(self, now: float) -> bool:
-        is_computing = self._waiting_since is not None
-        return is_computing and not is_outdated(newer_waits=True, elapsed=now - self._asked_at)
+        return self._waiting_since is not None and now - self._asked_at < _PATIENCE
 
     def _answered(
         self, answer: RunFinished | RunRefused | RunSaved | SaveFailed, view: ViewState
