@@ -10,6 +10,7 @@ from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.trace.columns import columns_of
 from slipgrasp.recordings.fit.fit_store import StoredFit
 from slipgrasp.recordings.fit.request import FitRequest
+from slipgrasp.recordings.measured.overlay import MOST_SAMPLES, laid_over, thinned
 from slipgrasp.recordings.measured.recording import (
     MeasuredColumn,
     MeasuredOutline,
@@ -21,7 +22,6 @@ from slipgrasp.server.jobs.job import StudyState
 from slipgrasp.web.charts.charts import charts_of
 from slipgrasp.web.model.fit import FitView, progress_words
 from slipgrasp.web.model.fit_profiles import profiles_of
-from slipgrasp.web.model.measured import MOST_SAMPLES, laid_over, thinned
 
 
 def measured_slip(samples: int) -> MeasuredRecording:
