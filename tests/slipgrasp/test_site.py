@@ -14,7 +14,8 @@ ROOT = Path(__file__).parents[2]
 TARGET = re.compile(r'(?:href|src|srcset)="([^"]+)"')
 ELSEWHERE = ("http:", "https:", "mailto:", "data:", "javascript:")
 
-pytestmark = pytest.mark.slow
+# All of them, so that one process builds the site once.
+pytestmark = [pytest.mark.slow, pytest.mark.browser]
 
 
 @pytest.fixture(scope="module")
@@ -81,7 +82,6 @@ def test_live_pages_share_what_is_equal(site):
     assert len(list(live.glob("shared-*.js"))) == 6
 
 
-@pytest.mark.browser
 def test_a_live_page_of_the_site_simulates(site, browser):
     context = browser.new_context(viewport={"width": 800, "height": 800}, offline=True)
     page = context.new_page()
@@ -96,7 +96,6 @@ def test_a_live_page_of_the_site_simulates(site, browser):
         context.close()
 
 
-@pytest.mark.browser
 def test_pages_fit_a_phone_no_code_is_cut_off_and_the_search_shows_excerpts(site, browser):
     context = browser.new_context(viewport={"width": 360, "height": 740})
     page = context.new_page()
