@@ -89,7 +89,7 @@ function write(changed) {
   playback = { ...playback, ...changed };
   const { start, end, time, speed, playing } = playback;
   // The count makes the state new, so that the play head is taken from here.
-  const state = { ...ready, start, end, time, speed, playing, count: count++ };
+  const state = { ...ready, duration, start, end, time, speed, playing, count: count++ };
   element.dataset.sgState = JSON.stringify(state);
   show(playback, before);
 }
