@@ -81,7 +81,8 @@ def _free_contacts(model: Record, discrete: Record, state: Record, room: Record)
                 discrete.slips[i, axis] = 0.0 if free else 1.0
             for part in parts_of_way(model, way):
                 at = velocity_at(n, i, part)
-                discrete.directions[i, part] = 0.0 if free else state.x[at] / speed
+                if not has_begun:
+                    discrete.directions[i, part] = 0.0 if free else state.x[at] / speed
                 if free:
                     state.x[at] = 0.0
         name_phase(model, discrete, i)
