@@ -56,6 +56,9 @@ def test_random_soft_grasps_end_truly():
         68,  # a slip that begins and rests while others begin
         20,  # a torque that jumps while a slip begins
         1120,  # a slip that comes to rest in its first steps
+        899,  # phases selected again while a slip begins
+        1227,  # a contact that creeps too fast for its friction
+        2251,  # the same, with another contact that creeps
     ],
 )
 def test_runs_that_have_ended_falsely_end_truly(index):

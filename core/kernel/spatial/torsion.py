@@ -260,12 +260,31 @@ def spatial_begin_at_once(model: Record, discrete: Record, state: Record, work: 
             found = True
     if not found or spatial_begin_slips(model, discrete, state, work, 0.0, 1) == 0:
         return
+    if _forget_crept_at_rest(model, discrete, work):
+        spatial_begin_slips(model, discrete, state, work, 0.0, 1)
     take_directions(model, work.gamma, discrete)
     for i in range(model.num_fingers):
         # The next step determines whether it rests.
         leaves = discrete.frozen[i, 0] == LEAVES and not is_short(work.gamma, i)
         for part in range(NORMAL if leaves else 0):
             discrete.directions[i, part] = work.gamma[i, part]
+
+
+@compiled
+def _forget_crept_at_rest(model: Record, discrete: Record, work: Record) -> bool:
+    """Clears ``crept`` of contacts that would begin to slip and rest at once; True if any.
+
+    They would stick, creep too fast for their friction, and begin again.
+    """
+    found = False
+    for i in range(model.num_fingers):
+        crept = discrete.crept[i]
+        rests = discrete.frozen[i, 0] == LEAVES and is_short(work.gamma, i)
+        if rests and size_with_spin(crept[0], crept[1], crept[2]) > EXACT:
+            found = True
+            for part in range(NORMAL):
+                crept[part] = 0.0
+    return found
 
 
 @compiled
