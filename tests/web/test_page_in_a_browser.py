@@ -163,8 +163,8 @@ def test_pages_that_share_files_simulate(open_page: Open, tmp_path: Path) -> Non
             write_page(result, stream, ["object.mass"], share=share_in(tmp_path))
         assert path.stat().st_size < 1e5
         assert sha256_of(open_page(path=path)) == result.sha256
-    # One kernel per kind of hand; viewer, styles, worker and modules.
-    assert len(list(tmp_path.glob("shared-*.js"))) == 6
+    # One kernel per kind of hand; styles; all other code.
+    assert len(list(tmp_path.glob("shared-*.js"))) == 4
 
 
 @pytest.mark.parametrize(

@@ -9,10 +9,15 @@ let loading = null;
 let latest = 0;
 
 onmessage = async ({ data }) => {
-  if (data.kernel) loading = unpack(data.kernel).then(loadKernel);
+  if (data.kernel) loading = load(data);
   else if (data.cells) await computeCells(data);
   else await compute(data);
 };
+
+async function load({ decoder, kernel }) {
+  const unpack = await makeUnpack(decoder);
+  return loadKernel(unpack(decode(kernel)));
+}
 
 async function compute({ id, values, scenario, outcomes }) {
   latest = id;
