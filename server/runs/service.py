@@ -13,7 +13,7 @@ from collections import OrderedDict
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
@@ -22,6 +22,7 @@ from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulator import prepare_kernel, simulate
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.validation import check_scenario
+from slipgrasp.core.trace.trace import Trace
 from slipgrasp.recordings.exceptions import (
     RecordingError,
     RecordingNotFoundError,
@@ -187,7 +188,7 @@ class RunService:
                 result = self._isolated_runs.simulate(scenario, stopped)
             else:
                 limit = self._settings.wall_limit
-                result = simulate(scenario, should_stop=stopped, wall_limit=limit)
+                result = _compact(simulate(scenario, should_stop=stopped, wall_limit=limit))
             lease.keep(result, size_of_run(result))
         return result
 
@@ -416,3 +417,9 @@ class RunService:
         """Waits until the kernel is loaded, or compiled at the very first start."""
         prepare_kernel()
         self._kernel_ready.set()
+
+
+def _compact(result: RunResult) -> RunResult:
+    """The run without the buffer of the kernel, which is larger than its rows."""
+    trace = result.trace
+    return replace(result, trace=Trace.from_rows(trace.shape, trace.to_rows()))

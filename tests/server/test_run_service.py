@@ -105,6 +105,14 @@ def test_a_preview_is_simulated_and_not_saved(service) -> None:
     assert service.store.count() == 0
 
 
+def test_a_previewed_run_keeps_its_rows_alone(service: RunService) -> None:
+    trace = service.preview(SHORT).trace
+    buffer = trace.times
+    while isinstance(buffer.base, np.ndarray):
+        buffer = buffer.base
+    assert buffer.nbytes == 8 * len(trace) * trace.shape.num_columns
+
+
 def test_a_preview_stops_when_it_is_asked_to(service) -> None:
     asked = itertools.count()
     long = with_values(LONG, {"controller.control_period": 0.01})
