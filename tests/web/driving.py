@@ -51,7 +51,7 @@ def select_part(page: Page, name: str) -> None:
     parts = page.get_by_role("group", name="Part of the scenario")
     part = parts.get_by_role("button", name=name, exact=True)
     part.click()
-    expect(part).to_have_attribute("aria-pressed", "true", timeout=PATIENCE)
+    expect(part).to_have_attribute("aria-pressed", "true", timeout=1000 * PATIENCE)
 
 
 def choose_law(page: Page, name: str) -> None:

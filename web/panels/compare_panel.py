@@ -22,7 +22,6 @@ from slipgrasp.recordings.store.stored_run import StoredRun
 from slipgrasp.web.model.colours import css
 from slipgrasp.web.model.compare_words import (
     MISSING,
-    NEGLIGIBLE,
     Scale,
     amount,
     column_words,
@@ -63,6 +62,8 @@ MOST_PHASE_CHANGES = 12
 _PER = {metric.name: metric.per for metric in METRICS}
 _LONGEST_VALUE = 40
 _DIFFERENCE = "B − A"
+_ACCURACY = 1e-6
+"""Metrics below this, for example in mm, are errors of the integration."""
 
 
 class ComparePanel:
@@ -362,8 +363,8 @@ def _amounts_row(
     head: str, scale: Scale, a: float | None, b: float | None, *, is_member: bool = False
 ) -> str:
     """Two amounts with proportional bars, and their difference."""
-    largest = max(abs(a or 0.0), abs(b or 0.0), NEGLIGIBLE)
-    difference = "" if a is None or b is None or a == b else _times(scale, b - a, signed=True)
+    largest = max(abs(a or 0.0), abs(b or 0.0), _ACCURACY)
+    difference = "" if a is None or b is None or a == b else _metric(scale, b - a, signed=True)
     cells = (*(_amount_cell(scale, value, largest) for value in (a, b)), *_cells(difference))
     kinds = [*["sg-member"] * is_member, *["sg-same"] * (a == b)]
     return _row_html(head, cells, " ".join(kinds))
@@ -373,7 +374,12 @@ def _amount_cell(scale: Scale, value: float | None, largest: float) -> str:
     if value is None:
         return f"<td>{MISSING}</td>"
     part = abs(value) / largest
-    return f"<td class='sg-amount' style='--sg-part:{part:.3f}'>{_times(scale, value)}</td>"
+    return f"<td class='sg-amount' style='--sg-part:{part:.3f}'>{_metric(scale, value)}</td>"
+
+
+def _metric(scale: Scale, value: float, *, signed: bool = False) -> str:
+    is_zero = 0.0 < abs(scale.factor * value) < _ACCURACY
+    return "≈ 0" if is_zero else _times(scale, value, signed=signed)
 
 
 def _times(scale: Scale, value: float, *, signed: bool = False) -> str:
