@@ -5,12 +5,19 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+import numpy as np
+
 from benchmarks.report import Table, format_share
 from slipgrasp.core.fit.fit import FitOptions, fit
+from slipgrasp.core.fit.objective import Objective, event_weights
+from slipgrasp.core.fit.optimiser import minimise
 from slipgrasp.core.fit.problem import DELAY, FitProblem, Observations
+from slipgrasp.core.fit.profile import THRESHOLD_95
+from slipgrasp.core.fit.report import FitReport
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.trace.columns import columns_of
+from slipgrasp.core.trace.signals import Floats
 
 SEED = 1
 TWINS = 200
@@ -63,13 +70,40 @@ def run(_docs: Path | None = None, seed: int = SEED, twins: int = TWINS) -> list
     """The table ``fit-coverage``."""
     rows: list[tuple[str, ...]] = []
     for case in CASES:
-        report = fit(make_problem(case), FitOptions(starts=1, seed=seed, twins=twins))
+        problem = make_problem(case)
+        report = fit(problem, FitOptions(starts=1, seed=seed, twins=twins))
         assert report.coverage is not None
-        for key, covered in report.coverage.covered.items():
-            found = report.parameters[key]
-            rows.append((case.name, key, found.kind, str(covered), format_share(covered, twins)))
+        linear = cover_linear(problem, report, seed, twins)
+        for index, (key, covered) in enumerate(report.coverage.covered.items()):
+            found, share = report.parameters[key], format_share(covered, twins)
+            expected = f"{linear[index]:.0f}"
+            rows.append((case.name, key, found.kind, str(covered), share, expected))
     heads = ("scenario", "parameter", "class", f"of {twins}", "share (95 % interval)")
-    return [Table("fit-coverage", heads, tuple(rows), page="fit.md")]
+    return [Table("fit-coverage", (*heads, "of a linear model"), tuple(rows), page="fit.md")]
+
+
+def cover_linear(problem: FitProblem, report: FitReport, seed: int, twins: int) -> Floats:
+    """The number of intervals that contain the truth if the signals were linear in the parameters.
+
+    With the noise of the twins: a number that differs from that of the fit is due to the model,
+    another one to chance.
+
+    Args:
+        problem: The fitted problem.
+        report: Its fit, whose best run is the truth of the twins.
+        seed: Seed of the twins.
+        twins: Their number.
+    """
+    weights = event_weights(problem.data, report.events)
+    start = [p.share_of(report.best[p.key]) for p in problem.parameters]
+    jacobian = minimise(Objective(problem, weights=weights), np.array(start)).jacobian
+    covariance = np.linalg.inv(jacobian.T @ jacobian)
+    gain = covariance @ jacobian.T / np.sqrt(np.diag(covariance))[:, None]
+    covered = np.zeros(len(start))
+    for number in range(twins):
+        noise = weights * np.random.default_rng([seed, number]).standard_normal(weights.shape)
+        covered += (gain @ noise.ravel()) ** 2 <= THRESHOLD_95
+    return covered
 
 
 def make_problem(case: Case) -> FitProblem:

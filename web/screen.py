@@ -133,7 +133,7 @@ class Screen:
 
     def _draw(self, shown: Shown, view: ViewState) -> None:
         """Draws the run at the play head, and the ghost."""
-        pale = view.ghost.run if view.ghost is not None else None
+        pale = view.ghost.drawn if view.ghost is not None else None
         drawn = (shown.ticket, pale, view.appearance)
         if drawn != self._drawn:
             self._drawn = drawn

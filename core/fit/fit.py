@@ -121,8 +121,9 @@ def fit(
     twin = Objective(problem, evaluate_twin, weights=objective.weights)
     coverage = _cover(twin, best, options, threshold, reports) if options.twins else None
     run = run_at(problem, problem.values_at(best.shares))
+    without_slip = _run_without_slip(objective, best, profiles, threshold) or run
     return replace(
-        _report(objective, best, profiles, threshold, run),
+        _report(objective, best, profiles, threshold, run, without_slip),
         starts=starts,
         evaluations=counted.count,
         held_out=tuple(_predict(problem, best, *each) for each in options.held_out),
@@ -297,17 +298,42 @@ def _residuals(data: Observations, residuals: Floats) -> list[SignalResidual]:
     return found
 
 
+def _run_without_slip(
+    objective: Objective, best: Minimum, profiles: Sequence[Profile], threshold: float
+) -> RunResult | None:
+    """The best run with the frictions that the data do not bound above at their largest values.
+
+    Contacts that stick in the data may slip a little in the best run, because of the noise.
+
+    Returns:
+        None if the data exclude it, or there is no such friction.
+    """
+    problem = objective.problem
+    fixed = {
+        k: 1.0
+        for k, (parameter, found) in enumerate(zip(problem.parameters, profiles, strict=True))
+        if parameter.contact is not None and found.high is None
+    }
+    if not fixed:
+        return None
+    found = minimise(objective, best.shares, fixed)
+    if found.chi_squared - best.chi_squared > threshold:
+        return None
+    return run_at(problem, problem.values_at(found.shares))
+
+
 def _report(
     objective: Objective,
     best: Minimum,
     profiles: Sequence[Profile],
     threshold: float,
     run: RunResult,
+    without_slip: RunResult,
 ) -> FitReport:
-    problem = objective.problem
-    contacts = _contacts(run)
+    problem, end = objective.problem, float(objective.problem.data.times[-1])
+    stuck = _contacts(without_slip, end)
     fitted = {
-        parameter.key: _fitted(parameter, float(share), found, contacts)
+        parameter.key: _fitted(parameter, float(share), found, stuck)
         for parameter, share, found in zip(problem.parameters, best.shares, profiles, strict=True)
     }
     plain = Objective(problem, lambda _, values: objective.model(best.shares))
@@ -325,7 +351,7 @@ def _report(
         on_limit=tuple(p.key for p, s in edges if min(s, 1.0 - s) < _AT_LIMIT),
         residuals=tuple(_residuals(problem.data, residuals)),
         events=tuple(change.time for change in run.phase_changes),
-        contacts=contacts,
+        contacts=_contacts(run, end),
     )
 
 
@@ -341,8 +367,8 @@ def _fitted(
     if contact is not None and contact.slip_time == 0.0 and high is None:
         kind, low = "only below", contact.most_used_friction
         note = (
-            "the contact never slipped: its friction is at least the largest ratio of tangential "
-            "to normal force"
+            "as far as the data show, the contact never slipped: its friction is at least the "
+            "largest ratio of tangential to normal force"
         )
     return FittedParameter(
         key=parameter.key,
@@ -358,8 +384,10 @@ def _fitted(
     )
 
 
-def _contacts(run: RunResult) -> tuple[ContactInformation, ...]:
+def _contacts(run: RunResult, end: float) -> tuple[ContactInformation, ...]:
+    """Information about the contacts up to the end of the data, which the run exceeds."""
     trace = run.trace[rows_from_start(run.trace)]
+    trace = trace[: np.searchsorted(trace.times, end, side="right")]
     steps = np.diff(trace.times)
     slips = (trace.phase[:-1] != 0) & (trace.phase[1:] != 0)
     with np.errstate(divide="ignore", invalid="ignore"):

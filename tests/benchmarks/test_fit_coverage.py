@@ -17,3 +17,13 @@ def test_nearly_all_intervals_of_twins_hold_the_truth(kernel):
         assert report.best[key] == pytest.approx(value, rel=1e-6)
         # Fewer than 9 of 12 have a probability of 0.2 %.
         assert report.coverage.covered[key] >= 9
+
+
+@pytest.mark.slow
+def test_linear_signals_have_intervals_that_hold_the_truth_in_95_percent(kernel):
+    problem = fit_coverage.make_problem(fit_coverage.CASES[0])
+    report = fit(problem, FitOptions(starts=1))
+    covered = fit_coverage.cover_linear(problem, report, seed=2, twins=4000)
+
+    # Four standard deviations.
+    assert covered / 4000 == pytest.approx(0.95, abs=0.014)

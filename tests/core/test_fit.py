@@ -262,8 +262,7 @@ def test_of_contacts_that_never_slipped_only_a_lower_bound_is_given(kernel):
     for k in (0, 1):
         found = report.parameters[f"fingers.{k}.friction"]
         assert (found.value, found.kind, found.high) == (None, "only below", None)
-        # The run lasts a little longer than the data, which may use more friction.
-        assert found.low == pytest.approx(used[k], rel=1e-3)
+        assert found.low == pytest.approx(used[k], rel=1e-9)
         assert "never slipped" in found.note
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -10,6 +12,7 @@ from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.trace.columns import columns_of
 from slipgrasp.recordings.fit.fit_store import StoredFit
 from slipgrasp.recordings.fit.request import FitRequest
+from slipgrasp.recordings.measured.overlay import MOST_SAMPLES, laid_over, thinned
 from slipgrasp.recordings.measured.recording import (
     MeasuredColumn,
     MeasuredOutline,
@@ -18,10 +21,18 @@ from slipgrasp.recordings.measured.recording import (
 )
 from slipgrasp.server.fits.progress import FitStatus
 from slipgrasp.server.jobs.job import StudyState
+from slipgrasp.server.viewer.server import ViewerServer
 from slipgrasp.web.charts.charts import charts_of
+from slipgrasp.web.charts.drawn import ChartedRun, drawn_charts
+from slipgrasp.web.model.charts_view import PLAIN
 from slipgrasp.web.model.fit import FitView, progress_words
 from slipgrasp.web.model.fit_profiles import profiles_of
-from slipgrasp.web.model.measured import MOST_SAMPLES, laid_over, thinned
+from slipgrasp.web.model.playback import TimeWindow
+from slipgrasp.web.model.replay import Replay
+from slipgrasp.web.model.sampling import Sampler
+from slipgrasp.web.model.view import Ghost, Shown
+from slipgrasp.web.scene.scene import Scene
+from tests.web.test_scene_nodes import node, sent_for_close_ups
 
 
 def measured_slip(samples: int) -> MeasuredRecording:
@@ -49,6 +60,47 @@ def test_a_run_of_measured_data_has_their_signals_and_no_others(case_1: RunResul
     assert all(np.isnan(column.values).all() for column in others)
     assert result.phase_changes == () and (result.trace.phase == 0).all()
     assert any(charts_of(result).values())
+
+
+def test_signals_that_were_not_measured_have_no_line(case_1: RunResult) -> None:
+    ghost = ChartedRun.of(laid_over(case_1, measured_slip(11)))
+    charts = drawn_charts(ChartedRun.of(case_1), ghost, TimeWindow(0.0, 0.1), PLAIN, "Contact")
+    lines = {drawn.chart.key: drawn.ghost.chart.lines for drawn in charts if drawn.ghost}
+
+    assert [len(lines[key]) for key in ("slip", "slip-velocity")] == [1, 0]
+
+
+def measured_poses(names: tuple[str, ...]) -> MeasuredRecording:
+    """An object that moves along x, measured without the hand."""
+    measured = measured_slip(11)
+    columns = tuple(MeasuredColumn(name=name, unit="", source=name) for name in names)
+    values = np.zeros((11, len(names)))
+    values[:, 0] = measured.times
+    return replace(measured, outline=replace(measured.outline, columns=columns), values=values)
+
+
+def ghost_of(run: RunResult, measured: MeasuredRecording) -> Ghost:
+    result = laid_over(run, measured)
+    return Ghost(Shown(-1, result, 0.0, Replay("data", "", result, measured=measured)), "data")
+
+
+def test_a_complete_measured_pose_is_drawn_without_a_hand(
+    viewer_server: ViewerServer, case_1: RunResult
+) -> None:
+    pale = ghost_of(case_1, measured_poses(("x", "y", "theta"))).drawn
+    assert pale is not None
+    scene = Scene(viewer_server)
+    scene.show(case_1, pale)
+    scene.update(Sampler(case_1.trace).at(0.05), Sampler(pale.trace).at(0.05))
+
+    corners = node(viewer_server, "/ghost/edges").points.reshape(-1, 3)
+    np.testing.assert_allclose(corners.mean(axis=0)[[0, 2]], (0.05, 0.0), atol=1e-6)
+    assert viewer_server.scene.get_handle_by_name("/ghost/tip0") is None
+    assert "ghostSlip" not in sent_for_close_ups(viewer_server)[1]
+
+
+def test_an_incomplete_measured_pose_is_not_drawn(case_1: RunResult) -> None:
+    assert ghost_of(case_1, measured_poses(("x", "y"))).drawn is None
 
 
 def test_long_measured_data_are_thinned_evenly() -> None:

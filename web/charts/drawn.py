@@ -172,7 +172,8 @@ def drawn_charts(
         other = of_ghost.get(chart.key)
         if ghost is None or other is None:
             return DrawnChart(chart, hidden, own)
-        pale = Drawing.of(ghost.trace, _without(other, hidden), window, is_ghost=True)
+        known = _without(other, hidden | _unknown_in(other))
+        pale = Drawing.of(ghost.trace, known, window, is_ghost=True)
         return DrawnChart(chart, hidden, own, pale)
 
     return [draw(chart) for chart in run.tabs[tab]]
@@ -219,6 +220,14 @@ def _is_whole(drawing: Drawing) -> bool:
 def _rows_of_window(drawing: Drawing) -> NDArray[np.intp]:
     rows = np.flatnonzero(rows_inside(drawing.trace.times, drawing.window))
     return rows[rows >= rows_from_start(drawing.trace).start]
+
+
+def _unknown_in(chart: Chart) -> frozenset[str]:
+    """Keys of the lines without values, of signals that were not measured.
+
+    With such a line the page would find no range, and draw no line of the chart.
+    """
+    return frozenset(line.key for line in chart.lines if np.isnan(line.values).all())
 
 
 def _without(chart: Chart, hidden: frozenset[str]) -> Chart:

@@ -7,6 +7,8 @@ from enum import StrEnum
 from functools import cached_property
 from typing import NamedTuple
 
+import numpy as np
+
 from slipgrasp.core.exceptions import FieldError, ScenarioError
 from slipgrasp.core.run.premises import has_premises
 from slipgrasp.core.run.result import RunResult
@@ -193,6 +195,12 @@ class Ghost:
         """The run; None if it is measured data."""
         return None if self.shown.is_measured else self.shown.result
 
+    @property
+    def drawn(self) -> RunResult | None:
+        """The run to draw in the scene; None for measured data without all of the pose."""
+        result = self.shown.result
+        return result if np.isfinite(result.trace.object_pose[0]).all() else None
+
 
 @dataclass(frozen=True, eq=False)
 class ViewState:
@@ -285,8 +293,8 @@ class ViewState:
     @cached_property
     def ghost_sample(self) -> Sample | None:
         """The instant of the ghost, at the play head."""
-        has_hand = self.ghost is not None and self.ghost.run is not None
-        return self._sample_of(self.ghost.shown if self.ghost and has_hand else None)
+        is_drawn = self.ghost is not None and self.ghost.drawn is not None
+        return self._sample_of(self.ghost.shown if self.ghost and is_drawn else None)
 
     def _sample_of(self, shown: Shown | None) -> Sample | None:
         if shown is None or self.playback is None:

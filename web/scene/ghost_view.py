@@ -1,4 +1,4 @@
-"""A ghost, drawn with pale lines: links, object and fingertips."""
+"""A ghost, drawn with pale lines: object, and unless it is measured data, links and fingertips."""
 
 from __future__ import annotations
 
@@ -25,6 +25,7 @@ class GhostView:
         scenario: Its scenario, which may differ from the shown one.
         surfaces: Colours.
         detail: Level of detail.
+        has_hand: Whether the fingers are drawn too, for which all joint positions must be known.
     """
 
     def __init__(
@@ -34,8 +35,11 @@ class GhostView:
         scenario: Scenario,
         surfaces: Surfaces,
         detail: Detail,
+        *,
+        has_hand: bool,
     ) -> None:
-        self._frames, self._count = skeleton.frames_of(scenario), len(scenario.fingers)
+        self._frames = skeleton.frames_of(scenario)
+        self._count = len(scenario.fingers) if has_hand else 0
         sizes = parts.sizes_of(scenario)
         # Behind the edges of the desired pose.
         self._corners = parts.solid(scenario, 1.02 * sizes.half_depth).points
@@ -59,6 +63,8 @@ class GhostView:
         poses = skeleton.world_poses(self._frames, states)
         position, turn = (each[0] for each in poses[skeleton.OBJECT])
         self._follow_edges.follow(position + self._corners @ turn.T)
+        if self._count == 0:
+            return
         links = [f.name for f in self._frames if "/link_" in f.name or f.name.endswith("/tip")]
         points = np.stack([poses[name][0][0] for name in links])
         self._follow_links.follow(points.reshape(self._count, -1, 3))

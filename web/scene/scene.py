@@ -114,7 +114,7 @@ class Scene:
 
         Args:
             result: The run.
-            ghost: A ghost, if both are of one kind of hand.
+            ghost: A ghost, if both are of one kind of hand; measured data need the object's pose.
             appearance: Display options; unchanged if None.
 
         Returns:
@@ -126,6 +126,8 @@ class Scene:
         pale = (
             ghost if ghost is not None and ghost.scenario.space is result.scenario.space else None
         )
+        # Measured data may lack the slips, which only the close-ups draw.
+        slipping = pale if pale is not None and _is_known(pale.trace.slip) else None
         with self._stage.atomic():
             views = self._views_of(result.scenario)
             for mark in views.marks:
@@ -133,8 +135,8 @@ class Scene:
             self._lay_low_friction_patches(result.scenario, views)
             self._show_ghost(pale)
             self._close_ups.show(
-                facts_of(result, pale, layout, self._appearance, self.object_node),
-                arrays_of(result, pale, layout),
+                facts_of(result, slipping, layout, self._appearance, self.object_node),
+                arrays_of(result, slipping, layout),
             )
         if self._drag is not None:
             scale = views.push.newtons_per_metre(self._run.full)
@@ -213,7 +215,8 @@ class Scene:
             if self._ghost is not None:
                 self._ghost.show(False)
             return
-        shape = shape_of(ghost.scenario)
+        has_hand = _is_known(ghost.trace.joint_position)
+        shape = (shape_of(ghost.scenario), has_hand)
         if self._ghost is None or self._ghost_shape != shape:
             if self._ghost is not None:
                 self._ghost.remove()
@@ -223,6 +226,7 @@ class Scene:
                 ghost.scenario,
                 surfaces_for(dark=self._appearance.dark),
                 self._detail,
+                has_hand=has_hand,
             )
             self._ghost_shape = shape
         self._ghost.show(True)
@@ -244,6 +248,11 @@ class _Views:
         self.push.update(states.object_pose[0, :3], sample.external_wrench, run.full)
         for i, mark in enumerate(self.marks):
             mark.update(states, i, run.full, run.believed(sample, i), trail_of(sample, i))
+
+
+def _is_known(signal: Points) -> bool:
+    """Whether a signal of a ghost is known; one that was not measured is NaN in all rows."""
+    return bool(np.isfinite(signal[0]).all())
 
 
 def shape_of(scenario: Scenario) -> object:

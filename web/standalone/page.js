@@ -279,11 +279,6 @@ function showPlayback({ playing, start, end }, last) {
   if (last.start === start && last.end === end) return;
   timeRange = [start, end];
   if (own !== null) setHtml("strip", stripHtml(data, own, ghost, timeRange));
-  viewer.feed(
-    data.charts.map(({ uuid, scales }) =>
-      update(uuid, { scales: { ...scales, x: { ...scales.x, range: timeRange } } }),
-    ),
-  );
 }
 
 function draw(time) {

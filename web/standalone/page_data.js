@@ -12,7 +12,6 @@ export function load(dark) {
     ...chart,
     columns: columnsOf(chart),
     read: readerOf(chart),
-    scales: data.messages.find(({ uuid }) => uuid === chart.uuid).props.scales,
   }));
   const scenario = revive(data.run.scenario);
   const revived = { ...data, charts, run: { ...data.run, scenario }, scene: revive(data.scene) };
