@@ -45,6 +45,8 @@ let drawnAt = NaN;
 let readAt = -Infinity;
 const values = new Map();
 const hidden = new Map();
+let haveStarted = null;
+const started = new Promise((resolve) => (haveStarted = resolve));
 
 start().catch(tellFailure);
 
@@ -60,7 +62,10 @@ async function start() {
   const panels = arrangement();
   keepFree(panels);
   await viewer.asked;
-  viewer.feed(messages);
+  const isPanel = ({ type }) => type.includes("Gui");
+  viewer.feed(messages.filter((each) => !isPanel(each)));
+  await firstPicture();
+  viewer.feed(messages.filter(isPanel));
   viewer.feed(panels);
   viewer.feed(data.controls.map(({ key, uuid }) => update(uuid, { value: values.get(key) })));
   scene = new SceneFeed(data.scene);
@@ -69,7 +74,20 @@ async function start() {
   for (const begin of [startClock, startGestures, startCharts, startKeyboard, startNames]) begin();
   for (const each of [draw, read, frameCamera, updateCharts, drawContacts]) onFrame(each);
   watchSessionState();
-  if (own !== null) show();
+  haveStarted();
+}
+
+/** Resolves once the scene is being drawn, which takes long; at the latest when it is out of sight. */
+function firstPicture() {
+  const later = window.requestAnimationFrame;
+  return new Promise((resolve) => {
+    later(function look() {
+      if (window.__viserMutable?.nodeRefFromName[data.closeUps.facts.object]) {
+        withPicture(resolve);
+        later(() => later(resolve));
+      } else later(look);
+    });
+  });
 }
 
 /** Where the panels go: into two columns or one; on a phone viser has one sheet for all. */
@@ -116,7 +134,8 @@ function takeIntents(address) {
 }
 
 function listen() {
-  worker.onmessage = ({ data: answer }) => {
+  worker.onmessage = async ({ data: answer }) => {
+    await started;
     if (answer.id !== requests) return;
     if (answer.seconds !== undefined) setHtml("card", waitingHtml(answer.seconds));
     else finish(answer);
@@ -220,7 +239,7 @@ function finish(answer) {
   ghost = before;
   own = new Rows(answer, data.run);
   playRun(own);
-  if (scene !== null) show();
+  show();
 }
 
 /** Shows a new run: the scene first, which takes longest to draw, all else while it is drawn. */

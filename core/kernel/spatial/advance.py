@@ -237,7 +237,7 @@ def _finish_soft_step(model: Record, run: Record, outlet: Record) -> int:
     if begins and mark_resting(model, discrete, run.step.directions):
         let_marked_stick(model, discrete, start)
         return _select_again(model, run, outlet)
-    moved = spatial_keep_stick(model, discrete, start, run.work) == 1
+    moved = spatial_keep_stick(model, discrete, start, run.work) == 2
     changes = begins and _thaw(model, run)
     if not changes and not moved:
         return RUNNING

@@ -478,7 +478,7 @@ def spatial_select(
     _free_contacts(model, discrete, state, room)
     spatial_plant(model, discrete, state, work)
     if model.soft == 1:
-        if spatial_keep_stick(model, discrete, state, work) == 1:
+        if spatial_keep_stick(model, discrete, state, work) != 0:
             spatial_plant(model, discrete, state, work)
         spatial_begin_at_once(model, discrete, state, work)
     room.concerned = -1

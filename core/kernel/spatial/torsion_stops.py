@@ -83,7 +83,7 @@ def spatial_keep_stick(model: Record, discrete: Record, state: Record, work: Rec
         work: Kinematics and mobility of this state.
 
     Returns:
-        1 if a velocity has changed, else 0.
+        1 if a velocity has changed, 2 if an impulse has also changed a slip, else 0.
     """
     n, x, torsion, changed = model.num_fingers, state.x, work.torsion, 0
     largest = 0.0
@@ -94,7 +94,7 @@ def spatial_keep_stick(model: Record, discrete: Record, state: Record, work: Rec
             largest = max(largest, abs(spin_of(model, state, work, i)))
     if largest > EXACT:
         _stop_spins(model, discrete, state, work)
-        changed = 1
+        changed = 1 + torsion.some_slip
     for i in range(n):
         turns = discrete.phases[i] != STICK
         if largest > EXACT and creeps_in_stick(model, discrete, torsion, i):
@@ -103,7 +103,7 @@ def spatial_keep_stick(model: Record, discrete: Record, state: Record, work: Rec
         if abs(spin) <= EXACT:
             spin = 0.0
         if x[at] != spin:
-            x[at], changed = spin, 1
+            x[at], changed = spin, max(changed, 1)
     add_crept(model, discrete, state, 1.0)
     forget_crept(model, discrete, state)
     return changed
