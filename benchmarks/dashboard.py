@@ -88,6 +88,7 @@ def tabulate_viewers(
         "95th percentile of age [ms]",
         "processor [% of a core]",
         "kB/s each",
+        "memory [MB each]",
     )
     rows = []
     for preset, numbers in ((PRESET, counts), (IN_SPACE, counts_in_space)):
@@ -98,16 +99,20 @@ def tabulate_viewers(
 
 
 def _watch_row(served: Served, count: int) -> tuple[str, ...]:
-    settle = _SETTLE + 0.5 * count
-    seen, worked = watch(
-        served.socket, count, settle, _WATCH, lambda: processor_time_of(served.process)
-    )
+    settle, before, memory = _SETTLE + 0.5 * count, memory_of(served.process), [0]
+
+    def look() -> float:
+        memory.append(memory_of(served.process))
+        return processor_time_of(served.process)
+
+    seen, worked = watch(served.socket, count, settle, _WATCH, look)
     ages = np.concatenate([one.ages for one in seen])
     return (
         f"{min(len(one.arrivals) for one in seen) / _WATCH:.1f}",
         f"{MILLISECONDS * np.percentile(ages, 95):.0f}",
         f"{100.0 * worked / _WATCH:.0f}",
         f"{sum(one.num_bytes for one in seen) / count / _WATCH / 1e3:.0f}",
+        f"{(max(memory) - before) / count / 1e6:.1f}",
     )
 
 

@@ -21,11 +21,13 @@ _MASS = "xpath=//label[normalize-space(.)='mass [kg]']/../../.."
 # The page's websocket lives in a worker. Its messages are recorded there with their times, so that
 # a page that is busy drawing does not count as a message on its way.
 _LISTEN = """
-const arrivals = []; let batches = 0; let pressed = 0;
+const arrivals = []; let batches = 0; let pressed = 0; let cards = 0;
 window.drawn = [];
-// Scene and charts; the card, the list and the comparison come later, once the control rests.
+// Scene, charts and card; notes on it, the list and the comparison come once the control rests.
+const isCard = message => String(message.updates?.content).includes('sg-verdict');
 const isDrawing = message => message.type === 'GuiUpdateMessage'
-  ? 'data' in message.updates : /^(Scene|Set)/.test(message.type);
+  ? 'data' in message.updates || (cards === 0 && isCard(message))
+  : /^(Scene|Set)/.test(message.type);
 const Plain = window.Worker;
 window.Worker = class extends Plain {
   constructor(url, options) {
@@ -46,13 +48,14 @@ window.Worker = class extends Plain {
         const arrived = arrivals[batches++];
         if (event.data.messages.some(isDrawing)) window.drawn.push(
           [arrived - pressed, performance.timeOrigin + performance.now() - pressed]);
+        cards += event.data.messages.filter(isCard).length;
       }
     });
   }
 };
 window.addEventListener('keydown', () => {
   pressed = performance.timeOrigin + performance.now();
-  window.drawn.length = 0;
+  window.drawn.length = cards = 0;
 }, true);
 """
 

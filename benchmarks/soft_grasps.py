@@ -91,7 +91,7 @@ def find_missed_of_soft(
 def _off_slip(run: RunResult) -> float:
     """The largest angle between friction and the opposite of a slip that is fast enough [rad].
 
-    A slip that has just begun has the friction against its velocity of the next instant.
+    At its onset a slip has the friction of its step.
     """
     force, slide = friction_of(run), slide_of(run)
     sizes, speeds = np.linalg.norm(force, axis=2), np.linalg.norm(slide, axis=2)

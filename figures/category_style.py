@@ -21,6 +21,7 @@ _HATCHES = {
 }
 _HATCHES_BY_REASON = {
     "short_run": "----",
+    "past_limit": "\\\\",
     "model_estimate_singular": "\\\\\\\\",
     "nonfinite_torque": "ooo",
     "turned_too_far": "\\\\..",

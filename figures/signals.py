@@ -1,10 +1,10 @@
-"""Plots of selected signals over time, for one run or two."""
+"""Plots of selected signals over time, for one run, or with a second run or measured data."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -19,11 +19,14 @@ from slipgrasp.figures.panels import finger_colour, lighter
 from slipgrasp.figures.phases import shade
 from slipgrasp.figures.slip_times import Window, whole_run
 from slipgrasp.figures.style import new_figure, paint, paper_style
+from slipgrasp.recordings.measured.overlay import laid_over, thinned
+from slipgrasp.recordings.measured.recording import MeasuredRecording
 from slipgrasp.recordings.palette import Rgb
 
 # Heights on the page [mm].
 _PLOT, _MARGINS = 38.0, 10.0
 _DASHED = {"linestyle": (0, (4.0, 2.0)), "linewidth": 0.8}
+_DOTS = {"linestyle": "none", "marker": ".", "markersize": 2.5, "alpha": 0.6}
 _MARGIN = 0.06
 """Fraction of the range of values, above and below."""
 _BY_NAME = {signal.name: signal for signal in SIGNALS}
@@ -34,7 +37,7 @@ def draw_signals(
     run: RunResult,
     names: Sequence[str],
     *,
-    over: RunResult | None = None,
+    over: RunResult | MeasuredRecording | None = None,
     time: tuple[float, float] | None = None,
 ) -> Figure:
     """Plots signals of a run over time, one below the other, with slip shaded.
@@ -42,13 +45,14 @@ def draw_signals(
     Args:
         run: The run.
         names: Signals (``slip``), or single columns of them (``slip_0``).
-        over: A second run, drawn dashed.
+        over: A second run, drawn dashed, or measured data, drawn as dots.
         time: Start and end of the time axis [s]; the whole run if None.
 
     Raises:
         ScenarioError: If a run has no such signal, or the times are not a valid range.
     """
-    runs = [run] if over is None else [run, over]
+    second = None if over is None else _second(run, over)
+    runs = [run] if second is None else [run, second.run]
     chosen = [[_columns(each, name) for each in runs] for name in names]
     window = _window(run, time)
     with paper_style():
@@ -57,17 +61,33 @@ def draw_signals(
         plots: Iterable[Axes] = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
         for axes, name, (columns, *others) in zip(plots, names, chosen, strict=True):
             _draw(axes, run, columns)
-            for other in others:
-                _draw(axes, runs[1], other, **_DASHED)
+            if second is not None:
+                _draw(axes, second.run, others[0], **second.style)
             _label(axes, name, columns)
             shade(axes, run, range(run.trace.shape.num_contacts))
             axes.set_xlim(*window)
             _fit(axes, window)
             axes.set_xlabel("time [s]")
             axes.label_outer()
-        if over is not None:
-            figure.suptitle(f"solid: {run.name}; dashed: {over.name}", fontsize=8.5)
+        if second is not None:
+            title = f"solid: {run.name}; {second.marking}: {second.name}"
+            figure.suptitle(title, fontsize=8.5)
         return figure
+
+
+class _Second(NamedTuple):
+    """What is drawn over a run."""
+
+    run: RunResult
+    name: str
+    marking: str
+    style: dict[str, Any]
+
+
+def _second(run: RunResult, over: RunResult | MeasuredRecording) -> _Second:
+    if isinstance(over, MeasuredRecording):
+        return _Second(laid_over(run, thinned(over)), over.outline.title, "dots", _DOTS)
+    return _Second(over, over.name, "dashed", _DASHED)
 
 
 def _window(run: RunResult, time: tuple[float, float] | None) -> Window:

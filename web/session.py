@@ -180,7 +180,8 @@ class Session:
             now = time.monotonic()
             for reducer in self._reducers:
                 self._view = reducer.pass_time(now, self._view)
-            if not any(reducer.expects_answer(now) for reducer in self._reducers):
+            is_new = self._drawn is None or self._view.shown is not self._drawn.shown
+            if is_new or not any(reducer.expects_answer(now) for reducer in self._reducers):
                 self._draw(screen, now)
 
     def _draw(self, screen: Screen, now: float) -> None:

@@ -116,14 +116,14 @@ class RunResult:
     def plot(
         self,
         *signals: str,
-        over: RunResult | None = None,
+        over: Any = None,
         time: tuple[float, float] | None = None,
     ) -> Figure:
         """Plots signals over time, one below the other, with slip shaded.
 
         Args:
             signals: Signals (``slip``, ``normal_force``), or single columns (``slip_0``).
-            over: A second run, drawn dashed.
+            over: A second run, drawn dashed, or measured data, drawn as dots.
             time: Start and end of the time axis [s]; the whole run if None.
 
         Returns:

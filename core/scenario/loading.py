@@ -25,6 +25,7 @@ from slipgrasp.core.scenario.field_errors import (
 )
 from slipgrasp.core.scenario.hand_file import fill_in_hand, refuse_hand_name
 from slipgrasp.core.scenario.motion_file import fill_in_table, refuse_table_name
+from slipgrasp.core.scenario.motion_kind import with_motion_kind
 from slipgrasp.core.scenario.parameters import Parameter, describe
 from slipgrasp.core.scenario.scenario import SCENARIOS, AnyScenario, full_scenario, space_of
 from slipgrasp.core.scenario.space import SPACES
@@ -158,6 +159,7 @@ def scenario_from_mapping(mapping: Any, *, with_law: bool = True) -> Scenario:
     refuse_table_name(mapping)
     refuse_hand_name(mapping)
     space = space_of(mapping) if isinstance(mapping, dict) else PLANAR
+    mapping = with_motion_kind(mapping, space)
     try:
         text = json.dumps(mapping, default=repr)
         scenario = _adapter(space).validate_json(text)

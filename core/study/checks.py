@@ -12,6 +12,7 @@ from slipgrasp.core.scenario.parameters import Parameter
 from slipgrasp.core.study.definition import Study, expand_key
 from slipgrasp.core.study.document import AxisDocument, StudyDocument, plain_value
 from slipgrasp.core.study.knowledge import find_nothing_to_adapt
+from slipgrasp.core.study.limits import check_limits
 
 
 def check_document(
@@ -26,6 +27,7 @@ def check_document(
     """
     yield from _check_axes(document, base, definitions)
     yield from _check_sampling(document)
+    yield from check_limits(document.limits, base)
 
 
 def find_warnings(study: Study) -> Iterator[str]:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Literal
 
@@ -115,6 +115,7 @@ class Study:
         sampling: Selection of the runs.
         listed: The runs of a list, each as values by dotted key.
         recordings: Runs whose recording is stored.
+        limits: Largest magnitude of metrics, as in `slipgrasp.core.study.limits`.
         computed_by: Custom laws that computed it, if it was read from its file.
     """
 
@@ -123,6 +124,7 @@ class Study:
     axes: tuple[Axis, ...] = ()
     listed: tuple[Mapping[str, Value], ...] = ()
     recordings: KeptRecordings = "none"
+    limits: Mapping[str, float] = field(default_factory=dict)
     title: str = ""
     base_name: str = ""
     computed_by: tuple[LawIdentity, ...] = ()

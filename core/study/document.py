@@ -107,6 +107,14 @@ class StudyDocument(BaseModel):
     runs: Annotated[
         list[PlainValues], Field(max_length=MAX_LISTED, description="the runs of a list")
     ] = []
+    limits: Annotated[
+        dict[str, Annotated[float, Field(ge=0.0)]],
+        Field(
+            max_length=MAX_AXES,
+            description="largest magnitude of a metric, such as slip_path; an object past a limit "
+            "counts as not held",
+        ),
+    ] = {}
     recordings: Annotated[
         KeptRecordings | None,
         Field(

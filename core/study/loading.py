@@ -123,6 +123,7 @@ def study_from_mapping(mapping: Any, find_base: Callable[[Any], Scenario]) -> St
         axes=tuple(_axis(key, axis, base, definitions) for key, axis in document.vary.items()),
         sampling=_sampling(document),
         listed=tuple({k: plain_value(v) for k, v in run.items()} for run in document.runs),
+        limits=document.limits,
     )
     _check_count(study)
     return _keeping(study, document.recordings)
@@ -142,6 +143,7 @@ def study_to_mapping(study: Study) -> dict[str, Any]:
         "vary": {axis.key: _axis_to_mapping(axis) for axis in study.axes},
         "runs": [{key: _listed(value) for key, value in run.items()} for run in study.listed],
         "recordings": study.recordings,
+        **({"limits": dict(study.limits)} if study.limits else {}),
     }
 
 

@@ -48,7 +48,7 @@ class _Fact(NamedTuple):
 _LAW, _THING, _EVENT, _DETAIL = range(4)
 
 
-@lru_cache(maxsize=1024)
+@lru_cache(maxsize=64)
 def name_run(scenario: Scenario) -> str:
     """Returns the name of every run of a scenario, on one line.
 

@@ -9,7 +9,7 @@ from typing import Any
 from sphinx.application import Sphinx
 
 ROOT = Path(__file__).parents[2]
-sys.path.insert(0, str(Path(__file__).parent))  # of live.py
+sys.path.insert(0, str(Path(__file__).parent))  # of live.py and offline_search.py
 
 project = "slipgrasp"
 author = "the slipgrasp authors"
@@ -20,6 +20,7 @@ extensions = [
     "sphinx.ext.napoleon",
     "sphinx-mathjax-offline",
     "live",
+    "offline_search",
 ]
 root_doc = "docs/site/index"
 # Pages can also be read in the repository; links between them work in both places.
@@ -29,6 +30,8 @@ myst_enable_extensions = ["dollarmath"]
 myst_fence_as_directive = ["math"]
 myst_heading_anchors = 4
 html_theme = "furo"
+html_static_path = ["static"]
+html_css_files = ["site.css"]
 html_title = "slipgrasp"
 html_favicon = str(ROOT / "web" / "page" / "icon.svg")
 html_show_copyright = False

@@ -7,8 +7,9 @@ from __future__ import annotations
 
 import csv
 import math
+import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -48,6 +49,7 @@ Rows = NDArray[np.int64]
 _FIRST_ROW = 2
 _EVEN_SHARE = 0.1
 _TITLE_LENGTH = 200
+_TIME_HEADER = re.compile(r"t(ime)?[ _]?[\[(]?(s|ms|us|µs|ns)?[\])]?", re.IGNORECASE)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -55,7 +57,8 @@ class ImportOptions:
     """Options for reading a table.
 
     Attributes:
-        mapping: Columns of the table by name of a signal or ``t``; with a unit after a colon.
+        mapping: Columns of the table by name of a signal or ``t``; with a unit after a colon. Times
+            are in the column ``t`` or ``time`` of the table, unless given here.
         rate: Sampling rate of a table without a column of times [Hz].
         start: Time of the first sample [s]; as in the table if None.
         every: Use only every Nth sample.
@@ -106,6 +109,7 @@ def import_csv(
     """
     path = Path(source)
     table = _Table.of(path)
+    options = _with_times(options, table.headers)
     _check_options(options)
     sources = table.sources(options.mapping)
     signals = [each for each in sources if each.name != TIME_COLUMN]
@@ -125,6 +129,14 @@ def import_csv(
         sizes.check()
         writer.finish(sampling)
     return MeasuredOutline(title=title, columns=tuple(columns), sampling=sampling)
+
+
+def _with_times(options: ImportOptions, headers: Sequence[str]) -> ImportOptions:
+    """Maps the time to the column ``t`` or ``time``, with or without a unit, if there is one."""
+    found = [name.strip() for name in headers if _TIME_HEADER.fullmatch(name.strip())]
+    if TIME_COLUMN in options.mapping or options.rate is not None or len(found) != 1:
+        return options
+    return replace(options, mapping={TIME_COLUMN: found[0], **options.mapping})
 
 
 def _check_options(options: ImportOptions) -> None:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from slipgrasp.core.study.limits import components
 from slipgrasp.core.trace.types import Outcome
 
 if TYPE_CHECKING:
@@ -30,6 +31,7 @@ class Category(NamedTuple):
 CATEGORIES: tuple[Category, ...] = (
     Category("held", Outcome.COMPLETED),
     Category("still slips, or has only just stopped", Outcome.COMPLETED),
+    Category("completed, but beyond a limit of the study", Outcome.COMPLETED, "past_limit"),
     Category("at rest, but too short to tell", Outcome.COMPLETED, "short_run"),
     Category("a fingertip left its face", Outcome.LEFT_FACE),
     Category("separated: a fingertip lost contact", Outcome.SEPARATED),
@@ -54,7 +56,7 @@ CATEGORIES: tuple[Category, ...] = (
 """All categories in the order of a legend."""
 
 HELD = 0
-NOT_HELD, TOO_SHORT = 1, 2
+NOT_HELD, PAST_LIMIT, TOO_SHORT = 1, 2, 3
 
 
 def categorize(results: StudyResults) -> NDArray[np.int8]:
@@ -70,7 +72,17 @@ def categorize(results: StudyResults) -> NDArray[np.int8]:
     categories = np.array(places, dtype=np.int8)
     categories[held == 1.0] = HELD
     categories[results.too_short(count)] = TOO_SHORT
+    categories[(categories == NOT_HELD) & _past_limit(results, count)] = PAST_LIMIT
     return categories
+
+
+def _past_limit(results: StudyResults, count: int) -> NDArray[np.bool_]:
+    past = np.zeros(count, dtype=bool)
+    columns = {column.name: column for column in results.columns}
+    for name, limit in results.study.limits.items():
+        for one in components(name, columns):
+            past |= np.abs(results.numbers(one, count)) > limit
+    return past
 
 
 def category_of(outcome: str, reason: str | None) -> int:

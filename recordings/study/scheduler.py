@@ -128,6 +128,7 @@ class _Tasks(Iterator[StudyTask]):
             base=self._study.base,
             values=tuple(self._study.values_of(index) for index in range(first, end)),
             recordings=self._study.recordings,
+            limits=self._study.limits,
             laws=self._laws,
         )
 

@@ -17,12 +17,15 @@ from slipgrasp.core.run.provenance import present_provenance
 from slipgrasp.core.run.result import RunSummary
 from slipgrasp.core.run.simulation import Simulation
 from slipgrasp.core.study.definition import Value
+from slipgrasp.core.study.limits import is_past
 from slipgrasp.core.trace.types import Outcome, Reason
 from slipgrasp.recordings.file.documents import parse_json
 from slipgrasp.recordings.file.state_hash import HASH_BYTES, StateHash
 
 Figures = dict[str, float | int | bool | None]
 """The metrics of a run by name; None if missing."""
+
+_NO_LIMITS: Mapping[str, float] = {}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -101,7 +104,11 @@ class RunHash:
 
 
 def row_of(
-    index: int, values: Mapping[str, Value], simulation: Simulation, state_hash: str
+    index: int,
+    values: Mapping[str, Value],
+    simulation: Simulation,
+    state_hash: str,
+    limits: Mapping[str, float] = _NO_LIMITS,
 ) -> StudyRow:
     """The row of a finished run.
 
@@ -110,15 +117,19 @@ def row_of(
         values: Values that it sets in the base.
         simulation: The run.
         state_hash: Hash of the whole run.
+        limits: Largest magnitudes of metrics; a run past one counts as not held.
     """
     summary = _judged(simulation.summary())
+    metrics: Figures = {name: _finite(value) for name, value in summary.metrics.flattened().items()}
+    if is_past(metrics, limits):
+        metrics["held"] = False
     return StudyRow(
         index=index,
         values=dict(values),
         outcome=summary.outcome,
         reason=summary.reason,
         end_time=summary.end_time,
-        metrics={name: _finite(value) for name, value in summary.metrics.flattened().items()},
+        metrics=metrics,
         state_hash=state_hash,
         kernel=present_provenance(simulation.scenario.space).kernel,
     )

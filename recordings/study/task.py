@@ -5,7 +5,7 @@ from __future__ import annotations
 import tempfile
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from slipgrasp.core.executors import Cancelled
@@ -40,6 +40,7 @@ class StudyTask:
         base: The base scenario.
         values: Values that each run sets, by dotted key.
         recordings: Runs whose recordings are returned.
+        limits: Largest magnitudes of metrics; a run past one counts as not held.
         laws: Custom laws that the runs need.
     """
 
@@ -47,6 +48,7 @@ class StudyTask:
     base: Scenario
     values: tuple[Mapping[str, Value], ...]
     recordings: KeptRecordings
+    limits: Mapping[str, float] = field(default_factory=dict)
     laws: tuple[LawReference, ...] = ()
 
 
@@ -122,7 +124,7 @@ def _simulate(task: StudyTask, place: int, cancelled: Callable[[], bool]) -> Stu
     if simulation.outcome is Outcome.STOPPED:
         raise Cancelled
     state.take(simulation)
-    row = row_of(task.first + place, values, simulation, state.hexdigest())
+    row = row_of(task.first + place, values, simulation, state.hexdigest(), task.limits)
     ended_early = row.outcome is not Outcome.COMPLETED
     if task.recordings == "all" or (task.recordings == "ended-early" and ended_early):
         return StudyRun(row=row, recording=encode_recording(simulation.result()))

@@ -8,8 +8,6 @@ from typing import Self
 from slipgrasp.core.fit.problem import FitError
 from slipgrasp.core.fit.progress import FitProgress
 from slipgrasp.core.fit.report import FitReport
-from slipgrasp.figures.drawing_thread import in_drawing_thread
-from slipgrasp.figures.fit_report import write_fit_page
 from slipgrasp.recordings.fit.fit_store import FitEnd, FitStore, StoredFit
 from slipgrasp.recordings.fit.journal import FitStoppedError
 from slipgrasp.recordings.fit.run_fit import run_fit
@@ -110,6 +108,10 @@ class LiveFit(Job):
                 problem, options = request.read(runs)
 
                 def write_page(report: FitReport) -> None:
+                    # Deferred, because matplotlib takes a second to load.
+                    from slipgrasp.figures.drawing_thread import in_drawing_thread
+                    from slipgrasp.figures.fit_report import write_fit_page
+
                     page = self._store.page_path(self.id)
                     in_drawing_thread(lambda: write_fit_page(problem, report, page))
 

@@ -13,6 +13,7 @@ from slipgrasp.cli.status import CommandError, ExitStatus
 if TYPE_CHECKING:
     from slipgrasp.core.run.result import RunResult
     from slipgrasp.core.scenario import Scenario
+    from slipgrasp.recordings.measured.recording import MeasuredRecording
 
 FORMATS = ("svg", "pdf", "png")
 RECORDING_SUFFIX = ".mcap"
@@ -65,7 +66,8 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     parser.add_argument(
         "--over",
         metavar="SOURCE",
-        help="with --signals: a second run (preset, TOML file or recording), drawn dashed",
+        help="with --signals: a second run (preset, TOML file or recording), drawn dashed, or "
+        "measured data ('slipgrasp import'), drawn as dots",
     )
     parser.add_argument(
         "--time", metavar="START,END", type=_time, help="with --signals: time range of the run [s]"
@@ -103,7 +105,7 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
     names = _names(arguments, run.scenario)
     check_folder(folder, names, arguments.formats, overwrite=arguments.force)
     result = run.result()
-    over = _run_of(arguments.over).result() if arguments.over else None
+    over = _over(arguments.over) if arguments.over else None
     with Progress("drawing the figures"):
         if arguments.signals:
             drawn = draw_signals(result, arguments.signals, over=over, time=arguments.time)
@@ -121,6 +123,16 @@ def _names(arguments: argparse.Namespace, scenario: Scenario) -> Collection[str]
     from slipgrasp.figures.drawings import figure_names
 
     return (_SIGNALS,) if arguments.signals else figure_names(scenario).values()
+
+
+def _over(source: str) -> RunResult | MeasuredRecording:
+    """The second run of a figure, or measured data."""
+    path = Path(source)
+    if path.suffix.lower() != RECORDING_SUFFIX:
+        return _run_of(source).result()
+    from slipgrasp.recordings.measured.recording import is_measured, read_measured
+
+    return read_measured(path) if is_measured(path) else _read(path)
 
 
 class _Run(NamedTuple):

@@ -57,8 +57,8 @@ def add_map(parser: argparse.ArgumentParser, *, required: bool = False) -> None:
         action="append",
         default=[],
         required=required,
-        help="a signal, or t for the time, and its column, such as slip_0=s0:mm; may be repeated, "
-        "or list several separated by commas",
+        help="a signal and its column, such as slip_0=s0:mm; may be repeated, or list several "
+        "separated by commas; t=COLUMN is the time (default: the column t or time)",
     )
     group.add_argument(
         "--rate", metavar="HZ", type=float, help="sampling rate if there is no time column"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import errno
+import gc
 import os
 import re
 import signal
@@ -178,6 +179,8 @@ def serve_dashboard(
         is_silent = settings.log_format is LogFormat.JSON
         with nullcontext() if is_silent else Progress("starting the dashboard"):
             server = _make_server(settings, first)
+        # Loaded modules are not garbage: collections that skip them are several times as fast.
+        gc.freeze()
         for number in (signal.SIGINT, signal.SIGTERM):
             # uvicorn raises the signal again at its end, when nothing is left to do.
             signal.signal(number, server.handle_exit)

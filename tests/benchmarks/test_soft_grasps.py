@@ -45,6 +45,20 @@ def test_random_soft_grasps_end_truly():
         326,  # a slip that begins for a long time
         328,  # a slip that begins beside a fast one with large forces
         96,  # a contact that has begun to slip, and rests
+        187,  # others take over moments until their sum turns the wrong way
+        374,  # the same, with energy that friction would return
+        390,  # a contact with a small part in a moment that no equation determines
+        442,  # a contact that creeps while another one begins to slip
+        602,  # a chain that becomes singular
+        711,  # an impulse that turns the direction of a slip
+        1222,  # the speed of a slip that stops near a singular pose
+        76,  # moments that were taken to move nothing, and move the object a little
+        68,  # a slip that begins and rests while others begin
+        20,  # a torque that jumps while a slip begins
+        1120,  # a slip that comes to rest in its first steps
+        899,  # phases selected again while a slip begins
+        1227,  # a contact that creeps too fast for its friction
+        2251,  # the same, with another contact that creeps
     ],
 )
 def test_runs_that_have_ended_falsely_end_truly(index):

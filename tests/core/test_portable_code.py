@@ -28,7 +28,9 @@ from slipgrasp.core.kernel.compilation.entry import compile_entry
 for symbol in compiler._UNITS:
     compiler.add_symbol(symbol, 1)
 for unit in compiler._UNITS.values():
-    entry = compile_entry(unit.function, unit.signature, compiler.OPTIONS)
+    entry = compile_entry(
+        unit.function, unit.signature, compiler.OPTIONS, unrolled=unit.unrolled
+    )
     for line in entry.library.get_asm_str().splitlines():
         code = line.split()
         if code and code[0].startswith(("vfma", "vfms", "vfnma", "vfnms")):

@@ -276,6 +276,11 @@ def test_runs_that_do_not_fit_together_are_named_by_index() -> None:
         ({"base": 1}, "base", "name of a preset"),
         ({"vary": {"changes.*.value": {"values": [1.0]}}}, "vary.changes.*.value", "unknown"),
         ({"set": {"changes.*.value": 1.0}}, "changes.*.value", "unknown parameter"),
+        ({"limits": {"slip_pth": 0.1}}, "limits.slip_pth", "did you mean 'slip_path'"),
+        ({"limits": {"last_slip": 0.1}}, "limits.last_slip", "no such metric"),
+        ({"limits": {"spin_path": 0.1}}, "limits.spin_path", "no such metric"),
+        ({"limits": {"held": 1.0}}, "limits.held", "no such metric"),
+        ({"limits": {"slip_path": -1.0}}, "limits.slip_path", "0"),
         (
             {"sampling": {"method": "list"}, "runs": [{"changes.*.value": 3.0}]},
             "runs.0.changes.*.value",

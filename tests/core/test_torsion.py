@@ -14,9 +14,9 @@ from slipgrasp.core.kernel.spatial.state import (
     STATE,
     parts_of,
 )
-from slipgrasp.core.kernel.spatial.torsion import spatial_keep_stick
 from slipgrasp.core.kernel.spatial.torsion_equations import spatial_mobility
 from slipgrasp.core.kernel.spatial.torsion_layout import ROWS
+from slipgrasp.core.kernel.spatial.torsion_stops import spatial_keep_stick
 from slipgrasp.core.kernel.spatial.workspace import DISCRETE, SLIP, STICK, WORKSPACE
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.custom_laws import forget

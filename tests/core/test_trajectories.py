@@ -300,3 +300,33 @@ def test_set_points_are_added_by_their_keys():
     }
     (point,) = with_values(base, values).trajectory.set_points
     assert (point.time, point.duration, point.pose) == (0.5, 1.0, NEXT)
+
+
+@pytest.mark.parametrize(
+    ("fields", "kind"),
+    [
+        ({}, "coast"),
+        ({"acceleration_time": 0.5}, "coast"),
+        (
+            {"set_points": [{"time": 0.1, "duration": 1.0, "pose": [1.466, 0.37, 0.0]}]},
+            "set-points",
+        ),
+        ({"radius": 0.01, "period": 1.0}, "circle"),
+    ],
+)
+def test_a_motion_without_its_kind_is_the_one_that_uses_its_fields(fields, kind):
+    mapping = load_scenario("paper-case-1").to_mapping()
+    scenario = scenario_from_mapping(mapping | {"trajectory": {"start": START, **fields}})
+    assert scenario.trajectory.kind == kind
+
+
+@pytest.mark.parametrize(
+    ("fields", "told"),
+    [
+        ({"period": 1.0}, "and trajectory has period; choose one of circle, rotation, shake"),
+        ({"radius": 0.1, "angle": 0.1}, "has radius, angle; choose one of circle, rotation"),
+    ],
+)
+def test_fields_that_several_kinds_or_none_use_need_a_kind(fields, told):
+    with pytest.raises(ScenarioError, match=told):
+        scenario_from_mapping({"trajectory": fields})

@@ -147,7 +147,8 @@ def test_a_changed_byte_of_a_measured_recording_is_noticed(tmp_path):
         ("t_s,x_m\n-1,1\n0,1\n", MAPPING, {}, ["row 2", "-1 s", "--start 0"]),
         ("t_s,x_m\n0,1\n1\n", MAPPING, {}, ["cannot be read as a table"]),
         ("t_s,x_m\n0,1\n", MAPPING, {}, ["1 samples", "at least 2"]),
-        ("t_s,x_m\n0,1\n", {"x": "x_m"}, {}, ["no times", "--rate"]),
+        ("stamp,x_m\n0,1\n", {"x": "x_m"}, {}, ["no times", "--rate"]),
+        ("t,time,x_m\n0,0,1\n", {"x": "x_m"}, {}, ["no times", "--rate"]),
         ("t_s,x_m\n0,1\n", MAPPING, {"rate": 10.0}, ["both", "--rate"]),
         ("t_s,x\n0,52\n1,53\n", {"t": "t_s", "x": "x"}, {}, ["53 m", "5 m", "x=x:mm", "x=x:m'"]),
         ("t_s,s\n0,2\n1,1\n", {"t": "t_s", "slip_0": "s"}, {}, ["2 m", "0.5 m", "slip_0=s:mm"]),
@@ -164,6 +165,16 @@ def test_bad_input_is_refused_in_a_sentence_and_leaves_no_file(
 
     assert [word for word in words if word not in str(caught.value)] == []
     assert [path.name for path in tmp_path.iterdir()] == ["data.csv"]
+
+
+@pytest.mark.parametrize(
+    ("header", "factor"),
+    [("t", 1.0), ("time", 1.0), ("t_ms", 1e-3), ("Time [ms]", 1e-3), ("time (s)", 1.0)],
+)
+def test_times_are_in_the_column_of_that_name(tmp_path, header, factor):
+    found = imported(tmp_path, f"{header},x_m\n0,1\n0.1,1\n", {"x": "x_m"})
+
+    np.testing.assert_allclose(found.times, [0.0, 0.1 * factor])
 
 
 def test_a_stated_unit_is_taken_whatever_the_size(tmp_path):

@@ -1,5 +1,7 @@
 """Curves of chosen signals: what is drawn is what the trace holds."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from matplotlib.colors import to_rgba
@@ -12,6 +14,8 @@ from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.trace.columns import columns_of
 from slipgrasp.figures.panels import finger_colour
 from slipgrasp.figures.style import paint
+from slipgrasp.recordings.measured.csv_import import ImportOptions, import_csv
+from slipgrasp.recordings.measured.recording import read_measured
 
 SHORT = {"simulation.duration": 0.2}
 
@@ -74,3 +78,23 @@ def test_the_command_draws_the_same(tmp_path, capsys, monkeypatch):
     assert file.name == "signals.svg" and str(file.relative_to(tmp_path)) in capsys.readouterr().out
     assert main([*chosen[:2], "--over", "composite-case-2"]) == 2
     assert "--over and --time need --signals" in capsys.readouterr().err
+
+
+def test_measured_data_are_dots_over_a_run(run, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    times, slips = np.linspace(0.0, 0.05, 7), np.linspace(0.0, 1e-3, 7)
+    rows = "".join(f"{t},{1e3 * s}\n" for t, s in zip(times, slips, strict=True))
+    Path("data.csv").write_text("time,s\n" + rows)
+    maps = {"t": "time:s", "slip_1": "s:mm"}
+    import_csv("data.csv", Path("data.mcap"), ImportOptions(mapping=maps))
+    figure = run.plot("slip", "normal_force", over=read_measured("data.mcap"))
+    dots = [line for line in figure.axes[0].get_lines() if line.get_linestyle() == "None"]
+    drawn = [line for line in dots if np.isfinite(line.get_ydata()).any()]
+    assert len(drawn) == 1 and to_rgba(drawn[0].get_color()) == to_rgba(paint(finger_colour(1)))
+    np.testing.assert_allclose(drawn[0].get_xdata(), times, atol=1e-15)
+    np.testing.assert_allclose(drawn[0].get_ydata(), slips, atol=1e-15)
+    assert figure.get_suptitle() == f"solid: {run.name}; dots: data"
+
+    chosen = ["figures", "paper-case-2", "--signals", "slip", "--format", "svg"]
+    assert main([*chosen, "--over", "data.mcap"]) == 0
+    assert "dots: data" in next(tmp_path.rglob("*.svg")).read_text()

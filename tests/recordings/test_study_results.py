@@ -11,6 +11,7 @@ from slipgrasp.core.run.metrics import metric_names
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.recordings.exceptions import QueryError
+from slipgrasp.recordings.study.categories import HELD, PAST_LIMIT, categorize
 from slipgrasp.recordings.study.map_axes import compared_keys
 from slipgrasp.recordings.study.results import StudyResults, read_results
 from slipgrasp.recordings.study.study_row import StudyRow
@@ -80,6 +81,24 @@ def test_a_row_holds_the_figures_of_its_run_alone_bit_for_bit(study, results, in
     assert (row["outcome"], row["end_time"]) == (run.outcome.value, run.end_time)
     assert row["reason"] == (None if run.reason is None else run.reason.code)
     assert row["sample"] == index // 2
+
+
+@pytest.mark.parametrize("metric", ["slip_path", "slip_path_1", "final_tracking_error_y"])
+def test_an_object_past_a_limit_of_the_study_counts_as_not_held(results, tmp_path, metric):
+    columns = [name for name in results.column_names if name.startswith(metric)]
+    largest = np.max([np.abs(results.numbers(name)) for name in columns], axis=0)
+    held = results.numbers("held") == 1.0
+    limit = float(np.median(largest[held]))
+    run_study(make_study(**SAMPLED, limits={metric: limit}), tmp_path / "study.mcap")
+    limited = read_results(tmp_path / "study.mcap")
+
+    assert limited.study.limits == {metric: limit}
+    np.testing.assert_array_equal(limited.numbers("held") == 1.0, held & (largest <= limit))
+    np.testing.assert_array_equal(categorize(limited) == HELD, held & (largest <= limit))
+    is_past = categorize(limited) == PAST_LIMIT
+    assert is_past[held & (largest > limit)].all()
+    assert {limited.row(k)["outcome"] for k in np.flatnonzero(is_past)} == {"completed"}
+    assert limited.values("state_hash") == results.values("state_hash")
 
 
 def test_rows_come_page_by_page_in_the_order_of_any_column(results):

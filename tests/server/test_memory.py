@@ -97,6 +97,43 @@ def test_what_lies_free_between_used_blocks_is_the_systems_again_also_in_a_busy_
     assert left < 30e6
 
 
+CYCLES = """
+import sys, threading, time
+import numpy as np
+from slipgrasp.server.memory import give_back_freed_memory
+
+class Figure:
+    freed = 0
+
+    def __init__(self):
+        self.own, self.parts = self, [object() for _ in range(1_000)]
+
+    def __del__(self):
+        Figure.freed += 1
+
+def work():
+    while True:
+        pass
+
+give_back_freed_memory(look_seconds=0.2)
+if sys.argv[1] == "busy":
+    threading.Thread(target=work, daemon=True).start()
+figures = [Figure() for _ in range(10)]
+del figures
+before, deadline = Figure.freed, time.monotonic() + float(sys.argv[2])
+while Figure.freed < 10 and time.monotonic() < deadline:
+    time.sleep(0.1)
+print(before, Figure.freed)
+"""
+
+
+@pytest.mark.parametrize(
+    ("state", "seconds", "freed"), [("idle", PATIENCE, [0, 10]), ("busy", 2.0, [0, 0])]
+)
+def test_figures_in_cycles_are_freed_as_soon_as_the_service_is_idle(state, seconds, freed):
+    assert printed_numbers(CYCLES, state, str(seconds)) == freed
+
+
 class HeapOfTest:
     """A heap that is told how much lies free, and counts how often it is given back."""
 

@@ -49,6 +49,15 @@ def test_nothing_heavy_is_imported_before_it_is_needed(statement):
     subprocess.run([sys.executable, "-c", check], cwd=ROOT, check=True, stdout=subprocess.DEVNULL)
 
 
+def test_a_service_starts_without_what_draws_and_reads_tables():
+    check = (
+        "import sys, slipgrasp.web.dashboard\n"
+        "heavy = {'matplotlib', 'pandas', 'pyarrow', 'dask', 'scipy.optimize'} & set(sys.modules)\n"
+        "assert not heavy, heavy\n"
+    )
+    subprocess.run([sys.executable, "-c", check], cwd=ROOT, check=True)
+
+
 @pytest.mark.parametrize(
     ("arguments", "printed"),
     [(["--help"], "usage: slipgrasp"), (["--version"], "slipgrasp ")],

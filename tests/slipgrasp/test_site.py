@@ -14,7 +14,8 @@ ROOT = Path(__file__).parents[2]
 TARGET = re.compile(r'(?:href|src|srcset)="([^"]+)"')
 ELSEWHERE = ("http:", "https:", "mailto:", "data:", "javascript:")
 
-pytestmark = pytest.mark.slow
+# All of them, so that one process builds the site once.
+pytestmark = [pytest.mark.slow, pytest.mark.browser]
 
 
 @pytest.fixture(scope="module")
@@ -81,7 +82,6 @@ def test_live_pages_share_what_is_equal(site):
     assert len(list(live.glob("shared-*.js"))) == 6
 
 
-@pytest.mark.browser
 def test_a_live_page_of_the_site_simulates(site, browser):
     context = browser.new_context(viewport={"width": 800, "height": 800}, offline=True)
     page = context.new_page()
@@ -96,8 +96,7 @@ def test_a_live_page_of_the_site_simulates(site, browser):
         context.close()
 
 
-@pytest.mark.browser
-def test_pages_fit_a_phone_and_the_search_finds(site, browser):
+def test_pages_fit_a_phone_no_code_is_cut_off_and_the_search_shows_excerpts(site, browser):
     context = browser.new_context(viewport={"width": 360, "height": 740})
     page = context.new_page()
     try:
@@ -105,9 +104,14 @@ def test_pages_fit_a_phone_and_the_search_finds(site, browser):
         page.goto((site / "docs/model.html").as_uri())
         page.wait_for_selector("mjx-container")
         assert page.evaluate("document.documentElement.scrollWidth") <= 360
+        page.goto((site / "docs/get-started.html").as_uri())
+        widths = "codes => codes.map(code => code.scrollWidth - code.clientWidth)"
+        assert set(page.eval_on_selector_all("pre", widths)) == {0}
         page.goto((site / "search.html").as_uri() + "?q=Painlev%C3%A9")
         found = page.locator("#search-results li a")
         found.first.wait_for()
         assert any("model" in (a.get_attribute("href") or "") for a in found.all())
+        excerpt = page.locator("#search-results p.context").first
+        assert "Painlevé" in (excerpt.text_content() or "")
     finally:
         context.close()

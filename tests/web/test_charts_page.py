@@ -41,6 +41,12 @@ def window(page: Page) -> tuple[float, float]:
     return state["start"], state["end"]
 
 
+def scales(page: Page) -> set[tuple[float, float]]:
+    """The time ranges that the visible charts show [s]."""
+    areas = f"{CHARTS}.filter(chart => chart.over.checkVisibility())"
+    return {tuple(x) for x in page.evaluate(f"{areas}.map(({{scales: {{x}}}}) => [x.min, x.max])")}
+
+
 def legend(page: Page, chart: str) -> list[str]:
     """What the legend of a chart reads at the play head."""
     return page.locator(f"[data-sg-chart={chart}] [data-sg-value]").all_inner_texts()
@@ -72,6 +78,7 @@ def test_charts_zoom_together_read_the_play_head_and_hide_lines(page: Page) -> N
     quarter = 0.25 * (end - start)
     assert shown_times(page) == pytest.approx((start + quarter, end - quarter), abs=2e-3)
     assert page.evaluate(f"new Set({CHARTS}.map(chart => chart.data[0][0])).size") == 1
+    assert scales(page) == {window(page)}
 
     before = shown_times(page)
     drag_over(page, 0, 0.5, 0.5)
@@ -91,6 +98,23 @@ def test_charts_zoom_together_read_the_play_head_and_hide_lines(page: Page) -> N
     wait_until(lambda: shown_times(page) == (0.0, 7.0), "a double click does not show the run")
     page.get_by_role("button", name="slip", exact=True).click()
     wait_until(lambda: shown_times(page) == (start, end), "the slip is not shown again")
+
+
+def test_a_chart_is_zoomed_before_the_session_answers(page: Page) -> None:
+    choose_case_2(page)
+    pause_at(page, 0.05)
+    wait_until(lambda: scales(page) == {window(page)}, "the charts show another window")
+    before = window(page)
+    page.route("**/intents", lambda route: route.fulfill(status=202))
+    drag_over(page, 1, 0.25, 0.75)
+    quarter = 0.25 * (before[1] - before[0])
+    wait_until(lambda: scales(page) != {before}, "it waits for the session")
+    ((start, end),) = scales(page)
+    assert (start, end) == pytest.approx((before[0] + quarter, before[1] - quarter), abs=2e-3)
+    assert window(page) == before
+    # Without an answer, the page returns to what the session shows.
+    wait_until(lambda: scales(page) == {before}, "it keeps what the session does not show")
+    page.unroute("**/intents")
 
 
 def test_picture_charts_and_clip_arrive_as_files(page: Page, tmp_path: Path) -> None:

@@ -218,19 +218,20 @@ def test_no_part_of_an_update_leaves_a_line_without_its_column(
     assert max(len(plot["data"]) for plot in drawn.values()) == 2 + 2 * 6
 
 
-def test_time_has_the_scale_of_the_strip_also_where_a_run_or_its_ghost_ends_early(
-    page: Page, case_2: RunResult
+def test_another_window_sends_columns_only(
+    page: Page, viewer_server: ViewerServer, case_2: RunResult
 ) -> None:
-    early = simulate(with_values(case_2.scenario, {"fingers.0.friction": 0.3}))
-    assert early.end_time < 0.1
-    for result, ghost in ((case_2, None), (early, case_2), (case_2, early)):
-        view = view_of(result)
-        pale = Ghost(Shown(2, ghost, 0.01), "before") if ghost else None
-        page.panel.update(replace(view, ghost=pale))
-        window = slip_window(result)
-        for plot in page.client.plots:
-            assert plot.scales is not None
-            assert plot.scales["x"].get("range") == (window.start, window.end)
+    """The page shows the window of the timeline by itself."""
+    page.panel.update(view_of(case_2))
+    closer = view_of(case_2, TimeWindow(0.02, 0.1))
+    sent = [
+        set(changed)
+        for _, changed in gui_messages(viewer_server, lambda: page.panel.update(closer))
+    ]
+    count = len(page.client.plots)
+    assert sent.count({"data"}) == count
+    # Only where lines newly coincide, the chart is laid out again.
+    assert sent.count({"series"}) < 0.5 * count
 
 
 def test_it_is_said_where_not_every_sample_is_drawn(page: Page, case_2: RunResult) -> None:

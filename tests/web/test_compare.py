@@ -75,6 +75,8 @@ def test_numbers_are_written_short_and_with_their_unit() -> None:
     assert amount(7.0, "s") == "7 s"
     assert amount(3.2, "m/s²") == "3200 mm/s²"
     assert amount(0.5, "1") == "0.5"
+    assert amount(1e-18, "m") == "≈ 0 mm"
+    assert amount(-1e-15, "N", signed=True) == "≈ 0 N"
     assert scale_of("s", [0.1, 2.0]).unit == "s"
 
 

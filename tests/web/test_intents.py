@@ -28,7 +28,6 @@ from slipgrasp.web.page.intents_schema import PageGestures, posted
 from slipgrasp.web.reducers.frame_pacing import FRAME_INTERVAL, FramePacer
 from slipgrasp.web.reducers.playback import PlaybackReducer
 from slipgrasp.web.reducers.runs import is_save_due
-from slipgrasp.web.workers.preview_worker import is_outdated
 
 
 def test_only_the_last_value_of_a_dragged_control_counts() -> None:
@@ -168,12 +167,6 @@ def _view(result: RunResult, *, playing: bool) -> ViewState:
         shown=Shown(1, result, 0.01),
         playback=playback,
     )
-
-
-def test_a_long_run_is_given_up_for_a_newer_one_and_a_short_one_is_not() -> None:
-    assert not is_outdated(newer_waits=True, elapsed=0.02)
-    assert is_outdated(newer_waits=True, elapsed=2.0)
-    assert not is_outdated(newer_waits=False, elapsed=2.0)
 
 
 def test_a_draft_remembers_edits_that_are_not_allowed_until_they_are_undone() -> None:

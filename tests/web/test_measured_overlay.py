@@ -12,6 +12,7 @@ from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.trace.columns import columns_of
 from slipgrasp.recordings.fit.fit_store import StoredFit
 from slipgrasp.recordings.fit.request import FitRequest
+from slipgrasp.recordings.measured.overlay import MOST_SAMPLES, laid_over, thinned
 from slipgrasp.recordings.measured.recording import (
     MeasuredColumn,
     MeasuredOutline,
@@ -26,7 +27,6 @@ from slipgrasp.web.charts.drawn import ChartedRun, drawn_charts
 from slipgrasp.web.model.charts_view import PLAIN
 from slipgrasp.web.model.fit import FitView, progress_words
 from slipgrasp.web.model.fit_profiles import profiles_of
-from slipgrasp.web.model.measured import MOST_SAMPLES, laid_over, thinned
 from slipgrasp.web.model.playback import TimeWindow
 from slipgrasp.web.model.replay import Replay
 from slipgrasp.web.model.sampling import Sampler

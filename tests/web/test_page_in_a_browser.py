@@ -15,6 +15,7 @@ from playwright.sync_api import Browser, Page, expect
 
 import slipgrasp
 from benchmarks.page import CELLS_OF_MAP
+from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.trace.trace import Trace
@@ -92,7 +93,9 @@ def picture(page: Page) -> np.ndarray:
 def test_the_page_shows_the_run_and_its_hash(open_page: Open) -> None:
     page = open_page("#t=0.05")
     assert sha256_of(page) == native_sha256() == page.locator("#sg-sha256").text_content()
-    assert "Completed at 7 s" in page.locator(".sg-outcome").first.inner_text()
+    card = page.locator(".sg-outcome").first.inner_text()
+    assert "Completed at 7 s" in card
+    check_forces(card, simulate(load_scenario("paper-case-1")))
     assert page.locator(".sg-lane rect").count() == 4
     close_up = page.locator(".sg-close-up").first
     assert "Left SLIPS" in (close_up.text_content() or "")
@@ -103,6 +106,14 @@ def test_the_page_shows_the_run_and_its_hash(open_page: Open) -> None:
     before = picture(page)
     page.get_by_role("button", name="End", exact=True).click()
     wait_until(lambda: np.abs(picture(page) - before).max() > 100.0, "nothing has moved")
+
+
+def check_forces(card: str, result: RunResult) -> None:
+    """The largest forces are those of the run, also between its samples."""
+    for name, force in zip(
+        result.scenario.finger_names, result.metrics.peak_normal_force, strict=True
+    ):
+        assert re.search(rf"{name}\s[^N]*\s{force:.1f} N", card), card
 
 
 def shows(page: Page, colour: tuple[int, int, int]) -> bool:
@@ -148,6 +159,7 @@ def test_a_spatial_hand_is_simulated_too(open_page: Open, tmp_path: Path) -> Non
     assert path.stat().st_size <= MOST_BYTES
     page = open_page(path=path)
     assert sha256_of(page) == result.sha256
+    check_forces(page.locator(".sg-outcome").first.inner_text(), result)
     page.get_by_role("slider", name="object mass [kg]").focus()
     page.keyboard.press("ArrowRight")
     wait_until(lambda: sha256_of(page) != result.sha256, "the page computes another run")
@@ -163,8 +175,8 @@ def test_pages_that_share_files_simulate(open_page: Open, tmp_path: Path) -> Non
             write_page(result, stream, ["object.mass"], share=share_in(tmp_path))
         assert path.stat().st_size < 1e5
         assert sha256_of(open_page(path=path)) == result.sha256
-    # One kernel per kind of hand; viewer, styles, worker and modules.
-    assert len(list(tmp_path.glob("shared-*.js"))) == 6
+    # One kernel per kind of hand; styles; all other code.
+    assert len(list(tmp_path.glob("shared-*.js"))) == 4
 
 
 @pytest.mark.parametrize(

@@ -92,6 +92,14 @@ def test_the_edges_are_those_of_the_window(case_1: RunResult) -> None:
     assert moved(PLAYING, GoToEdge(1), case_1).time == 3.0
 
 
+def test_an_edge_of_the_range_is_followed_by_that_of_the_run(case_1: RunResult) -> None:
+    for direction, time in ((-1, 0.0), (1, case_1.end_time)):
+        there = moved(moved(PLAYING, GoToEdge(direction), case_1), GoToEdge(direction), case_1)
+        assert there.time == time
+        assert there.window.start <= time <= there.window.end
+        assert there.window.length == pytest.approx(PLAYING.window.length)
+
+
 def test_the_speed_goes_up_and_down_as_far_as_there_are_speeds(case_1: RunResult) -> None:
     assert moved(PLAYING, ChangeSpeed(1), case_1).speed == 1.0
     assert moved(PLAYING, ChangeSpeed(-1), case_1).speed == 0.25

@@ -136,6 +136,7 @@ def test_the_session_state_tells_all_the_script_needs_and_is_quiet_while_nothing
         "time": playback_of(view).time,
         "start": playback_of(view).window.start,
         "end": playback_of(view).window.end,
+        "duration": 7.0,
         "speed": playback_of(view).speed,
         "pace": None,
         "playing": False,

@@ -88,7 +88,7 @@ def test_a_control_acts_from_the_play_head_on_leaves_a_ghost_and_is_undone(
     store = RecordingStore(dashboard.data_directory)
     slip_before = slip_at_end(page)
     pause_at(page, 0.08)
-    note(page, "from t = 0.08 s on").wait_for()
+    note(page, "from 0.08 s on").wait_for()
     set_number(page, MASS, "1.2345")
     note(page, "0.08 s object mass 1.2345 kg").wait_for()
     note(page, "Ghost: the run before").wait_for()
@@ -134,7 +134,7 @@ def test_a_push_a_low_friction_patch_and_a_pour_happen_at_the_play_head_and_are_
     store = RecordingStore(dashboard.data_directory)
     slip_before = slip_at_end(page)
     pause_at(page, 0.08)
-    note(page, "from t = 0.08 s on").wait_for()
+    note(page, "from 0.08 s on").wait_for()
     for button, words in (
         ("push", "0.08 s push (0, -5) N for 0.05 s"),
         ("wet patch", "0.08 s low-friction patch on"),

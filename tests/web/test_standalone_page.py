@@ -1,8 +1,6 @@
 """The page that simulates: its formulas are those of the dashboard, and its file is complete."""
 
-import base64
 import dataclasses
-import gzip
 import io
 import json
 import re
@@ -16,6 +14,7 @@ from viser import _messages
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.words.endings import end_words
+from slipgrasp.server.viewer.relay import viewer_page
 from slipgrasp.server.viewer.server import ViewerServer
 from slipgrasp.web.charts.charts import contact_charts, estimate_charts, tracking_charts
 from slipgrasp.web.model.appearance import Appearance
@@ -26,6 +25,7 @@ from slipgrasp.web.scene.scene import Scene
 from slipgrasp.web.standalone.controls import ControlError, controls_of, usual_controls
 from slipgrasp.web.standalone.kernel_data import PageError, loads_of, run_data
 from slipgrasp.web.standalone.look import CHARTS, Capture, look_of
+from slipgrasp.web.standalone.packing import PackingError, pack, unpack, unpack_viewer
 from slipgrasp.web.standalone.page_file import write_page
 from slipgrasp.web.standalone.recorded_scene import EverythingMoves, RecordingStage
 from slipgrasp.web.standalone.traced import Program
@@ -216,13 +216,12 @@ def page() -> str:
 
 def content_of(page, name):
     (text,) = re.findall(rf'id="{name}">([^<]*)<', page)
-    return gzip.decompress(base64.b64decode(text))
+    return unpack(text)
 
 
 def test_the_file_is_small_and_asks_for_nothing_else(page):
     assert len(page.encode()) <= MOST_BYTES
-    head = page[: page.index("<script data-p=")]
-    assert not re.search(r'(?:src|href)="https?:', head)
+    assert not re.search(r'(?:src|href)="https?:', page)
 
 
 def test_the_file_has_the_same_bytes_again(page):
@@ -237,6 +236,26 @@ def test_the_file_holds_the_kernel_and_both_themes(page):
     assert data["command"] == COMMAND
     assert {message["type"] for message in data["messages"]} >= {"MeshMessage", "GuiUplotMessage"}
     assert data["dark"]
+
+
+@pytest.mark.parametrize("length", [0, 1, 5, 1000])
+def test_packed_parts_can_be_unpacked(length):
+    content = np.random.default_rng(length).bytes(length)
+    assert unpack(pack(content)) == content
+
+
+def test_the_code_of_viser_is_taken_from_its_page_without_what_pages_do_not_use():
+    viewer = unpack_viewer(viewer_page())
+    assert viewer.decoder[:4] == b"\0asm"
+    assert b"createRoot" in viewer.code and b".mantine" in viewer.style, CHANGED
+    assert b"<script" not in viewer.page
+    assert b"image/jpeg;base64,/" not in viewer.code, CHANGED
+    assert b"enableDefaultLights:!1" in viewer.code, CHANGED
+
+
+def test_another_packing_of_viser_is_reported():
+    with pytest.raises(PackingError, match="this version of viser"):
+        unpack_viewer(b"<html><head></head></html>")
 
 
 # What the page says to viser's page in place of its worker, and what it hears.

@@ -104,22 +104,18 @@ def _num_columns(drawn: DrawnChart) -> int:
 
 
 def _style_of(drawn: DrawnChart, dark: bool) -> object:
-    """Properties that require a new layout of the plot."""
+    """Properties that require a new layout of the plot; the page places its time range itself."""
     ghost = drawn.ghost.chart.lines if drawn.ghost else ()
     lines = [(line.key, line.label, line.colour, line.dashed) for line in drawn.own.chart.lines]
     pale = [line.colour for line in ghost]
-    window, chart = drawn.own.window, drawn.chart
+    chart = drawn.chart
     scale = (chart.unit, chart.least, drawn.flat_range)
-    return (window, *scale, drawn.own.chart.bands, lines, drawn.upon, pale, dark)
+    return (*scale, drawn.own.chart.bands, lines, drawn.upon, pale, dark)
 
 
 def _scales(drawn: DrawnChart) -> dict[str, uplot.Scale]:
-    """The time range of the window, independent of the drawn lines.
-
-    By default, viser's page keeps the time range of the previous lines: after a run that ended
-    early, or with a ghost, the scale would differ from the timeline.
-    """
-    chart, window = drawn.chart, drawn.own.window
+    """Scales; the page's script sets that of the time to the range of the timeline."""
+    chart = drawn.chart
     y = uplot.Scale(auto=True) if drawn.flat_range is None else uplot.Scale(range=drawn.flat_range)
     if chart.least > 0.0:
         # At least from -least to +least, with a margin beyond larger values.
@@ -127,7 +123,7 @@ def _scales(drawn: DrawnChart) -> dict[str, uplot.Scale]:
         limits = {"min": {"soft": -chart.least, **padding}, "max": {"soft": chart.least, **padding}}
         y = uplot.Scale(range=limits)
     return {
-        "x": uplot.Scale(time=False, range=(window.start, window.end)),
+        "x": uplot.Scale(time=False, auto=False),
         "y": y,
         "share": uplot.Scale(range=(0.0, 1.0)),
     }

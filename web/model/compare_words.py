@@ -28,6 +28,8 @@ _METRIC_UNITS = {"end_time": "s", **{metric.name: metric.unit for metric in METR
 _COORDINATES: dict[str, str] = dict(zip(PLANAR.coordinates, ("x", "y", "θ"), strict=True))
 _IN_THOUSANDTHS = ("m", "m/s", "m/s²", "rad", "rad/s", "rad/s²")
 _WHOLE_FROM, _WHOLE_TO = 100.0, 1e6
+NEGLIGIBLE = 1e-9
+"""Numbers below this, for example in mm, are rounding errors."""
 
 
 class Scale(NamedTuple):
@@ -53,11 +55,15 @@ def scale_of(unit: str, values: Iterable[float] = ()) -> Scale:
 def number(value: float, *, signed: bool = False, padded: bool = False) -> str:
     """A number with three digits, or more if it is large: ``2.59``, ``5991``.
 
+    Rounding errors are ``≈ 0``.
+
     Args:
         value: The number.
         signed: Whether to include a plus sign.
         padded: Whether to keep trailing zeros, so that numbers of a column align.
     """
+    if 0.0 < abs(value) < NEGLIGIBLE:
+        return "≈ 0"
     sign, digits = "+" if signed and value else "", "#.3g" if padded else ".3g"
     is_whole = _WHOLE_FROM <= abs(value) < _WHOLE_TO
     return (f"{value:{sign}.0f}" if is_whole else f"{value:{sign}{digits}}").replace("-", "−")

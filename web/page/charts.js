@@ -7,6 +7,7 @@
 // A drag over a chart shows that time range in all charts, a click puts the play head
 // there, one with Shift the second cursor, a double click shows the whole run.
 import { hold, onFrame, shareOf, state } from "./session_state.js";
+import { zoom } from "./gestures.js";
 import { post } from "./post.js";
 
 const LEAST_DRAG = 4;
@@ -37,7 +38,9 @@ function fillIn() {
   for (const head of document.querySelectorAll("[data-sg-chart]")) {
     writeValues(head, values[head.dataset.sgChart] ?? []);
     const area = areaOf(head);
-    if (area) mark(area, changes, second);
+    if (!area) continue;
+    placeRange(area);
+    mark(area, changes, second);
   }
   for (const picture of document.querySelectorAll("[data-sg-xy]")) {
     putSpots(picture.querySelectorAll("[data-sg-spot]"), spots[picture.dataset.sgXy] ?? []);
@@ -77,6 +80,15 @@ function areaOf(head) {
   let element = head;
   while (element && !element.nextElementSibling) element = element.parentElement;
   return element?.nextElementSibling.querySelector(".u-over") ?? null;
+}
+
+/** Draws the time range of the state, as soon as the chart has another one. */
+function placeRange(area) {
+  const charts = Object.values(window.__viserTestpoints?.uplots ?? {}).map(({ chart }) => chart);
+  const chart = charts.find(({ over }) => over === area);
+  const { start: min, end: max } = state;
+  const shown = chart?.scales.x;
+  if (shown && (shown.min !== min || shown.max !== max)) chart.setScale("x", { min, max });
 }
 
 /** Puts the play head, the changes and what is dragged over into an area. */
@@ -134,7 +146,7 @@ function onRelease(event) {
   drag.to = event.clientX;
   const [start, end] = [drag.from, drag.to].map(timeAt).sort((a, b) => a - b);
   if (isDragged()) {
-    post({ kind: "show-window", start, end });
+    zoom(start, end);
   } else if (event.shiftKey) {
     post({ kind: "place-mark", time: start });
   } else {

@@ -4,7 +4,7 @@
 //   data-sg-track                  a strip over the whole window: press and drag puts the play
 //                                  head there, and the wheel zooms at the pointer
 //   data-sg-visible='{"kind": …}'  becoming visible sends "is_visible", and becoming invisible too
-import { hold, onChange, onFrame, state } from "./session_state.js";
+import { hold, holdRange, onFrame, state } from "./session_state.js";
 import { post } from "./post.js";
 
 const LOOK_EVERY_MS = 100;
@@ -13,7 +13,6 @@ const STEP = 100; // of the wheel [px]
 let lookedAt = -Infinity;
 let lookedFor = "";
 let visible = new Set();
-let zoomed = null;
 
 /** Begins to listen. */
 export function startGestures() {
@@ -23,7 +22,6 @@ export function startGestures() {
   document.addEventListener("sg-contact", ({ detail }) => post({ kind: "select", part: `fingers.${detail}` }));
   document.addEventListener("pointerdown", onPress);
   document.addEventListener("wheel", onWheel, { passive: false });
-  onChange(() => (zoomed = null));
   onFrame(look);
 }
 
@@ -90,16 +88,21 @@ function onPress(event) {
   window.addEventListener("pointercancel", end);
 }
 
-/** Shows less or more of the time around the pointer; of what the session has not shown yet, too. */
+/** Shows less or more of the time around the pointer. */
 function onWheel(event) {
   const track = event.target.closest?.("[data-sg-track]");
   if (!track || event.ctrlKey || event.deltaY === 0) return;
   event.preventDefault();
-  const { start, end } = zoomed ?? state;
+  const { start, end } = state;
   const time = start + shareAt(track, event) * (end - start);
   const factor = ZOOM ** Math.min(Math.max(event.deltaY / STEP, -3), 3);
-  zoomed = { start: time - factor * (time - start), end: time + factor * (end - time) };
-  post({ kind: "show-window", ...zoomed });
+  zoom(time - factor * (time - start), time + factor * (end - time));
+}
+
+/** Shows a time range at once; the session then sends what is drawn in it. */
+export function zoom(start, end) {
+  holdRange(start, end);
+  post({ kind: "show-window", start, end });
 }
 
 function shareAt(track, event) {

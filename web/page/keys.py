@@ -62,8 +62,12 @@ KEYS: tuple[KeyCommand, ...] = (
     _command(
         "N", "Next slip; after the last one the first", Icon.PLAYER_TRACK_NEXT, GoToNextSlip()
     ),
-    _command("Home", "Go to the start of the range", Icon.ARROW_BAR_TO_LEFT, GoToEdge(-1)),
-    _command("End", "Go to the end of the range", Icon.ARROW_BAR_TO_RIGHT, GoToEdge(1)),
+    _command(
+        "Home", "Go to the start of the range, or of the run", Icon.ARROW_BAR_TO_LEFT, GoToEdge(-1)
+    ),
+    _command(
+        "End", "Go to the end of the range, or of the run", Icon.ARROW_BAR_TO_RIGHT, GoToEdge(1)
+    ),
     _command("ArrowUp +", "Play faster", Icon.TRENDING_UP, ChangeSpeed(1)),
     _command("ArrowDown -", "Play slower", Icon.TRENDING_DOWN, ChangeSpeed(-1)),
     _command("S", "Show the slip", Icon.WAVE_SINE, ChooseWindow(WindowChoice.SLIP)),

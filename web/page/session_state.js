@@ -5,7 +5,7 @@
 
 import { advance } from "./pace.js";
 
-/** The last state of the session: session, whether it is ready to be shown, run, charts, notice, lecture, time, start, end [s], speed, pace, playing. */
+/** The last state of the session: session, whether it is ready to be shown, run, charts, notice, lecture, time, start, end, duration [s], speed, pace, playing. */
 export let state = {
   session: "",
   ready: false,
@@ -16,17 +16,20 @@ export let state = {
   time: 0,
   start: 0,
   end: 1,
+  duration: 1,
   speed: 1,
   pace: null,
   playing: false,
 };
 
 const HOLD_MS = 2000;
+const SHORTEST = 1e-3; // of the times that are shown [s]
 const changeListeners = [];
 const frameListeners = [];
 let written = "";
 let toldAt = performance.now();
 let held = null;
+let shown = null;
 
 /** Calls back with (state, previous state) whenever the session has sent its state. */
 export function onChange(listener) {
@@ -55,8 +58,24 @@ export function hold(time) {
   held = { time, until: performance.now() + HOLD_MS };
 }
 
+/** Shows a time range, until the session says so itself. */
+export function holdRange(from, to) {
+  const first = Math.max(from, 0);
+  const end = Math.min(Math.max(to, first + SHORTEST), state.duration);
+  const start = Math.max(Math.min(first, end - SHORTEST), 0);
+  shown = { start, end, until: performance.now() + HOLD_MS };
+  showRange();
+}
+
+function showRange() {
+  const { start, end } = shown;
+  if (state.start === start && state.end === end) shown = null;
+  else state = { ...state, start, end };
+}
+
 /** Begins to look at it, once for every picture of the browser. */
 export function watchSessionState() {
+  if (shown !== null && performance.now() > shown.until) [shown, written] = [null, ""];
   read();
   if (held !== null && performance.now() > held.until) held = null;
   const time = timeNow();
@@ -72,6 +91,7 @@ function read() {
   const previous = state;
   state = JSON.parse(text);
   toldAt = performance.now();
+  if (shown !== null) showRange();
   if (held !== null && state.time === held.time) held = null;
   for (const listener of changeListeners) listener(state, previous);
 }

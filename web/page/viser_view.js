@@ -29,6 +29,15 @@ export function drawCloseUps(covered, given = null) {
   draw();
 }
 
+/** Calls back once the next picture is being drawn, by the graphics process and meanwhile. */
+export function withPicture(call) {
+  const { scene, canvas } = window.__viserMutable;
+  scene.onAfterRender = () => {
+    canvas.getContext("webgl2").flush();
+    call();
+  };
+}
+
 /** What Overlay.draw takes; null until there is a picture. */
 function readView(covered, shown) {
   const viser = window.__viserMutable;

@@ -22,6 +22,7 @@ from slipgrasp.recordings.store.stored_run import StoredRun
 from slipgrasp.web.model.colours import css
 from slipgrasp.web.model.compare_words import (
     MISSING,
+    NEGLIGIBLE,
     Scale,
     amount,
     column_words,
@@ -361,7 +362,7 @@ def _amounts_row(
     head: str, scale: Scale, a: float | None, b: float | None, *, is_member: bool = False
 ) -> str:
     """Two amounts with proportional bars, and their difference."""
-    largest = max(abs(a or 0.0), abs(b or 0.0))
+    largest = max(abs(a or 0.0), abs(b or 0.0), NEGLIGIBLE)
     difference = "" if a is None or b is None or a == b else _times(scale, b - a, signed=True)
     cells = (*(_amount_cell(scale, value, largest) for value in (a, b)), *_cells(difference))
     kinds = [*["sg-member"] * is_member, *["sg-same"] * (a == b)]
@@ -371,7 +372,7 @@ def _amounts_row(
 def _amount_cell(scale: Scale, value: float | None, largest: float) -> str:
     if value is None:
         return f"<td>{MISSING}</td>"
-    part = abs(value) / largest if largest else 0.0
+    part = abs(value) / largest
     return f"<td class='sg-amount' style='--sg-part:{part:.3f}'>{_times(scale, value)}</td>"
 
 

@@ -40,6 +40,7 @@ _STROKES_BY_REASON = {
     "painleve": "M0 13H26",
     "step_underflow": "M13 0V26",
     "short_run": "M0 13H26",
+    "past_limit": "M13 0V26",
     "joint_limit": "M8 8H18V18H8Z",
 }
 

@@ -209,7 +209,7 @@ def reach_html(reach: Reach, playback: Playback | None) -> str:
     elif time is None:
         words = "A control acts <b>from the play head on</b>."
     else:
-        words = f"A control acts <b>from t = {time:g} s on</b>."
+        words = f"A control acts <b>from {time:.5g} s on</b>."
     return f"<div class='sg-editor-note sg-reach'>{words}</div>"
 
 

@@ -8,7 +8,7 @@ from html import escape
 
 import viser
 
-from slipgrasp.web.model.playback import Playback, TimeWindow
+from slipgrasp.web.model.playback import Playback, TimeWindow, whole_window
 from slipgrasp.web.model.view import RunStage, ViewState
 
 _INTERVAL = 0.5
@@ -42,6 +42,7 @@ class SessionStatePanel:
             view.notice,
             lecture,
             playback.window,
+            _duration(view),
             playback.speed,
             playback.pace,
             moving,
@@ -74,11 +75,17 @@ def session_state_html(key: str, view: ViewState) -> str:
         "time": playback.time,
         "start": playback.window.start,
         "end": playback.window.end,
+        "duration": _duration(view),
         "speed": playback.speed,
         "pace": playback.pace and list(zip(*playback.pace, strict=True)),
         "playing": playback.playing,
     }
     return f'<i id="sg-session-state" hidden data-sg-state="{escape(json.dumps(state))}"></i>'
+
+
+def _duration(view: ViewState) -> float:
+    """The largest time that can be shown [s]."""
+    return _AT_START.window.end if view.shown is None else whole_window(view.shown.result).end
 
 
 def _is_ready(view: ViewState) -> bool:

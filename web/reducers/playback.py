@@ -28,6 +28,7 @@ from slipgrasp.web.model.playback import (
     PACED,
     SPEEDS,
     Playback,
+    TimeWindow,
     WindowChoice,
     marked_window,
     neighbouring_speed,
@@ -159,9 +160,15 @@ def _put(playback: Playback, intent: Intent, result: RunResult) -> Playback:
             time = next_slip_time(result, playback.time)
             return playback if time is None else playback.reach(time, whole_window(result))
         case GoToEdge(direction):
-            return playback.seek(playback.window.end if direction > 0 else playback.window.start)
+            return _at_edge(playback, direction, whole_window(result))
         case _:
             return playback
+
+
+def _at_edge(playback: Playback, direction: int, whole: TimeWindow) -> Playback:
+    """The play head at an edge of its window; already there, at that edge of the run."""
+    edges = [window.end if direction > 0 else window.start for window in (playback.window, whole)]
+    return playback.reach(edges[playback.time == edges[0]], whole)
 
 
 def _with_window(

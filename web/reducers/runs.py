@@ -30,7 +30,8 @@ from slipgrasp.web.workers.saved_runs import SavedRuns
 _UNNOTICED_WAIT = 0.3
 _POLL_INTERVAL = 0.1
 _REST_BEFORE_SAVING = 0.5
-_SHORT_RUN = 0.03
+_SHORT_RUN = 0.1
+_PATIENCE = 0.5
 _GHOST_LABEL = "the run before"
 
 
@@ -87,8 +88,12 @@ class RunReducer(Reducer):
                 return view
 
     def pass_time(self, now: float, view: ViewState) -> ViewState:
-        """Requests the run of a new draft, stores one that rests, and reports a long one."""
-        if view.draft is not self._asked:
+        """Requests the run of a new draft, stores one that rests, and reports a long one.
+
+        Runs that are not slow are awaited: a control that moves faster than its runs would
+        otherwise never show any.
+        """
+        if view.draft is not self._asked and not self._is_patient(now):
             return self._ask(now, view)
         rests = view.drag is None and is_save_due(view.status.stage, now - self._asked_at)
         if view.shown and rests:
@@ -101,15 +106,18 @@ class RunReducer(Reducer):
     def wait(self, now: float, view: ViewState) -> float | None:
         """Immediately for a new draft; later if a run is computed or to be stored."""
         if view.draft is not self._asked:
-            return 0.0
+            return _POLL_INTERVAL if self._is_patient(now) else 0.0
         if self._waiting_since is not None and self.expects_answer(now):
             return self._waiting_since + _SHORT_RUN - now
         busy = self._waiting_since is not None or view.status.stage is RunStage.PREVIEW
         return _POLL_INTERVAL if busy else None
 
     def expects_answer(self, now: float) -> bool:
-        """Most runs take a few milliseconds; a frame without the result would only delay it."""
+        """Most runs take some milliseconds; a frame without the result would only delay it."""
         return self._waiting_since is not None and now - self._waiting_since < _SHORT_RUN
+
+    def _is_patient(self, now: float) -> bool:
+        return self._waiting_since is not None and now - self._asked_at < _PATIENCE
 
     def _answered(
         self, answer: RunFinished | RunRefused | RunSaved | SaveFailed, view: ViewState

@@ -40,7 +40,11 @@
       this.dispatchEvent(event);
     }
     connect() {
-      viewer.feed = (messages) => this.emit("message", { type: "message_batch", messages });
+      viewer.feed = (messages) => {
+        this.emit("message", { type: "message_batch", messages });
+        // At once rather than during the next picture, which would show a part of them only.
+        window.__viserMutable?.drainMessageQueue?.();
+      };
       setTimeout(() => {
         this.emit("message", { type: "connected" });
         viewer.resolve();

@@ -61,6 +61,12 @@ class AnyRun {
     field(this.kernel, "run", "begun")[0] = 0n;
   }
 
+  // The largest normal force of each contact so far, at any time [N].
+  get peakForces() {
+    const [within, rows] = ["peak_normal_force", "row_peak"].map((name) => field(this.kernel, "run", `tally.${name}`));
+    return within.map((force, contact) => Math.max(force, rows[contact]));
+  }
+
   // The contact or finger that the last event concerns, -1 if none.
   get contact() {
     return Number(field(this.kernel, "run", "concerned")[0]);

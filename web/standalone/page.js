@@ -16,12 +16,14 @@ import { onIntent } from "./post.js";
 import { openRecording, readTables } from "./recording.js";
 import { Rows } from "./rows.js";
 import { SceneFeed } from "./scene_feed.js";
-import { drawCloseUps } from "./viser_view.js";
+import { drawCloseUps, withPicture } from "./viser_view.js";
 import { cardHtml, checkHtml, endedHtml, stripHtml, waitingHtml } from "./words.js";
 
 const PICTURES_BEFORE_START = 3;
 const READ_EVERY_MS = 100;
+const BESIDE_PANEL = 4; // px that viser leaves between a panel at a side and the scene
 const PAUSE_MS = 700; // between two changes that are seen as two
+const NONE = new Set();
 const viewer = window.slipgrasp;
 const { worker } = viewer;
 
@@ -30,6 +32,9 @@ let own = null;
 let ghost = null;
 let scene = null;
 let contacts = null;
+let isNew = false; // only the scene shows the run so far
+let isAwaited = false; // the rest is shown with the next picture
+let stale = new Set(); // charts that show an older run
 let map = null;
 let requests = 0;
 let movedAt = -Infinity;
@@ -40,29 +45,49 @@ let drawnAt = NaN;
 let readAt = -Infinity;
 const values = new Map();
 const hidden = new Map();
+let haveStarted = null;
+const started = new Promise((resolve) => (haveStarted = resolve));
 
 start().catch(tellFailure);
 
 async function start() {
   const address = readAddress();
   let messages = null;
-  ({ data, messages } = await load(address.dark));
+  ({ data, messages } = load(address.dark));
   for (const { key, value } of data.controls) values.set(key, address.values.get(key) ?? value);
   listen();
   request();
   takeIntents(address);
   viewer.onSent = take;
+  const panels = arrangement();
+  keepFree(panels);
   await viewer.asked;
-  viewer.feed(messages);
-  viewer.feed(arrangement());
+  const isPanel = ({ type }) => type.includes("Gui");
+  viewer.feed(messages.filter((each) => !isPanel(each)));
+  await firstPicture();
+  viewer.feed(messages.filter(isPanel));
+  viewer.feed(panels);
   viewer.feed(data.controls.map(({ key, uuid }) => update(uuid, { value: values.get(key) })));
   scene = new SceneFeed(data.scene);
   if (data.html.map) map = new SuccessMap({ ...data, placed }, makeMapWorker, () => values, (content) => setHtml("map", content));
   startPlayback(data, address.time, showPlayback);
   for (const begin of [startClock, startGestures, startCharts, startKeyboard, startNames]) begin();
-  for (const each of [draw, read, frameCamera, drawContacts]) onFrame(each);
+  for (const each of [draw, read, frameCamera, updateCharts, drawContacts]) onFrame(each);
   watchSessionState();
-  if (own !== null) show();
+  haveStarted();
+}
+
+/** Resolves once the scene is being drawn, which takes long; at the latest when it is out of sight. */
+function firstPicture() {
+  const later = window.requestAnimationFrame;
+  return new Promise((resolve) => {
+    later(function look() {
+      if (window.__viserMutable?.nodeRefFromName[data.closeUps.facts.object]) {
+        withPicture(resolve);
+        later(() => later(resolve));
+      } else later(look);
+    });
+  });
 }
 
 /** Where the panels go: into two columns or one; on a phone viser has one sheet for all. */
@@ -70,6 +95,15 @@ function arrangement() {
   const { two, one, narrow, sheet } = data.panels;
   if (window.innerWidth <= sheet) return [];
   return window.innerWidth >= narrow ? two : one;
+}
+
+/** Keeps the space at the sides free until the panels are there: the scene is drawn in its size at once. */
+function keepFree(panels) {
+  for (const { uuid, position } of panels) {
+    if (position?.kind !== "edge") continue;
+    const { width } = panels.findLast((each) => each.uuid === uuid && each.width !== undefined);
+    document.documentElement.style.setProperty(`--sg-${position.edge}`, `${width + BESIDE_PANEL}px`);
+  }
 }
 
 function takeIntents(address) {
@@ -100,7 +134,8 @@ function takeIntents(address) {
 }
 
 function listen() {
-  worker.onmessage = ({ data: answer }) => {
+  worker.onmessage = async ({ data: answer }) => {
+    await started;
     if (answer.id !== requests) return;
     if (answer.seconds !== undefined) setHtml("card", waitingHtml(answer.seconds));
     else finish(answer);
@@ -150,7 +185,7 @@ async function takeRecording(file) {
   try {
     const opened = openRecording(new Uint8Array(await file.arrayBuffer()), data.recording);
     const set = valuesFor(opened, data);
-    dropped.read = await readTables(opened, data.recording);
+    dropped.read = readTables(opened, data.recording);
     setValues(new Map(data.controls.map(({ key, value }) => [key, set.get(key) ?? value])));
   } catch (error) {
     dropped = { words: `${file.name} cannot be checked here: ${error.message}` };
@@ -204,19 +239,37 @@ function finish(answer) {
   ghost = before;
   own = new Rows(answer, data.run);
   playRun(own);
-  if (scene !== null) show();
+  show();
 }
 
+/** Shows a new run: the scene first, which takes longest to draw, all else while it is drawn. */
 function show() {
+  drawnAt = NaN;
+  draw(timeNow());
+  document.documentElement.dataset.sgSha256 = own.sha256;
+  [isNew, isAwaited] = [true, false];
+  if (document.hidden || !window.__viserMutable) showRest();
+}
+
+function showRest() {
+  [isNew, readAt] = [false, -Infinity];
   setHtml("card", cardHtml(own, data.run));
   showCheck();
   setHtml("strip", stripHtml(data, own, ghost, timeRange));
-  const none = new Set();
-  viewer.feed(data.charts.map(({ key, uuid, columns }) => update(uuid, { data: columns(own, ghost, hidden.get(key) ?? none) })));
+  stale = new Set(data.charts);
+  updateCharts();
   contacts = contactRun(data.closeUps, own, ghost);
-  [drawnAt, readAt] = [NaN, -Infinity];
-  draw(timeNow()); // at once: viser then draws it with the next picture
-  document.documentElement.dataset.sgSha256 = own.sha256;
+}
+
+/** Gives the run to the charts that are in sight, to others once they are. */
+function updateCharts() {
+  const seen = [...stale].filter(({ key }) => {
+    const legend = document.querySelector(`[data-sg-chart="${key}"]`);
+    return legend !== null && legend.getBoundingClientRect().top < window.innerHeight;
+  });
+  if (seen.length === 0) return;
+  for (const chart of seen) stale.delete(chart);
+  viewer.feed(seen.map(({ key, uuid, columns }) => update(uuid, { data: columns(own, ghost, hidden.get(key) ?? NONE) })));
 }
 
 /** The controls of the play head; where another time range is shown, timeline and charts. */
@@ -226,11 +279,6 @@ function showPlayback({ playing, start, end }, last) {
   if (last.start === start && last.end === end) return;
   timeRange = [start, end];
   if (own !== null) setHtml("strip", stripHtml(data, own, ghost, timeRange));
-  viewer.feed(
-    data.charts.map(({ uuid, scales }) =>
-      update(uuid, { scales: { ...scales, x: { ...scales.x, range: timeRange } } }),
-    ),
-  );
 }
 
 function draw(time) {
@@ -240,6 +288,12 @@ function draw(time) {
 }
 
 function drawContacts(time) {
+  if (isNew && !isAwaited) {
+    isAwaited = true;
+    withPicture(() => drawContacts(time));
+    return;
+  }
+  if (isNew) showRest(); // also if there is no picture, because the scene is out of sight
   if (contacts !== null) drawCloseUps({ top: 0, bottom: covered }, { run: contacts, time });
 }
 

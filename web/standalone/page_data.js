@@ -5,14 +5,13 @@ import { locate } from "./rows.js";
 const ARRAYS = { "<f4": Float32Array, "<f8": Float64Array, "|u1": Uint8Array, "<u4": Uint32Array, "<i4": Int32Array, "<i8": BigInt64Array };
 
 /** Data, and first messages in the colours of the theme. */
-export async function load(dark) {
-  const data = JSON.parse(new TextDecoder().decode(await window.slipgrasp.unpack("sg-data")));
+export function load(dark) {
+  const data = JSON.parse(window.slipgrasp.readText("sg-data"));
   const messages = dark ? replaced(data.messages, data.dark) : data.messages;
   const charts = data.charts.map((chart) => ({
     ...chart,
     columns: columnsOf(chart),
     read: readerOf(chart),
-    scales: data.messages.find(({ uuid }) => uuid === chart.uuid).props.scales,
   }));
   const scenario = revive(data.run.scenario);
   const revived = { ...data, charts, run: { ...data.run, scenario }, scene: revive(data.scene) };

@@ -6,12 +6,12 @@ these in scripts in the same folder, which can also be loaded from ``file://``.
 
 from __future__ import annotations
 
-import base64
 import gzip
 import hashlib
 import json
 import re
 from collections.abc import Callable, Sequence
+from functools import cache
 from html import escape
 from importlib import resources
 from pathlib import Path
@@ -36,6 +36,7 @@ from slipgrasp.web.standalone.controls import Control, controls_of, usual_contro
 from slipgrasp.web.standalone.kernel_data import check_for_page, kernel_file, run_data
 from slipgrasp.web.standalone.look import look_of
 from slipgrasp.web.standalone.map_data import map_data
+from slipgrasp.web.standalone.packing import encode, pack, unpack_viewer
 from slipgrasp.web.standalone.recording_data import recording_data
 
 _DASHBOARD, _OWN = "slipgrasp.web.page", "slipgrasp.web.standalone"
@@ -58,7 +59,6 @@ _KEYS = (
     *(JumpToEvent(1), GoToNextSlip(), Step(-1), Step(1), TogglePlay()),
     *(ChooseWindow(WindowChoice.WHOLE), Zoom()),
 )
-_VIEWER = re.compile(rb'<script data-p="[^"]*".*?</script>', re.DOTALL)
 
 Share = Callable[[str], str]
 """Returns the replacement of HTML that is equal in several pages."""
@@ -85,6 +85,7 @@ def write_page(
         PageError: If a page cannot simulate or show the run.
         ControlError: If a parameter cannot have a slider.
         LinkError: If the kernel has to be linked and the linker is missing.
+        PackingError: If this version of viser packs its page in another way.
     """
     check_for_page(result)
     sliders = controls_of(result.scenario, controls)
@@ -101,16 +102,14 @@ def write_page(
     )
     body = "".join(
         (
-            share(_plain("sg-worker", _worker())),
-            share(_plain("sg-kernel", _packed(kernel_file(result.scenario)))),
-            share(_plain("sg-modules", _packed(_modules()))),
-            _plain("sg-data", _packed(json.dumps(data, separators=(",", ":")).encode())),
-            _plain("sg-formulas", _packed(look.formulas.encode())),
+            share(_code()),
+            share(_kernel(kernel_file(result.scenario))),
+            _packed("sg-data", json.dumps(data, separators=(",", ":")).encode()),
+            _packed("sg-formulas", look.formulas.encode()),
             f"<script>{_text(_OWN, 'unpack.js')}{_text(_OWN, 'loader.js')}</script>",
         )
     )
-    viewer = _VIEWER.sub(lambda found: share(found[0].decode()).encode(), viewer_page())
-    before, end, after = with_head(viewer, head).rpartition(b"</body>")
+    before, end, after = with_head(unpack_viewer(viewer_page()).page, head).rpartition(b"</body>")
     stream.write(before + body.encode() + end + after)
 
 
@@ -145,6 +144,26 @@ def share_in(folder: Path) -> Share:
     return share
 
 
+@cache
+def _code() -> str:
+    """The elements with scripts and styles, and what unpacks them."""
+    viewer = unpack_viewer(viewer_page())
+    return "".join(
+        (
+            _plain("sg-worker", _worker()),
+            _plain("sg-decoder", encode(gzip.compress(viewer.decoder, mtime=0))),
+            _packed("sg-style", viewer.style),
+            _packed("sg-viewer", viewer.code),
+            _packed("sg-modules", _modules()),
+        )
+    )
+
+
+@cache
+def _kernel(content: bytes) -> str:
+    return _packed("sg-kernel", content)
+
+
 def _modules() -> bytes:
     """The scripts by name, as JSON, without the formulas."""
     texts = {
@@ -174,5 +193,6 @@ def _plain(name: str, content: str) -> str:
     return f'<script type="text/plain" id="{name}">{content}</script>'
 
 
-def _packed(content: bytes) -> str:
-    return base64.b64encode(gzip.compress(content, mtime=0)).decode()
+def _packed(name: str, content: bytes) -> str:
+    """A text element with packed content."""
+    return _plain(name, pack(content))

@@ -46,7 +46,10 @@ function takeIntents() {
     const later = onsets.find((time) => time > timeNow() + 1e-12);
     if (onsets.length > 0) seek(later ?? onsets[0]);
   });
-  onIntent("go-to-edge", ({ direction }) => seek(direction > 0 ? playback.end : playback.start));
+  onIntent("go-to-edge", ({ direction }) => {
+    const [edge, last] = direction > 0 ? [playback.end, duration] : [playback.start, 0];
+    seek(timeNow() === edge ? last : edge);
+  });
   onIntent("set-speed", ({ name }) => write({ time: timeNow(), speed: given.speeds[name] }));
   onIntent("change-speed", ({ direction }) => {
     const place = speeds.indexOf(playback.speed) + direction;
@@ -89,7 +92,7 @@ function write(changed) {
   playback = { ...playback, ...changed };
   const { start, end, time, speed, playing } = playback;
   // The count makes the state new, so that the play head is taken from here.
-  const state = { ...ready, start, end, time, speed, playing, count: count++ };
+  const state = { ...ready, duration, start, end, time, speed, playing, count: count++ };
   element.dataset.sgState = JSON.stringify(state);
   show(playback, before);
 }

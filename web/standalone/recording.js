@@ -28,9 +28,9 @@ export function openRecording(bytes, { mostChunkBytes }) {
 }
 
 /** The numbers in the chunks of a recording, and its documents. */
-export async function readTables({ documents, chunks }, given) {
-  const [unpack, messages] = [await makeUnpack(), new Map(given.topics.map(({ channel }) => [channel, []]))];
-  for (const chunk of chunks) takeMessages(unpack(chunk), messages, given);
+export function readTables({ documents, chunks }, given) {
+  const messages = new Map(given.topics.map(({ channel }) => [channel, []]));
+  for (const chunk of chunks) takeMessages(window.slipgrasp.unpack(chunk), messages, given);
   return { documents, ...tablesOf(messages, given) };
 }
 
@@ -122,19 +122,4 @@ function fill(table, width, views, [time, ...fields], twice) {
       for (let k = 0; k < count; k++) table[row * width + first + k] = read(views[row], offset + k * bytes);
     }
   }
-}
-
-/** The decoder with which viser's page unpacks itself. */
-async function makeUnpack() {
-  const env = { emscripten_notify_memory_growth: () => {} };
-  const { exports } = await WebAssembly.instantiate(globalThis.__viserZstdWasm, { env });
-  return ({ size, data }) => {
-    const [packed, place] = [exports.malloc(data.length), exports.malloc(size)];
-    new Uint8Array(exports.memory.buffer).set(data, packed);
-    const written = exports.ZSTD_decompress(place, size, packed, data.length);
-    const bytes = new Uint8Array(exports.memory.buffer).slice(place, place + size);
-    for (const each of [packed, place]) exports.free(each);
-    if (written !== size) throw new Error("a chunk of it cannot be unpacked");
-    return bytes;
-  };
 }

@@ -15,8 +15,8 @@ export function locate(times, time) {
 }
 
 export class Rows {
-  constructor({ rows, changes, status, contact, milliseconds, sha256 }, { columns, num_columns }) {
-    Object.assign(this, { rows, columns, status, contact, milliseconds, sha256, rawChanges: changes });
+  constructor({ rows, changes, ...facts }, { columns, num_columns }) {
+    Object.assign(this, { rows, columns, ...facts, rawChanges: changes });
     this.width = num_columns;
     this.count = rows.length / num_columns;
     this.times = this.column(columns.times[0]);

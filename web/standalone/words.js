@@ -10,15 +10,14 @@ export function cardHtml(own, run, charts) {
   const sentence = end.sentence.replace(/{(\w+)}/g, (_, name) => blanks[name]);
   const told = sentence ? `<p>${escape(sentence)}</p>` : "";
   const rows = run.fingers.map((finger, k) => {
-    const forces = own.column(own.columns.normal_force[0] + k);
     const slip = own.slipOf(own.count - 1, k);
-    const [far, most] = [1000 * (slip.length > 1 ? Math.hypot(...slip) : slip[0]), forces.reduce((a, b) => Math.max(a, b))].map(short);
-    return `<tr><th scope="row">${escape(finger)}</th><td>${far}</td><td>${most}</td></tr>`;
+    const far = short(1000 * (slip.length > 1 ? Math.hypot(...slip) : slip[0]));
+    return `<tr><th scope="row">${escape(finger)}</th><td>${far}</td><td>${own.peakForces[k].toFixed(1)} N</td></tr>`;
   });
   return (
     `<div class="sg-outcome"><div class="sg-verdict">${escape(end.headline)} at ${short(own.end)} s</div>` +
     `${told}<table><tr><td></td><th scope="col">slip at the end [mm]</th>` +
-    `<th scope="col">largest normal force [N]</th></tr>${rows.join("")}</table></div>`
+    `<th scope="col" title="Largest normal force">peak Fₙ</th></tr>${rows.join("")}</table></div>`
   );
 }
 

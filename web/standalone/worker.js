@@ -9,10 +9,15 @@ let loading = null;
 let latest = 0;
 
 onmessage = async ({ data }) => {
-  if (data.kernel) loading = unpack(data.kernel).then(loadKernel);
+  if (data.kernel) loading = load(data);
   else if (data.cells) await computeCells(data);
   else await compute(data);
 };
+
+async function load({ decoder, kernel }) {
+  const unpack = await makeUnpack(decoder);
+  return loadKernel(unpack(decode(kernel)));
+}
 
 async function compute({ id, values, scenario, outcomes }) {
   latest = id;
@@ -34,10 +39,10 @@ async function compute({ id, values, scenario, outcomes }) {
   }
   const milliseconds = performance.now() - began;
   const [rows, changes] = [run.blocks, run.changes].map((blocks) => joined(Float64Array, blocks));
-  const { status, contact } = run;
+  const { status, contact, peakForces } = run;
   const sha256 = await digest(rows, changes, outcomes[status]);
   if (id !== latest) return;
-  postMessage({ id, rows, changes, status, contact, milliseconds, sha256 }, [rows.buffer]);
+  postMessage({ id, rows, changes, status, contact, peakForces, milliseconds, sha256 }, [rows.buffer]);
 }
 
 // How the runs of some cells of a map end, as places in the program's list of categories.

@@ -11,11 +11,11 @@ from weakref import WeakKeyDictionary
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.recordings.file.atomic_file import PART_SUFFIX
 from slipgrasp.recordings.file.size import read_size, size_of_run
+from slipgrasp.recordings.measured.overlay import laid_over, thinned
 from slipgrasp.recordings.measured.recording import read_measured, read_outline
 from slipgrasp.recordings.store.store import RecordingStore
 from slipgrasp.recordings.store.stored_run import StoredRun
 from slipgrasp.server.budget import SMALL_BYTES, Lease, MemoryBudget, Need
-from slipgrasp.web.model.measured import laid_over, thinned
 from slipgrasp.web.model.replay import Replay, Source, moment_words, open_replay, read_run
 
 _File = tuple[Path, int, int, int]

@@ -19,7 +19,6 @@ from slipgrasp.web.model.intents.runs import RunFinished, RunRefused, RunSaved, 
 from slipgrasp.web.workers.saved_runs import SavedRuns
 from slipgrasp.web.workers.worker import Worker
 
-_PATIENCE = 0.15
 _INTERNAL_ERROR = "an internal error; see the server's log"
 
 _logger = logging.getLogger(__name__)
@@ -35,19 +34,6 @@ class _Simulate:
 class _Save:
     ticket: int
     result: RunResult
-
-
-def is_outdated(newer_waits: bool, elapsed: float) -> bool:
-    """True if a run should be cancelled because a newer one waits.
-
-    Short runs are always completed; otherwise dragging a control without a pause would
-    never show a result.
-
-    Args:
-        newer_waits: Whether a newer scenario waits to be simulated.
-        elapsed: Computing time of the run so far [s].
-    """
-    return newer_waits and elapsed > _PATIENCE
 
 
 class PreviewWorker(Worker):
@@ -71,7 +57,7 @@ class PreviewWorker(Worker):
         self._thread.start()
 
     def simulate(self, ticket: int, scenario: Scenario) -> None:
-        """Requests a run; replaces an older request that is waiting or slow."""
+        """Requests a run, which replaces an older request."""
         with self._wake:
             self._simulation = _Simulate(ticket, scenario)
             self._wake.notify()
@@ -120,8 +106,7 @@ class PreviewWorker(Worker):
         started = time.monotonic()
 
         def should_stop() -> bool:
-            newer_waits = self._simulation is not None
-            return self._closed or is_outdated(newer_waits, time.monotonic() - started)
+            return self._closed or self._simulation is not None
 
         try:
             result = self._service.preview(job.scenario, should_stop)

@@ -61,9 +61,12 @@ class Unit:
         is_native: Whether ``entry`` is its machine code.
     """
 
-    def __init__(self, function: Callable[..., Any], signature: Any, prefix: str) -> None:
+    def __init__(
+        self, function: Callable[..., Any], signature: Any, prefix: str, *, unrolled: bool
+    ) -> None:
         self.function = function
         self.signature = signature
+        self.unrolled = unrolled
         self.symbol = f"slipgrasp_{prefix}{function.__name__}"
         self.entry: Callable[..., Any] | None = None
         self.is_native = False
@@ -71,7 +74,8 @@ class Unit:
     @cached_property
     def name(self) -> str:
         """Key of its machine code in the cache."""
-        digest = fingerprint(self.function, self.signature, OPTIONS | ENTRY_OPTIONS)
+        options = OPTIONS | ENTRY_OPTIONS | {"unrolled": self.unrolled}
+        digest = fingerprint(self.function, self.signature, options)
         return f"{self.symbol.removeprefix('slipgrasp_')}-{digest}"
 
     @property
@@ -81,7 +85,7 @@ class Unit:
 
     def compile(self) -> Entry:
         """Compiles the unit and caches its machine code."""
-        entry = compile_entry(self.function, self.signature, OPTIONS)
+        entry = compile_entry(self.function, self.signature, OPTIONS, unrolled=self.unrolled)
         library = entry.library.serialize_using_object_code()
         write_code(self.name, pickle.dumps((entry.name, library)))
         return entry
@@ -114,7 +118,7 @@ _DECLARED: dict[Callable[..., Any], tuple[Any, ...]] = {}
 
 
 def compiled_apart(
-    result: Any, *arguments: Any, prefix: str = ""
+    result: Any, *arguments: Any, prefix: str = "", unrolled: bool = False
 ) -> Callable[[Callable[..., Any]], Any]:
     """Declares a unit with its signature: numba types, or dtypes of records; callees come first.
 
@@ -124,6 +128,7 @@ def compiled_apart(
         result: Type of the result.
         arguments: Types of the arguments.
         prefix: Prefix of the symbol, if one source is compiled for several mechanics.
+        unrolled: Whether loops with any number of iterations are unrolled: those over the state.
     """
 
     def declare(function: Callable[..., Any]) -> Any:
@@ -131,7 +136,7 @@ def compiled_apart(
         if INTERPRETED:
             return function
         kinds = [a if isinstance(a, types.Type) else record_type(a) for a in arguments]
-        unit = Unit(function, result(*kinds), prefix)
+        unit = Unit(function, result(*kinds), prefix, unrolled=unrolled)
         assert unit.symbol not in _UNITS, f"two units are called {unit.symbol}"
         _UNITS[unit.symbol] = unit
         return types.ExternalFunction(unit.symbol, unit.signature)

@@ -5,8 +5,9 @@ which units never raise. Here the function is inlined in its entry, and the entr
 records do not overlap (a unit that reads a part of another of its records does not write to that
 part) and are all readable.
 
-Loops are not vectorised: they have a few iterations, one per finger, unknown or coordinate, which
-is less than a vector loop needs.
+Loops are neither vectorised nor unrolled by a number that is known only at run time: they have a
+few iterations, one per finger, unknown or coordinate, which is less than such a loop needs.
+Exceptions are units with loops over the whole state.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any, NamedTuple
 
-from llvmlite import ir
+from llvmlite import binding, ir
 from numba import _dynfunc, types
 from numba.core import config
 from numba.core.compiler import Flags, compile_extra
@@ -47,17 +48,21 @@ class Entry(NamedTuple):
         return int(self.library.get_pointer_to_function(self.name))
 
 
-def compile_entry(function: Callable[..., Any], signature: Any, options: dict[str, Any]) -> Entry:
+def compile_entry(
+    function: Callable[..., Any], signature: Any, options: dict[str, Any], *, unrolled: bool
+) -> Entry:
     """Compiles a function.
 
     Args:
         function: Python function that raises no exceptions.
         signature: Its numba types.
         options: Options of numba, those of inlined functions.
+        unrolled: Whether loops with any number of iterations are unrolled.
     """
     flags: Any = Flags()
     cpu_target.options.parse_as_flags(flags, options | ENTRY_OPTIONS)
     flags.no_compile = True  # before the entry exists
+    _unroll_loops(unrolled=False)
     context = cpu_target.target_context
     with global_compiler_lock, _without_vectors(), _without_code_of_parts(context):
         result = compile_extra(
@@ -72,6 +77,7 @@ def compile_entry(function: Callable[..., Any], signature: Any, options: dict[st
         name = result.fndesc.llvm_cfunc_wrapper_name
         result.library.add_ir_module(_entry_module(context, result.fndesc, name))
         result.library._final_module.get_function(result.fndesc.llvm_func_name).linkage = "internal"
+        _unroll_loops(unrolled=unrolled)
         result.library.finalize()
     return Entry(name, result.library)
 
@@ -97,6 +103,11 @@ def _entry_module(context: Any, description: Any, name: str) -> ir.Module:
     _, value = convention.call_function(builder, callee, description.restype, kinds, entry.args)
     builder.ret(value)
     return module
+
+
+def _unroll_loops(*, unrolled: bool) -> None:
+    """LLVM has this setting for the whole process only."""
+    binding.set_option("slipgrasp", f"-unroll-runtime={str(unrolled).lower()}")
 
 
 @contextmanager

@@ -48,7 +48,8 @@ RECORDS: Mapping[str, np.dtype] = {
 ADVANCE = "slipgrasp_advance"
 SPATIAL_ADVANCE = "slipgrasp_spatial_advance"
 
-_SLIP = "slip"
+_INNER = {"slip": ("level", "since"), "tally": ("peak_normal_force", "row_peak")}
+"""Described fields of the records in a run."""
 _TRIPLE = "wasm32-unknown-unknown"
 _FEATURES = "+simd128,+bulk-memory,+nontrapping-fptoint,+sign-ext"
 _STACK_BYTES = 1 << 20
@@ -242,19 +243,20 @@ def _describe_run(records: Mapping[str, np.dtype], advance: str) -> dict[str, An
 
 
 def _describe_fields(layout: np.dtype) -> dict[str, list[Any]]:
-    """Offset in bytes, type and shape of every field that is not a record.
+    """Offset in bytes, type and shape of every field that is not a record, and of some in records.
 
-    For a slip in progress, also the fields that determine which rows may still change.
+    These are, for a slip in progress, the fields that determine which rows may still change, and
+    the largest forces.
     """
     described = {}
     for name, (inner, offset, *_) in (layout.fields or {}).items():
         base, shape = inner.subdtype or (inner, ())
         if base.names is None:
             described[name] = [offset, base.str, list(shape)]
-        elif name == _SLIP:
-            for own in ("level", "since"):
-                kind, inside, *_ = base.fields[own]
-                described[f"{name}.{own}"] = [offset + inside, kind.str, []]
+        for own in _INNER.get(name, ()):
+            kind, inside, *_ = base.fields[own]
+            element, shape = kind.subdtype or (kind, ())
+            described[f"{name}.{own}"] = [offset + inside, element.str, list(shape)]
     return described
 
 

@@ -111,7 +111,9 @@ def _end_sticking(model: Record, h: float, step: Record) -> None:
     end[supplied_at(model)] = supplied
 
 
-@compiled_apart(types.void, MODEL, DISCRETE, types.float64, types.float64, STEP, WORKSPACE)
+@compiled_apart(
+    types.void, MODEL, DISCRETE, types.float64, types.float64, STEP, WORKSPACE, unrolled=True
+)
 def take_step(
     model: Record, discrete: Record, t: float, h: float, step: Record, work: Record
 ) -> None:
@@ -136,7 +138,7 @@ def take_step(
     step.prepared = 0
 
 
-@compiled_apart(types.float64, MODEL, types.float64, STEP)
+@compiled_apart(types.float64, MODEL, types.float64, STEP, unrolled=True)
 def step_error(model: Record, h: float, step: Record) -> float:
     """Root mean square error of a step relative to the tolerance; not finite if a value is not.
 
@@ -177,7 +179,9 @@ def is_quiet(model: Record, h: float, step: Record) -> bool:
     return True
 
 
-@compiled_apart(types.void, MODEL, DISCRETE, types.float64, types.float64, STEP, WORKSPACE)
+@compiled_apart(
+    types.void, MODEL, DISCRETE, types.float64, types.float64, STEP, WORKSPACE, unrolled=True
+)
 def prepare_interpolant(
     model: Record, discrete: Record, t: float, h: float, step: Record, work: Record
 ) -> None:

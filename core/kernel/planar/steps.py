@@ -70,7 +70,7 @@ CROSSING = 1e-3  # size of a step across a jump of the law, relative to a reject
 POLE = 1.0  # a normal force below its located zero by more than this passed through infinity [N]
 
 
-@compiled_apart(types.float64, MODEL, PROGRESS, types.float64)
+@compiled_apart(types.float64, MODEL, PROGRESS, types.float64, unrolled=True)
 def take_accepted_step(model: Record, run: Record, until: float) -> float:
     """Takes a step within tolerance, at most to ``until``; returns its size, 0 on failure."""
     numerics, now, step = model.numerics, run.now, run.step

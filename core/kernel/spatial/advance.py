@@ -25,7 +25,7 @@ from slipgrasp.core.kernel.loop.status import (
 )
 from slipgrasp.core.kernel.loop.ticks import next_command, next_tick
 from slipgrasp.core.kernel.spatial.dynamics import stored_energy
-from slipgrasp.core.kernel.spatial.flow import SURE_SPEED, spatial_plant
+from slipgrasp.core.kernel.spatial.flow import SURE_SPEED, set_derivative, spatial_plant
 from slipgrasp.core.kernel.spatial.guards import (
     PER_CONTACT,
     PHASE,
@@ -61,12 +61,12 @@ from slipgrasp.core.kernel.spatial.steps import (
 from slipgrasp.core.kernel.spatial.tick import control_tick, spatial_apply
 from slipgrasp.core.kernel.spatial.torsion import (
     begins_slip,
-    is_short,
+    keep_directions_at_rest,
     let_marked_stick,
     mark_resting,
-    spatial_keep_stick,
 )
 from slipgrasp.core.kernel.spatial.torsion_equations import spin_of
+from slipgrasp.core.kernel.spatial.torsion_stops import spatial_keep_stick, spatial_stop_slips
 from slipgrasp.core.kernel.spatial.ways import friction_margin, parts_of_way, way_speed
 from slipgrasp.core.kernel.spatial.workspace import STICK
 
@@ -108,25 +108,10 @@ def _align(model: Record, run: Record, i: int, way: int) -> None:
 
 @compiled
 def _point_onsets(model: Record, run: Record) -> None:
-    """Sets the directions of soft contacts at slip onset to those at the end of the step."""
-    if not begins_slip(model, run.discrete):
-        return
-    for i in range(model.num_fingers):
-        for part in range(3):
-            if run.discrete.frozen[i, 0] == 1 and not is_short(run.step.directions, i):
-                run.discrete.directions[i, part] = run.step.directions[i, part]
-
-
-@compiled
-def _mark_resting(model: Record, run: Record) -> bool:
-    """Marks soft contacts at slip onset that are at rest at the end of the step."""
-    found = False
-    while begins_slip(model, run.discrete):
-        spatial_plant(model, run.discrete, run.step.start, run.work)
-        if not mark_resting(model, run.discrete, run.work.gamma):
-            break
-        found = True
-    return found
+    """Keeps the friction of soft contacts that are at rest after an onset step on its bound."""
+    if begins_slip(model, run.discrete):
+        step = run.step
+        keep_directions_at_rest(model, step.directions, step.begun, run.discrete)
 
 
 @compiled
@@ -136,13 +121,15 @@ def _let_rest(model: Record, run: Record) -> None:
     If this would put other contacts outside their limit surfaces, the phases are not changed, and
     the row has the friction of slip.
     """
-    if not _mark_resting(model, run):
+    if not begins_slip(model, run.discrete):
+        return
+    if not mark_resting(model, run.discrete, run.step.directions):
         return
     let_marked_stick(model, run.discrete, run.step.start)
     spatial_plant(model, run.discrete, run.step.start, run.work)
     if _is_overcome(model, run):
         copy_discrete(model, run.old, run.discrete)
-        _mark_resting(model, run)
+        mark_resting(model, run.discrete, run.step.directions)
 
 
 @compiled_apart(types.int64, MODEL, PROGRESS, OUTLET)
@@ -172,8 +159,13 @@ def spatial_event(model: Record, run: Record, outlet: Record) -> int:
             run.selection.leaving[i, way] = 1 if fired and stuck else 0
             if slips and (fired or _stops_too(model, run, i, way, is_stop)):
                 run.concerned = i
+                if model.soft == 1:
+                    discrete.phases[i] = STICK
+                    continue
                 for part in parts_of_way(model, way):
                     state.x[velocity_at(n, i, part)] = 0.0
+    if model.soft == 1:
+        spatial_stop_slips(model, discrete, state, run.work)
     return finish_jump(model, run, outlet, settle(model, run), False)
 
 
@@ -196,7 +188,7 @@ def _stops_too(model: Record, run: Record, i: int, way: int, is_stop: bool) -> b
     speed = way_speed(model, run.step.start, i, way)
     if is_stop and run.discrete.frozen[i, way] == 0 and speed < SURE_SPEED:
         return True
-    if run.discrete.frozen[i, way] == 1 or not speed < STOPS_TOO:
+    if run.discrete.frozen[i, way] != 0 or not speed < STOPS_TOO:
         return False
     power = 0.0
     for part in parts_of_way(model, way):
@@ -239,26 +231,27 @@ def _finish_step(model: Record, run: Record, outlet: Record, _t_stop: float, _re
 @compiled
 def _finish_soft_step(model: Record, run: Record, outlet: Record) -> int:
     """As `_finish_step`, for soft fingertips: contacts that have come to rest stick again."""
-    discrete, start, changes = run.discrete, run.step.start, begins_slip(model, run.discrete)
-    if changes:
-        _point_onsets(model, run)
-        keep_old(model, run)
-        if _mark_resting(model, run):
-            let_marked_stick(model, discrete, start)
-            return _select_again(model, run, outlet)
-        changes = _thaw(model, run)
-    spatial_keep_stick(model, discrete, start, run.work)
-    if not changes:
+    discrete, start, begins = run.discrete, run.step.start, begins_slip(model, run.discrete)
+    _point_onsets(model, run)
+    keep_old(model, run)
+    if begins and mark_resting(model, discrete, run.step.directions):
+        let_marked_stick(model, discrete, start)
+        return _select_again(model, run, outlet)
+    moved = spatial_keep_stick(model, discrete, start, run.work) == 2
+    changes = begins and _thaw(model, run)
+    if not changes and not moved:
         return RUNNING
     for i in range(model.num_fingers):
         if run.old.frozen[i, 0] == 1 and discrete.frozen[i, 0] == 0 and discrete.slips[i, 0] == 1.0:
             _align(model, run, i, 0)
     spatial_plant(model, discrete, start, run.work)
-    rest = mark_resting(model, discrete, run.work.gamma)
-    let_marked_stick(model, discrete, start)
-    if rest or _is_overcome(model, run):
+    if _is_overcome(model, run):
         return _select_again(model, run, outlet)
-    return _finish_phases(model, run, outlet, RUNNING)
+    if begins:
+        return _finish_phases(model, run, outlet, RUNNING)
+    # The smallest impulse changes the direction of a slow slip.
+    set_derivative(model, start, run.step.slopes[0], run.work)
+    return RUNNING
 
 
 @compiled

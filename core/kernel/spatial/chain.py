@@ -20,7 +20,7 @@ from slipgrasp.core.scenario.chain import MAX_LINKS
 BY_LINKS, ON_SLIDES, BY_CHAIN = range(3)  # kinds of fingers
 LEAST_SINE = 1e-3  # |det J| over the product of column lengths below which a chain is singular
 LONGEST_STEP = 0.3  # of Newton's method [rad]; of slides, relative to the length of the chain
-SURE_STEP, ROUNDING, MOST_STEPS = 1e-9, 1e-15, 60
+SURE_STEP, ROUNDING, MOST_STEPS, MOST_HALVINGS = 1e-9, 1e-15, 60, 10
 
 # Constants of one finger.
 CHAIN = np.dtype(
@@ -139,10 +139,18 @@ def solve_chain(
         positions[k] = seed.positions[k]
     length = max(chain.length, np.sqrt(_squared(target)))
     before = _step(chain, target, length, seed.inverse, seed.tip, positions, now)
+    halvings = 0
     for _ in range(MOST_STEPS):
         margin = place_chain(chain, positions, now, False)
         if not margin > 0.0:
-            return margin
+            if halvings == MOST_HALVINGS:
+                return margin
+            # The step may pass a singularity that the solution does not have.
+            halvings, before = halvings + 1, 0.0
+            for k in range(3):
+                now.step[k] *= 0.5
+                positions[k] -= now.step[k]
+            continue
         size = _step(chain, target, length, now.inverse, now.tip, positions, now)
         left = square(size)
         if size < SURE_STEP or (left < ROUNDING and size * left < ROUNDING * square(before)):
@@ -196,7 +204,8 @@ def _step(
         largest = max(largest, size / length if chain.slides[k] == 1 else size)
     scale = LONGEST_STEP / largest if largest > LONGEST_STEP else 1.0
     for k in range(3):
-        positions[k] += scale * now.step[k]
+        now.step[k] *= scale
+        positions[k] += now.step[k]
     return largest
 
 

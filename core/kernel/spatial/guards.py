@@ -26,7 +26,7 @@ from slipgrasp.core.kernel.spatial.chain import BY_CHAIN, limit_margin
 from slipgrasp.core.kernel.spatial.flow import LEAST_SPEED
 from slipgrasp.core.kernel.spatial.model import MODEL
 from slipgrasp.core.kernel.spatial.state import STATE, slip_at, velocity_at
-from slipgrasp.core.kernel.spatial.torsion import is_short
+from slipgrasp.core.kernel.spatial.torsion import LEAVES, is_short
 from slipgrasp.core.kernel.spatial.ways import (
     friction_margin,
     parts_of_way,
@@ -74,6 +74,8 @@ def _phase_value(
     has_begun = discrete.frozen[i, way] == 0
     if has_begun and model.ways == 1:
         return way_speed(model, state, i, way) - LEAST_SPEED
+    if model.soft == 1 and discrete.frozen[i, way] == LEAVES:
+        return 0.0  # in its band: the next step determines whether it rests
     if model.soft == 1:
         # The steps of slip onset include stops and changes of direction; only a rest is an event.
         return -BACKWARD if is_short(work.gamma, i) else 2.0 * BACKWARD
@@ -151,7 +153,7 @@ def band_of(model: Record, discrete: Record, values: Floats, j: int) -> tuple[fl
     if kind == FACE:
         return SLIP_NOISE, SLIP_BAND
     if kind < NORMAL_FORCE and discrete.slips[i, kind - PHASE] != 0.0:
-        begins = model.soft == 1 and discrete.frozen[i, 0] == 1
+        begins = model.soft == 1 and discrete.frozen[i, 0] != 0
         return 0.0, BACKWARD if begins else 0.0
     scale = 1.0 + abs(values[PER_CONTACT * i + NORMAL_FORCE])
     return FORCE_NOISE * scale, FORCE_BAND * scale

@@ -135,6 +135,12 @@ def _turn_by(model: Record, stiff: Record, c: int, other: int) -> float:
 
 
 @compiled
+def turn_rate(model: Record, stiff: Record, c: int) -> float:
+    """Rate at which the direction of slip ``c`` relaxes on its own [1/s]."""
+    return -_turn_by(model, stiff, c, c)
+
+
+@compiled
 def _turn(model: Record, stiff: Record, c: int, slope: Record) -> float:
     """Product of v_c and a slope."""
     n, i = model.num_fingers, stiff.contacts[c]

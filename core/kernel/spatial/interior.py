@@ -25,6 +25,7 @@ from slipgrasp.core.kernel.spatial.model import MODEL
 from slipgrasp.core.kernel.spatial.run import LAYOUTS, PROGRESS
 from slipgrasp.core.kernel.spatial.stepper import state_inside
 from slipgrasp.core.kernel.spatial.tally import add_step
+from slipgrasp.core.kernel.spatial.torsion import begins_slip
 from slipgrasp.core.kernel.spatial.workspace import STICK
 
 
@@ -49,8 +50,11 @@ def spatial_dip(model: Record, run: Record, h: float) -> float:
     At the end of the step no guard is past its level, or an event has been located there; an
     earlier event may still lie inside. In stick, a fingertip keeps its position on its face, its
     force reaches the cone before the normal force reaches zero, and the determinant stays positive.
+    The short steps at the onset of a soft slip have one friction each.
     """
     guards, phases, found, slips = run.guards, run.discrete.phases, 0.0, False
+    if begins_slip(model, run.discrete):
+        return 0.0
     for i in range(model.num_fingers):
         base = PER_CONTACT * i
         for way in range(model.ways):

@@ -14,12 +14,12 @@ from slipgrasp.core.kernel.loop.status import (
     SEPARATED,
 )
 from slipgrasp.core.kernel.loop.tally import count_forces
-from slipgrasp.core.kernel.spatial.flow import set_derivative, set_directions, spatial_plant
+from slipgrasp.core.kernel.spatial.flow import set_derivative, set_directions
 from slipgrasp.core.kernel.spatial.guards import PER_CONTACT, arm_guards
 from slipgrasp.core.kernel.spatial.run import copy_discrete, emit, leave_slip
 from slipgrasp.core.kernel.spatial.selection import NONE_REGULAR, OPENS, SELECTED, spatial_select
-from slipgrasp.core.kernel.spatial.torsion import mark_resting
-from slipgrasp.core.kernel.spatial.torsion_split import contacts_creep
+from slipgrasp.core.kernel.spatial.torsion import let_begin
+from slipgrasp.core.kernel.spatial.torsion_modes import contacts_creep
 from slipgrasp.core.kernel.spatial.workspace import STICK
 
 
@@ -30,6 +30,8 @@ def restart(model: Record, run: Record) -> None:
     arm_guards(model, run.discrete, run.step.start, run.work, run.guards)
     count_forces(model, run.discrete, run.guards.starts, run.tally, PER_CONTACT, model.ways)
     run.work.at_start = 1
+    if model.soft == 1:
+        let_begin(model, run.discrete)
 
 
 @compiled
@@ -79,8 +81,6 @@ def emit_old(model: Record, run: Record, outlet: Record) -> None:
     state, discrete = run.step.start, run.row.discrete
     swap_states(model, state, run.old_state)
     copy_discrete(model, run.old, discrete)
-    spatial_plant(model, discrete, state, run.work)
-    mark_resting(model, discrete, run.work.gamma)
     emit(model, run, outlet, discrete)
     swap_states(model, state, run.old_state)
 

@@ -14,6 +14,8 @@ from slipgrasp.core.kernel.spatial.run import PROGRESS
 from slipgrasp.core.kernel.spatial.state import SPIN, dissipated_at, supplied_at
 from slipgrasp.core.kernel.spatial.stepper import state_inside
 
+NEARLY_SINGULAR = 1e-2  # extension of a finger below which every step is checked
+
 
 @compiled
 def turns_fast(model: Record, run: Record) -> bool:
@@ -25,6 +27,18 @@ def turns_fast(model: Record, run: Record) -> bool:
         for joint in range(3):
             fastest = max(fastest, abs(float(rates[i, joint])))
     return fastest > FAST_RATE
+
+
+@compiled
+def is_nearly_singular(model: Record, run: Record) -> bool:
+    """True if a finger of a hand with soft fingertips is nearly singular at the end of the step.
+
+    Its joints then turn by much more than the error of its tip.
+    """
+    for i in range(model.num_fingers if model.soft == 1 else 0):
+        if run.work.kin.extension[i] < NEARLY_SINGULAR:
+            return True
+    return False
 
 
 @compiled_apart(types.float64, MODEL, PROGRESS, types.float64)

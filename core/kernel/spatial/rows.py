@@ -50,7 +50,8 @@ from slipgrasp.core.kernel.spatial.state import (
     spin_velocity_at,
     supplied_at,
 )
-from slipgrasp.core.kernel.spatial.torsion import find_modes, respond_to_tip_force
+from slipgrasp.core.kernel.spatial.torsion import respond_to_tip_force
+from slipgrasp.core.kernel.spatial.torsion_modes import spatial_find_modes
 from slipgrasp.core.kernel.spatial.torsion_phases import assemble_phases
 from slipgrasp.core.kernel.spatial.ways import least_margin
 from slipgrasp.core.kernel.spatial.workspace import (
@@ -273,7 +274,7 @@ def _fill_soft_columns(model: Record, row: Record, work: Record) -> None:
     truth, system, size = model.truth, work.system, count_coordinates(model.num_fingers)
     fill_inertia(work.kin, work.dynamics, truth, discrete.slips, system, row.matrix)
     assemble_phases(model, discrete, work.gamma, work)
-    find_modes(model, discrete, work)
+    spatial_find_modes(model, discrete, work)
     for column in range(3 * n):
         respond_to_tip_force(model, discrete, work, column // 3, column % 3)
         line = 0

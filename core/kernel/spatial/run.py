@@ -107,6 +107,8 @@ def copy_discrete(model: Record, source: Record, target: Record) -> None:
         for joint in range(3):
             target.torques[i, joint] = source.torques[i, joint]
             target.commanded[i, joint] = source.commanded[i, joint]
+        for part in range(3 if model.soft == 1 else 0):
+            target.crept[i, part] = source.crept[i, part]
         if model.hand.has_chains == 1:
             copy_seed(source.seeds[i], target.seeds[i])
     for k in range(model.num_unknowns):

@@ -31,14 +31,14 @@ from slipgrasp.core.kernel.spatial.flow import (
 from slipgrasp.core.kernel.spatial.model import MODEL
 from slipgrasp.core.kernel.spatial.state import ATTITUDE, STATE, velocity_at
 from slipgrasp.core.kernel.spatial.torsion import (
-    INSTANT,
+    LEAVES,
     RESTS,
     begin_contact_problem,
-    is_short,
     let_marked_stick,
     mark_resting,
-    spatial_keep_stick,
+    spatial_begin_at_once,
 )
+from slipgrasp.core.kernel.spatial.torsion_stops import spatial_keep_stick
 from slipgrasp.core.kernel.spatial.ways import (
     axes_of,
     friction_margin,
@@ -69,6 +69,9 @@ def _free_contacts(model: Record, discrete: Record, state: Record, room: Record)
             # as at onset: an immediate stop could also stop the object.
             sticks = model.soft == 1 and discrete.slips[i, way] == 0.0
             begins = model.soft == 1 and not sticks and 0.0 < speed < SURE_SPEED
+            has_begun = begins and discrete.frozen[i, way] != 0
+            for part in range(0 if model.soft == 0 or has_begun else 3):
+                discrete.crept[i, part] = 0.0
             free = (speed < SURE_SPEED or sticks) and not begins
             room.stopped[i] = 1 if model.soft == 1 and free and not sticks else 0
             room.free[i, way] = 1 if free else 0
@@ -78,7 +81,8 @@ def _free_contacts(model: Record, discrete: Record, state: Record, room: Record)
                 discrete.slips[i, axis] = 0.0 if free else 1.0
             for part in parts_of_way(model, way):
                 at = velocity_at(n, i, part)
-                discrete.directions[i, part] = 0.0 if free else state.x[at] / speed
+                if not has_begun:
+                    discrete.directions[i, part] = 0.0 if free else state.x[at] / speed
                 if free:
                     state.x[at] = 0.0
         name_phase(model, discrete, i)
@@ -196,8 +200,12 @@ def _begin_slip(
     second: float,
     third: float,
 ) -> None:
-    """Starts a slip along a tangential vector with a component about the normal."""
-    discrete.frozen[i, way] = 1
+    """Starts a slip along a tangential vector with a component about the normal.
+
+    At this instant the friction of a soft contact is that of the solution or of stick, so that
+    creep causes no jump of forces.
+    """
+    discrete.frozen[i, way] = 1 if model.soft == 0 else LEAVES
     size = _size(model, way, first, second, third)
     for axis in axes_of(model, way):
         discrete.slips[i, axis] = 1.0
@@ -261,10 +269,8 @@ def _let_rest(model: Record, discrete: Record, room: Record) -> None:
 def _take_phases(model: Record, discrete: Record, state: Record, work: Record) -> None:
     """Evaluates the state in new phases."""
     spatial_phases(model, discrete, state, work)
-    for i in range(model.num_fingers if model.soft == 1 else 0):
-        # Keeps the friction of this contact if another one changes its phase.
-        for part in range(3 if discrete.frozen[i, 0] == 1 and not is_short(work.gamma, i) else 0):
-            discrete.directions[i, part] = work.gamma[i, part]
+    if model.soft == 1:
+        spatial_begin_at_once(model, discrete, state, work)
 
 
 @compiled
@@ -417,7 +423,7 @@ def _let_all_overcome(
     model: Record, discrete: Record, state: Record, work: Record, room: Record
 ) -> None:
     """Repeats `_let_overcome` until no contact is outside its bound."""
-    for _ in range(model.num_fingers if model.soft == 1 else 0):
+    for _ in range(model.num_fingers):
         if not _let_overcome(model, discrete, work, room):
             return
         _take_phases(model, discrete, state, work)
@@ -439,26 +445,21 @@ def _agrees(model: Record, work: Record, room: Record) -> bool:
     return True
 
 
-@compiled
-def _let_rest_stick(
+@compiled_apart(types.void, MODEL, DISCRETE, STATE, WORKSPACE, SELECTION_ROOM)
+def spatial_let_rest(
     model: Record, discrete: Record, state: Record, work: Record, room: Record
 ) -> None:
-    """Sets soft contacts to stick that are at slip onset and at rest.
-
-    Contacts whose force has just reached its bound are left to the next step.
-    """
-    for _ in range(model.num_fingers if model.soft == 1 else 0):
-        mark_resting(model, discrete, work.gamma)
-        found = False
+    """Starts slips of soft contacts outside their bounds, and sets those at rest to stick."""
+    for _ in range(model.num_fingers):
+        _let_all_overcome(model, discrete, state, work, room)
+        if not mark_resting(model, discrete, discrete.directions):
+            return
         for i in range(model.num_fingers):
             if discrete.frozen[i, 0] == RESTS:
-                discrete.frozen[i, 0] = RESTS if room.leaving[i, 0] == 0 else 1
-                found = found or room.leaving[i, 0] == 0
-        if not found:
-            return
+                room.free[i, 0] = 1
         let_marked_stick(model, discrete, state)
         _take_phases(model, discrete, state, work)
-        _let_all_overcome(model, discrete, state, work, room)
+    _let_all_overcome(model, discrete, state, work, room)
 
 
 @compiled_apart(types.int64, MODEL, DISCRETE, STATE, WORKSPACE, SELECTION_ROOM)
@@ -476,18 +477,20 @@ def spatial_select(
     """
     _free_contacts(model, discrete, state, room)
     spatial_plant(model, discrete, state, work)
-    if model.soft == 1 and spatial_keep_stick(model, discrete, state, work) == 1:
-        spatial_plant(model, discrete, state, work)
+    if model.soft == 1:
+        if spatial_keep_stick(model, discrete, state, work) != 0:
+            spatial_plant(model, discrete, state, work)
+        spatial_begin_at_once(model, discrete, state, work)
     room.concerned = -1
     if not work.system.determinant > 0.0:
         return NONE_REGULAR
     status = _let_stick(model, discrete, state, work, room)
     if status == SELECTED:
-        _let_all_overcome(model, discrete, state, work, room)
-        _let_rest_stick(model, discrete, state, work, room)
+        if model.soft == 1:
+            spatial_let_rest(model, discrete, state, work, room)
         return status
     if model.soft == 1:
-        begin_contact_problem(model, discrete, state, work, INSTANT)
+        begin_contact_problem(model, discrete, state, work, 0.0)
     else:
         spatial_contacts(model, state, work, room)
     if status == NONE_CONSISTENT:
@@ -495,8 +498,8 @@ def spatial_select(
     if status != SELECTED and not _find_closed(model, discrete, work, room):
         return status
     _take_phases(model, discrete, state, work)
-    _let_all_overcome(model, discrete, state, work, room)
-    _let_rest_stick(model, discrete, state, work, room)
+    if model.soft == 1:
+        spatial_let_rest(model, discrete, state, work, room)
     if not work.system.determinant > 0.0:
         return NONE_REGULAR
     return SELECTED if _agrees(model, work, room) else NONE_CONSISTENT

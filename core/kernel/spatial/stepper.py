@@ -18,7 +18,12 @@ from slipgrasp.core.kernel.numerics.elementary import square
 from slipgrasp.core.kernel.numerics.methods import DENSE_ROWS, MAX_SLOPES, method_of
 from slipgrasp.core.kernel.spatial.flow import flow, slip_speed
 from slipgrasp.core.kernel.spatial.guards import MAX_GUARDS, sample_guards
-from slipgrasp.core.kernel.spatial.implicit import STIFFNESS, implicit_step, set_normal_stage
+from slipgrasp.core.kernel.spatial.implicit import (
+    STIFFNESS,
+    implicit_step,
+    set_normal_stage,
+    turn_rate,
+)
 from slipgrasp.core.kernel.spatial.model import IMPLICIT, MODEL
 from slipgrasp.core.kernel.spatial.selection import normalise
 from slipgrasp.core.kernel.spatial.state import (
@@ -45,6 +50,8 @@ SOFT_CREEP_STEP = 1e-4  # CREEP_STEP for soft fingertips [s]
 # A slip creeps if steps are shorter than this [s] and its speed lasts for this many steps.
 CREEP_STEP, CREEP_STEPS = 1e-6, 100.0
 
+RELAXES = 1e-2  # rate times step size above which the slopes at the ends mislead inside the step
+
 # A step from ``start`` to ``end`` with its slopes.
 STEP = np.dtype(
     [
@@ -57,6 +64,7 @@ STEP = np.dtype(
         ("samples", np.float64, (MAX_SLOPES, MAX_GUARDS)),  # of guards, at the stages
         ("stiffness", STIFFNESS),  # at the start of an implicit step
         ("directions", np.float64, (MAX_FINGERS, 3)),  # at its end, of soft slips at onset
+        ("begun", np.float64, (MAX_FINGERS, 3)),  # at its start
     ],
     align=True,
 )
@@ -78,19 +86,27 @@ def spatial_step(model: Record, discrete: Record, h: float, step: Record, work: 
 
 
 @compiled
+def begin_from(model: Record, discrete: Record, step: Record) -> None:
+    """Stores the directions at the start of the next step."""
+    for i in range(model.num_fingers):
+        for part in range(3):
+            step.begun[i, part] = discrete.directions[i, part]
+
+
+@compiled
 def state_inside(model: Record, step: Record, h: float, share: float, state: Record) -> None:
     """Interpolates the state at the fraction ``share`` of the step just taken."""
     if step.prepared == 0:
         step.prepared = 1
         fill_terms(model, h, step)
         if step.rank == IMPLICIT:
-            _leave_stiff_slopes(model, step)
+            _leave_stiff_slopes(model, step, h)
     interpolate(model, step, share, state)
     normalise(state)
 
 
 @compiled
-def _leave_stiff_slopes(model: Record, step: Record) -> None:
+def _leave_stiff_slopes(model: Record, step: Record, h: float) -> None:
     """Makes slip directions change uniformly inside an implicit step.
 
     The slopes at its ends are those of the relaxation, which takes only a small part of the step.
@@ -100,7 +116,9 @@ def _leave_stiff_slopes(model: Record, step: Record) -> None:
         i = step.stiffness.contacts[c]
         first, second = slip_velocity_at(n, i, 0), slip_velocity_at(n, i, 1)
         if model.soft == 1:
-            _leave_stiff_slopes_of(n, i, step)
+            # Slower relaxation is resolved by the slopes, and carries energy.
+            if h * turn_rate(model, step.stiffness, c) > RELAXES:
+                _leave_stiff_slopes_of(n, i, step)
             continue
         along, beside = start[first] + end[first], start[second] + end[second]
         inverse = 1.0 / (along * along + beside * beside)
@@ -185,7 +203,7 @@ def _longest_along(model: Record, discrete: Record, step: Record, i: int, way: i
         speeds += x[at] * x[at]
         powers += x[at] * slope[at]
         accelerations += slope[at] * slope[at]
-    if discrete.frozen[i, way] == 1:
+    if discrete.frozen[i, way] != 0:
         longest = LONG_STEP if model.soft == 0 else ONSET_STEP
         return SHORT_STEP if accelerations > BRISK * BRISK else longest
     if powers >= 0.0:
@@ -225,7 +243,7 @@ def loses_direction(model: Record, discrete: Record, step: Record) -> bool:
     for i in range(n):
         if model.ways == 2 or discrete.slips[i, 0] == 0.0:
             continue
-        if discrete.frozen[i, 0] == 1:
+        if discrete.frozen[i, 0] != 0:
             # The direction of a soft contact is that at the end of its step.
             if model.soft == 0 and slip_speed(n, step.end, i) > FASTEST_KEPT:
                 return True

@@ -22,18 +22,20 @@ from slipgrasp.core.kernel.spatial.guards import (
 )
 from slipgrasp.core.kernel.spatial.implicit import find_stiffness
 from slipgrasp.core.kernel.spatial.interior import spatial_dip
-from slipgrasp.core.kernel.spatial.ledger import spatial_imbalance, turns_fast
+from slipgrasp.core.kernel.spatial.ledger import is_nearly_singular, spatial_imbalance, turns_fast
 from slipgrasp.core.kernel.spatial.model import IMPLICIT, MODEL
 from slipgrasp.core.kernel.spatial.run import LAYOUTS, OUTLET, PROGRESS, emit_as_of
 from slipgrasp.core.kernel.spatial.state import slip_at, slip_velocity_at
 from slipgrasp.core.kernel.spatial.stepper import (
+    begin_from,
     creeps,
     longest_step,
     loses_direction,
     spatial_error,
     spatial_step,
+    state_inside,
 )
-from slipgrasp.core.kernel.spatial.torsion import begins_slip
+from slipgrasp.core.kernel.spatial.torsion import begins_slip, keep_directions_at_rest
 from slipgrasp.core.kernel.spatial.workspace import STICK
 
 LEAST_STEP = 1e-14
@@ -51,6 +53,8 @@ def spatial_accept(model: Record, run: Record, until: float) -> float:
     sticks = _all_stick(model, run)
     h = min(run.step_size, model.numerics.max_step, longest_step(model, discrete, step))
     largest = model.num_methods - 1
+    if begins_slip(model, discrete):
+        begin_from(model, discrete, step)
     _choose_method(model, run, h, sticks)
     while True:
         size = rest if h >= rest * (1.0 - 1e-9) else h
@@ -62,7 +66,10 @@ def spatial_accept(model: Record, run: Record, until: float) -> float:
         if error <= 1.0 and loses_direction(model, discrete, step):
             error = 16.0
         if error <= 1.0 and _needs_ledger(model, run, size):
-            error = max(error, spatial_imbalance(model, run, size))
+            imbalance = spatial_imbalance(model, run, size)
+            if model.soft == 1 and step.rank == IMPLICIT:
+                imbalance *= CAUTION
+            error = max(error, imbalance)
         if error <= 1.0:
             _follow_error(model, run, error, size, rest, sticks)
             return size
@@ -81,8 +88,9 @@ def spatial_accept(model: Record, run: Record, until: float) -> float:
 @compiled
 def _needs_ledger(model: Record, run: Record, size: float) -> bool:
     """True if the energy of a step must be checked; it is the only error estimate at slip onset."""
-    fast = size > LEAST_LEDGER_STEP and turns_fast(model, run)
-    return fast or begins_slip(model, run.discrete)
+    if model.soft == 1 and begins_slip(model, run.discrete):
+        return True
+    return size > LEAST_LEDGER_STEP and (turns_fast(model, run) or is_nearly_singular(model, run))
 
 
 @compiled
@@ -229,17 +237,27 @@ def spatial_cut(model: Record, run: Record, h: float) -> float:
 def spatial_emit_inside(model: Record, run: Record, outlet: Record, h: float) -> None:
     """Stores rows at the output times inside the step just taken, each as a shorter step.
 
-    The step itself is then repeated, so that only the rows depend on the output rate.
+    The step itself is then repeated, so that only the rows depend on the output rate. At slip
+    onset, rows are interpolated between the ends of the step, with the friction of the step.
     """
     step, end, found = run.step, run.now + h, False
+    begins = begins_slip(model, run.discrete)
+    state = run.selection.probe if begins else step.end
     while next_output(model, run) < end - OUTPUT_ROUNDING:
         t = next_output(model, run)
-        spatial_step(model, run.discrete, t - run.now, step, run.work)
-        emit_as_of(model, run, outlet, run.discrete, t, step.end, t)
+        if begins:
+            keep_directions_at_rest(model, step.directions, step.begun, run.discrete)
+            state_inside(model, step, h, (t - run.now) / h, state)
+        else:
+            spatial_step(model, run.discrete, t - run.now, step, run.work)
+        emit_as_of(model, run, outlet, run.discrete, t, state, t)
         run.outputs += 1
         found = True
     if found:
         spatial_step(model, run.discrete, h, step, run.work)
+    if begins:
+        # Rows of slips are chosen later.
+        keep_directions_at_rest(model, step.directions, step.begun, run.discrete)
 
 
 @compiled

@@ -10,20 +10,19 @@ from numba import types
 
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import Floats, Record
-from slipgrasp.core.kernel.numerics.dense import diagonalise, factor_dense, solve_dense
 from slipgrasp.core.kernel.spatial.contact_problem import times
 from slipgrasp.core.kernel.spatial.model import MODEL
-from slipgrasp.core.kernel.spatial.state import (
-    STATE,
-    VELOCITY,
-    dissipated_at,
-    slip_velocity_at,
-    spin_velocity_at,
-    velocity_at,
-)
+from slipgrasp.core.kernel.spatial.state import STATE, slip_velocity_at, velocity_at
 from slipgrasp.core.kernel.spatial.torsion_contacts import spatial_soft_newton
-from slipgrasp.core.kernel.spatial.torsion_equations import spatial_mobility, spin_of
+from slipgrasp.core.kernel.spatial.torsion_equations import spatial_mobility
 from slipgrasp.core.kernel.spatial.torsion_layout import FREE, MOVING, NORMAL, ROWS, STUCK, TURN
+from slipgrasp.core.kernel.spatial.torsion_modes import (
+    add_moments,
+    contacts_creep,
+    creeps_in_stick,
+    find_moments,
+    spatial_find_modes,
+)
 from slipgrasp.core.kernel.spatial.torsion_phases import (
     along_normal,
     along_tangent,
@@ -37,128 +36,28 @@ from slipgrasp.core.kernel.spatial.torsion_phases import (
     spin_rest,
     take_slip,
     take_stick,
-    turn_mobility,
     twist_of,
 )
-from slipgrasp.core.kernel.spatial.torsion_split import contacts_creep, relieve, set_creep
+from slipgrasp.core.kernel.spatial.torsion_split import set_creep, spatial_relieve
 from slipgrasp.core.kernel.spatial.ways import name_phase, size_with_spin, way_speed
 from slipgrasp.core.kernel.spatial.workspace import DISCRETE, STICK, WORKSPACE
 
-UNDETERMINED = 1e-3  # relative mobility of a mode below which its moment is undetermined
 FIRM = 1e3  # penalty that holds given moments in the contact problem [1/kg]
 INSTANT = 1e-9  # time after which friction at slip onset opposes the velocity [s]
 AT_REST = 1e-9  # relative distance of the friction of a contact at rest from its bound
-RESTS = 2  # value of ``frozen``: at rest after slip onset
+RESTS, LEAVES = 2, 3  # values of ``frozen``: at rest after slip onset; begins at this instant
+LEAST_LEFT = 0.1  # least fraction of a slip that impulses leave
 EXACT = 1e-14  # spin velocity times e that counts as zero [m/s]
-
-
-@compiled
-def _holds_turn(model: Record, discrete: Record, i: int) -> bool:
-    """True if contact ``i`` sticks and resists turning."""
-    return discrete.phases[i] == STICK and model.hand.eccentricities[i] > 0.0
-
-
-@compiled
-def find_modes(model: Record, discrete: Record, work: Record) -> None:
-    """Computes the modes of the moments in stick, sorted by mobility, and their effect.
-
-    Some modes, such as that of two opposed contacts that twist the object against each other, cause
-    no motion: they are undetermined and come last. Sigma must be factored.
-    """
-    torsion, count, largest = work.torsion, 0, 0.0
-    torsion.some_slip = 0
-    for i in range(model.num_fingers):
-        if discrete.phases[i] != STICK:
-            torsion.some_slip = 1
-        if _holds_turn(model, discrete, i):
-            solve_phases(torsion, torsion.twists[i], torsion.moves[count])
-            largest = max(largest, turn_mobility(model, work, i))
-            torsion.holders[count] = i
-            count += 1
-    torsion.num_holders = count
-    for k in range(count):
-        for j in range(count):
-            torsion.turns[k, j] = twist_of(torsion, torsion.holders[k], torsion.moves[j])
-    for k in range(count):
-        for j in range(count):
-            torsion.symmetric[k, j] = 0.5 * (torsion.turns[k, j] + torsion.turns[j, k])
-            torsion.modes[k, j] = 1.0 if k == j else 0.0
-    diagonalise(torsion.symmetric, torsion.modes, count)
-    _put_determined_first(torsion, count, UNDETERMINED * largest)
-
-
-@compiled
-def _put_determined_first(torsion: Record, count: int, least: float) -> None:
-    """Sorts the determined modes first, with the mobilities on the diagonal of ``symmetric``."""
-    determined = 0
-    for k in range(count):
-        if not torsion.symmetric[k, k] > least:
-            continue
-        for row in range(count):
-            value = torsion.modes[row, determined]
-            torsion.modes[row, determined] = torsion.modes[row, k]
-            torsion.modes[row, k] = value
-        value = torsion.symmetric[determined, determined]
-        torsion.symmetric[determined, determined] = torsion.symmetric[k, k]
-        torsion.symmetric[k, k] = value
-        determined += 1
-    torsion.num_determined = determined
-
-
-@compiled
-def _find_moments(torsion: Record) -> None:
-    """Computes the moments in stick, ``held``, with w = -``wanted`` in the determined modes.
-
-    The amounts of the undetermined modes are given in ``amounts``.
-    """
-    count, determined = torsion.num_holders, torsion.num_determined
-    for k in range(count):
-        torsion.held[k] = 0.0
-        for mode in range(determined, count):
-            torsion.held[k] += torsion.modes[k, mode] * torsion.amounts[mode]
-    for row in range(determined):
-        total = 0.0
-        for k in range(count):
-            moved = torsion.wanted[k]
-            for j in range(count):
-                moved += torsion.turns[k, j] * torsion.held[j]
-            total -= torsion.modes[k, row] * moved
-        torsion.small_right[row] = total
-        # If all contacts stick, the mobility is symmetric and the modes are decoupled.
-        torsion.amounts[row] = total / torsion.symmetric[row, row]
-    if torsion.some_slip == 1:
-        _mix_modes(torsion)
-    for k in range(count):
-        for mode in range(determined):
-            torsion.held[k] += torsion.modes[k, mode] * torsion.amounts[mode]
-
-
-@compiled
-def _mix_modes(torsion: Record) -> None:
-    """Computes the amounts if slips make the mobility of the moments asymmetric."""
-    count, determined = torsion.num_holders, torsion.num_determined
-    for row in range(determined):
-        for column in range(determined):
-            total = 0.0
-            for k in range(count):
-                for j in range(count):
-                    between = torsion.turns[k, j] * torsion.modes[j, column]
-                    total += torsion.modes[k, row] * between
-            torsion.small[row, column] = total
-    factor_dense(torsion.small, determined, torsion.small_order)
-    solve_dense(
-        torsion.small, determined, torsion.small_order, torsion.small_right, torsion.amounts
-    )
 
 
 @compiled
 def begin_contact_problem(
     model: Record, discrete: Record, state: Record, work: Record, h: float
 ) -> None:
-    """Computes G and c, including slip velocities divided by a time ``h``."""
+    """Computes G and c, including slip velocities divided by their time in a step of size ``h``."""
     n, torsion = model.num_fingers, work.torsion
     spatial_mobility(model, state, work)
-    _add_velocities(model, discrete, state, torsion, 1.0 / h)
+    _add_velocities(model, discrete, state, torsion, h, 1.0)
     for i in range(n):
         for j in range(n):
             torsion.creep[i, j] = 0.0
@@ -166,15 +65,60 @@ def begin_contact_problem(
 
 @compiled
 def _add_velocities(
-    model: Record, discrete: Record, state: Record, torsion: Record, share: float
+    model: Record, discrete: Record, state: Record, torsion: Record, h: float, sign: float
 ) -> None:
-    """Adds a multiple of the velocities of slipping contacts to c."""
+    """Adds the velocities of slipping contacts over their time to c, or subtracts them."""
     for i in range(model.num_fingers):
+        share = sign / time_of_slip(discrete, i, h)
+        x, y, z = slide_velocity(model, discrete, state, i)
         # Velocities at the level of rounding have no direction.
-        slips = discrete.phases[i] != STICK and way_speed(model, state, i, 0) > EXACT
-        for part in range(NORMAL if slips else 0):
+        if discrete.phases[i] != STICK and size_with_spin(x, y, z) > EXACT:
+            first = ROWS * i
+            torsion.offset[first] += share * x
+            torsion.offset[first + 1] += share * y
+            torsion.offset[first + TURN] += share * z
+
+
+@compiled
+def time_of_slip(discrete: Record, i: int, h: float) -> float:
+    """Time after which the friction of contact ``i`` opposes its velocity, in a step of size ``h``.
+
+    At slip onset it is an instant longer than the step, however short this is.
+    """
+    return h if h > 0.0 and discrete.frozen[i, 0] == 0 else h + INSTANT
+
+
+@compiled
+def slide_velocity(
+    model: Record, discrete: Record, state: Record, i: int
+) -> tuple[float, float, float]:
+    """(s_x', s_y', e psi') of contact ``i``, at slip onset without the part due to creep."""
+    n, share = model.num_fingers, 0.0 if discrete.frozen[i, 0] == 0 else 1.0
+    crept = discrete.crept[i]
+    return (
+        state.x[velocity_at(n, i, 0)] - share * crept[0],
+        state.x[velocity_at(n, i, 1)] - share * crept[1],
+        state.x[velocity_at(n, i, 2)] - share * crept[2],
+    )
+
+
+@compiled
+def add_crept(model: Record, discrete: Record, state: Record, share: float) -> None:
+    """Adds a multiple of the velocities of contacts at slip onset to ``crept``."""
+    for i in range(model.num_fingers):
+        for part in range(NORMAL if discrete.frozen[i, 0] == 1 else 0):
             speed = state.x[velocity_at(model.num_fingers, i, part)]
-            torsion.offset[ROWS * i + part] += share * speed
+            discrete.crept[i, part] += share * speed
+
+
+@compiled
+def forget_crept(model: Record, discrete: Record, state: Record) -> None:
+    """Clears ``crept`` of slips that impulses would stop again and again."""
+    for i in range(model.num_fingers):
+        x, y, z = slide_velocity(model, discrete, state, i)
+        if way_speed(model, state, i, 0) < LEAST_LEFT * size_with_spin(x, y, z):
+            for part in range(NORMAL):
+                discrete.crept[i, part] = 0.0
 
 
 @compiled
@@ -196,26 +140,25 @@ def spatial_soft_phases(model: Record, discrete: Record, state: Record, work: Re
     work.system.determinant = assemble_phases(model, discrete, work.gamma, work)
     load_phases(model, discrete, state, work)
     solve_phases(torsion, torsion.load, torsion.motion)
-    find_modes(model, discrete, work)
+    spatial_find_modes(model, discrete, work)
     for k in range(torsion.num_holders):
         i = torsion.holders[k]
         torsion.wanted[k] = twist_of(torsion, i, torsion.motion) + spin_rest(model, work, i)
     set_creep(model, state, work)
-    _take_phases(model, discrete, work)
-    if contacts_creep(torsion) and relieve(model, work):
-        solve_phases(torsion, torsion.load, torsion.motion)
+    for is_relieved in range(2):
         _take_phases(model, discrete, work)
-    if begins_slip(model, discrete):
-        _take_as_start(model, work)
-        begin_slips(model, discrete, state, work, INSTANT, True)
+        needs_none = is_relieved == 1 or not contacts_creep(torsion)
+        if needs_none or spatial_relieve(model, state, work) == 0:
+            return
+        solve_phases(torsion, torsion.load, torsion.motion)
 
 
 @compiled
 def _take_phases(model: Record, discrete: Record, work: Record) -> None:
     """Computes accelerations and forces, given the amounts of the undetermined modes."""
     torsion = work.torsion
-    _find_moments(torsion)
-    _add_moments(torsion)
+    find_moments(torsion)
+    add_moments(torsion)
     for k in range(6):
         work.acceleration[k] = torsion.motion[k]
     for i in range(model.num_fingers):
@@ -224,14 +167,6 @@ def _take_phases(model: Record, discrete: Record, work: Record) -> None:
             take_stick(model, work, i, _moment_of(torsion, i), creeps)
         else:
             take_slip(model, work, i)
-
-
-@compiled
-def _add_moments(torsion: Record) -> None:
-    """Adds the effect of the moments in stick to the motion of the object."""
-    for j in range(torsion.num_holders):
-        for k in range(6):
-            torsion.motion[k] += torsion.held[j] * torsion.moves[j, k]
 
 
 @compiled
@@ -264,11 +199,11 @@ def begins_slip(model: Record, discrete: Record) -> bool:
     return False
 
 
-@compiled
-def begin_slips(
-    model: Record, discrete: Record, state: Record, work: Record, h: float, at_once: bool
-) -> bool:
-    """Computes friction at slip onset that opposes the velocity after ``h``; False on failure.
+@compiled_apart(types.int64, MODEL, DISCRETE, STATE, WORKSPACE, types.float64, types.int64)
+def spatial_begin_slips(
+    model: Record, discrete: Record, state: Record, work: Record, h: float, at_once: int
+) -> int:
+    """Computes friction at slip onset that opposes the velocity after ``h``; 0 on failure.
 
     Args:
         model: Constants of the run.
@@ -277,24 +212,25 @@ def begin_slips(
         work: Moments in stick in the present phases, and initial forces of Newton's method; slip
             directions are set opposite to the forces, shorter than 1 for contacts at rest.
         h: Short time [s].
-        at_once: True if friction of slips in progress opposes their present velocities.
+        at_once: 1 if friction of slips in progress opposes their present velocities.
     """
     n, torsion = model.num_fingers, work.torsion
     for i in range(n):
-        goes_on = at_once and discrete.frozen[i, 0] == 0
-        torsion.kinds[i] = MOVING if goes_on else FREE
+        begins = discrete.frozen[i, 0] == 1 or discrete.frozen[i, 0] == LEAVES
+        torsion.kinds[i] = FREE if begins or at_once == 0 else MOVING
         if discrete.phases[i] == STICK:
             torsion.kinds[i] = STUCK
         torsion.bounds[i] = model.truth.friction[i]
         for part in range(NORMAL):
             torsion.slides[i, part] = work.gamma[i, part]
+    _take_as_start(model, work)
     begin_contact_problem(model, discrete, state, work, h)
     _hold_amounts(torsion, 1.0)
     solved = spatial_soft_newton(model, torsion) == 1
     _hold_amounts(torsion, -1.0)
-    _add_velocities(model, discrete, state, torsion, -1.0 / h)
+    _add_velocities(model, discrete, state, torsion, h, -1.0)
     if not solved:
-        return False
+        return 0
     for i in range(n):
         if torsion.kinds[i] == FREE:
             _point(work, i)
@@ -303,8 +239,78 @@ def begin_slips(
     take_forces(model, discrete, work)
     for i in range(n):
         if torsion.kinds[i] == FREE:
-            _hold_at_rest(model, state, work, i, h)
-    return True
+            _hold_at_rest(model, discrete, state, work, i, time_of_slip(discrete, i, h))
+    return 1
+
+
+@compiled_apart(types.void, MODEL, DISCRETE, STATE, WORKSPACE)
+def spatial_begin_at_once(model: Record, discrete: Record, state: Record, work: Record) -> None:
+    """Sets the directions of contacts at slip onset to those of their velocities an instant later.
+
+    Args:
+        model: Constants of the run.
+        discrete: Phases; the directions are changed.
+        state: State, with the velocities.
+        work: Values in the present phases; afterwards in the new directions.
+    """
+    found = begins_slip(model, discrete)
+    for i in range(model.num_fingers):
+        for part in range(NORMAL if discrete.frozen[i, 0] == LEAVES else 0):
+            discrete.crept[i, part] = state.x[velocity_at(model.num_fingers, i, part)]
+            found = True
+    if not found or spatial_begin_slips(model, discrete, state, work, 0.0, 1) == 0:
+        return
+    if _forget_crept_at_rest(model, discrete, work):
+        spatial_begin_slips(model, discrete, state, work, 0.0, 1)
+    take_directions(model, work.gamma, discrete)
+    for i in range(model.num_fingers):
+        # The next step determines whether it rests.
+        leaves = discrete.frozen[i, 0] == LEAVES and not is_short(work.gamma, i)
+        for part in range(NORMAL if leaves else 0):
+            discrete.directions[i, part] = work.gamma[i, part]
+
+
+@compiled
+def _forget_crept_at_rest(model: Record, discrete: Record, work: Record) -> bool:
+    """Clears ``crept`` of contacts that would begin to slip and rest at once; True if any.
+
+    They would stick, creep too fast for their friction, and begin again.
+    """
+    found = False
+    for i in range(model.num_fingers):
+        crept = discrete.crept[i]
+        rests = discrete.frozen[i, 0] == LEAVES and is_short(work.gamma, i)
+        if rests and size_with_spin(crept[0], crept[1], crept[2]) > EXACT:
+            found = True
+            for part in range(NORMAL):
+                crept[part] = 0.0
+    return found
+
+
+@compiled
+def take_directions(model: Record, directions: Floats, discrete: Record) -> None:
+    """Sets the directions of contacts at slip onset."""
+    for i in range(model.num_fingers):
+        for part in range(NORMAL if discrete.frozen[i, 0] == 1 else 0):
+            discrete.directions[i, part] = directions[i, part]
+
+
+@compiled
+def keep_directions_at_rest(
+    model: Record, directions: Floats, before: Floats, discrete: Record
+) -> None:
+    """Keeps the earlier directions of contacts at rest, so that their friction is on its bound.
+
+    Args:
+        model: Constants of the run.
+        directions: Directions that friction opposes, shorter than 1 for contacts at rest.
+        before: Earlier directions.
+        discrete: Phases; the directions are changed.
+    """
+    for i in range(model.num_fingers):
+        rests = discrete.frozen[i, 0] == 1 and is_short(directions, i)
+        for part in range(NORMAL if rests else 0):
+            discrete.directions[i, part] = before[i, part]
 
 
 @compiled
@@ -315,6 +321,10 @@ def _point(work: Record, i: int) -> None:
     if bound > 0.0:
         for part in range(NORMAL):
             work.gamma[i, part] = -torsion.force[first + part] / bound
+        x, y, z = work.gamma[i, 0], work.gamma[i, 1], work.gamma[i, 2]
+        size = 1.0 if is_short(work.gamma, i) else size_with_spin(x, y, z)
+        for part in range(NORMAL):
+            work.gamma[i, part] /= size
         return
     # Without friction, the slip follows its acceleration.
     size = size_with_spin(opening[first], opening[first + 1], opening[first + 2])
@@ -349,6 +359,14 @@ def mark_resting(model: Record, discrete: Record, directions: Floats) -> bool:
 
 
 @compiled
+def let_begin(model: Record, discrete: Record) -> None:
+    """From now on, contacts that began to slip at this instant follow their velocity."""
+    for i in range(model.num_fingers):
+        if discrete.frozen[i, 0] == LEAVES:
+            discrete.frozen[i, 0] = 1
+
+
+@compiled
 def let_marked_stick(model: Record, discrete: Record, state: Record) -> None:
     """Sets the marked contacts to stick."""
     for i in range(model.num_fingers):
@@ -363,13 +381,14 @@ def let_marked_stick(model: Record, discrete: Record, state: Record) -> None:
 
 
 @compiled
-def _hold_at_rest(model: Record, state: Record, work: Record, i: int, h: float) -> None:
+def _hold_at_rest(
+    model: Record, discrete: Record, state: Record, work: Record, i: int, h: float
+) -> None:
     """Sets the acceleration of contact ``i`` that stops it after ``h``, exact, if it rests then."""
-    n = model.num_fingers
     if is_short(work.gamma, i):
-        for axis in range(2):
-            work.slip_acceleration[i, axis] = -state.x[velocity_at(n, i, axis)] / h
-        work.spin_acceleration[i] = -state.x[velocity_at(n, i, 2)] / h
+        x, y, z = slide_velocity(model, discrete, state, i)
+        work.slip_acceleration[i, 0], work.slip_acceleration[i, 1] = -x / h, -y / h
+        work.spin_acceleration[i] = -z / h
 
 
 @compiled
@@ -393,12 +412,6 @@ def _put_on_surface(model: Record, work: Record, i: int) -> None:
 
 
 @compiled
-def creeps_in_stick(model: Record, discrete: Record, torsion: Record, i: int) -> bool:
-    """True if sticking contact ``i`` may turn because moments are undetermined."""
-    return contacts_creep(torsion) and _holds_turn(model, discrete, i)
-
-
-@compiled
 def take_forces(model: Record, discrete: Record, work: Record) -> None:
     """Writes forces and accelerations of the solution; sticking contacts do not accelerate."""
     n, torsion = model.num_fingers, work.torsion
@@ -417,72 +430,6 @@ def take_forces(model: Record, discrete: Record, work: Record) -> None:
             work.slip_acceleration[i, axis] = _opening(n, torsion, first + axis) if slips else 0.0
         turns = slips or creeps_in_stick(model, discrete, torsion, i)
         work.spin_acceleration[i] = _opening(n, torsion, first + TURN) if turns else 0.0
-
-
-@compiled_apart(types.int64, MODEL, DISCRETE, STATE, WORKSPACE)
-def spatial_keep_stick(model: Record, discrete: Record, state: Record, work: Record) -> int:
-    """Stops the spin of sticking contacts by an impulse, and updates the spin of the others.
-
-    Otherwise psi' would drift in stick, where only psi'' = 0 is imposed, and would not be zero at
-    the end of a slip, where only its state is set to 0.
-
-    Args:
-        model: Constants of the run.
-        discrete: Phases.
-        state: State; its velocities are changed.
-        work: Kinematics and mobility of this state.
-
-    Returns:
-        1 if a velocity has changed, else 0.
-    """
-    n, x, torsion, changed = model.num_fingers, state.x, work.torsion, 0
-    largest = 0.0
-    for i in range(n):
-        if _holds_turn(model, discrete, i):
-            largest = max(largest, abs(spin_of(model, state, work, i)))
-    if largest > EXACT:
-        _stop_spins(model, discrete, state, work)
-        changed = 1
-    for i in range(n):
-        turns = discrete.phases[i] != STICK
-        if largest > EXACT and creeps_in_stick(model, discrete, torsion, i):
-            turns = True
-        spin, at = spin_of(model, state, work, i) if turns else 0.0, spin_velocity_at(n, i)
-        if abs(spin) <= EXACT:
-            spin = 0.0
-        if x[at] != spin:
-            x[at], changed = spin, 1
-    return changed
-
-
-@compiled
-def _stop_spins(model: Record, discrete: Record, state: Record, work: Record) -> None:
-    """Applies the impulse at sticking contacts and all normals that stops the determined modes.
-
-    Their energy is dissipated by friction.
-    """
-    n, x, torsion, work_done = model.num_fingers, state.x, work.torsion, 0.0
-    assemble_phases(model, discrete, torsion.no_slide, work)
-    find_modes(model, discrete, work)
-    for k in range(torsion.num_holders):
-        torsion.wanted[k] = spin_of(model, state, work, torsion.holders[k])
-        torsion.amounts[k] = 0.0
-    _find_moments(torsion)
-    for k in range(6):
-        torsion.motion[k] = 0.0
-    _add_moments(torsion)
-    for k in range(torsion.num_holders):
-        turned = twist_of(torsion, torsion.holders[k], torsion.motion)
-        work_done += torsion.held[k] * (torsion.wanted[k] + 0.5 * turned)
-    x[dissipated_at(model)] += max(0.0, -work_done)
-    for k in range(6):
-        x[VELOCITY + k] += torsion.motion[k]
-    for i in range(n):
-        if discrete.phases[i] == STICK:
-            continue
-        _, dx, dy, dz = slip_forces(work, torsion.motion, i, 0.0, 0.0, 0.0)
-        for axis in range(2):
-            x[slip_velocity_at(n, i, axis)] += along_tangent(work.kin, i, axis, dx, dy, dz)
 
 
 @compiled
@@ -504,8 +451,8 @@ def respond_to_tip_force(model: Record, discrete: Record, work: Record, i: int, 
     for k in range(torsion.num_holders):
         torsion.wanted[k] = twist_of(torsion, torsion.holders[k], torsion.motion)
         torsion.amounts[k] = 0.0
-    _find_moments(torsion)
-    _add_moments(torsion)
+    find_moments(torsion)
+    add_moments(torsion)
     for k in range(6):
         torsion.responding[k] = torsion.motion[k]
     for j in range(n):

@@ -43,6 +43,18 @@ TORSION = np.dtype(
         ("num_determined", np.int64),  # number of determined modes, which are first
         ("wanted", np.float64, (MAX_FINGERS,)),  # e psi'' without moments
         ("amounts", np.float64, (MAX_FINGERS,)),  # of every mode [N]
+        (
+            "shift",
+            np.float64,
+            (MAX_FINGERS,),
+        ),  # change of the amounts of undetermined modes by relief [N]
+        (
+            "most",
+            np.float64,
+            (MAX_FINGERS,),
+        ),  # friction of holders over F_n before relief
+        # (F_x, F_y, F_tau / e, F_n) of the holders per amount of an undetermined mode
+        ("reliefs", np.float64, (MAX_FINGERS, MAX_FINGERS, 4)),
         ("held", np.float64, (MAX_FINGERS,)),  # F_tau / e of the holders [N]
         ("some_slip", np.int64),  # 1 if any contact slips
         ("small", np.float64, (MAX_FINGERS, MAX_FINGERS)),

@@ -19,21 +19,27 @@ from slipgrasp.core.kernel.spatial.flow import set_derivative, spatial_plant
 from slipgrasp.core.kernel.spatial.guards import sample_guards
 from slipgrasp.core.kernel.spatial.kinematics import update_kinematics
 from slipgrasp.core.kernel.spatial.selection import normalise
-from slipgrasp.core.kernel.spatial.torsion import begin_slips
+from slipgrasp.core.kernel.spatial.torsion import spatial_begin_slips, take_directions
 from slipgrasp.core.kernel.spatial.torsion_layout import NORMAL
 from slipgrasp.core.kernel.spatial.torsion_phases import prepare_pads
+
+SHORTEST = 1e-14  # step that determines a direction [s]
 
 
 @compiled
 def onset_step(model: Record, discrete: Record, h: float, step: Record, work: Record) -> bool:
-    """Fills ``end``, ``slopes`` and ``directions``; False if friction has no solution."""
+    """Fills ``end``, ``slopes`` and ``directions``; False if friction has no solution.
+
+    Until another step is tried, ``discrete`` has the directions of this one.
+    """
+    take_directions(model, step.begun, discrete)
     for i in range(model.num_fingers):
         for part in range(NORMAL):
-            step.directions[i, part] = discrete.directions[i, part]
-    if not h > 0.0:
+            step.directions[i, part] = step.begun[i, part]
+    if not h > SHORTEST:
         return False
     spatial_plant(model, discrete, step.start, work)
-    if not begin_slips(model, discrete, step.start, work, h, False):
+    if spatial_begin_slips(model, discrete, step.start, work, h, 0) == 0:
         return False
     for i in range(model.num_fingers):
         for part in range(NORMAL):
@@ -50,6 +56,7 @@ def onset_step(model: Record, discrete: Record, h: float, step: Record, work: Re
     for j in range(model.num_states):
         step.end.x[j] = step.start.x[j] + 0.5 * h * (first.x[j] + second.x[j])
     normalise(step.end)
+    take_directions(model, step.directions, discrete)
     spatial_plant(model, discrete, step.end, work)
     for row in range(1, method.last + 1):
         share = method.nodes[row]

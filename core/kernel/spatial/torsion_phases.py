@@ -249,6 +249,24 @@ def spin_rest(model: Record, work: Record, i: int) -> float:
 
 
 @compiled
+def push_of_stick(
+    model: Record, work: Record, i: int, moment: float, motion: Floats
+) -> tuple[float, float, float]:
+    """Change of the force of a sticking contact with F_tau / e and the motion of the object."""
+    torsion, e = work.torsion, model.hand.eccentricities[i]
+    gx, gy, gz = point_motion(work.kin, motion, i)
+    lx, ly, lz = multiply(work.dynamics.inertia[i], gx, gy, gz)
+    turning = torsion.turning[i]
+    return to_contact_frame(
+        work.kin,
+        i,
+        e * moment * turning[0] - lx,
+        e * moment * turning[1] - ly,
+        e * moment * turning[2] - lz,
+    )
+
+
+@compiled
 def take_stick(model: Record, work: Record, i: int, moment: float, creeps: bool) -> None:
     """Writes force and accelerations of contact ``i`` in stick with the moment F_tau / e."""
     torsion, motion, e = work.torsion, work.acceleration, model.hand.eccentricities[i]

@@ -27,7 +27,9 @@ DISCRETE = np.dtype(
         ("beliefs", np.int64, (MAX_FINGERS,)),  # phases the controller acts on
         ("slips", np.float64, (MAX_FINGERS, 2)),  # 1 if the contact slips along the tangent
         ("directions", np.float64, (MAX_FINGERS, 3)),  # g at slip onset; signs in the pyramid
-        ("frozen", np.int64, (MAX_FINGERS, 2)),  # per slip mode: 1 while g is held
+        # Part of the velocity of a soft slip at onset that is due to creep and impulses [m/s]
+        ("crept", np.float64, (MAX_FINGERS, 3)),
+        ("frozen", np.int64, (MAX_FINGERS, 2)),  # per slip mode: not 0 while g is held
         ("torques", np.float64, (MAX_FINGERS, 3)),  # held [N m]
         ("commanded", np.float64, (MAX_FINGERS, 3)),  # at the last tick, before limits [N m]
         ("estimates", np.float64, (MAX_UNKNOWNS,)),

@@ -13,7 +13,7 @@ from slipgrasp.core.trace.trace import Trace
 from slipgrasp.recordings.measured.recording import MeasuredRecording
 
 MOST_SAMPLES = 20_000
-"""Largest number of samples of a page; larger data are thinned evenly."""
+"""Largest number of samples of a page or figure; larger data are thinned evenly."""
 
 
 def thinned(measured: MeasuredRecording) -> MeasuredRecording:

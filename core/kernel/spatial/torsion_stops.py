@@ -1,0 +1,146 @@
+"""Impulses that stop slips and spins of soft contacts."""
+
+from __future__ import annotations
+
+from numba import types
+
+from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
+from slipgrasp.core.kernel.compilation.records import Record
+from slipgrasp.core.kernel.spatial.dynamics import multiply
+from slipgrasp.core.kernel.spatial.model import MODEL
+from slipgrasp.core.kernel.spatial.state import (
+    STATE,
+    VELOCITY,
+    dissipated_at,
+    slip_velocity_at,
+    spin_velocity_at,
+)
+from slipgrasp.core.kernel.spatial.torsion import EXACT, add_crept, forget_crept
+from slipgrasp.core.kernel.spatial.torsion_equations import spin_of
+from slipgrasp.core.kernel.spatial.torsion_modes import (
+    add_moments,
+    creeps_in_stick,
+    find_moments,
+    holds_turn,
+    spatial_find_modes,
+)
+from slipgrasp.core.kernel.spatial.torsion_phases import (
+    along_tangent,
+    assemble_phases,
+    pull_object,
+    slip_forces,
+    solve_phases,
+    twist_of,
+)
+from slipgrasp.core.kernel.spatial.workspace import DISCRETE, STICK, WORKSPACE
+
+
+@compiled_apart(types.void, MODEL, DISCRETE, STATE, WORKSPACE)
+def spatial_stop_slips(model: Record, discrete: Record, state: Record, work: Record) -> None:
+    """Stops slips of contacts that have just been set to stick by an impulse.
+
+    Near a singular pose the inertia of a fingertip is so large that it also moves the object.
+
+    Args:
+        model: Constants of the run.
+        discrete: Phases after the stop.
+        state: State; its velocities are changed.
+        work: Kinematics and mobility of this state.
+    """
+    n, x, torsion = model.num_fingers, state.x, work.torsion
+    assemble_phases(model, discrete, torsion.no_slide, work)
+    for k in range(6):
+        torsion.load[k] = 0.0
+    for i in range(n):
+        if discrete.phases[i] != STICK:
+            continue
+        first, second = work.kin.frames[i, 0], work.kin.frames[i, 1]
+        along, beside = x[slip_velocity_at(n, i, 0)], x[slip_velocity_at(n, i, 1)]
+        px, py, pz = multiply(
+            work.dynamics.inertia[i],
+            along * first[0] + beside * second[0],
+            along * first[1] + beside * second[1],
+            along * first[2] + beside * second[2],
+        )
+        pull_object(work, i, px, py, pz)
+        x[slip_velocity_at(n, i, 0)] = x[slip_velocity_at(n, i, 1)] = 0.0
+        x[spin_velocity_at(n, i)] = 0.0
+    solve_phases(torsion, torsion.load, torsion.motion)
+    _take_impulse(model, discrete, state, work)
+
+
+@compiled_apart(types.int64, MODEL, DISCRETE, STATE, WORKSPACE)
+def spatial_keep_stick(model: Record, discrete: Record, state: Record, work: Record) -> int:
+    """Stops the spin of sticking contacts by an impulse, and updates the spin of the others.
+
+    Otherwise psi' would drift in stick, where only psi'' = 0 is imposed, and would not be zero at
+    the end of a slip, where only its state is set to 0.
+
+    Args:
+        model: Constants of the run.
+        discrete: Phases; ``crept`` is changed.
+        state: State; its velocities are changed.
+        work: Kinematics and mobility of this state.
+
+    Returns:
+        1 if a velocity has changed, 2 if an impulse has also changed a slip, else 0.
+    """
+    n, x, torsion, changed = model.num_fingers, state.x, work.torsion, 0
+    largest = 0.0
+    # Impulses do not determine the directions of slow slips.
+    add_crept(model, discrete, state, -1.0)
+    for i in range(n):
+        if holds_turn(model, discrete, i):
+            largest = max(largest, abs(spin_of(model, state, work, i)))
+    if largest > EXACT:
+        _stop_spins(model, discrete, state, work)
+        changed = 1 + torsion.some_slip
+    for i in range(n):
+        turns = discrete.phases[i] != STICK
+        if largest > EXACT and creeps_in_stick(model, discrete, torsion, i):
+            turns = True
+        spin, at = spin_of(model, state, work, i) if turns else 0.0, spin_velocity_at(n, i)
+        if abs(spin) <= EXACT:
+            spin = 0.0
+        if x[at] != spin:
+            x[at], changed = spin, max(changed, 1)
+    add_crept(model, discrete, state, 1.0)
+    forget_crept(model, discrete, state)
+    return changed
+
+
+@compiled
+def _stop_spins(model: Record, discrete: Record, state: Record, work: Record) -> None:
+    """Applies the impulse at sticking contacts and all normals that stops the determined modes.
+
+    Their energy is dissipated by friction.
+    """
+    torsion, work_done = work.torsion, 0.0
+    assemble_phases(model, discrete, torsion.no_slide, work)
+    spatial_find_modes(model, discrete, work)
+    for k in range(torsion.num_holders):
+        torsion.wanted[k] = spin_of(model, state, work, torsion.holders[k])
+        torsion.amounts[k] = 0.0
+    find_moments(torsion)
+    for k in range(6):
+        torsion.motion[k] = 0.0
+    add_moments(torsion)
+    for k in range(torsion.num_holders):
+        turned = twist_of(torsion, torsion.holders[k], torsion.motion)
+        work_done += torsion.held[k] * (torsion.wanted[k] + 0.5 * turned)
+    state.x[dissipated_at(model)] += max(0.0, -work_done)
+    _take_impulse(model, discrete, state, work)
+
+
+@compiled
+def _take_impulse(model: Record, discrete: Record, state: Record, work: Record) -> None:
+    """Adds the motion due to an impulse to the object and to slipping contacts."""
+    n, x, torsion = model.num_fingers, state.x, work.torsion
+    for k in range(6):
+        x[VELOCITY + k] += torsion.motion[k]
+    for i in range(n):
+        if discrete.phases[i] == STICK:
+            continue
+        _, dx, dy, dz = slip_forces(work, torsion.motion, i, 0.0, 0.0, 0.0)
+        for axis in range(2):
+            x[slip_velocity_at(n, i, axis)] += along_tangent(work.kin, i, axis, dx, dy, dz)
