@@ -47,6 +47,7 @@ PARTS = {
     "dashboard": "edits, updates and memory of the dashboard under one and many viewers",
     "reality": "what the model predicts of real slides of a cube; only if named, with --data",
     "fit-coverage": "how often the intervals of fits of 200 synthetic twins hold the truth",
+    "fit-stick": "how often fits of 200 runs without slip bound a friction, and state no number",
     "page": "the page that simulates: size, first picture, sliders, and a map of 2 500 runs",
     "sysid": "a fit beside MuJoCo's sysid toolbox; only if named, needs mujoco[sysid]",
     "replay-seek": "scrubbing through a stored minute in the dashboard",
@@ -60,6 +61,7 @@ SEEDED = (
     "soak",
     "reality",
     "fit-coverage",
+    "fit-stick",
     "sysid",
 )
 ONLY_IF_NAMED = ("soak", "reality", "sysid")

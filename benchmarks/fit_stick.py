@@ -1,0 +1,82 @@
+"""How often fits of runs without slip state the bound max F_t / F_n of a friction, not a number."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.fit_coverage import DURATION, POSES, SEED, TWINS
+from benchmarks.report import Table
+from slipgrasp.core.fit.fit import FitOptions, fit
+from slipgrasp.core.fit.problem import FitProblem, Observations
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.core.trace.columns import columns_of
+from slipgrasp.core.trace.trace import rows_from_start
+
+FRICTIONS = ("fingers.0.friction", "fingers.1.friction")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StickCase:
+    """A run in which no contact slips, under a law that does not use friction.
+
+    Attributes:
+        preset: The scenario.
+        changes: Parameters that differ from those of the preset.
+    """
+
+    preset: str
+    changes: dict[str, Any]
+
+    def simulate(self) -> RunResult:
+        """The run."""
+        changes = {**self.changes, "simulation.duration": DURATION}
+        return simulate(with_values(load_scenario(self.preset), changes))
+
+
+CASES = (
+    StickCase(
+        preset="paper-case-1",
+        changes={"controller.kind": "pd-gravity", "controller.grip_force": 40.0},
+    ),
+    StickCase(preset="gripper-lift", changes=dict.fromkeys(FRICTIONS, 0.5)),
+)
+
+
+def run(_docs: Path | None = None, seed: int = SEED, twins: int = TWINS) -> list[Table]:
+    """The table ``fit-stick``."""
+    rows: list[tuple[str, ...]] = []
+    for case in CASES:
+        stuck = case.simulate()
+        reports = [fit(twin, FitOptions(starts=1)) for twin in twins_of(stuck, seed, twins)]
+        for key, used in zip(FRICTIONS, used_friction(stuck), strict=True):
+            found = [report.parameters[key] for report in reports]
+            lows = np.array([f.low for f in found if f.kind == "only below" and f.value is None])
+            equal = int(np.isclose(lows, used, rtol=1e-9).sum())
+            rows.append((case.preset, key, f"{used:.4f}", str(len(lows)), str(equal)))
+    heads = ("scenario", "parameter", "max F_t / F_n", f"bound alone, of {twins}", "equal to it")
+    return [Table("fit-stick", heads, tuple(rows), page="fit.md")]
+
+
+def twins_of(stuck: RunResult, seed: int, twins: int) -> Iterator[FitProblem]:
+    """Fits of the two frictions of a run, each to its poses and slips with other noise."""
+    columns = {c.name: (c.unit, c.values) for c in columns_of(stuck.trace) if not c.holds_phases}
+    data = Observations.choose(stuck.trace.times, columns, POSES)
+    problem = FitProblem.make(stuck.scenario, FRICTIONS, data)
+    for number in range(twins):
+        noise = np.random.default_rng([seed, number]).standard_normal(data.values.shape)
+        yield problem.with_data(replace(data, values=data.values + data.sigmas * noise))
+
+
+def used_friction(stuck: RunResult) -> list[float]:
+    """Largest ratio of tangential to normal force of each contact of a run without slip."""
+    trace = stuck.trace[rows_from_start(stuck.trace)]
+    assert not trace.phase.any(), "no contact slips in these runs"
+    ratios: list[float] = (trace.tangential_size / trace.normal_force).max(axis=0).tolist()
+    return ratios
