@@ -59,6 +59,7 @@ def test_random_soft_grasps_end_truly():
         899,  # phases selected again while a slip begins
         1227,  # a contact that creeps too fast for its friction
         2251,  # the same, with another contact that creeps
+        269,  # a spin that the other velocities correct while a slip begins
     ],
 )
 def test_runs_that_have_ended_falsely_end_truly(index):

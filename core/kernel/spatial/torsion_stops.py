@@ -19,6 +19,7 @@ from slipgrasp.core.kernel.spatial.torsion import EXACT, add_crept, forget_crept
 from slipgrasp.core.kernel.spatial.torsion_equations import spin_of
 from slipgrasp.core.kernel.spatial.torsion_modes import (
     add_moments,
+    contacts_creep,
     creeps_in_stick,
     find_moments,
     holds_turn,
@@ -32,7 +33,10 @@ from slipgrasp.core.kernel.spatial.torsion_phases import (
     solve_phases,
     twist_of,
 )
+from slipgrasp.core.kernel.spatial.ways import way_speed
 from slipgrasp.core.kernel.spatial.workspace import DISCRETE, STICK, WORKSPACE
+
+LEAST_TURNED = 1e-6  # angle of a slip direction that changes the forces [rad]
 
 
 @compiled_apart(types.void, MODEL, DISCRETE, STATE, WORKSPACE)
@@ -83,7 +87,7 @@ def spatial_keep_stick(model: Record, discrete: Record, state: Record, work: Rec
         work: Kinematics and mobility of this state.
 
     Returns:
-        1 if a velocity has changed, 2 if an impulse has also changed a slip, else 0.
+        1 if a velocity has changed, 2 if forces may have, else 0.
     """
     n, x, torsion, changed = model.num_fingers, state.x, work.torsion, 0
     largest = 0.0
@@ -94,7 +98,7 @@ def spatial_keep_stick(model: Record, discrete: Record, state: Record, work: Rec
             largest = max(largest, abs(spin_of(model, state, work, i)))
     if largest > EXACT:
         _stop_spins(model, discrete, state, work)
-        changed = 1 + torsion.some_slip
+        changed = 2 if torsion.some_slip == 1 or contacts_creep(torsion) else 1
     for i in range(n):
         turns = discrete.phases[i] != STICK
         if largest > EXACT and creeps_in_stick(model, discrete, torsion, i):
@@ -103,7 +107,8 @@ def spatial_keep_stick(model: Record, discrete: Record, state: Record, work: Rec
         if abs(spin) <= EXACT:
             spin = 0.0
         if x[at] != spin:
-            x[at], changed = spin, max(changed, 1)
+            turns_slip = abs(x[at] - spin) > LEAST_TURNED * way_speed(model, state, i, 0)
+            x[at], changed = spin, max(changed, 2 if turns_slip else 1)
     add_crept(model, discrete, state, 1.0)
     forget_crept(model, discrete, state)
     return changed
