@@ -41,9 +41,18 @@ _MOVE = """async (key) => {
   const slider = document.querySelector("[role=slider]");
   const root = document.documentElement, before = root.dataset.sgSha256;
   slider.focus();
+  // Observed, because a timer may notice the run only after the frame that shows it.
+  const arrived = new Promise((next) => {
+    const observer = new MutationObserver(() => {
+      if (root.dataset.sgSha256 === before) return;
+      observer.disconnect();
+      next();
+    });
+    observer.observe(root, { attributeFilter: ["data-sg-sha256"] });
+  });
   const start = performance.now();
   slider.dispatchEvent(new KeyboardEvent("keydown", { key, code: key, bubbles: true }));
-  while (root.dataset.sgSha256 === before) await new Promise((next) => setTimeout(next));
+  await arrived;
   await new Promise((next) => requestAnimationFrame(() => setTimeout(next)));
   return performance.now() - start;
 }"""
