@@ -29,6 +29,8 @@ _COORDINATES: dict[str, str] = dict(zip(PLANAR.coordinates, ("x", "y", "θ"), st
 _IN_THOUSANDTHS = ("m", "m/s", "m/s²", "rad", "rad/s", "rad/s²")
 _WHOLE_FROM, _WHOLE_TO = 100.0, 1e6
 _NEGLIGIBLE = 1e-9
+METRIC_ACCURACY = 1e-6
+"""Metrics below this, for example in mm, are errors of the integration."""
 
 
 class Scale(NamedTuple):
@@ -66,6 +68,18 @@ def number(value: float, *, signed: bool = False, padded: bool = False) -> str:
     sign, digits = "+" if signed and value else "", "#.3g" if padded else ".3g"
     is_whole = _WHOLE_FROM <= abs(value) < _WHOLE_TO
     return (f"{value:{sign}.0f}" if is_whole else f"{value:{sign}{digits}}").replace("-", "−")
+
+
+def scaled(scale: Scale, value: float, *, signed: bool = False) -> str:
+    """A number in the unit of a scale; counts are whole."""
+    is_count = isinstance(value, int)
+    return number(value if is_count else scale.factor * value, signed=signed, padded=not is_count)
+
+
+def scaled_metric(scale: Scale, value: float, *, signed: bool = False) -> str:
+    """A metric in the unit of a scale; errors of the integration are ``≈ 0``."""
+    is_zero = 0.0 < abs(scale.factor * value) < METRIC_ACCURACY
+    return "≈ 0" if is_zero else scaled(scale, value, signed=signed)
 
 
 def amount(value: float, unit: str, *, signed: bool = False) -> str:

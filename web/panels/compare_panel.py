@@ -21,14 +21,16 @@ from slipgrasp.recordings.palette import PHASES
 from slipgrasp.recordings.store.stored_run import StoredRun
 from slipgrasp.web.model.colours import css
 from slipgrasp.web.model.compare_words import (
+    METRIC_ACCURACY,
     MISSING,
     Scale,
     amount,
     column_words,
     coordinate_words,
     metric_words,
-    number,
     scale_of,
+    scaled,
+    scaled_metric,
     time_words,
     value_words,
 )
@@ -62,8 +64,6 @@ MOST_PHASE_CHANGES = 12
 _PER = {metric.name: metric.per for metric in METRICS}
 _LONGEST_VALUE = 40
 _DIFFERENCE = "B − A"
-_ACCURACY = 1e-6
-"""Metrics below this, for example in mm, are errors of the integration."""
 
 
 class ComparePanel:
@@ -363,8 +363,10 @@ def _amounts_row(
     head: str, scale: Scale, a: float | None, b: float | None, *, is_member: bool = False
 ) -> str:
     """Two amounts with proportional bars, and their difference."""
-    largest = max(abs(a or 0.0), abs(b or 0.0), _ACCURACY)
-    difference = "" if a is None or b is None or a == b else _metric(scale, b - a, signed=True)
+    largest = max(abs(a or 0.0), abs(b or 0.0), METRIC_ACCURACY)
+    difference = (
+        "" if a is None or b is None or a == b else scaled_metric(scale, b - a, signed=True)
+    )
     cells = (*(_amount_cell(scale, value, largest) for value in (a, b)), *_cells(difference))
     kinds = [*["sg-member"] * is_member, *["sg-same"] * (a == b)]
     return _row_html(head, cells, " ".join(kinds))
@@ -374,17 +376,7 @@ def _amount_cell(scale: Scale, value: float | None, largest: float) -> str:
     if value is None:
         return f"<td>{MISSING}</td>"
     part = abs(value) / largest
-    return f"<td class='sg-amount' style='--sg-part:{part:.3f}'>{_metric(scale, value)}</td>"
-
-
-def _metric(scale: Scale, value: float, *, signed: bool = False) -> str:
-    is_zero = 0.0 < abs(scale.factor * value) < _ACCURACY
-    return "≈ 0" if is_zero else _times(scale, value, signed=signed)
-
-
-def _times(scale: Scale, value: float, *, signed: bool = False) -> str:
-    is_count = isinstance(value, int)
-    return number(value if is_count else scale.factor * value, signed=signed, padded=not is_count)
+    return f"<td class='sg-amount' style='--sg-part:{part:.3f}'>{scaled_metric(scale, value)}</td>"
 
 
 def _phases_html(findings: Comparison, names: Sequence[str]) -> str:
@@ -418,7 +410,7 @@ def _signals_html(findings: Comparison, names: Sequence[str]) -> str:
 def _signal_row(column: SignalDifference, names: Sequence[str]) -> str:
     scale = scale_of(column.unit)
     words = column_words(column, names) + (f" [{scale.unit}]" if scale.unit else "")
-    apart = (_times(scale, value) for value in (column.max, column.rms))
+    apart = (scaled(scale, value) for value in (column.max, column.rms))
     return _row_html(escape(words), _cells(*apart, _moment(column.time_of_max)))
 
 
@@ -438,8 +430,8 @@ def distances_html(found: Distances) -> str:
 def _distance_row(distance: SignalDistance) -> str:
     scale = scale_of(distance.unit)
     unit = f" [{scale.unit}]" if scale.unit else ""
-    mean = _times(scale, distance.mean, signed=True)
-    apart = (_times(scale, value) for value in (distance.rms, distance.max))
+    mean = scaled(scale, distance.mean, signed=True)
+    apart = (scaled(scale, value) for value in (distance.rms, distance.max))
     cells = _cells(mean, *apart, _moment(distance.time_of_max))
     return _row_html(escape(f"{distance.name}{unit}"), cells)
 
