@@ -112,6 +112,7 @@ class Screen:
 
     def update(self, view: ViewState) -> None:
         """Draws a view; unchanged parts cost nothing."""
+        self._camera.hold(is_held=view.drag is not None)
         if view.page_layout is not None and view.page_layout != self._page_layout:
             self._page_layout = view.page_layout
             self._fit()

@@ -6,12 +6,15 @@ import asyncio
 import logging
 import os
 from concurrent.futures import Future
+from contextlib import suppress
 from functools import cache
 from typing import Any
 
 import rich
 import viser
 from viser import _gui_api, _gui_handles, _icons, _scene_api, _viser
+from viser.infra import _infra
+from viser.infra._async_message_buffer import AsyncMessageBuffer
 
 from slipgrasp.server.exceptions import printable
 from slipgrasp.server.http.access import guarded_websocket_listeners
@@ -31,6 +34,7 @@ class ViewerServer(viser.ViserServer):
         os.environ.pop("_VISER_PORT_OVERRIDE", None)
         _keep_every_icon()
         _log_errors_of_callbacks()
+        vars(_infra)["AsyncMessageBuffer"] = MessageBuffer
         with guarded_websocket_listeners():
             super().__init__(host="127.0.0.1", port=0, label=label, verbose=False)
         self.get_event_loop().set_exception_handler(_log_in_one_line)
@@ -39,6 +43,27 @@ class ViewerServer(viser.ViserServer):
         """Rejects requests of viewers for a tunnel from the internet to this machine."""
         _logger.warning("refused a viewer's request for a public share tunnel")
         return None
+
+
+class MessageBuffer(AsyncMessageBuffer):
+    """A buffer of messages that any thread may send.
+
+    viser sets its event in the thread that sends, and then again in the event loop. The first of
+    these changes what the loop is about to change, which ended sessions: "deque mutated".
+    """
+
+    def __init__(self, *args: Any, **others: Any) -> None:
+        super().__init__(*args, message_event=_LoopEvent(), **others)
+
+
+class _LoopEvent(asyncio.Event):
+    """An event that only its event loop sets; calls in other threads have no effect."""
+
+    def set(self) -> None:
+        # No loop runs in other threads.
+        with suppress(RuntimeError):
+            asyncio.get_running_loop()
+            super().set()
 
 
 def _keep_every_icon() -> None:

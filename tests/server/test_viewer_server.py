@@ -1,12 +1,17 @@
 """The viewer server that pages are served by: what it changes about viser."""
 
+import asyncio
+import threading
 from collections.abc import Sequence
 from concurrent.futures import Future
 from zipfile import ZipFile
 
 from viser import IconName, _gui_api, _icons, _scene_api
+from viser._messages import ResetGuiMessage
+from viser.infra import _infra
 
 from slipgrasp.server.viewer.server import ViewerServer
+from tests.waiting import PATIENCE
 
 MANY = 40
 
@@ -34,6 +39,35 @@ def test_an_error_of_a_callback_is_logged_and_not_printed(caplog, capsys) -> Non
         "from a callback",
         "from another",
     ]
+
+
+def test_messages_of_other_threads_wake_the_sender_in_its_loop_alone() -> None:
+    async def send_from_a_thread(is_batch: bool) -> list[str]:
+        loop, woken_in = asyncio.get_running_loop(), list[str]()
+        buffer = _infra.AsyncMessageBuffer(loop, persistent_messages=False)
+        waiting = loop.create_task(buffer.message_event.wait())
+        await asyncio.sleep(0)
+        (future,) = buffer.message_event._waiters
+        future.add_done_callback(lambda _: woken_in.append(threading.current_thread().name))
+
+        def send() -> None:
+            if is_batch:
+                buffer.atomic_start()
+            buffer.push(ResetGuiMessage())
+            woken_in.append("woken" if future.done() else "still waiting")
+            if is_batch:
+                buffer.atomic_end()
+
+        thread = threading.Thread(target=send)
+        thread.start()
+        thread.join()
+        await asyncio.wait_for(waiting, PATIENCE)
+        return woken_in
+
+    ViewerServer().stop()
+    here = threading.current_thread().name
+    for is_batch in (False, True):
+        assert asyncio.run(send_from_a_thread(is_batch)) == ["still waiting", here]
 
 
 def _reads(server: ViewerServer, icons: Sequence[IconName]) -> int:

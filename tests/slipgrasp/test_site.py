@@ -79,7 +79,7 @@ def test_every_preset_and_every_lesson_has_a_live_page(site):
 def test_live_pages_share_what_is_equal(site):
     live = site / "docs/live"
     assert sum(file.stat().st_size for file in live.iterdir()) < 5e6
-    assert len(list(live.glob("shared-*.js"))) == 6
+    assert len(list(live.glob("shared-*.js"))) == 4
 
 
 def test_a_live_page_of_the_site_simulates(site, browser):

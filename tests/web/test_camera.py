@@ -53,6 +53,17 @@ def test_the_hand_is_framed_again_when_the_page_is_resized(
     assert viewer.position == place(NARROW)
 
 
+def test_the_camera_stays_during_a_drag_and_then_follows(
+    camera: FrontCamera, viewer: StandIn
+) -> None:
+    camera.hold(is_held=True)
+    camera.measure(NARROW)
+    camera.show(LOW, 2.0 * HIGH)
+    assert viewer.position == place(WIDE)
+    camera.hold(is_held=False)
+    assert viewer.position == frame_box(LOW, 2.0 * HIGH, NARROW).position
+
+
 def test_a_line_that_wraps_and_no_longer_wraps_in_the_panel_moves_the_camera_once(
     camera: FrontCamera, viewer: StandIn
 ) -> None:

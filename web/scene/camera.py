@@ -89,6 +89,17 @@ class FrontCamera:
         self._box: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
         self._plane = FRONT
         self._free = True
+        self._is_held = self._is_due = False
+
+    def hold(self, *, is_held: bool) -> None:
+        """Keeps the camera in its place while the mouse drags the object.
+
+        Otherwise the mouse would point elsewhere without having moved. A change that would move
+        the camera does so when the drag has ended.
+        """
+        self._is_held = is_held
+        if self._is_due and not is_held:
+            self.frame()
 
     def show(
         self, low: NDArray[np.float64], high: NDArray[np.float64], plane: ViewPlane = FRONT
@@ -134,7 +145,8 @@ class FrontCamera:
 
     def frame(self) -> None:
         """Resets the camera to the front."""
-        if self._box is None:
+        self._is_due = self._is_held
+        if self._box is None or self._is_held:
             return
         self._free = True
         x, y, z = self._camera.position

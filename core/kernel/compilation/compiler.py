@@ -99,6 +99,10 @@ class Unit:
         prototype = ctypes.CFUNCTYPE(_ctype(self.signature.return_type), *kinds)
         self.entry, self.is_native = prototype(address), True
 
+    def unload(self) -> None:
+        """Makes Python load the unit again; its machine code stays for other units."""
+        self.entry, self.is_native = None, False
+
 
 def _link(code: bytes) -> int:
     """Address of cached machine code."""

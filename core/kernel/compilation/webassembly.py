@@ -103,6 +103,7 @@ def build(path: Path, exports: Sequence[str] = ()) -> None:
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     units = all_units()
+    unloaded = [unit for unit in units if unit.entry is None]
     with tempfile.TemporaryDirectory() as name:
         objects = [Path(name) / f"{unit.symbol}.o" for unit in units]
         for unit, file in zip(units, objects, strict=True):
@@ -110,6 +111,9 @@ def build(path: Path, exports: Sequence[str] = ()) -> None:
             # The compiler needs the addresses of called units.
             if unit.entry is None:
                 unit.load()
+        # Otherwise this process would run their machine code instead of the file.
+        for unit in unloaded:
+            unit.unload()
         product = Path(name) / "product.o"
         machine = _machine()
         product.write_bytes(machine.emit_object(_parse(_PRODUCT, machine)))
