@@ -34,7 +34,7 @@ class ViewerServer(viser.ViserServer):
         os.environ.pop("_VISER_PORT_OVERRIDE", None)
         _keep_every_icon()
         _log_errors_of_callbacks()
-        vars(_infra)["AsyncMessageBuffer"] = MessageBuffer
+        _replace_message_buffers()
         with guarded_websocket_listeners():
             super().__init__(host="127.0.0.1", port=0, label=label, verbose=False)
         self.get_event_loop().set_exception_handler(_log_in_one_line)
@@ -64,6 +64,11 @@ class _LoopEvent(asyncio.Event):
         with suppress(RuntimeError):
             asyncio.get_running_loop()
             super().set()
+
+
+def _replace_message_buffers() -> None:
+    for module in (_infra,):
+        vars(module)["AsyncMessageBuffer"] = MessageBuffer
 
 
 def _keep_every_icon() -> None:

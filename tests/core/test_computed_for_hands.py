@@ -181,6 +181,9 @@ def bases(hand):
         yield with_values(trifinger(), {"fingers.0.kind": "slides"})
         yield trifinger()
         yield with_split_joints(load_scenario("spatial-prism"))
+        # A finger that also reaches its contact with a prismatic joint.
+        wide = with_lists(load_scenario("trifinger"), {"object.corners": PRISM})
+        yield with_law(wide, "composite")
     for preset in map(load_scenario, names):
         yield preset
         for law in CONTROL_LAWS:
