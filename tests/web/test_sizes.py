@@ -86,8 +86,7 @@ def test_a_phone_has_the_picture_the_strip_how_it_went_and_the_controls(page: Pa
             and strip.is_across(whole)
             and box.is_across(whole)
             and strip.bottom <= box.top
-            # The page scrolls by whole pixels.
-            and box.bottom < PHONE["height"] + 1.0
+            and box.bottom <= PHONE["height"]
         )
 
     for shown in (page.locator(VERDICT), control(page, "mass [kg]")):
