@@ -41,10 +41,11 @@ def check_limits(limits: Mapping[str, float], base: Scenario) -> Iterator[FieldE
     # A study may vary the radius of the pads.
     singles = single_metrics(len(base.fingers), base.space, soft=base.space is SPATIAL)
     known = {metric.name: None for metric in singles if metric.kind != "boolean"}
-    whole = {metric.name for metric in METRICS}
+    whole = [m.name for m in METRICS if m.kind != "boolean" and components(m.name, known)]
     for name, limit in limits.items():
-        if name not in known and not (name in whole and components(name, known)):
-            message = f"limits.{name}: there is no such metric{nearest(name, [*whole, *known])}"
+        if name not in known and name not in whole:
+            near = nearest(name, [*whole, *known])
+            message = f"limits.{name}: there is no such metric{near}; metrics: {', '.join(whole)}"
             yield FieldError(
                 field=f"limits.{name}", value=limit, limit=", ".join(known), message=message
             )
