@@ -5,9 +5,11 @@ from __future__ import annotations
 import asyncio
 import logging
 import os
+import sys
 from concurrent.futures import Future
 from contextlib import suppress
 from functools import cache
+from types import ModuleType
 from typing import Any
 
 import rich
@@ -67,8 +69,9 @@ class _LoopEvent(asyncio.Event):
 
 
 def _replace_message_buffers() -> None:
-    for module in (_infra,):
-        vars(module)["AsyncMessageBuffer"] = MessageBuffer
+    """Makes viser use `MessageBuffer`."""
+    module: ModuleType = sys.modules[_infra.__name__]
+    vars(module)["AsyncMessageBuffer"] = MessageBuffer
 
 
 def _keep_every_icon() -> None:
