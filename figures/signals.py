@@ -27,6 +27,8 @@ from slipgrasp.recordings.palette import Rgb
 _PLOT, _MARGINS = 38.0, 10.0
 _DASHED = {"linestyle": (0, (4.0, 2.0)), "linewidth": 0.8}
 _DOTS = {"linestyle": "none", "marker": ".", "markersize": 2.5, "alpha": 0.6}
+LONGEST_TITLE = 100
+"""Number of characters that fit on one line above a figure."""
 _MARGIN = 0.06
 """Fraction of the range of values, above and below."""
 _BY_NAME = {signal.name: signal for signal in SIGNALS}
@@ -39,6 +41,7 @@ def draw_signals(
     *,
     over: RunResult | MeasuredRecording | None = None,
     time: tuple[float, float] | None = None,
+    title: str | None = None,
 ) -> Figure:
     """Plots signals of a run over time, one below the other, with slip shaded.
 
@@ -47,14 +50,16 @@ def draw_signals(
         names: Signals (``slip``), or single columns of them (``slip_0``).
         over: A second run, drawn dashed, or measured data, drawn as dots.
         time: Start and end of the time axis [s]; the whole run if None.
+        title: Title above the figure, without formulas; None for none.
 
     Raises:
-        ScenarioError: If a run has no such signal, or the times are not a valid range.
+        ScenarioError: If a run has no such signal, the times are not a valid range, or the title
+            is empty or longer than `LONGEST_TITLE`.
     """
     second = None if over is None else _second(run, over)
     runs = [run] if second is None else [run, second.run]
     chosen = [[_columns(each, name) for each in runs] for name in names]
-    window = _window(run, time)
+    window, heading = _window(run, time), _heading(title, run, second)
     with paper_style():
         figure = new_figure(_PLOT * len(names) + _MARGINS)
         figure.set_layout_engine("constrained")
@@ -69,10 +74,21 @@ def draw_signals(
             _fit(axes, window)
             axes.set_xlabel("time [s]")
             axes.label_outer()
-        if second is not None:
-            title = f"solid: {run.name}; {second.marking}: {second.name}"
-            figure.suptitle(title, fontsize=8.5)
+        if heading:
+            figure.suptitle("\n".join(heading), fontsize=8.5, parse_math=False)
         return figure
+
+
+def _heading(title: str | None, run: RunResult, second: _Second | None) -> list[str]:
+    """The lines above a figure: its title, and which run is which."""
+    size = LONGEST_TITLE if title is None else len(title.strip())
+    if not 1 <= size <= LONGEST_TITLE:
+        message = f"title has {size} characters; allowed: 1 to {LONGEST_TITLE}"
+        raise _refusal("title", (title or "")[:LONGEST_TITLE], message)
+    own = [] if title is None else [" ".join(title.split())]
+    if second is None:
+        return own
+    return [*own, f"solid: {run.name}; {second.marking}: {second.name}"]
 
 
 class _Second(NamedTuple):

@@ -118,6 +118,7 @@ class RunResult:
         *signals: str,
         over: Any = None,
         time: tuple[float, float] | None = None,
+        title: str | None = None,
     ) -> Figure:
         """Plots signals over time, one below the other, with slip shaded.
 
@@ -125,16 +126,18 @@ class RunResult:
             signals: Signals (``slip``, ``normal_force``), or single columns (``slip_0``).
             over: A second run, drawn dashed, or measured data, drawn as dots.
             time: Start and end of the time axis [s]; the whole run if None.
+            title: Title above the figure, without formulas; None for none.
 
         Returns:
             A matplotlib figure; ``figure.savefig("slip.pdf")`` saves it.
 
         Raises:
-            ScenarioError: If a run has no such signal, or the times are not a valid range.
+            ScenarioError: If a run has no such signal, the times are not a valid range, or the
+                title is empty or too long.
         """
         # Figures are a layer above the core, and matplotlib takes a second to load.
         draw = import_module("slipgrasp.figures.signals").draw_signals
-        return draw(self, signals or ("slip", "normal_force"), over=over, time=time)
+        return draw(self, signals or ("slip", "normal_force"), over=over, time=time, title=title)
 
     def summary(self) -> dict[str, Any]:
         """The run without its trace, as plain values for JSON (the ``run --json`` object)."""

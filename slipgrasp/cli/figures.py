@@ -72,6 +72,11 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     parser.add_argument(
         "--time", metavar="START,END", type=_time, help="with --signals: time range of the run [s]"
     )
+    parser.add_argument(
+        "--title",
+        metavar="TEXT",
+        help="with --signals: title above the figure (at most 100 characters)",
+    )
     parser.add_argument("--force", action="store_true", help="replace existing files")
     parser.set_defaults(execute=_execute)
 
@@ -95,8 +100,9 @@ def _time(text: str) -> tuple[float, float]:
 def _execute(arguments: argparse.Namespace) -> ExitStatus:
     source = Path(arguments.source)
     folder = arguments.output or Path(f"{source.stem}-figures")
-    if not arguments.signals and (arguments.over or arguments.time):
-        raise CommandError("--over and --time need --signals, such as --signals slip")
+    options = (arguments.over, arguments.time, arguments.title)
+    if not arguments.signals and any(option is not None for option in options):
+        raise CommandError("--over, --time and --title need --signals, such as --signals slip")
     run = _run_of(arguments.source)
     with Progress("loading the drawing program"):
         from slipgrasp.figures.drawings import draw_figures
@@ -108,7 +114,8 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
     over = _over(arguments.over) if arguments.over else None
     with Progress("drawing the figures"):
         if arguments.signals:
-            drawn = draw_signals(result, arguments.signals, over=over, time=arguments.time)
+            window, title = arguments.time, arguments.title
+            drawn = draw_signals(result, arguments.signals, over=over, time=window, title=title)
             figures = {_SIGNALS: drawn}
         else:
             figures = draw_figures(result)

@@ -13,6 +13,7 @@ from slipgrasp.core.scenario.law_choice import with_law
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.trace.columns import columns_of
 from slipgrasp.figures.panels import finger_colour
+from slipgrasp.figures.signals import LONGEST_TITLE
 from slipgrasp.figures.style import paint
 from slipgrasp.recordings.measured.csv_import import ImportOptions, import_csv
 from slipgrasp.recordings.measured.recording import read_measured
@@ -63,6 +64,20 @@ def test_two_runs_share_axes_and_colours(run, other):
     assert figure.get_suptitle() == f"solid: {run.name}; dashed: {other.name}"
 
 
+def test_a_title_stands_above_the_runs_on_one_line(run, other):
+    title = " A lift\n of $3 "
+    assert run.plot("slip", title=title).get_suptitle() == "A lift of $3"
+    drawn = run.plot("slip", over=other, title=title).get_suptitle()
+    assert drawn == f"A lift of $3\nsolid: {run.name}; dashed: {other.name}"
+    figure = run.plot("slip", title="n" * LONGEST_TITLE)
+    figure.canvas.draw()
+    extent = figure._suptitle.get_window_extent()
+    assert extent.x0 >= 0.0 and extent.x1 <= figure.bbox.width
+    for wrong in (" ", "n" * (LONGEST_TITLE + 1)):
+        with pytest.raises(ScenarioError, match=r"title has \d+ characters; allowed: 1 to 100"):
+            run.plot("slip", title=wrong)
+
+
 def test_what_cannot_be_drawn_is_refused_in_a_sentence(run):
     with pytest.raises(ScenarioError, match="no signal 'slp'; did you mean 'slip'"):
         run.plot("slp")
@@ -73,11 +88,14 @@ def test_what_cannot_be_drawn_is_refused_in_a_sentence(run):
 def test_the_command_draws_the_same(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     chosen = ["figures", "paper-case-2", "--signals", "slip, phase_0", "--format", "svg"]
-    assert main([*chosen, "--over", "composite-case-2", "--time", "0,0.2"]) == 0
+    assert main([*chosen, "--over", "composite-case-2", "--time", "0,0.2", "--title", "Slow"]) == 0
     (file,) = tmp_path.rglob("*.svg")
     assert file.name == "signals.svg" and str(file.relative_to(tmp_path)) in capsys.readouterr().out
+    assert "Slow" in file.read_text()
+    assert main([*chosen, "--title", ""]) == 2
+    assert "title has 0 characters" in capsys.readouterr().err
     assert main([*chosen[:2], "--over", "composite-case-2"]) == 2
-    assert "--over and --time need --signals" in capsys.readouterr().err
+    assert "--over, --time and --title need --signals" in capsys.readouterr().err
 
 
 def test_measured_data_are_dots_over_a_run(run, tmp_path, capsys, monkeypatch):
