@@ -103,8 +103,8 @@ def measure_pages(rounds: int = ROUNDS, moves: int = MOVES) -> Table:
             rows.append((name, *cells, f"{middle:.0f}", f"{most:.0f}"))
         browser.close()
     note = (
-        "1440 x 900 at half resolution, drawn by the processor, hashes equal to those of native "
-        f"runs. Targets: {SIZE_TARGET} MB, {FIRST_TARGET:g} s, in the plane {SLIDER_TARGET:g} ms."
+        "1440 x 900 at half resolution, without a graphics card, hashes equal to those of native "
+        f"runs. Targets: {SIZE_TARGET} MB, {FIRST_TARGET:g} s, planar hands {SLIDER_TARGET:g} ms."
     )
     heads = ("page", "MB", "first picture [s]", "run [ms]", "slider, median [ms]", "p95 [ms]")
     return Table("page", heads, tuple(rows), (note,), PAGE)

@@ -99,8 +99,8 @@ def _measure(
 
 def _duration_table(scaling: Scaling) -> Table:
     notes = [
-        f"{control} control: {1e3 * line.intercept:.2f} ms and {1e3 * line.slope:.3f} ms per "
-        f"simulated second, to {100.0 * line.deviation:.0f} %."
+        f"Under {control} control: {1e3 * line.intercept:.2f} ms plus {1e3 * line.slope:.3f} ms "
+        f"per simulated second, within {100.0 * line.deviation:.0f} %."
         for control in CONTROL
         for line in [fit_line(scaling.sizes, scaling.seconds[control])]
     ]

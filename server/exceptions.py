@@ -157,7 +157,7 @@ class JobEndedError(SlipgraspError):
 
     def __init__(self, noun: str, job_id: str, state: str) -> None:
         super().__init__(
-            f"{noun} '{job_id}' is {state} and cannot go on, only one that has failed can; "
+            f"{noun} '{job_id}' is {state} and cannot be resumed, only a failed {noun} can; "
             f"send it again as a new {noun}"
         )
 

@@ -322,7 +322,7 @@ def _limits(parameter: Parameter, text: str) -> tuple[float, float]:
     least = -math.inf if parameter.minimum is None else parameter.minimum
     most = math.inf if parameter.maximum is None else parameter.maximum
     if not least <= low < high <= most:
-        message = f"free {parameter.key}={text[:40]} is no range within {parameter.limit}"
+        message = f"free {parameter.key}={text[:40]} is not a range within {parameter.limit}"
         raise FitError(message, "free")
     return low, high
 

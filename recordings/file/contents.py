@@ -222,11 +222,11 @@ class Contents:
     def _ending(self, part: Trace | None = None) -> Ending:
         stop = self.metadata.get(STOP)
         if stop is None:
-            raise self._damaged("how the run ended is missing")
+            raise self._damaged("its end document is missing")
         try:
             ending = read_stop(stop, self._later_metrics(Outcome(stop["outcome"]), part))
         except (KeyError, ValueError) as error:
-            raise self._damaged("how the run ended is malformed") from error
+            raise self._damaged("its end document is malformed") from error
         if not ending.metrics.are_of(self.shape.num_contacts):
             raise self._damaged("its metrics do not match its samples")
         contact = None if ending.reason is None else ending.reason.contact

@@ -304,7 +304,7 @@ class Reading:
 
     def _contents(self, columns: dict[str, Columns]) -> Contents:
         if self._shape is None:
-            raise self._damaged("how the run began is missing")
+            raise self._damaged("its start document is missing")
         return Contents(self._name, self._shape, self._metadata, self._attachments, columns)
 
     def outline(self) -> tuple[TraceShape, int]:
@@ -315,7 +315,7 @@ class Reading:
             self._take(record)
             if self._shape is not None:
                 return self._shape, self._version
-        raise self._damaged("how the run began is missing")
+        raise self._damaged("its start document is missing")
 
     def counts(self) -> tuple[TraceShape, int, dict[str, int]]:
         """The shape of the trace, the format of the file and the message counts of its topics.
@@ -330,7 +330,7 @@ class Reading:
                 break
             self._take(record)
         if self._shape is None or self._scanner.index is None:
-            raise self._damaged("how the run began is missing")
+            raise self._damaged("its start document is missing")
         stated = self._scanner.index.message_counts
         counts = {c.layout.topic.name: stated[number] for number, c in self._channels.items()}
         return self._shape, self._version, counts

@@ -111,7 +111,7 @@ def read_end(document: Mapping[str, str]) -> StudyEnd:
     try:
         return _end_reader().validate_python(parse_json(document["end"]))
     except ValidationError as error:
-        raise ValueError("how the study ended is malformed") from error
+        raise ValueError("its end document is malformed") from error
 
 
 def rows_schema() -> Schema:

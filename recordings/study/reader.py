@@ -133,7 +133,7 @@ class StudyReader:
             if not self._unfinished:
                 raise
         if self.end is None and not self._unfinished:
-            raise self._damaged("how the study ended is missing")
+            raise self._damaged("its end document is missing")
 
     def _decode(self, payload: bytes) -> StudyRow:
         try:
@@ -183,7 +183,7 @@ class StudyReader:
         try:
             end = read_end(document)
         except (KeyError, ValueError) as error:
-            raise self._damaged("how the study ended is malformed") from error
+            raise self._damaged("its end document is malformed") from error
         if end.runs != count:
             raise self._damaged("its number of rows differs from the number written")
         if document.get("rows_hash") != self._hash.hexdigest():

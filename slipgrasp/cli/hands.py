@@ -31,17 +31,17 @@ with its face and friction.
 
 def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Adds the command to the parser."""
-    text = "make the fingers of a scenario from the URDF or MJCF file of a hand"
-    parser = commands.add_parser("hands", help=text, description=f"{text.capitalize()}.")
+    text = "the fingers of a scenario from the URDF or MJCF file of a hand"
+    parser = commands.add_parser("hands", help=f"make {text}", description=f"Make {text}.")
     parts = parser.add_subparsers(metavar="COMMAND", required=True)
     command = parts.add_parser(
         "import",
         help="from a URDF or MJCF file",
-        description="Reads what lies between the base of a hand and its fingertips, joins links "
-        "that are fixed to each other, and writes how the fingers are built, in numbers. A "
-        "scenario file in the same folder uses the result with the line 'hand = \"FILE.toml\"'; "
-        "with --scenario a whole scenario is written. Three joints of each finger move by "
-        "themselves; others are locked or follow them.",
+        description="Read the joints and links from the base of a hand to its fingertips, merge "
+        "links that are fixed to each other, and write the fingers as TOML. A scenario file in the same "
+        "folder uses the result with the line 'hand = \"FILE.toml\"'; --scenario writes a complete "
+        "scenario instead. Three joints of each finger are independent; lock the others, or couple "
+        "them to these.",
     )
     command.add_argument("file", metavar="FILE", type=Path, help="URDF or MJCF file of the hand")
     command.add_argument(

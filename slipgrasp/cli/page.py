@@ -56,7 +56,8 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     parser.add_argument(
         "--shared",
         action="store_true",
-        help="put what all pages have in common into files beside this one, for a site of many",
+        help="store the parts common to all pages in separate files in the same folder, for a site "
+        "of many pages",
     )
     parser.add_argument("--force", action="store_true", help="replace an existing file")
     parser.set_defaults(execute=_execute)

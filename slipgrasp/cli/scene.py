@@ -23,7 +23,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     """Adds the command to the parser."""
     parser = commands.add_parser(
         "scene",
-        help="write a scenario as a scene of another engine, with the answer to expect",
+        help="write a scenario as a scene of another engine, with the expected result",
         description=DESCRIPTION,
         epilog=EPILOG,
         add_help=False,

@@ -123,7 +123,7 @@ def test_a_metric_that_is_newer_than_a_file_is_computed_from_its_samples(
     with monkeypatch.context() as past:
         past.setattr(documents, "asdict", lambda value: without_effort(asdict(value)))
         write_recording(short_run, tmp_path / "older.mcap")
-    with pytest.raises(DamagedRecordingError, match="how the run ended is malformed"):
+    with pytest.raises(DamagedRecordingError, match="its end document is malformed"):
         read_recording(tmp_path / "older.mcap")
 
     monkeypatch.setitem(FIRST_FORMAT_WITH, "torque_effort", FORMAT_VERSION + 1)

@@ -53,7 +53,7 @@ def test_what_cannot_be_run_and_what_is_never_lost_are_said() -> None:
     draft = Draft.from_preset("paper-case-2")
     held = run(draft)
     assert find_border(draft, lambda _: None) == (
-        "Held up to 1 kg at least; what is heavier took too long."
+        "Held up to 1 kg at least; heavier objects took too long."
     )
     assert find_border(draft, lambda _: held) == (
         "Held up to 97 kg, there 25 mm from its target; heavier was not tried."

@@ -282,7 +282,7 @@ def test_what_cannot_be_resumed_is_said(bench: Bench) -> None:
     bench.finish()
     bench.do(ResumeStudy())
     study = bench.until(lambda study: study.message)
-    assert "is completed and cannot go on" in study.message
+    assert "is completed and cannot be resumed" in study.message
 
 
 def test_a_study_goes_on_when_its_session_has_gone(service: StudyService) -> None:

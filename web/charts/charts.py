@@ -125,7 +125,7 @@ def _spin_charts(result: RunResult) -> tuple[Chart, ...]:
             "Torsional moment |F_τ| and its limit at the present tangential force",
             "mN m",
             "The band between a moment and its limit is the margin; where it closes, the fingertip "
-            "turns and slides at once.",
+            "turns and slides simultaneously.",
             (
                 *_per_finger("moment", [f"{name} |F_τ|" for name in names], moments),
                 *_per_finger("most", [f"{name} limit" for name in names], limits, dashed=True),

@@ -122,9 +122,9 @@ def _friction_shares(trace: Trace, scenario: Scenario) -> XyChart:
     np.divide(force, limit[:, :, None], out=share, where=limit[:, :, None] > 0.0)
     edge = friction_outline(scenario, corners=72)
     where = (
-        "square; along a tangent that slips it is on its side"
+        "square; if the contact slips along a tangent, it is on the side of that tangent"
         if scenario.friction_cone == "pyramid"
-        else "circle; a fingertip slips with it on the circle, the way it points"
+        else "circle; in slip it is on the circle, and points in the direction of the slip"
     )
     return XyChart(
         Chart(
@@ -157,7 +157,7 @@ def _moment_shares(result: RunResult) -> XyChart:
             "Torsional moment over eμFₙ and tangential force over μFₙ",
             "1",
             "Each soft fingertip sticks inside its limit surface, here the circle; on it "
-            f"it turns and slides at once. {_BEFORE}",
+            f"the fingertip turns and slides simultaneously. {_BEFORE}",
             tuple(_fingers(names, upwards)),
         ),
         tuple(across.T),

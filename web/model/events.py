@@ -203,7 +203,7 @@ def _disturbances(result: RunResult) -> Iterator[RunEvent]:
         end_time = disturbance.values.get("end_time")
         if end_time is not None:
             face = str(disturbance.values["face"]).replace("-", " ")
-            yield RunEvent(end_time, kind, f"the low-friction patch on {face} is gone")
+            yield RunEvent(end_time, kind, f"the low-friction patch on {face} disappears")
 
 
 def _end_of(result: RunResult) -> RunEvent:

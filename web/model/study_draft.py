@@ -31,8 +31,8 @@ COMPARISONS: Mapping[str, tuple[str, tuple[float | str | bool, ...]]] = {
     "adapting slowly (Q = 1) and fast (Q = 20)": ("controller.lyapunov_weight", (1.0, 20.0)),
     "control continuous and every 1 ms": ("controller.control_period", (0.0, 0.001)),
     "theorem 3 and theorem 4": ("controller.kind", ("theorem-3", "theorem-4")),
-    "grip just enough and 1.5 × as safe": ("controller.grip_safety", (1.0, 1.5)),
-    "every control law, all else as it is": (
+    "grip safety 1 and 1.5": ("controller.grip_safety", (1.0, 1.5)),
+    "every control law, other settings unchanged": (
         "controller.kind",
         template_keys()["controller.kind"].choices,
     ),

@@ -34,7 +34,7 @@ TOUR = (
     ),
     Stop(
         "composite-case-2-noisy",
-        "How much noise in the measured velocities can the hand bear?",
+        "How much noise in the measured velocities can the hand tolerate?",
         "sensing.velocity_noise",
     ),
     Stop("poured-mass", "Does pressing harder than needed prevent it?", "controller.grip_safety"),
@@ -62,7 +62,7 @@ TOUR = (
     Stop("spatial-composite", "Up to which mass is it held?", "object.mass"),
     Stop(
         "spatial-composite-noisy",
-        "How much noise in the measured velocities can a spatial hand bear?",
+        "How much noise in the measured velocities can a spatial hand tolerate?",
         "sensing.velocity_noise",
     ),
     Stop("spatial-box", "What if the thumb's face is smooth?", "fingers.0.friction"),

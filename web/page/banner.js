@@ -61,12 +61,12 @@ async function ask() {
     const [title, since] = answeredAt
       ? [
           "Connection lost.",
-          `The server does not answer; what you see is frozen since ${answeredAt.toLocaleTimeString()}. `,
+          `The server does not respond; the page has been frozen since ${answeredAt.toLocaleTimeString()}. `,
         ]
       : ["Waiting for the server.", "It has not answered yet. "];
     alarm(
       title,
-      `${since}This page goes on by itself as soon as the server ${answeredAt ? "is back" : "does"}.`,
+      `${since}This page continues automatically as soon as the server ${answeredAt ? "is back" : "does"}.`,
       "Try again",
       ask,
     );

@@ -56,8 +56,8 @@ class AppearancePanel:
             self.lecture = gui.add_checkbox(
                 "lecture",
                 appearance.lecture,
-                hint="Picture, strip and one chart alone, in large type. "
-                f"Key: {keys_of(ToggleLecture())}; others push, wet a face and pour.",
+                hint="Show only the view, the timeline, the outcome and one chart, in large type "
+                f"(key {keys_of(ToggleLecture())}). The other keys still work.",
             )
         self._command = gui.add_command("Light or dark page", icon=viser.Icon.MOON)
         self._command.on_trigger(lambda _: send(ToggleDark()))

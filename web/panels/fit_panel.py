@@ -60,7 +60,7 @@ class FitPanel:
 
     def _add_inputs(self) -> None:
         gui = self._gui
-        self.data = gui.add_dropdown("data", (_NONE,), hint="The recording to explain.")
+        self.data = gui.add_dropdown("data", (_NONE,), hint="The recording to fit.")
         self.free = gui.add_text(
             "parameters",
             "object.mass",
@@ -70,7 +70,7 @@ class FitPanel:
         self.signals = gui.add_text(
             "signals",
             "object_pose:2e-4,slip:2e-4",
-            hint="Signals to explain, each with the standard deviation of its noise in SI units.",
+            hint="Signals to fit, each with the standard deviation of its noise in SI units.",
         )
         self.starts = gui.add_number(
             "starts", 5, min=1, max=256, step=1, hint="How many points the search starts from."

@@ -67,9 +67,9 @@ def map_html(picture: MapPicture, ringed: int | None) -> str:
 
 
 def _notes(picture: MapPicture) -> list[str]:
-    notes = ["Click a cell to see its run, rest on it to read it."]
+    notes = ["Click a cell to open its run, or hover over it to read its values."]
     if not picture.across.borders or not picture.up.borders:
-        notes = ["Click a point to see its run, rest on it to read it."]
+        notes = ["Click a point to open its run, or hover over it to read its values."]
     if picture.lumped > 1:
         notes.append(
             f"A cell represents {picture.lumped} × {picture.lumped} runs and shows their most "

@@ -79,10 +79,10 @@ class ScenarioPanel:
         self.disturbances = gui.add_button_group(
             "disturb",
             tuple(_DISTURBANCES),
-            hint="Where the play head stands. Push: a short force on the object, 5 N downwards at "
-            "first. Wet patch: less friction from then on where the selected finger touches, else "
-            "the one nearest to slip. Pour: mass and inertia grow to 1.5 times what they are. "
-            "Each can be edited below, and undone.",
+            hint="Act at the play head. Push: a short force on the object, initially 5 N downwards. "
+            "Wet patch: less friction from then on below the selected finger, or else below the "
+            "one nearest to slip. Pour: mass and inertia grow by half. Each can be edited below, "
+            "and undone.",
         )
         self.changes = gui.add_html("")
         self._connect()
@@ -234,7 +234,7 @@ def changes_html(draft: Draft) -> str:
     """
     rows = _change_rows(draft)
     if len(rows) > 1:
-        clear = _button("remove all", "Take all of these back", RemoveChanges())
+        clear = _button("remove all", "Remove all of these changes", RemoveChanges())
         rows.append(f"<div class='sg-editor-row'><span></span>{clear}</div>")
     return f"<div class='sg-editor-note'>{''.join(rows)}</div>" if rows else ""
 

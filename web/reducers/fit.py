@@ -71,7 +71,7 @@ class FitReducer(Reducer):
 
     def _start(self, draft: FitDraft, view: ViewState) -> FitView:
         if not draft.recording:
-            return replace(view.fit, message="Choose the data to explain.")
+            return replace(view.fit, message="Choose the data to fit.")
         try:
             scenario = view.draft.scenario()
         except ScenarioError as error:

@@ -67,7 +67,7 @@ def find_border(draft: Draft, run: Callable[[Draft], RunResult | None]) -> str:
             return f"Held up to {held_at:.3g} kg{_offset_of(held)}; heavier was not tried."
         result = run(draft.edited(MASS, lost_at))
         if result is None:
-            return f"Held up to {held_at:.3g} kg at least; what is heavier took too long."
+            return f"Held up to {held_at:.3g} kg at least; heavier objects took too long."
         if result.metrics.held:
             held, held_at = result, lost_at
         else:
