@@ -55,7 +55,8 @@ def _tabulate(counts: Sequence[int], peaks: Sequence[int]) -> Table:
     growth = (peaks[-1] - peaks[0]) / (counts[-1] - counts[0])
     note = (
         f"Runs of {DURATION:g} s on {THREADS} threads. "
-        f"Memory per further run: {growth / 1e3:.2f} kB; target below {LIMIT / 1e6:.0f} MB: {'met' if max(peaks) < LIMIT else 'missed'}."
+        f"Memory per further run: {growth / 1e3:.2f} kB; "
+        f"target below {LIMIT / 1e6:.0f} MB: {'met' if max(peaks) < LIMIT else 'missed'}."
     )
     return Table("memory", ("runs", "peak [MB]"), rows, (note,))
 

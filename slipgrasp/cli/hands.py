@@ -38,10 +38,10 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         "import",
         help="from a URDF or MJCF file",
         description="Read the joints and links from the base of a hand to its fingertips, merge "
-        "links that are fixed to each other, and write the fingers as TOML. A scenario file in the same "
-        "folder uses the result with the line 'hand = \"FILE.toml\"'; --scenario writes a complete "
-        "scenario instead. Three joints of each finger are independent; lock the others, or couple "
-        "them to these.",
+        "links that are fixed to each other, and write the fingers as TOML. A scenario file in "
+        "the same folder uses the result with the line 'hand = \"FILE.toml\"'; --scenario writes "
+        "a complete scenario instead. Three joints of each finger are independent; lock the "
+        "others, or couple them to these.",
     )
     command.add_argument("file", metavar="FILE", type=Path, help="URDF or MJCF file of the hand")
     command.add_argument(

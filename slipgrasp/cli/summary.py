@@ -102,7 +102,7 @@ def _estimates(result: RunResult) -> Iterator[str]:
     for (key, estimate), true in zip(result.estimates.items(), truth, strict=True):
         unit = definitions[key].unit
         shown = "" if unit == "1" else f" {unit}"
-        yield _line("estimate", f"{key} {estimate:.4g}{shown}, in truth {true:.4g}{shown}")
+        yield _line("estimate", f"{key} {estimate:.4g}{shown}, true value {true:.4g}{shown}")
 
 
 def _warnings(result: RunResult) -> Iterator[str]:

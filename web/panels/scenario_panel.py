@@ -79,10 +79,10 @@ class ScenarioPanel:
         self.disturbances = gui.add_button_group(
             "disturb",
             tuple(_DISTURBANCES),
-            hint="Act at the play head. Push: a short force on the object, initially 5 N downwards. "
-            "Wet patch: less friction from then on below the selected finger, or else below the "
-            "one nearest to slip. Pour: mass and inertia grow by half. Each can be edited below, "
-            "and undone.",
+            hint="Act at the play head. Push: a short force on the object, initially 5 N "
+            "downwards. Wet patch: less friction from then on below the selected finger, or else "
+            "below the one nearest to slip. Pour: mass and inertia grow by half. Each can be "
+            "edited below, and undone.",
         )
         self.changes = gui.add_html("")
         self._connect()
