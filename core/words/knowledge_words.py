@@ -32,8 +32,8 @@ def describe_knowledge(scenario: Scenario, known: Knowledge | None = None) -> st
     """
     known = known or knowledge_of(scenario)
     given, always = given_words(known), "at every instant" + _through(scenario, known)
-    unused = "" if known.uses_friction else ", and its law uses no friction"
-    unused = unused if known.uses_object else ", and its law uses nothing of the object"
+    unused = "" if known.uses_friction else ", but its law uses no friction"
+    unused = unused if known.uses_object else ", but its law uses no parameter of the object"
     if known.told:
         return f"The controller was given {given} {always}{unused}; nothing was unknown to it."
     unknown = [*_names(scenario, known.estimated), *_mistakes(scenario, known)]

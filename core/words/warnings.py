@@ -41,8 +41,8 @@ _COUNTED_IN_SPACE = (
     ),
     (
         "torsion_split",
-        "soft contacts can twist the object against each other by an indeterminate amount; "
-        "the smallest moments were used, and such contacts creep",
+        "moments of soft contacts that cancel each other are not determined; the smallest were "
+        "used, and such contacts creep",
     ),
 )
 

@@ -31,7 +31,7 @@ def check_knowledge(result: RunResult, found: re.Match[str]) -> None:
     kinds = {scenario.controller.kind, *values_of(scenario, "controller.kind")}
     uses_friction = not kinds <= {"pd-gravity", "grip-reflex", "gripper"}
     assert (found["unused"] is not None) == (not uses_friction)
-    assert ("nothing of the object" in (found["unused"] or "")) == (kinds == {"gripper"})
+    assert ("no parameter of the object" in (found["unused"] or "")) == (kinds == {"gripper"})
     friction = any(key.endswith(".friction") for key in unknown)
     mass = any("mass" in key or "inertia" in key for key in unknown)
     given = set(re.findall(r"friction|mass|every other parameter", found["given"]))
@@ -140,7 +140,7 @@ UNKNOWNS: tuple[tuple[str, Callable[[Scenario, re.Match[str]], list[str]]], ...]
 GIVEN = (
     r"given the true (?P<given>[a-z ]+) at every instant"
     r"(?P<through>, (?:timed changes)?(?: and )?(?:patches)? included)?"
-    r"(?P<unused>, and its law uses (?:no friction|nothing of the object))?"
+    r"(?P<unused>, but its law uses (?:no friction|no parameter of the object))?"
 )
 
 KNOWLEDGE: tuple[tuple[str, Callable[[RunResult, re.Match[str]], None]], ...] = (
