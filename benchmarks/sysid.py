@@ -69,7 +69,14 @@ def run(_docs: Path | None = None, seed: int = SEED) -> list[Table]:
     rows = [
         row for name, fitted in fits.items() for row in _rows(name, fitted, base, recorded, data)
     ]
-    heads = ("", "value", "95 % from", "to", f"held the truth, of {RECORDINGS}", "CPU time")
+    heads = (
+        "",
+        "value",
+        "95 % from",
+        "to",
+        f"intervals with the true value, of {RECORDINGS}",
+        "CPU time",
+    )
     truth = ", ".join(f"{key} {value}" for key, value in TRUTH.items())
     notes = (f"Truth: {truth}. Values and intervals of the first recording, CPU time per fit.",)
     return [Table("sysid", heads, tuple(rows), notes, page="fit.md")]

@@ -69,7 +69,7 @@ class Entry:
         stored: The run.
         stamp: Stamp of its files (`RunFiles.stamp`).
         is_read: Whether its description is known: without a sidecar it must be read from the
-            recording, which takes long.
+            recording, which is slow.
         description: Its description, stored in the table if there is no sidecar.
     """
 
