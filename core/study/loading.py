@@ -68,6 +68,9 @@ def load_study(path: str | Path) -> Study:
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         message = f"'{path}' is not valid TOML: {error}"
         raise single_error("study", str(path), "TOML", message) from error
+    if {"object", "fingers"} <= mapping.keys():
+        message = f"'{path}' is a scenario; write a study file with base = \"{file.name}\""
+        raise single_error("study", str(path), "a study file", message)
     for specification in _texts(mapping.pop("laws", []), "laws"):
         _know(specification, file.parent)
     laws = _texts([mapping.pop("law")] if "law" in mapping else [], "law")

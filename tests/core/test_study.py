@@ -181,6 +181,13 @@ def test_a_base_file_is_found_from_the_folder_of_the_study(tmp_path: Path) -> No
     assert load_study(study).base_name == ""
 
 
+def test_a_scenario_in_place_of_a_study_is_refused_with_the_way_out(tmp_path: Path) -> None:
+    scenario = tmp_path / "mine.toml"
+    scenario.write_text("[object]\nmass = 1.0\n[[fingers]]\nfriction = 0.3\n")
+    with pytest.raises(ScenarioError, match=r'is a scenario; write a study .* base = "mine.toml"'):
+        load_study(scenario)
+
+
 def test_recordings_are_kept_of_up_to_a_thousand_runs() -> None:
     def kept(count: int) -> str:
         return make_study(vary={"object.mass": {"min": 1, "max": 2, "count": count}}).recordings

@@ -87,7 +87,10 @@ def _control(scenario: Scenario, chosen: str, names: ParameterNames) -> Control:
     key, _, ends = chosen.partition("=")
     parameter = names.definitions.get(key.replace(".*.", ".0."))
     if parameter is None or not isinstance(parameter.value, float):
-        raise ControlError(f"'{key}' is not a parameter with one number; see slipgrasp scenarios")
+        raise ControlError(
+            f"'{key}' is not a parameter with one number; "
+            "'slipgrasp scenarios parameters' lists them"
+        )
     value = parameter.value
     low, high, step = (
         _chosen_range(chosen, ends, value)
