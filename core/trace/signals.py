@@ -218,7 +218,10 @@ class Samples:
     input_rank: Annotated[
         Floats,
         Signal(
-            "object", "", "1", "Rank of B~ in the phase: how many accelerations torques choose."
+            "object",
+            "",
+            "1",
+            "Rank of B~ in the phase: number of accelerations that torques determine.",
         ),
     ]
     controllability: Annotated[
@@ -227,7 +230,7 @@ class Samples:
             "object",
             "coordinate",
             "1",
-            "Share of an acceleration that torques can produce whatever else is asked.",
+            "Fraction of an acceleration that torques can produce independently of the others.",
         ),
     ]
     slip: Annotated[
@@ -270,7 +273,15 @@ class Samples:
             spatial_text="F_x and F_y of the fingertip on the object, along -t_x and -t_y.",
         ),
     ]
-    normal_force: Annotated[Floats, Signal("contacts", "contact", "N", "F_n, positive pushes.")]
+    normal_force: Annotated[
+        Floats,
+        Signal(
+            "contacts",
+            "contact",
+            "N",
+            "F_n of the fingertip on the object, positive in compression.",
+        ),
+    ]
     friction_margin: Annotated[
         Floats,
         Signal(
