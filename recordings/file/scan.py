@@ -191,7 +191,9 @@ class RecordScanner:
             raise self._damaged("it is empty")
         start = self._read(min(len(MAGIC), self._size))
         if start != MAGIC[: len(start)]:
-            raise ForeignRecordingError(self._name, "it is not an MCAP file")
+            is_table = self._name.lower().endswith(".csv")
+            way_out = "; 'slipgrasp import' makes a recording of a table" * is_table
+            raise ForeignRecordingError(self._name, f"it is not an MCAP file{way_out}")
         if self._tail == 0:
             return
         self._stream.seek(-min(len(MAGIC), self._size), os.SEEK_END)

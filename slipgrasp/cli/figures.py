@@ -135,7 +135,7 @@ def _names(arguments: argparse.Namespace, scenario: Scenario) -> Collection[str]
 def _over(source: str) -> RunResult | MeasuredRecording:
     """The second run of a figure, or measured data."""
     path = Path(source)
-    if path.suffix.lower() != RECORDING_SUFFIX:
+    if path.suffix.lower() not in (RECORDING_SUFFIX, ".csv"):
         return _run_of(source).result()
     from slipgrasp.recordings.measured.recording import is_measured, read_measured
 

@@ -114,5 +114,7 @@ def test_measured_data_are_dots_over_a_run(run, tmp_path, capsys, monkeypatch):
     assert figure.get_suptitle() == f"solid: {run.name}; dots: data"
 
     chosen = ["figures", "paper-case-2", "--signals", "slip", "--format", "svg"]
+    assert main([*chosen, "--over", "data.csv"]) == 2
+    assert "'slipgrasp import' makes a recording of a table" in capsys.readouterr().err
     assert main([*chosen, "--over", "data.mcap"]) == 0
     assert "dots: data" in next(tmp_path.rglob("*.svg")).read_text()
