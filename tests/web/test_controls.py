@@ -10,7 +10,11 @@ import viser
 
 from slipgrasp.core.exceptions import FieldError, ScenarioError
 from slipgrasp.core.scenario import Scenario
-from slipgrasp.core.scenario.loading import load_scenario, parameter_definitions
+from slipgrasp.core.scenario.loading import (
+    load_scenario,
+    parameter_definitions,
+    scenario_from_mapping,
+)
 from slipgrasp.core.scenario.space import SPATIAL
 from slipgrasp.server.viewer.server import ViewerServer
 from slipgrasp.web.model.disturbances import push_at
@@ -215,6 +219,16 @@ def test_a_control_shows_the_value_that_holds_at_the_play_head(viewer_server: Vi
         panel.update(view_of(draft, time))
         assert panel.control(MASS).value == value
     panel.remove()
+
+
+def test_controls_stay_where_the_same_scenario_is_opened_again(viewer_server: ViewerServer) -> None:
+    scenario = load_scenario("paper-case-1")
+    panel, _ = panel_of(viewer_server, scenario)
+    shown = panel.shown_keys
+    recorded = scenario_from_mapping(scenario.to_mapping())
+    panel.update(view_of(Draft.starting_from("a recording", recorded)))
+    assert MASS in shown
+    assert panel.shown_keys == shown
 
 
 def test_the_control_in_the_users_hand_is_left_alone(viewer_server: ViewerServer) -> None:

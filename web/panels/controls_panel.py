@@ -115,7 +115,7 @@ class ControlsPanel:
         selection, parts = view.selection, tuple(parts_of(view.draft))
         moment = change_time(view.playback.time) if view.playback else 0.0
         kinds = {key: str(view.draft.value_at(moment, key)) for key in self._kind_keys}
-        selected = (selection, parts, kinds, self._base)
+        selected = (selection, parts, kinds)
         if selected == self._selected:
             return
         self._selected = selected
@@ -175,7 +175,7 @@ class ControlsPanel:
 
     def _build(self, scenario: Scenario) -> None:
         self._clear()
-        self._base, self._shown, self._told = scenario, None, ()
+        self._base, self._shown, self._told, self._selected = scenario, None, (), None
         definitions = parameter_definitions(scenario)
         laws = law_groups(scenario)
         of_laws = {entry.parameter.key for group in laws for entry in group.entries}
