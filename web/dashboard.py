@@ -5,18 +5,16 @@ from __future__ import annotations
 import threading
 import warnings
 
-import numpy as np
 import viser
 
 from slipgrasp.server.fits.service import FitService
 from slipgrasp.server.runs.service import RunService
 from slipgrasp.server.studies.service import StudyService
 from slipgrasp.server.viewer.server import ViewerServer
-from slipgrasp.web.model.page_layout import Picture
 from slipgrasp.web.model.replay import Source
 from slipgrasp.web.page.session_directory import SessionDirectory
 from slipgrasp.web.reducers.frame_pacing import FramePacer
-from slipgrasp.web.scene.camera import FIELD_OF_VIEW, frame_box
+from slipgrasp.web.scene.camera import FIELD_OF_VIEW, OPENING
 from slipgrasp.web.screen import apply_theme
 from slipgrasp.web.session import Services, Session
 from slipgrasp.web.standalone.page_file import write_usual_page
@@ -24,8 +22,6 @@ from slipgrasp.web.workers.open_recordings import OpenRecordings
 from slipgrasp.web.workers.saved_runs import SavedRuns
 
 _CLOSING_TIME = 5.0
-_FIRST_BOX = (np.array([-0.3, -0.3]), np.array([3.2, 2.4]))
-_FIRST_PICTURE = Picture(700, 900)
 
 
 class Dashboard:
@@ -69,10 +65,9 @@ class Dashboard:
         self._server = ViewerServer("slipgrasp")
         apply_theme(self._server.gui, dark=False)
         # Until the first run is shown; its scene then sets the camera.
-        framing = frame_box(*_FIRST_BOX, _FIRST_PICTURE)
         self._server.initial_camera.fov = FIELD_OF_VIEW
-        self._server.initial_camera.position = framing.position
-        self._server.initial_camera.look_at = framing.look_at
+        self._server.initial_camera.position = OPENING.position
+        self._server.initial_camera.look_at = OPENING.look_at
         self._server.on_client_connect(self._open)
         self._server.on_client_disconnect(self._close)
 

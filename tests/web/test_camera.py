@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from slipgrasp.web.model.page_layout import Picture
-from slipgrasp.web.scene.camera import FrontCamera, frame_box
+from slipgrasp.web.scene.camera import OPENING, FrontCamera, frame_box
 
 LOW, HIGH = np.array([0.0, 0.0]), np.array([3.0, 2.0])
 WIDE, NARROW = Picture(1000, 800, 200), Picture(600, 800, 200)
@@ -107,6 +107,17 @@ def test_a_late_report_of_where_the_camera_was_does_not_count_as_moved(
     camera.report(FAR_AWAY)
     camera.measure(WIDE)
     assert viewer.position == place(LOW_PICTURE)
+
+
+def test_a_page_that_returns_to_the_camera_of_its_opening_is_framed_again(
+    camera: FrontCamera, viewer: StandIn
+) -> None:
+    camera.report(place(WIDE))
+    viewer.position = OPENING.position
+    camera.report(OPENING.position)
+    assert viewer.position == place(WIDE)
+    camera.measure(NARROW)
+    assert viewer.position == place(NARROW)
 
 
 def test_another_run_of_the_same_size_does_not_move_the_camera(

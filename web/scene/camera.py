@@ -64,6 +64,10 @@ def frame_box(
     return Framing(middle, whole / math.tan(0.5 * FIELD_OF_VIEW), plane)
 
 
+OPENING = frame_box(np.array([-0.3, -0.3]), np.array([3.2, 2.4]), Picture(700, 900))
+"""The camera of a page before its first run."""
+
+
 def stands_at(position: Place, framing: Framing) -> bool:
     """Whether a reported camera position [m] is that of a framing."""
     return _are_near(position, framing.position, framing)
@@ -132,12 +136,15 @@ class FrontCamera:
 
         Reports from before the framing may arrive late, even after one of the new position: only a
         camera that has been at the new position, and is then neither there nor at the old one, was
-        moved by the user.
+        moved by the user. A busy page may also put the camera of the opening over the framing.
         """
         framing = self._framing
         if framing is None:
             return
         in_place = stands_at(position, framing)
+        if self._free and not in_place and stands_at(position, OPENING):
+            self.frame()
+            return
         is_late = any(_are_near(position, left, framing) for left in self._left)
         if self._arrived and not in_place and not is_late:
             self._free = False
