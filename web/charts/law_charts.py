@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipgrasp.core.run.verdict import headline_of
+from slipgrasp.core.scenario.laws import law_alias
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.words.phrases import length_words
 from slipgrasp.recordings.palette import FINGERS, Rgb
@@ -101,7 +102,9 @@ def _drawn(
         if run.result is None or run.result.end_time <= window.start:
             continue
         trace = run.result.trace
-        line = Line(run.kind, run.kind, colour_of(i), read(trace), dashed=i >= len(FINGERS))
+        line = Line(
+            run.kind, law_alias(run.kind), colour_of(i), read(trace), dashed=i >= len(FINGERS)
+        )
         only = Chart(chart.key, chart.title, chart.unit, chart.about, (line,))
         times, _, values = Drawing.of(trace, only, window).columns()
         lines.append(line)
@@ -126,7 +129,7 @@ def laws_html(runs: Sequence[LawRun], present: str, *, dark: bool) -> str:
 def _button(index: int, run: LawRun, present: str, dark: bool) -> str:
     stroke = "━" if index < len(FINGERS) else "╍"
     swatch = f"<span style='color:{css(legible(colour_of(index), dark=dark))}'>{stroke}</span>"
-    words = f"{swatch} <b>{escape(run.kind)}</b> {escape(law_run_words(run))}"
+    words = f"{swatch} <b>{escape(law_alias(run.kind))}</b> {escape(law_run_words(run))}"
     if run.result is None:
         return f"<div class='sg-law sg-law-refused'>{words}</div>"
     return (
