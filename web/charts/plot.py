@@ -15,8 +15,8 @@ from slipgrasp.web.charts.drawn import DrawnChart
 from slipgrasp.web.charts.html import head_html
 from slipgrasp.web.model.colours import css, legible
 
-# Margin around the lines [px].
-_TOP, _RIGHT, _BELOW, _LEFT = 6, 12, 28, 56
+# Margin around the lines [px]; at the right for half of the last number of the time axis.
+_TOP, _RIGHT, _BELOW, _LEFT = 6, 20, 28, 56
 _LABEL = 14
 _PALE, _BAND = 0.4, 0.12
 _PAD = 0.1
