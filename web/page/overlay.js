@@ -276,10 +276,11 @@ class Scale {
 
   draw(x, y, radius, font) {
     const length = this.share * radius;
-    const start = x - 0.5 * (length + 3.4 * font);
+    const half = 0.25 * this.words.length * font;
+    const start = x - 0.5 * (length + 2 * half + 0.6 * font);
     const at = y + 0.04 * radius + 0.7 * font;
     set(this.bar, { d: `M${tenth(start)} ${tenth(at - 3)}v6m0-3h${tenth(length)}m0-3v6` });
-    write(this.label, this.words, start + length + 2 * font, at + 0.3 * font, 0.85 * font);
+    write(this.label, this.words, start + length + half + 0.6 * font, at + 0.3 * font, 0.85 * font);
   }
 }
 
