@@ -3,6 +3,7 @@ import { camera, lines } from "./formulas.js";
 import { locate } from "./rows.js";
 
 const ARRAYS = { "<f4": Float32Array, "<f8": Float64Array, "|u1": Uint8Array, "<u4": Uint32Array, "<i4": Int32Array, "<i8": BigInt64Array };
+const ROUNDING = 1e-9; // in the unit of any chart
 
 /** Data, and first messages in the colours of the theme. */
 export function load(dark) {
@@ -85,11 +86,12 @@ function readAt(columns, run, times) {
   );
 }
 
-/** What the lines of a chart show at a time, in words. */
+/** What the lines of a chart show at a time, in words; rounding errors are 0. */
 function readerOf({ key, count }) {
   const values = new Float64Array(count);
   return (own, time) => {
     lines[key](own.between(locate(own.times, time)), values);
-    return [...values].map((value) => String(Number(value.toPrecision(3))).replace("-", "−"));
+    const shown = [...values].map((value) => (Math.abs(value) < ROUNDING ? 0 : value));
+    return shown.map((value) => String(Number(value.toPrecision(3))).replace("-", "−"));
   };
 }
