@@ -91,3 +91,19 @@ def test_a_phone_has_the_picture_the_strip_how_it_went_and_the_controls(page: Pa
 
     for shown in (page.locator(VERDICT), control(page, "mass [kg]")):
         wait_until(lambda shown=shown: is_reached(shown), "it lies below the strip, or outside")
+
+
+def test_on_a_phone_tabs_are_on_one_line_and_the_controls_of_time_on_two(page: Page) -> None:
+    page.set_viewport_size(PHONE)
+    tabs = page.get_by_role("tablist").filter(has_text="Recordings").get_by_role("tab")
+    controls = page.locator(".sg-transport > :visible")
+
+    def is_in_lines(shown: Locator, count: int) -> bool:
+        boxes = [box_of(each) for each in shown.all()]
+        lines = {round(0.5 * (box.top + box.bottom)) for box in boxes}
+        return len(lines) == count and all(
+            box.is_across(box_of(page.locator("body"))) for box in boxes
+        )
+
+    wait_until(lambda: tabs.count() == 5 and is_in_lines(tabs, 1), "a tab wraps")
+    wait_until(lambda: is_in_lines(controls, 2), "the controls of time need more than two lines")

@@ -152,7 +152,7 @@ def _origin_html(shown: Shown) -> str:
         return f'<span class="sg-origin"><b>Live run</b> {escape(shown.name)}</span>'
     return (
         f'<span class="sg-origin"><b class="sg-badge" style="background:{css(GHOST)}">Replay</b> '
-        f"<b>{escape(replay.name)}</b>, recorded {escape(replay.recorded)}</span>"
+        f"<b>{escape(replay.name)}</b><span>, recorded {escape(replay.recorded)}</span></span>"
     )
 
 

@@ -51,7 +51,7 @@ _MODULES = {
     ),
 }
 _STYLES = {
-    _DASHBOARD: ("charts", "outcome", "study", "viser", "dashboard", "phone"),
+    _DASHBOARD: ("charts", "outcome", "study", "viser", "playback", "dashboard", "phone"),
     _OWN: ("page",),
 }
 _KEYS = (
