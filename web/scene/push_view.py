@@ -58,7 +58,7 @@ class PushView:
             f"{name}/moment", np.zeros((1, 2, 3)), PUSH, thickness=1.3 * shaft
         )
         self._words = scene.add_label(
-            f"{name}/words", "", anchor="center-center", font_screen_scale=1.3
+            f"{name}/words", "", anchor="center-center", font_screen_scale=1.0
         )
         self._follow_object = Follower(detail, self._move)
         self._follow_wrench = Follower(detail, self._draw)
