@@ -206,6 +206,17 @@ def describe(scenario: Any) -> dict[str, Parameter]:
     return {parameter.key: parameter for parameter in iterate_parameters(scenario)}
 
 
+def find_parameter(scenario: Any, key: str) -> Parameter | None:
+    """The parameter with a dotted key; None if there is none.
+
+    Describes only the part of the scenario that contains it, a small fraction of `describe`.
+    """
+    name = key.partition(".")[0]
+    hint = hints_of(type(scenario)).get(name)
+    found = () if hint is None else _describe_value(name, hint, getattr(scenario, name))
+    return next((parameter for parameter in found if parameter.key == key), None)
+
+
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
 class ParameterDifference:
     """A parameter that differs between two scenarios.

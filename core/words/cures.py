@@ -8,10 +8,11 @@ lost it.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
+from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.custom_laws import LAW_PARAMETERS, law_parameters
 from slipgrasp.core.scenario.law_choice import missing_bounds
-from slipgrasp.core.scenario.loading import parameter_definitions
 from slipgrasp.core.words.hints import Situation
 from slipgrasp.core.words.misbelief import turns, worst_beliefs
 from slipgrasp.core.words.options import (
@@ -154,9 +155,8 @@ def stop_slip_earlier(situation: Situation) -> Iterator[Option]:
 def start_nearer_to_the_truth(situation: Situation) -> Iterator[Option]:
     """Suggests other values for the initial estimates with the largest errors."""
     start = situation.start
-    definitions = parameter_definitions(start)
     believed = [estimate.initial for estimate in start.estimates]
-    true = [_number(definitions[estimate.parameter].value) for estimate in start.estimates]
+    true = [_true_value(start, estimate.parameter) for estimate in start.estimates]
     found = worst_beliefs(situation.scenario, believed, true, turns=turns(situation.last))
     yield from believe_the_truth(start, {k: true[k] for k in sorted(found)})
 
@@ -186,6 +186,10 @@ def bound_estimates(situation: Situation) -> Iterator[Option]:
         yield Option(words, bounds, "physical bounds for all estimates" * bool(bounds))
 
 
-def _number(value: object) -> float:
+def _true_value(scenario: Scenario, key: str) -> float:
+    """Value of a parameter that can be estimated [SI]."""
+    value: Any = scenario
+    for part in key.split("."):
+        value = value[int(part)] if isinstance(value, tuple) else getattr(value, part)
     assert isinstance(value, (int, float)), "only numbers can be estimated"
     return float(value)

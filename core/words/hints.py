@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from functools import lru_cache
 
 import numpy as np
 
@@ -121,8 +122,12 @@ class Situation:
         return None
 
 
+@lru_cache(maxsize=16)
 def scenario_at(scenario: Scenario, time: float) -> Scenario:
-    """Returns a scenario with the timed changes before a time [s], and without later ones."""
+    """Returns a scenario with the timed changes before a time [s], and without later ones.
+
+    Cached, because a description of a run needs it several times.
+    """
     due = sorted((c for c in scenario.changes if c.time < time), key=lambda change: change.time)
     values = {c.parameter: list(c.value) if isinstance(c.value, tuple) else c.value for c in due}
     return with_values(replace(scenario, changes=()), values, with_law=False)

@@ -11,8 +11,7 @@ from dataclasses import dataclass, field
 
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.law_choice import LAW
-from slipgrasp.core.scenario.loading import parameter_definitions
-from slipgrasp.core.scenario.parameters import Parameter
+from slipgrasp.core.scenario.parameters import Parameter, find_parameter
 from slipgrasp.core.scenario.unknowns import unit_of_unknown
 from slipgrasp.core.words.parameter_words import value_words
 from slipgrasp.core.words.phrases import joined
@@ -50,7 +49,7 @@ class Option:
 
 def raise_(scenario: Scenario, key: str, factor: float = _FACTOR) -> Iterator[Option]:
     """Raises a parameter above its value, unless it is at its bound."""
-    parameter = parameter_definitions(scenario).get(key)
+    parameter = find_parameter(scenario, key)
     if parameter is None or not isinstance(parameter.value, (int, float)):
         yield Option(f"raise {key}")
     elif parameter.maximum is None or parameter.value < parameter.maximum:
@@ -61,7 +60,7 @@ def raise_(scenario: Scenario, key: str, factor: float = _FACTOR) -> Iterator[Op
 
 def lower(scenario: Scenario, key: str) -> Iterator[Option]:
     """Lowers a parameter below its value, unless it is at its bound."""
-    parameter = parameter_definitions(scenario).get(key)
+    parameter = find_parameter(scenario, key)
     if parameter is None or not isinstance(parameter.value, (int, float)):
         yield Option(f"lower {key}")
     elif parameter.minimum is None or parameter.value > parameter.minimum:

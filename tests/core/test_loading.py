@@ -17,6 +17,7 @@ from slipgrasp.core.scenario.loading import (
     settable_parameters,
     with_values,
 )
+from slipgrasp.core.scenario.parameters import find_parameter
 
 CASE = load_scenario("paper-case-1")
 RICH = with_values(
@@ -102,6 +103,13 @@ def test_every_definition_has_key_value_sentence_and_limit():
         assert parameter.minimum is None or parameter.minimum <= low
         assert low < high
         assert parameter.maximum is None or high <= parameter.maximum
+
+
+def test_one_parameter_is_found_without_describing_the_others():
+    for key, parameter in parameter_definitions(RICH).items():
+        assert find_parameter(RICH, key) == parameter
+    assert find_parameter(RICH, "fingers.9.friction") is None
+    assert find_parameter(RICH, "nothing") is None
 
 
 def test_every_definition_can_be_set_to_its_own_value():
