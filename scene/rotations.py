@@ -39,15 +39,19 @@ def product(first: Values, second: Values) -> Values:
 
 def matrices(quaternions: Values) -> Values:
     """Rotation matrices ``(..., 3, 3)`` of quaternions of any nonzero length."""
-    w, x, y, z = np.moveaxis(
-        quaternions / np.linalg.norm(quaternions, axis=-1, keepdims=True), -1, 0
+    unit = quaternions / np.linalg.norm(quaternions, axis=-1, keepdims=True)
+    w, x, y, z = (unit[..., k] for k in range(4))
+    rows = (
+        (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)),
+        (2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)),
+        (2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)),
     )
-    rows = [
-        [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
-        [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
-        [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
-    ]
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+    # Filled in place: stacking nine small arrays takes longer than computing them.
+    found = np.empty_like(unit, shape=(*unit.shape[:-1], 3, 3))
+    for i, row in enumerate(rows):
+        for k, entries in enumerate(row):
+            found[..., i, k] = entries
+    return found
 
 
 def of_matrix(matrix: Values) -> tuple[float, float, float, float]:

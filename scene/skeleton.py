@@ -146,18 +146,24 @@ def contacts_of(scenario: Scenario) -> tuple[Contact, ...]:
 
 def frames_of(scenario: Scenario) -> list[Frame]:
     """All frames of a hand and its object, parents first."""
-    root = ROOTS[scenario.space]
-    frames = [Frame(PLANE, WORLD, _ORIGIN, UPRIGHT)] if root == PLANE else []
-    frames += [
-        Frame(OBJECT, root, lambda s: s.object_pose[:, :3], lambda s: s.object_pose[:, 3:]),
-        Frame(DESIRED, root, lambda s: s.desired_pose[:, :3], lambda s: s.desired_pose[:, 3:]),
-    ]
+    root, frames = ROOTS[scenario.space], body_frames(scenario)
     for i, contact in enumerate(contacts_of(scenario)):
         frames += _finger(scenario, root, i)
         place, turn = partial(_touched, contact, i), rotations.of_matrix(contact.axes)
         moving = partial(_following, contact, i, np.array(turn)) if contact.is_curved else turn
         frames.append(Frame(contact_name(i), OBJECT, place, moving))
     return frames
+
+
+def body_frames(scenario: Scenario) -> list[Frame]:
+    """The frames of the actual and the desired object, and the plane of a planar hand."""
+    root = ROOTS[scenario.space]
+    frames = [Frame(PLANE, WORLD, _ORIGIN, UPRIGHT)] if root == PLANE else []
+    return [
+        *frames,
+        Frame(OBJECT, root, lambda s: s.object_pose[:, :3], lambda s: s.object_pose[:, 3:]),
+        Frame(DESIRED, root, lambda s: s.desired_pose[:, :3], lambda s: s.desired_pose[:, 3:]),
+    ]
 
 
 def world_poses(frames: list[Frame], states: States) -> dict[str, tuple[Values, Values]]:

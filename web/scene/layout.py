@@ -131,7 +131,7 @@ def full_scale(result: RunResult) -> FullScale:
 
 def _grasp_box(result: RunResult, plane: ViewPlane) -> tuple[Points, Points]:
     """Corners of a box around all desired positions of the object, and its fingertips [m]."""
-    poses = _object_poses(result.scenario, states_of(result.trace))
+    poses = skeleton.world_poses(skeleton.body_frames(result.scenario), states_of(result.trace))
     actual, desired = (
         plane.project(poses[name][0]) for name in (skeleton.OBJECT, skeleton.DESIRED)
     )
@@ -148,12 +148,6 @@ def _hand_box(result: RunResult, plane: ViewPlane) -> tuple[Points, Points]:
     corners = _corners(result.scenario, *poses[skeleton.OBJECT])
     points = plane.project(np.concatenate([*joints, corners]))
     return points.min(axis=0) - _MARGIN_LOW, points.max(axis=0) + _MARGIN_HIGH
-
-
-def _object_poses(scenario: Scenario, states: States) -> dict[str, tuple[Points, Points]]:
-    names = (skeleton.PLANE, skeleton.OBJECT, skeleton.DESIRED)
-    frames = [frame for frame in skeleton.frames_of(scenario) if frame.name in names]
-    return skeleton.world_poses(frames, states)
 
 
 def _corners(scenario: Scenario, positions: Points, turns: Points) -> Points:
@@ -181,7 +175,7 @@ def _held_points(result: RunResult) -> Points:
     """Corners of a box around the actual and desired object at some instants [m]."""
     trace, scenario = result.trace, result.scenario
     some = trace[np.unique(np.linspace(0, len(trace) - 1, _POSES).astype(int))]
-    poses = _object_poses(scenario, states_of(some))
+    poses = skeleton.world_poses(skeleton.body_frames(scenario), states_of(some))
     solid = parts.solid(scenario, parts.sizes_of(scenario).half_depth).points
     low, high = solid.min(axis=0), solid.max(axis=0)
     box = low + _BOX * (high - low)
