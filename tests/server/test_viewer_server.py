@@ -27,6 +27,15 @@ def test_icons_are_read_once_however_many_a_page_has():
     assert reads == [MANY, 0]
 
 
+def test_annotations_are_evaluated_once_per_class_of_elements():
+    server = ViewerServer()
+    try:
+        one, other = (server.scene.add_frame(name) for name in ("/one", "/other"))
+    finally:
+        server.stop()
+    assert one._prop_hints is other._prop_hints
+
+
 def test_an_error_of_a_callback_is_logged_and_not_printed(caplog, capsys) -> None:
     server = ViewerServer()
     server.stop()
