@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from operator import is_
+
 import viser
 
 from slipgrasp.core.trace.types import ContactPhase
@@ -106,13 +108,21 @@ class Screen:
             self._export,
             self._session_state,
         )
+        self._of_run = (self._outcome, self._playback, self._charts, self._session_state)
         self._drawn: object = None
+        self._instant: tuple[object, ...] = (None, None, None)
         self._dark = view.appearance.dark
         client.camera.on_update(lambda camera: send(_report(camera)))
 
+    def update_run(self, view: ViewState) -> None:
+        """Draws what a new run changes in sight; `update` then draws the rest."""
+        if view.shown is not None:
+            self._draw(view.shown, view)
+        for panel in self._of_run:
+            panel.update(view)
+
     def update(self, view: ViewState) -> None:
         """Draws a view; unchanged parts cost nothing."""
-        self._camera.hold(is_held=view.drag is not None)
         if view.page_layout is not None and view.page_layout != self._page_layout:
             self._page_layout = view.page_layout
             self._fit()
@@ -134,6 +144,7 @@ class Screen:
 
     def _draw(self, shown: Shown, view: ViewState) -> None:
         """Draws the run at the play head, and the ghost."""
+        self._camera.hold(is_held=view.drag is not None)
         pale = view.ghost.drawn if view.ghost is not None else None
         drawn = (shown.ticket, pale, view.appearance)
         if drawn != self._drawn:
@@ -141,7 +152,10 @@ class Screen:
             layout = self._scene.show(shown.result, pale, view.appearance)
             low, high = layout.corners(lenses=view.appearance.lenses)
             self._camera.show(low, high, layout.plane)
-        if view.sample is not None and view.playback is not None:
+        instant = (self._drawn, view.playback, view.drag)
+        has_moved = not all(map(is_, instant, self._instant))
+        if has_moved and view.sample is not None and view.playback is not None:
+            self._instant = instant
             self._scene.update(view.sample, view.ghost_sample, moving=view.playback.playing)
 
     def _fit(self) -> None:

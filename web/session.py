@@ -8,7 +8,7 @@ from __future__ import annotations
 import logging
 import threading
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import chain
@@ -54,6 +54,7 @@ from slipgrasp.web.workers.worker import Worker
 FIRST_PRESET = "paper-case-1"
 """The preset of new sessions; its object stays held when a visitor pulls it."""
 _TIME_TO_LEAVE = 1.0
+_HEAD_START = 0.005  # [s]
 _logger = logging.getLogger(__name__)
 
 
@@ -180,23 +181,38 @@ class Session:
             now = time.monotonic()
             for reducer in self._reducers:
                 self._view = reducer.pass_time(now, self._view)
-            is_new = self._drawn is None or self._view.shown is not self._drawn.shown
-            if is_new or not any(reducer.expects_answer(now) for reducer in self._reducers):
+            is_due = self._drawn is None or self._has_new_run()
+            if is_due or not any(reducer.expects_answer(now) for reducer in self._reducers):
                 self._draw(screen, now)
 
     def _draw(self, screen: Screen, now: float) -> None:
         playing = self._view.playback is not None and self._view.playback.playing
         if playing and self._view is self._drawn:
             return  # The next frame follows soon, and updates everything that depends on the time.
-        self._drawn = self._view
+        has_new_run, self._drawn = self._has_new_run(), self._view
         began = time.thread_time()
-        # In one batch: otherwise the sending loop would take the interpreter lock at every
-        # message, and wait for more after the first.
-        with self._client.atomic():
-            screen.update(self._view)
-        self._client.flush()
+        if has_new_run:
+            self._send_drawing(screen.update_run)
+            # The loop that sends takes the interpreter lock, before the rest is drawn.
+            time.sleep(_HEAD_START)
+        self._send_drawing(screen.update)
         if playing:
             self._pacer.drew(self._client.client_id, time.thread_time() - began, now)
+
+    def _has_new_run(self) -> bool:
+        """Whether a run is to be shown that was not drawn yet."""
+        drawn = None if self._drawn is None else self._drawn.shown
+        return self._view.shown is not None and self._view.shown is not drawn
+
+    def _send_drawing(self, draw: Callable[[ViewState], None]) -> None:
+        """Sends a drawing of the view in one batch.
+
+        Otherwise the sending loop would take the interpreter lock at every message, and wait for
+        more after the first.
+        """
+        with self._client.atomic():
+            draw(self._view)
+        self._client.flush()
 
     def _take(self, intent: Intent) -> None:
         for reducer in self._reducers:
