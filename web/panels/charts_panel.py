@@ -72,6 +72,7 @@ class ChartsPanel:
         self._ghost_run: ChartedRun | None = None
         self._drawing: tuple[TimeWindow, ChartsView, bool, bool] | None = None
         self._drawn: set[str] = set()
+        self._asked: object = None
         self._read, self._read_at = Cursors(0.0, None), 0.0
 
     def update(self, view: ViewState) -> None:
@@ -109,7 +110,11 @@ class ChartsPanel:
                 charts[:1] if view.appearance.lecture else charts, label, dark=dark
             )
         if CHOSEN_TAB in due:
-            self._tabs[CHOSEN_TAB].ask(search_html(run.trace, run.chosen))
+            # The names of the signals, of which there are hundreds, rarely change.
+            asked = (run.trace.shape, run.trace.absent, run.chosen)
+            if asked != self._asked:
+                self._asked = asked
+                self._tabs[CHOSEN_TAB].ask(search_html(run.trace, run.chosen))
         if XY_TAB in due:
             self._xy.draw(run, ghost, window, view.charts, label, dark=dark)
 
