@@ -37,20 +37,26 @@ import { startStart } from "./start.js";
 import { startUploads } from "./uploads.js";
 import { startWelcome } from "./welcome.js";
 
-startStart();
-startLink();
-startClock();
-startGestures();
-startCharts();
-startCloseUps();
-startPicture();
-startUploads();
-startFolds();
-startNames();
-startNumbers();
-startWelcome();
-startPageLayout();
-startLecture();
-startKeyboard();
-startBanner();
-watchSessionState();
+// This script does not hold up the page, which may still be incomplete.
+if (document.readyState === "loading") document.addEventListener("DOMContentLoaded", start);
+else start();
+
+function start() {
+  startStart();
+  startLink();
+  startClock();
+  startGestures();
+  startCharts();
+  startCloseUps();
+  startPicture();
+  startUploads();
+  startFolds();
+  startNames();
+  startNumbers();
+  startWelcome();
+  startPageLayout();
+  startLecture();
+  startKeyboard();
+  startBanner();
+  watchSessionState();
+}

@@ -111,5 +111,6 @@ def head_html(root: str = "") -> str:
         f'<link rel="icon" type="image/svg+xml" href="{static}/icon.svg" />'
         f'<link rel="stylesheet" href="{static}/dashboard.css" />'
         f"{keys_html()}{colours_html()}"
-        f'<script type="module" src="{static}/dashboard.js"></script>'
+        # Asynchronous, as viser's script would otherwise wait until all modules are loaded.
+        f'<script type="module" async src="{static}/dashboard.js"></script>'
     )
