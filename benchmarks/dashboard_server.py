@@ -1,11 +1,13 @@
 """`python -m benchmarks.dashboard_server FOLDER PRESET`: a dashboard that reports ages of frames.
 
-It opens with the preset, prints its port, and ends when its standard input is closed. The stamp is
-the last message of a frame, so that its receiver has the whole frame and its age.
+It is set up as by `slipgrasp serve`, opens with the preset, prints its port, and ends when its
+standard input is closed. The stamp is the last message of a frame, so that its receiver has the
+whole frame and its age.
 """
 
 from __future__ import annotations
 
+import gc
 import sys
 import threading
 import time
@@ -15,6 +17,7 @@ from typing import Any
 import uvicorn
 
 import slipgrasp.web.session
+from slipgrasp.cli.serving import SWITCH_SECONDS
 from slipgrasp.server.app import server_config
 from slipgrasp.server.memory import give_back_freed_memory
 from slipgrasp.server.settings import Settings
@@ -44,10 +47,12 @@ class StampedScreen(Screen):
 def main() -> None:
     """Serves until the standard input is closed."""
     give_back_freed_memory()
+    sys.setswitchinterval(SWITCH_SECONDS)
     slipgrasp.web.session.Screen = StampedScreen
     slipgrasp.web.session.FIRST_PRESET = sys.argv[2]
     settings = Settings(data_directory=Path(sys.argv[1]))
     server = uvicorn.Server(server_config(create_dashboard_app(settings), settings))
+    gc.freeze()
     thread = threading.Thread(target=server.run)
     thread.start()
     while not server.started:
