@@ -360,7 +360,7 @@ def test_equal_fits_give_equal_reports_and_the_sampled_best_run_is_the_model(bas
     [
         (["object.mas"], NOISE, (), ["object.mas", "no parameter", "object.mass"]),
         (["controller.kind"], NOISE, (), ["controller.kind", "a choice"]),
-        (["object.mass=2..1"], NOISE, (), ["object.mass=2..1", "no range"]),
+        (["object.mass=2..1"], NOISE, (), ["object.mass=2..1", "not a range"]),
         (["object.mass=1"], NOISE, (), ["LOW..HIGH"]),
         (["object.mass", "object.mass"], NOISE, (), ["free twice"]),
         ([], NOISE, (), ["0 parameters", "1 … 12"]),

@@ -155,7 +155,7 @@ def test_a_run_can_be_fitted_and_another_predicted(serving, data):
         ({"set": {"object.masss": 1.0}}, "object.masss", "did you mean"),
         ({"free": []}, "free", "at least 1"),
         ({"free": ["object.masss"]}, "free", "did you mean 'object.mass'"),
-        ({"free": ["object.mass=5..2"]}, "free", "no range within"),
+        ({"free": ["object.mass=5..2"]}, "free", "not a range within"),
         ({"free": ["object.mass"] * 2}, "free", "free twice"),
         ({"compare": [["object.masss"]]}, "free", "no parameter"),
         ({"signals": {}}, "signals", "at least 1"),

@@ -19,8 +19,8 @@ PAGES = (
 )
 PACKAGES = ("core", "recordings", "scene", "figures", "server", "web", "slipgrasp")
 KINDS = (
-    *("parameter", "thing that is drawn", "signal", "chart", "metric", "control law"),
-    *("export format", "job that grows with a run", "REST route", "REST filter"),
+    *("parameter", "drawn object", "signal", "chart", "metric", "control law"),
+    *("export format", "job whose memory grows with a run", "REST route", "REST filter"),
     *("integration method", "executor", "guard that ends a run", "outcome", "finger kind"),
     *("figure", "panel", "CLI command", "preset"),
 )

@@ -68,10 +68,10 @@ def test_the_claims_are_told_with_their_numbers():
         f"{at['switches, predicts']['50']} % at 50 ms, holding all at every latency",
         f"{median['holds, predicts']:.0f} mm at the median for 50 ms, "
         f"{median['switches, predicts']:.0f} mm with switching",
-        f"it holds {expected['1']} % at 1 mm/s and {expected['2']} % at 2 mm/s",
-        f"it holds {known['10']} and {sums['10']} %",
-        f"holding holds {min(holding)} % and more",
-        f"switching {min(switching)} to {max(switching)} %",
+        f"it holds {expected['1']} % at 1 mm/s, {expected['2']} % at 2 mm/s",
+        f"it holds {known['10']} %, with sums {sums['10']} %",
+        f"*holds* retains at least {min(holding)} % of the objects",
+        f"*switches* {min(switching)} to {max(switching)} %",
         f"{min(aware)} to {max(aware):.0f} % with it, {min(unaware)} to {max(unaware)} % without",
     ]
     assert missing("docs/robustness.md", told) == []

@@ -85,7 +85,7 @@ def test_case_2_is_told_with_its_numbers():
         f"sags by {error[low]:.0f} mm at {trace.times[low]:.1f} s",
         f"{-error[high]:.0f} mm above its path at {trace.times[high]:.1f} s",
         f"is {-error[-1]:.0f} mm above it at 7 s",
-        f"slip {1e3 * metrics.slip_path[0]:.1f} mm of the 145.8 mm they have, at up to "
+        f"slip {1e3 * metrics.slip_path[0]:.1f} mm of the available 145.8 mm, at up to "
         f"{np.abs(trace.slip_velocity).max():.2f} m/s, and stop at "
         f"{1e3 * metrics.last_slip_time:.0f} ms",
         f"to {trace.estimates[-1, 0]:.3f} and freezes there",
