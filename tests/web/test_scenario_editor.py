@@ -118,10 +118,10 @@ def test_the_object_is_dragged_to_push_it(page: Page) -> None:
     picture(page)  # Of 0.08 s: the mouse holds the object where it is drawn.
     drag_object(page, 60.0)
     pushed = note(page, "push (").filter(has_not_text="Ghost:")
-    pushed.wait_for()
-    words = pushed.inner_text()
-    found = re.search(r"push \((\S+), (\S+)\) N", words)
-    assert found and words.startswith("0.08 s push")
+    expect(pushed).to_be_visible()
+    # Of a note that is being drawn anew there is a text, but none to be seen.
+    found = re.fullmatch(r"0\.08 s push \((\S+), (\S+)\) N.*", pushed.text_content() or "")
+    assert found
     to_the_right, up = map(float, found.groups())
     assert to_the_right > 1.0 and abs(up) < 0.1 * to_the_right
     page.keyboard.press("Control+z")
