@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
+from slipgrasp.core.fit.contacts import StuckContact, contacts_until, stuck_contacts
 from slipgrasp.core.fit.objective import (
     Evaluate,
     Objective,
@@ -32,7 +33,6 @@ from slipgrasp.core.fit.profile import (
 )
 from slipgrasp.core.fit.progress import FitProgress, ProgressReports, Watch
 from slipgrasp.core.fit.report import (
-    ContactInformation,
     Coverage,
     FitReport,
     FittedParameter,
@@ -44,7 +44,6 @@ from slipgrasp.core.fit.report import (
 from slipgrasp.core.fit.search import scan_frictions, search_from_starts
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.trace.signals import Floats
-from slipgrasp.core.trace.trace import rows_from_start
 
 MAX_EVALUATIONS = 10_000
 """Largest number of runs of a fit, except for twins; equal to that of a study."""
@@ -121,9 +120,9 @@ def fit(
     twin = Objective(problem, evaluate_twin, weights=objective.weights)
     coverage = _cover(twin, best, options, threshold, reports) if options.twins else None
     run = run_at(problem, problem.values_at(best.shares))
-    without_slip = _run_without_slip(objective, best, profiles, threshold) or run
+    stuck = stuck_contacts(objective, best, profiles, threshold)
     return replace(
-        _report(objective, best, profiles, threshold, run, without_slip),
+        _report(objective, best, profiles, threshold, run, stuck),
         starts=starts,
         evaluations=counted.count,
         held_out=tuple(_predict(problem, best, *each) for each in options.held_out),
@@ -298,43 +297,18 @@ def _residuals(data: Observations, residuals: Floats) -> list[SignalResidual]:
     return found
 
 
-def _run_without_slip(
-    objective: Objective, best: Minimum, profiles: Sequence[Profile], threshold: float
-) -> RunResult | None:
-    """The best run with the frictions that the data do not bound above at their largest values.
-
-    Contacts that stick in the data may slip a little in the best run, because of the noise.
-
-    Returns:
-        None if the data exclude it, or there is no such friction.
-    """
-    problem = objective.problem
-    fixed = {
-        k: 1.0
-        for k, (parameter, found) in enumerate(zip(problem.parameters, profiles, strict=True))
-        if parameter.contact is not None and found.high is None
-    }
-    if not fixed:
-        return None
-    found = minimise(objective, best.shares, fixed)
-    if found.chi_squared - best.chi_squared > threshold:
-        return None
-    return run_at(problem, problem.values_at(found.shares))
-
-
 def _report(
     objective: Objective,
     best: Minimum,
     profiles: Sequence[Profile],
     threshold: float,
     run: RunResult,
-    without_slip: RunResult,
+    stuck: Mapping[int, StuckContact],
 ) -> FitReport:
     problem, end = objective.problem, float(objective.problem.data.times[-1])
-    stuck = _contacts(without_slip, end)
     fitted = {
-        parameter.key: _fitted(parameter, float(share), found, stuck)
-        for parameter, share, found in zip(problem.parameters, best.shares, profiles, strict=True)
+        parameter.key: _fitted(parameter, float(best.shares[k]), profiles[k], stuck.get(k))
+        for k, parameter in enumerate(problem.parameters)
     }
     plain = Objective(problem, lambda _, values: objective.model(best.shares))
     residuals = plain.residuals(best.shares).reshape(problem.data.values.shape)
@@ -351,7 +325,7 @@ def _report(
         on_limit=tuple(p.key for p, s in edges if min(s, 1.0 - s) < _AT_LIMIT),
         residuals=tuple(_residuals(problem.data, residuals)),
         events=tuple(change.time for change in run.phase_changes),
-        contacts=_contacts(run, end),
+        contacts=contacts_until(run, end),
     )
 
 
@@ -359,17 +333,12 @@ def _fitted(
     parameter: FreeParameter,
     share: float,
     found: Profile,
-    contacts: Sequence[ContactInformation],
+    stuck: StuckContact | None,
 ) -> FittedParameter:
     low, high = (None if s is None else parameter.value_at(s) for s in (found.low, found.high))
     kind, note = found.kind, ""
-    contact = None if parameter.contact is None else contacts[parameter.contact]
-    if contact is not None and contact.slip_time == 0.0 and high is None:
-        kind, low = "only below", contact.most_used_friction
-        note = (
-            "as far as the data show, the contact never slipped: its friction is at least the "
-            "largest ratio of tangential to normal force"
-        )
+    if stuck is not None:
+        kind, low, high, note = "only below", stuck.used, None, stuck.note
     return FittedParameter(
         key=parameter.key,
         unit=parameter.unit,
@@ -381,24 +350,6 @@ def _fitted(
         start=parameter.start,
         profile=tuple((parameter.value_at(s), rise) for s, rise in found.points),
         note=note,
-    )
-
-
-def _contacts(run: RunResult, end: float) -> tuple[ContactInformation, ...]:
-    """Information about the contacts up to the end of the data, which the run exceeds."""
-    trace = run.trace[rows_from_start(run.trace)]
-    trace = trace[: np.searchsorted(trace.times, end, side="right")]
-    steps = np.diff(trace.times)
-    slips = (trace.phase[:-1] != 0) & (trace.phase[1:] != 0)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        used = np.where(trace.normal_force > 0.0, trace.tangential_size / trace.normal_force, 0.0)
-    return tuple(
-        ContactInformation(
-            contact=k,
-            slip_time=float(steps[slips[:, k]].sum()),
-            most_used_friction=float(used[:, k].max()),
-        )
-        for k in range(trace.shape.num_contacts)
     )
 
 
