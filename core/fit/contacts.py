@@ -21,6 +21,12 @@ Where two contacts stick, noise alone exceeds it in one of 20 000 fits (two degr
 threshold of the intervals would take noise for slip in one of 20.
 """
 
+SAME_FRICTION = 0.05
+"""Largest relative distance of a bound without slip from the lower end of the interval with slip.
+
+Data that hardly show whether a contact slips may allow a much smaller friction with another mass.
+"""
+
 
 def contacts_until(run: RunResult, end: float) -> tuple[ContactInformation, ...]:
     """Information about the contacts up to the end of the data, which the run exceeds."""
@@ -71,7 +77,8 @@ def stuck_contacts(
 
     In the best run they may slip a little, because that describes some of the noise; the profile
     may then bound their friction on both sides. So as many frictions together as chi-squared allows
-    are fixed at their largest values.
+    are fixed at their largest values. Where slip would allow a much smaller friction, the profile
+    decides.
     """
     problem = objective.problem
     limit = SLIP_RISE * threshold / THRESHOLD_95
@@ -87,11 +94,17 @@ def stuck_contacts(
         if rise < limit:
             run = run_at(problem, problem.values_at(found.shares))
             contacts = contacts_until(run, float(problem.data.times[-1]))
-            return {
+            bounds = {
                 index: StuckContact(contacts[contact].most_used_friction, rise, limit)
                 for index in fixed[:count]
                 if (contact := problem.parameters[index].contact) is not None
                 and contacts[contact].slip_time == 0.0
+            }
+            return {
+                index: bound
+                for index, bound in bounds.items()
+                if (low := profiles[index].low) is not None
+                and problem.parameters[index].value_at(low) >= (1.0 - SAME_FRICTION) * bound.used
             }
     return {}
 

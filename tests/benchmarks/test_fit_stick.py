@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks import fit_stick
+from benchmarks import fit_coverage, fit_stick
 from slipgrasp.core.fit.fit import FitOptions, fit
 
 # Noise makes the best run of each slip so much that the profile of a friction has two ends.
@@ -51,3 +51,18 @@ def test_of_a_contact_that_slips_beside_one_that_sticks_the_friction_is_a_number
     assert (stuck.kind, stuck.value, stuck.high) == ("only below", None, None)
     used = np.abs(run.trace.tangential_force / run.trace.normal_force)[:, 1].max()
     assert stuck.low == pytest.approx(used, rel=0.01)
+
+
+@pytest.mark.slow
+def test_a_slip_that_data_hardly_show_does_not_raise_the_bound_above_the_true_friction(kernel):
+    problem = fit_coverage.make_problem(
+        next(case for case in fit_coverage.CASES if case.preset == "tilted-object")
+    )
+    noise = np.random.default_rng([1, 0]).standard_normal(problem.data.values.shape)
+    data = replace(problem.data, values=problem.data.values + problem.data.sigmas * noise)
+    report = fit(problem.with_data(data), FitOptions(starts=1))
+    found = report.parameters["fingers.0.friction"]
+
+    # A run without slip, and with another mass, has nearly the same chi-squared and uses 0.74.
+    assert (found.kind, found.value) == ("only below", None)
+    assert found.low < 0.42
