@@ -49,7 +49,13 @@ _ENDED_EARLY = {
     Outcome.RECOVERED: "Recovered from an unfinished recording",
 }
 
-_ENDED_BY = {"joint_limit": "Ended: a joint reached its limit"}  # by the code of the reason
+_NO_TORQUE = "Ended: the control law can no longer compute torques"
+# By the code of the reason.
+_ENDED_BY = {
+    "joint_limit": "Ended: a joint reached its limit",
+    "model_estimate_singular": _NO_TORQUE,
+    "nonfinite_torque": _NO_TORQUE,
+}
 
 _HELD = "Held"  # with little slip, and close to its target
 _LEAST_FORCE = 1e-3

@@ -99,7 +99,12 @@ def check_trials(result: RunResult, verdict: Verdict) -> None:
 
 def check_headline(result: RunResult, headline: str) -> None:
     if result.outcome is not Outcome.COMPLETED:
-        by_reason = {"joint_limit": "Ended: a joint reached its limit"}
+        no_torque = "Ended: the control law can no longer compute torques"
+        by_reason = {
+            "joint_limit": "Ended: a joint reached its limit",
+            "model_estimate_singular": no_torque,
+            "nonfinite_torque": no_torque,
+        }
         assert headline == by_reason.get(result.reason.code, HEADLINES[result.outcome])
         return
     assert result.end_time == result.scenario.simulation.duration

@@ -57,7 +57,8 @@ def test_letting_go_is_a_push_at_the_play_head_which_plays_on_and_can_be_undone(
     assert pushed.draft.scenario().pulses == (Pulse(time=0.5, force=(3.0, -4.0)),)
     assert pushed.playback.playing and not np.any(pushed.sample.external_wrench)
     assert after(pushed, Undo()).draft == view.draft
-    assert not after(view, DragObject((1.0, 2.0)), LetGo((3.0, -4.0))).playback.playing
+    dragged = after(view, DragObject((3.0, -4.0)))
+    assert after(dragged, LetGo((3.0, -4.0))).playback == dragged.playback
 
 
 @pytest.mark.parametrize("newtons", [0.3, 3.0, 10.0])
@@ -142,6 +143,17 @@ def test_the_arrow_of_the_force_is_a_small_part_of_the_way_of_the_mouse(
     tail, head = arrow.points[0]
     # Two digits of the force, so within a twentieth.
     np.testing.assert_allclose((head - tail)[:2], [0.008, -0.004], rtol=0.05)
+
+
+def test_a_run_with_another_scale_of_forces_does_not_change_the_force_of_a_drag(
+    drawn: ObjectDrag, sent: list[Intent]
+) -> None:
+    way = (0.1, 0.02, -0.05)
+    for phase in ("start", "update", "end"):
+        drag(drawn, phase, way)
+        before = drawn._dragged
+        drawn.follow(before._replace(newtons_per_metre=3.0 * before.newtons_per_metre))
+    assert sent[0].force == sent[1].force == sent[2].force
 
 
 def test_an_object_that_moves_under_the_mouse_adds_no_force(

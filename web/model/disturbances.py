@@ -112,7 +112,7 @@ def _vector(values: Mapping[str, Any], name: str) -> list[float]:
 
 
 def _vector_words(vector: Sequence[float]) -> str:
-    words = ", ".join(f"{value:g}" for value in vector)
+    words = ", ".join(f"{value + 0.0:g}" for value in vector)
     return words if len(vector) == 1 else f"({words})"
 
 

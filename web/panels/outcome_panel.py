@@ -81,7 +81,7 @@ def welcome_html() -> str:
     return (
         "<div class='sg-welcome'>A hand holds an object by friction alone. The close-ups show "
         f"its contacts: {sticks} sticks, {forward} and {backward} slip. "
-        "<b>Pull the object</b> or move a slider: the run is simulated again at once. "
+        "<b>Push the object</b> with the mouse or move a slider: the run is simulated again at once. "
         "<button type='button' data-sg-welcomed title='Hides this text permanently'>Got it</button>"
         "</div>"
     )
@@ -277,7 +277,7 @@ def _metrics_html(result: RunResult) -> str:
         for title, hint in (
             ("slip path", "Distance that the fingertip slid on its face"),
             ("peak Fₙ", "Largest normal force"),
-            ("least margin", "Smallest margin of the tangential force to slip, while it stuck"),
+            ("least margin in stick", "Smallest margin of the tangential force to slip"),
         )
     )
     rows = "".join(f"<tr>{row}</tr>" for row in _finger_rows(result))

@@ -171,14 +171,15 @@ def _dragged(view: ViewState, force: tuple[float, ...]) -> ViewState:
 
 
 def _let_go(view: ViewState, force: tuple[float, ...]) -> ViewState:
-    """The view with the push of a drag; playing continues."""
+    """The view with the push of a drag; playing continues, and a picture at rest stays as it is."""
     drag = view.drag
     if drag is not None and len(force) != len(drag.force):
         force = (0.0,) * len(drag.force)
     dragged = _dragged(view, force)
     if dragged.drag is None:
         return dragged
-    return replace(dragged, drag=None, playback=dragged.drag.playback)
+    before = dragged.drag.playback
+    return replace(dragged, drag=None, playback=before if before.playing else dragged.playback)
 
 
 def _push_of(drag: Drag) -> Disturbance:

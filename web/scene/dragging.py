@@ -43,6 +43,7 @@ class ObjectDrag:
         self._send = send
         self._dragged: Draggable | None = None
         self._held_at = np.zeros(3)
+        self._newtons_per_metre = 0.0
 
     def follow(self, dragged: Draggable) -> None:
         """Listens to the present node of the object."""
@@ -58,8 +59,10 @@ class ObjectDrag:
             # Later events contain the present position of the held point: the object may still
             # move.
             self._held_at = np.array(event.start_position)
+            # The arrows of the run that the drag causes may have another scale.
+            self._newtons_per_metre = self._dragged.newtons_per_metre
         way = np.subtract(event.end_position, self._held_at)[list(self._dragged.axes)]
-        force = _force_of(_GENTLE * self._dragged.newtons_per_metre * way)
+        force = _force_of(_GENTLE * self._newtons_per_metre * way)
         self._send(LetGo(force) if event.phase == "end" else DragObject(force))
 
 
