@@ -738,7 +738,7 @@ PHRASES = (
     "no other setting of this law can help: make the object lighter or its faces rougher",
     "to see whether it stays at rest",
     "to bring it nearer to its target",
-    "which lost some held objects",
+    "which in trials lost some objects that had been held",
     "for less slip",
     "run it again to see the rest",
     "shorten the run",

@@ -14,7 +14,7 @@ from slipgrasp.server.viewer.server import ViewerServer
 from slipgrasp.web.model.draft import Draft
 from slipgrasp.web.model.intents.compare import SwapRuns
 from slipgrasp.web.model.intents.playback import Seek, SetSpeed, Step, TogglePlay
-from slipgrasp.web.model.playback import Playback, WindowChoice, start_playback
+from slipgrasp.web.model.playback import Playback, WindowChoice, start_playback, whole_window
 from slipgrasp.web.model.replay import Replay
 from slipgrasp.web.model.view import Ghost, RunStage, RunStatus, Shown, ViewState
 from slipgrasp.web.page.intents_schema import PageGestures, posted
@@ -65,6 +65,15 @@ def test_the_controls_show_what_is_chosen(viewer_server: ViewerServer, view: Vie
     assert 'aria-label="Pause"' in panel.transport.content
     assert '<option value="2" selected>' in panel.transport.content
     assert 'aria-pressed="true" title="Shows the run' in panel.transport.content
+    panel.remove()
+
+
+def test_a_run_without_slip_is_shown_whole(viewer_server: ViewerServer, view: ViewState) -> None:
+    panel = PlaybackPanel(viewer_server.gui, lambda _: None)
+    whole = replace(playback_of(view), window=whole_window(view.shown.result))
+    panel.update(replace(view, playback=whole))
+    assert 'aria-pressed="true" title="Shows the run' in panel.transport.content
+    assert 'aria-pressed="false" title="Shows the time range' in panel.transport.content
     panel.remove()
 
 

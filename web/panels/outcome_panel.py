@@ -81,7 +81,8 @@ def welcome_html() -> str:
     return (
         "<div class='sg-welcome'>A hand holds an object by friction alone. The close-ups show "
         f"its contacts: {sticks} sticks, {forward} and {backward} slip. "
-        "<b>Push the object</b> with the mouse or move a slider: the run is simulated again at once. "
+        "<b>Push the object</b> with the mouse or move a slider: "
+        "the run is simulated again at once. "
         "<button type='button' data-sg-welcomed title='Hides this text permanently'>Got it</button>"
         "</div>"
     )

@@ -24,7 +24,7 @@ from slipgrasp.web.model.intents.playback import (
     TogglePlay,
     Zoom,
 )
-from slipgrasp.web.model.playback import PACED, SPEEDS, Playback, WindowChoice
+from slipgrasp.web.model.playback import PACED, SPEEDS, Playback, WindowChoice, whole_window
 from slipgrasp.web.model.view import Ghost, Shown, ViewState
 from slipgrasp.web.page.keys import KEYS, keys_of
 from slipgrasp.web.page.markup import change_attribute, click_attribute
@@ -71,10 +71,13 @@ class PlaybackPanel:
             strip = strip_html(view.shown.result, playback, view.ghost)
             caption = caption_html(view.shown, view.ghost, playback.time)
             self.strip.content = caption + strip
-        controls = (playback.playing, playback.speed, playback.pace is None, view.choice)
+        choice = view.choice
+        if choice is WindowChoice.SLIP and playback.window == whole_window(view.shown.result):
+            choice = WindowChoice.WHOLE  # as of a run without slip
+        controls = (playback.playing, playback.speed, playback.pace is None, choice)
         if controls != self._controls:
             self._controls = controls
-            self.transport.content = transport_html(playback, view.choice)
+            self.transport.content = transport_html(playback, choice)
 
     def remove(self) -> None:
         """Removes all widgets."""
