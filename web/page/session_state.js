@@ -5,10 +5,11 @@
 
 import { advance } from "./pace.js";
 
-/** The last state of the session: session, whether it is ready to be shown, run, charts, notice, lecture, time, start, end, duration [s], speed, pace, playing. */
+/** The last state of the session: session, whether it is ready to be shown, whether it shows a run, run, charts, notice, lecture, time, start, end, duration [s], speed, pace, playing. */
 export let state = {
   session: "",
   ready: false,
+  shows: false,
   run: "",
   charts: "",
   notice: "",

@@ -10,6 +10,8 @@ const MARGIN = 8;
 let known = null;
 let run = null;
 let overlay = null;
+let isPictured = false;
+let toldOfPicture = () => {};
 
 /**
  * Draws the close-ups over the view. covered: what of its top and bottom is not free [px]; given:
@@ -23,10 +25,27 @@ export function drawCloseUps(covered, given = null) {
   if (overlay?.element.parentElement !== host) {
     overlay = new Overlay(host, JSON.parse(document.getElementById("sg-colours").textContent));
   }
-  const draw = () => overlay.draw(readView(covered, given ?? shownByScene()));
+  const draw = () => {
+    const view = readView(covered, given ?? shownByScene());
+    overlay.draw(view);
+    return view !== null;
+  };
   // What comes with a picture is drawn with it; all else that may change, before the next one.
-  scene.onAfterRender = draw;
+  scene.onAfterRender = () => {
+    isPictured = draw();
+    toldOfPicture();
+  };
   draw();
+}
+
+/** Whether the last picture shows a run. */
+export function hasPicture() {
+  return isPictured;
+}
+
+/** Calls back after every picture. */
+export function onPicture(call) {
+  toldOfPicture = call;
 }
 
 /** Calls back once the next picture is being drawn, by the graphics process and meanwhile. */

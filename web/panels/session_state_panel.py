@@ -68,6 +68,7 @@ def session_state_html(key: str, view: ViewState) -> str:
     state = {
         "session": key,
         "ready": _is_ready(view),
+        "shows": view.shown is not None,
         "run": linked_run(view),
         "charts": view.charts.layout(),
         "notice": view.notice,
