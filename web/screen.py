@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import time
+from collections.abc import Callable
+from functools import partial
 from operator import is_
+from typing import Protocol
 
 import viser
 
@@ -32,8 +36,27 @@ from slipgrasp.web.scene.dragging import ObjectDrag
 from slipgrasp.web.scene.picking import Picking
 from slipgrasp.web.scene.scene import Scene
 
+_OTHER_TABS: tuple[tuple[str, viser.IconName], ...] = (
+    ("Recordings", viser.Icon.LIST),
+    ("Compare", viser.Icon.ARROWS_DIFF),
+    ("Study", viser.Icon.GRID_DOTS),
+    ("Fit", viser.Icon.TARGET),
+)
+_PATIENCE = 3.0  # [s]
 _BRIGHT_BRAND: Rgb = PHASES[ContactPhase.STICK]
 _DARK_BRAND: Rgb = (92, 168, 236)
+
+
+class Panel(Protocol):
+    """A part of the page."""
+
+    def update(self, view: ViewState) -> None:
+        """Draws a view."""
+        ...
+
+    def remove(self) -> None:
+        """Removes all elements."""
+        ...
 
 
 class Screen:
@@ -60,25 +83,12 @@ class Screen:
         layout = guess_layout(client.camera.image_width, client.camera.image_height)
         sizes = panel_sizes(layout.width, layout.height)
         self._scenario = ScenarioPanel(gui, view.draft, send)
-        self._controls = ControlsPanel(gui, send)
-        self._file = ScenarioFilePanel(gui, send)
-        self._appearance = AppearancePanel(gui, view.appearance, send)
-        self._export = ExportPanel(gui, send)
-        # Before the session state, after which a page opens its link: all controls then exist.
-        self._controls.update(view)
         self._results = gui.add_panel()
         with self._results.add_tab(RUN_TAB, viser.Icon.CHART_LINE) as run_tab:
             self._tour = TourPanel(gui, run_tab, send)
             self._outcome = OutcomePanel(gui)
             self._charts = ChartsPanel(client, sizes.chart)
-        with self._results.add_tab("Recordings", viser.Icon.LIST):
-            self._recordings = RecordingsPanel(gui, send)
-        with self._results.add_tab("Compare", viser.Icon.ARROWS_DIFF):
-            self._compare = ComparePanel(gui, send)
-        with self._results.add_tab("Study", viser.Icon.GRID_DOTS):
-            self._study = StudyPanel(gui, send, self._widen_results)
-        with self._results.add_tab("Fit", viser.Icon.TARGET):
-            self._fit_panel = FitPanel(gui, send)
+        self._tabs = [self._results.add_tab(*tab) for tab in _OTHER_TABS]
         self._player = gui.add_panel()
         with self._player.add_tab("Playback", viser.Icon.PLAYER_PLAY):
             self._session_state = SessionStatePanel(gui, key)
@@ -92,22 +102,18 @@ class Screen:
         self._widths = (0, 0, 0)
         self._page_layout = layout
         self._fit()
-        self._panels = (
+        self._panels: tuple[Panel, ...] = (
             self._scenario,
-            self._file,
-            self._appearance,
-            self._controls,
             self._tour,
             self._outcome,
-            self._recordings,
-            self._compare,
-            self._study,
-            self._fit_panel,
             self._playback,
             self._charts,
-            self._export,
             self._session_state,
         )
+        self._late: Callable[[ViewState], tuple[Panel, ...]] | None = partial(
+            self._late_panels, send
+        )
+        self._latest = time.monotonic() + _PATIENCE
         self._of_run = (self._outcome, self._playback, self._charts, self._session_state)
         self._drawn: object = None
         self._instant: tuple[object, ...] = (None, None, None)
@@ -139,8 +145,31 @@ class Screen:
             apply_theme(self._gui, dark=self._dark)
         if view.shown is not None:
             self._draw(view.shown, view)
+        if self._late and (view.page_layout is not None or time.monotonic() > self._latest):
+            self._panels += self._late(view)
+            self._late = None
         for panel in self._panels:
             panel.update(view)
+
+    def _late_panels(self, send: Send, view: ViewState) -> tuple[Panel, ...]:
+        """The panels that the first picture does not wait for: most of the page's elements."""
+        gui = self._gui
+        panels: list[Panel] = [
+            ControlsPanel(gui, send),
+            ScenarioFilePanel(gui, send),
+            AppearancePanel(gui, view.appearance, send),
+            ExportPanel(gui, send),
+        ]
+        recordings, compare, study, fit = self._tabs
+        with recordings:
+            panels.append(RecordingsPanel(gui, send))
+        with compare:
+            panels.append(ComparePanel(gui, send))
+        with study:
+            panels.append(StudyPanel(gui, send, self._widen_results))
+        with fit:
+            panels.append(FitPanel(gui, send))
+        return tuple(panels)
 
     def _draw(self, shown: Shown, view: ViewState) -> None:
         """Draws the run at the play head, and the ghost."""
