@@ -174,10 +174,12 @@ def _describe_slips(result: RunResult) -> str:
     if not slipped:
         return f"No fingertip slipped{_describe_least_margin(result)}."
     who = _fingertips([names[i] for i in slipped], len(names))
-    lengths = f" {length_words(paths[slipped[0]])}"
-    if len(slipped) > 1:
-        lengths = ", " + joined([f"{length_words(paths[i])} {names[i]}" for i in slipped])
-    return f"{who} slipped{lengths}{_describe_end_of_slip(result)}."
+    lengths = {names[i]: length_words(paths[i]) for i in slipped}
+    if len(set(lengths.values())) == 1:
+        slips = f"by {lengths[names[slipped[0]]]}"
+    else:
+        slips = f"({', '.join(f'{name}: {length}' for name, length in lengths.items())})"
+    return f"{who} slipped {slips}{_describe_end_of_slip(result)}."
 
 
 def _describe_pyramid(result: RunResult) -> Iterator[str]:
@@ -235,7 +237,7 @@ def _describe_end_of_slip(result: RunResult) -> str:
     last = result.metrics.last_slip_time
     if last is None or result.metrics.slipping_at_end:
         return ""
-    return f", and stopped at t = {milliseconds(last)}"
+    return f" and stopped at t = {milliseconds(last)}"
 
 
 def _describe_least_margin(result: RunResult) -> str:

@@ -417,17 +417,19 @@ CAUSES: dict[str, tuple[str, Callable[[RunResult, re.Match[str]], None]]] = {
 def check_slips(result: RunResult, found: re.Match[str]) -> None:
     """Every fingertip that slipped is named with its way, and no other."""
     names, paths = result.scenario.finger_names, result.metrics.slip_path
-    alone = re.fullmatch(r"The (.+) fingertip", found["who"])
-    told = re.findall(
-        r"(?:^|, | and )([\d.]+|less than 1) (mm|µm|nm) ([a-z0-9 ]+?)(?=,|$| and )",
-        f"{found['lengths']} {alone[1]}" if alone else found["lengths"],
-    )
-    assert {name for *_, name in told} == {n for n, path in zip(names, paths, strict=True) if path}
-    for value, unit, name in told:
+    some = re.fullmatch(r"The (.+) fingertips?", found["who"])
+    subjects = re.split(", | and ", some[1]) if some else list(names)
+    length = r"([\d.]+|less than 1) (mm|µm|nm)"
+    if same := re.fullmatch(f"by {length}", found["lengths"]):
+        told = [(name, *same.groups()) for name in subjects]
+    else:
+        told = re.findall(rf"([a-z0-9 ]+): {length}(?:, |$)", found["lengths"].strip("()"))
+    assert [name for name, *_ in told] == subjects
+    assert set(subjects) == {n for n, path in zip(names, paths, strict=True) if path}
+    for name, value, unit in told:
         path = paths[names.index(name)]
         assert path < 1e-9 if value == "less than 1" else near(value, path / UNITS[unit], 2)
-    subject = found["who"]
-    assert subject.startswith(("Both", "All")) == (len(told) == len(names)) or len(names) == 1
+    assert (some is None) == (len(told) == len(names)) or len(names) == 1
     is_told = found["stop"] is not None
     stops = [c.time for c in result.phase_changes if c.to_phase is ContactPhase.STICK]
     assert is_told == bool(stops and not result.metrics.slipping_at_end)
@@ -526,7 +528,7 @@ def check_switching(result: RunResult, found: re.Match[str]) -> None:
 
 SENTENCES: tuple[tuple[str, Callable[[RunResult, re.Match[str]], None]], ...] = (
     (
-        r"(?P<who>.+) slipped,? (?P<lengths>.+?)(?:, and stopped at t = (?P<stop>[\d.]+ m?s))?\.",
+        r"(?P<who>.+) slipped (?P<lengths>by .+?|\(.+\))(?: and stopped at t = (?P<stop>[\d.]+ m?s))?\.",
         check_slips,
     ),
     (r"No fingertip slipped\.", lambda _result, _found: None),

@@ -35,7 +35,7 @@ def test_a_held_run_says_who_slipped_and_how_hard_it_squeezes(case_1: RunResult)
     verdict = describe_run(case_1)
     assert (verdict.tone, verdict.headline) == ("warning", "Held, 21 mm from its target")
     assert verdict.sentences == (
-        "Both fingertips slipped, 2.59 mm left and 2.14 mm right, and stopped at t = 87 ms.",
+        "Both fingertips slipped (left: 2.59 mm, right: 2.14 mm) and stopped at t = 87 ms.",
         "At the start the controller estimated the mass of the object as 0.5 kg instead of 1 kg.",
         "At the end the right fingertip presses with 23.7 N; with less than 19.8 N it would slip.",
         "Unknown to the controller: the mass of the object and the masses of the links; it was "
@@ -90,7 +90,7 @@ def test_a_run_without_slip_says_how_near_it_came_to_slip(case_1: RunResult) -> 
 def test_one_slipping_fingertip_is_named(case_1: RunResult) -> None:
     metrics = replace(case_1.metrics, slip_path=(0.0, 0.002))
     sentence = describe_run(replace(case_1, metrics=metrics)).sentences[0]
-    assert sentence.startswith("The right fingertip slipped 2.00 mm")
+    assert sentence.startswith("The right fingertip slipped by 2.00 mm")
 
 
 def test_warnings_of_a_run_are_on_its_card(case_1: RunResult) -> None:
