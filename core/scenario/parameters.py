@@ -110,13 +110,8 @@ def iterate_parameters(node: Any, prefix: str = "") -> Iterator[Parameter]:
         node: A scenario or a part of one (a dataclass instance).
         prefix: Dotted key of ``node``.
     """
-    hints = hints_of(type(node))
     for field in dataclasses.fields(node):
-        value = getattr(node, field.name)
-        if isinstance(value, Mapping):
-            yield from _describe_law_parameters(f"{prefix}{field.name}", node.kind, value)
-            continue
-        yield from _describe_value(f"{prefix}{field.name}", hints[field.name], value)
+        yield from _describe_field(node, field.name, prefix)
 
 
 def iterate_lists(node: Any, prefix: str = "") -> Iterator[Parameter]:
@@ -209,12 +204,28 @@ def describe(scenario: Any) -> dict[str, Parameter]:
 def find_parameter(scenario: Any, key: str) -> Parameter | None:
     """The parameter with a dotted key; None if there is none.
 
-    Describes only the part of the scenario that contains it, a small fraction of `describe`.
+    Describes only the field that contains it, a small fraction of `describe`.
     """
-    name = key.partition(".")[0]
-    hint = hints_of(type(scenario)).get(name)
-    found = () if hint is None else _describe_value(name, hint, getattr(scenario, name))
+    node, prefix = scenario, ""
+    for name in key.split("."):
+        part = _part_of(node, name)
+        if part is None:
+            break
+        node, prefix = part, f"{prefix}{name}."
+    name = key.removeprefix(prefix).partition(".")[0]
+    known = not isinstance(node, tuple) and name in hints_of(type(node))
+    found = _describe_field(node, name, prefix) if known else ()
     return next((parameter for parameter in found if parameter.key == key), None)
+
+
+def _part_of(node: Any, name: str) -> Any:
+    """A part of a scenario, or a tuple of parts, below another by name or index; None if none."""
+    if isinstance(node, tuple):
+        value = node[int(name)] if name in map(str, range(len(node))) else None
+    else:
+        value = getattr(node, name) if name in hints_of(type(node)) else None
+    first = value[0] if isinstance(value, tuple) and value else value
+    return value if dataclasses.is_dataclass(first) else None
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
@@ -265,6 +276,14 @@ def _describe_law_parameters(
     for name in (name for name in values if name not in declared):
         text = f"A parameter of the law '{kind}', which is not loaded."
         yield Parameter(key=f"{key}.{name}", value=values[name], kind="number", unit="", text=text)
+
+
+def _describe_field(node: Any, name: str, prefix: str) -> Iterator[Parameter]:
+    value = getattr(node, name)
+    if isinstance(value, Mapping):
+        yield from _describe_law_parameters(f"{prefix}{name}", node.kind, value)
+    else:
+        yield from _describe_value(f"{prefix}{name}", hints_of(type(node))[name], value)
 
 
 def _describe_value(key: str, hint: Any, value: Any) -> Iterator[Parameter]:

@@ -10,7 +10,7 @@ from slipgrasp.core.exceptions import FieldError, ScenarioError
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.chosen_laws import custom_kind_in, is_of_unknown_law
 from slipgrasp.core.scenario.field_errors import nearest, shortened
-from slipgrasp.core.scenario.parameters import Parameter, describe
+from slipgrasp.core.scenario.parameters import describe, find_parameter
 
 
 def check_changes(
@@ -27,8 +27,7 @@ def check_changes(
     """
     if not scenario.changes:
         return
-    definitions = _definitions(scenario)
-    errors = dict(_unchangeable(scenario, definitions))
+    errors = dict(_unchangeable(scenario, _with_custom_law(scenario)))
     present = replace(scenario, changes=())
     order = sorted(set(range(len(scenario.changes))) - set(errors), key=_time_of(scenario))
     for _, due in groupby(order, key=_time_of(scenario)):
@@ -42,12 +41,10 @@ def check_changes(
         raise ScenarioError([errors[i] for i in sorted(errors)])
 
 
-def _definitions(scenario: Scenario) -> dict[str, Parameter]:
-    """Every parameter, including those of a custom law that starts later."""
+def _with_custom_law(scenario: Scenario) -> Scenario:
+    """The scenario without its changes, with the law whose parameters they may change."""
     kind = custom_kind_in(scenario) or scenario.controller.kind
-    return describe(
-        replace(scenario, changes=(), controller=replace(scenario.controller, kind=kind))
-    )
+    return replace(scenario, changes=(), controller=replace(scenario.controller, kind=kind))
 
 
 def _time_of(scenario: Scenario) -> Callable[[int], float]:
@@ -59,18 +56,15 @@ def _values_of(scenario: Scenario, indices: Iterable[int]) -> dict[str, object]:
     return {c.parameter: list(c.value) if isinstance(c.value, tuple) else c.value for c in changes}
 
 
-def _unchangeable(
-    scenario: Scenario, definitions: Mapping[str, Parameter]
-) -> Iterator[tuple[int, FieldError]]:
-    """Changes of unknown or unchangeable parameters, by index."""
+def _unchangeable(scenario: Scenario, whole: Scenario) -> Iterator[tuple[int, FieldError]]:
+    """Changes of parameters unknown in the whole scenario, or unchangeable, by index."""
     for i, change in enumerate(scenario.changes):
         key = f"changes.{i}.parameter"
-        parameter = definitions.get(change.parameter)
+        parameter = find_parameter(whole, change.parameter)
         if parameter is None and not (
-            _is_list_gain(change.parameter, definitions)
-            or is_of_unknown_law(scenario, change.parameter)
+            _is_list_gain(change.parameter, whole) or is_of_unknown_law(scenario, change.parameter)
         ):
-            near = nearest(change.parameter, definitions)
+            near = nearest(change.parameter, describe(whole))
             yield (
                 i,
                 FieldError(
@@ -106,6 +100,6 @@ def _misfits(
         yield index, replace(e, field=key, message=f"{key}: {e.message}")
 
 
-def _is_list_gain(key: str, definitions: Mapping[str, Parameter]) -> bool:
-    parent = definitions.get(key.rpartition(".")[0])
+def _is_list_gain(key: str, whole: Scenario) -> bool:
+    parent = find_parameter(whole, key.rpartition(".")[0])
     return parent is not None and parent.kind == "number-or-list" and parent.changeable
