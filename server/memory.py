@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import gc
+import os
 import sys
 import threading
 import time
@@ -15,6 +16,9 @@ from pathlib import Path
 
 # The names of malloc.h.
 _M_TRIM_THRESHOLD, _M_MMAP_THRESHOLD, _M_ARENA_MAX = -1, -3, -8
+
+ARROW_POOL = "ARROW_DEFAULT_MEMORY_POOL"
+"""Environment variable with the allocator of pyarrow, which reads it once."""
 
 LARGE_BYTES = 1_000_000
 """Blocks above this size are returned to the system when they are freed."""
@@ -66,12 +70,14 @@ def give_back_freed_memory(look_seconds: float = LOOK_SECONDS) -> None:
     By default glibc has a heap for each of many threads, and after the first large block also keeps
     blocks of up to 32 MB in them: a service that reads recordings in threads grows for hours
     although all memory is freed. Memory freed between used blocks is retained anyway; it is
-    returned after it has been free for some time. On other systems, and with glibc before 2.33,
-    which cannot report this memory, only the limits are set.
+    returned after it has been free for some time. The default allocator of pyarrow, which nothing
+    trims, retained up to 20 MB, so that pyarrow uses the heaps instead. On other systems, and with
+    glibc before 2.33, which cannot report this memory, only the limits are set.
 
     Args:
         look_seconds: Interval between checks of the free memory [s].
     """
+    os.environ.setdefault(ARROW_POOL, "system")
     with suppress(OSError, AttributeError):
         library = ctypes.CDLL(None)
         library.mallopt(_M_MMAP_THRESHOLD, LARGE_BYTES)

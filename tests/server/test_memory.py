@@ -97,6 +97,33 @@ def test_what_lies_free_between_used_blocks_is_the_systems_again_also_in_a_busy_
     assert left < 30e6
 
 
+ARROW = """
+from pathlib import Path
+import numpy as np
+from slipgrasp.server.memory import give_back_freed_memory
+
+give_back_freed_memory()
+import pyarrow
+
+def anonymous():
+    text = Path("/proc/self/smaps_rollup").read_text()
+    return 1024 * int(text.partition("Anonymous:")[2].split()[0])
+
+pyarrow.array(np.ones(10))
+before = anonymous()
+column = pyarrow.array(np.ones(1_000_000))
+table = pyarrow.concat_arrays([column] * 4)
+del column, table
+print(anonymous() - before)
+"""
+
+
+def test_arrow_returns_freed_memory_to_the_system():
+    """Its default allocator retains 36 MB."""
+    [retained] = printed_numbers(ARROW)
+    assert retained < 1e6
+
+
 CYCLES = """
 import sys, threading, time
 import numpy as np
