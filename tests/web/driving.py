@@ -112,7 +112,7 @@ def choose_scenario(page: Page, preset: str) -> None:
 def choose_case_2(page: Page) -> None:
     """Chooses the paper's case II, in which the slip is long, and waits for its run."""
     choose_scenario(page, "paper-case-2")
-    page.get_by_text("47.2 mm left").wait_for()
+    page.get_by_text("slipped by 47.2 mm").wait_for()
 
 
 def pause(page: Page) -> None:

@@ -113,7 +113,7 @@ def test_users_share_no_control_and_a_session_ends_with_its_page(
     # What comes back after this had every occasion to bring the other's mass with it.
     theirs.get_by_label("scenario").first.click()
     theirs.get_by_role("option", name="paper-case-2").click()
-    theirs.get_by_text("47.2 mm left").wait_for()
+    theirs.get_by_text("slipped by 47.2 mm").wait_for()
     expect(number_field(theirs, "mass [kg]")).to_have_value("1")
     assert number_field(mine, "mass [kg]").input_value() == "1.3"
 

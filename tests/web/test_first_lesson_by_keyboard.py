@@ -44,7 +44,7 @@ def follow_the_tour(page: Page) -> None:
     page.keyboard.press("t")
     tab_to(page, page.get_by_role("region", name="Tour").get_by_role("button", name="Next"))
     page.keyboard.press("Enter")
-    expect(card).to_contain_text("47.2 mm left")
+    expect(card).to_contain_text("slipped by 47.2 mm")
     page.keyboard.press("t")
     expect(squeeze).not_to_contain_text("23.7 N")
     expect(squeeze).to_be_visible()  # What is unfolded stays so.
@@ -72,9 +72,9 @@ def try_and_take_back(page: Page) -> None:
     expect(suggestions).to_contain_text("slip 3.62 mm instead of 47.2 mm")
     tab_to(page, suggestions.get_by_role("button").first)
     page.keyboard.press("Enter")
-    expect(card).to_contain_text("slipped, 3.62 mm left and 3.62 mm right")
+    expect(card).to_contain_text("slipped by 3.62 mm")
     page.keyboard.press("Control+z")
-    expect(card).to_contain_text("slipped, 47.2 mm left and 47.2 mm right")
+    expect(card).to_contain_text("slipped by 47.2 mm")
 
 
 def make_it_heavier(page: Page) -> None:

@@ -129,7 +129,7 @@ def test_a_dashboard_that_opens_on_a_recording_plays_and_charts_the_file(
     page, store = replay_page, replaying.app.state.run_service.store
     num_runs = store.count()
     page.get_by_role("tab", name="Run").click()
-    page.get_by_text("2.59 mm left").wait_for()
+    page.get_by_text("left: 2.59 mm").wait_for()
     pause_at(page, 0.02)
     early = picture(page)
     field = page.get_by_label("time [s]", exact=True)
@@ -170,7 +170,7 @@ def test_a_control_makes_a_live_run_of_a_recording_and_a_damaged_one_is_explaine
     assert (change.parameter, change.value) == ("object.mass", 1.4)
     page.get_by_role("button", name="reset").click()
     page.get_by_text("Replay of evidence.mcap").wait_for()
-    page.get_by_text("2.59 mm left").wait_for()
+    page.get_by_text("left: 2.59 mm").wait_for()
     assert number_field(page, "mass [kg]").input_value() == "1"
 
     page.get_by_role("tab", name="Recordings").click()

@@ -45,7 +45,7 @@ def first_scenario(page: Page) -> None:
     """Every test begins with the scenario that a newcomer sees, whichever ran before."""
     choose_case_2(page)
     choose_scenario(page, "paper-case-1")
-    page.get_by_text("2.59 mm left").wait_for()
+    page.get_by_text("left: 2.59 mm").wait_for()
     pause(page)
     page.get_by_text("Saved as").wait_for()
     unfold_changes(page)
