@@ -62,7 +62,7 @@ def factors_of(unit: str) -> dict[str, float]:
 
 
 def unit_of_header(header: str, units: Iterable[str]) -> str:
-    """The spelling of a unit at the end of a header, as in ``x_mm``, ``wz_rad_s`` or ``F [N]``.
+    """The spelling of a unit at the end of a header: ``x_mm``, ``w_rad_s``, ``a mm``, ``F [N]``.
 
     Args:
         header: The name of a column of a table.
@@ -74,10 +74,11 @@ def unit_of_header(header: str, units: Iterable[str]) -> str:
     bracketed = re.search(r"[\[(]([^\])]+)[\])]\s*$", header)
     for unit in units:
         for spelling in sorted(factors_of(unit), key=len, reverse=True):
-            suffix = spelling.replace("/", "_").replace(" ", "_")
+            endings = (spelling, spelling.replace("/", "_").replace(" ", "_"))
             if bracketed is not None and bracketed[1].strip() == spelling:
                 return spelling
-            if len(unit) and bracketed is None and header.endswith(f"_{suffix}"):
+            parted = tuple(f"{mark}{ending}" for ending in endings for mark in "_ .-")
+            if len(unit) and bracketed is None and header.endswith(parted):
                 return spelling
     return ""
 

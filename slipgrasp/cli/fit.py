@@ -257,7 +257,12 @@ def _line(parameter: FittedParameter) -> str:
     from slipgrasp.core.words.fit_words import interval_words
 
     words = interval_words(
-        parameter.kind, parameter.value, parameter.low, parameter.high, parameter.unit
+        parameter.kind,
+        parameter.value,
+        parameter.low,
+        parameter.high,
+        parameter.unit,
+        parameter.limits,
     )
     note = f" ({parameter.note})" if parameter.note else ""
     return f"{parameter.key:<24} {parameter.kind:<11} {words}{note}"

@@ -528,7 +528,8 @@ def check_switching(result: RunResult, found: re.Match[str]) -> None:
 
 SENTENCES: tuple[tuple[str, Callable[[RunResult, re.Match[str]], None]], ...] = (
     (
-        r"(?P<who>.+) slipped (?P<lengths>by .+?|\(.+\))(?: and stopped at t = (?P<stop>[\d.]+ m?s))?\.",
+        r"(?P<who>.+) slipped (?P<lengths>by .+?|\(.+\))"
+        r"(?: and stopped at t = (?P<stop>[\d.]+ m?s))?\.",
         check_slips,
     ),
     (r"No fingertip slipped\.", lambda _result, _found: None),

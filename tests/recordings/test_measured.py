@@ -47,6 +47,8 @@ def imported(folder, text, mapping=MAPPING, **options) -> MeasuredRecording:
         ("a", "a", "x", 1.0),
         ("a_mm", "a_mm", "x", 1e-3),
         ("a [cm]", "a [cm]", "x", 1e-2),
+        ("slip left mm", "slip left mm", "slip_0", 1e-3),
+        ("v mm/s", "v mm/s", "slip_velocity_0", 1e-3),
         ("a", "a:um", "slip_1", 1e-6),
         ("yaw_deg", "yaw_deg", "theta", np.pi / 180),
         ("w_deg_s", "w_deg_s", "object_velocity_theta", np.pi / 180),

@@ -138,8 +138,12 @@ def test_a_fit_tells_its_stage_and_its_profiles_so_far() -> None:
     ("kind", "numbers", "words"),
     [
         ("bounded", (1.1, 1.0, 1.2), "bounded: 1.1 kg, 95 % interval 1 … 1.2 kg"),
-        ("only above", (None, None, 1.2), "only above: at most 1.2 kg; the data do not bound"),
-        ("flat", (None, None, None), "flat: the data do not bound it"),
+        (
+            "only above",
+            (None, None, 1.2),
+            "only above: at most 1.2 kg; not bounded below in the searched range 0.2 … 3 kg",
+        ),
+        ("flat", (None, None, None), "flat: not bounded in the searched range 0.2 … 3 kg"),
     ],
 )
 def test_a_complete_fit_has_its_estimates_in_words(
@@ -147,6 +151,7 @@ def test_a_complete_fit_has_its_estimates_in_words(
 ) -> None:
     value, low, high = numbers
     found = {"value": value, "low": low, "high": high, "class": kind, "unit": "kg", "note": ""}
+    found["limits"] = [0.2, 3.0]
     report = {"parameters": {"object.mass": {**found, "profile": [[1.1, 0.0]]}}, "threshold": 4.0}
 
     (profile,) = profiles_of(FitView(report=report))
