@@ -284,9 +284,15 @@ class _Overestimate(NamedTuple):
 
 
 def _find_overestimates(result: RunResult) -> list[_Overestimate]:
-    """First slips that were caused by an overestimated friction, in order."""
+    """First slips that were caused by an overestimated friction, in order.
+
+    Of simultaneous ones, the largest overestimate is first.
+    """
     onsets = (_overestimate_at_onset(result, k) for k in range(len(result.scenario.estimates)))
-    return sorted((found for found in onsets if found), key=lambda found: found.time)
+    return sorted(
+        (found for found in onsets if found),
+        key=lambda found: (found.time, found.true / found.estimated),
+    )
 
 
 def _overestimate_at_onset(result: RunResult, index: int) -> _Overestimate | None:

@@ -230,4 +230,6 @@ def _words_of(change: SettingChange) -> str:
         return f"control {period}" if change.new > 0.0 else "continuous control"
     unit = {"slip_stop": " m/s²", "grip_force": " N"}.get(name, "")
     value = change.new if isinstance(change.new, str) else f"{change.new:g}"
-    return f"{name.replace('_', ' ')} {value}{unit}"
+    is_carrying = change.key == _GRIP_FORCE and change.new > change.old  # `_carrying_grip`
+    origin = " for the true mass and friction" if is_carrying else ""
+    return f"{name.replace('_', ' ')} {value}{unit}{origin}"

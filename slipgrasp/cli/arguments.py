@@ -65,14 +65,14 @@ def read_scenario(arguments: argparse.Namespace) -> Scenario:
     assignments = arguments.assignments
     # The law is loaded before the file, which may name it.
     law = None if arguments.law is None else know_law(arguments.law)
-    scenario = with_installed_laws(lambda: load_scenario(arguments.scenario))
-    choice = None if law is None else choose_law(scenario, law)
-    scenario = scenario if choice is None else choice.scenario
+    base = with_installed_laws(lambda: load_scenario(arguments.scenario))
+    choice = None if law is None else choose_law(base, law)
+    scenario = base if choice is None else choice.scenario
     if assignments:
         values = parse_assignments(assignments, settable_parameters(scenario))
         scenario = apply_values(scenario, values)
     if choice is not None:
-        complain(f"{law}: {_law_words(scenario, choice)}")
+        complain(f"{law}: {_law_words(scenario, choice, base)}")
     return scenario
 
 
@@ -114,15 +114,23 @@ def _known_laws() -> tuple[str, ...]:
     return law_names()
 
 
-def _law_words(scenario: Scenario, choice: LawChoice) -> str:
-    """The settings that come with a law, and the unknowns of the resulting scenario."""
+def _law_words(scenario: Scenario, choice: LawChoice, base: Scenario) -> str:
+    """The settings that come with a law, and the unknowns of the resulting scenario.
+
+    Args:
+        scenario: The resulting scenario.
+        choice: The choice of the law.
+        base: The scenario before that choice; if it has the law already, its settings stay.
+    """
     from slipgrasp.core.scenario.knowledge import knowledge_of
     from slipgrasp.core.scenario.law_choice import describe_settings
     from slipgrasp.core.words.knowledge_words import given_words, list_unknowns
 
     known = knowledge_of(scenario)
     told = f", given {given_words(known)} at every instant" if known.told else ""
-    set_with_it = describe_settings(choice.settings) or "no other setting changes"
+    is_kept = choice.scenario is base
+    unchanged = "its settings in the scenario are kept" if is_kept else "no other setting changes"
+    set_with_it = describe_settings(choice.settings) or unchanged
     return f"{set_with_it}; {list_unknowns(known.unknowns)}{told}"
 
 

@@ -178,7 +178,7 @@ def test_the_settings_are_told_in_words_and_only_those_that_changed():
     )
     assert describe_settings(choose_law(CASE_2, "pd-gravity").settings) == ""
     wide = choose_law(load_scenario("wide-object"), "pd-gravity").settings
-    assert describe_settings(wide) == "grip force 48 N"
+    assert describe_settings(wide) == "grip force 48 N for the true mass and friction"
     back = [
         SettingChange("controller.control_period", 0.001, 0.0),
         SettingChange("controller.slip_stop", 0.5, 1.0),
