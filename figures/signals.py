@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
+from textwrap import wrap
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -88,7 +89,8 @@ def _heading(title: str | None, run: RunResult, second: _Second | None) -> list[
     own = [] if title is None else [" ".join(title.split())]
     if second is None:
         return own
-    return [*own, f"solid: {run.name}; {second.marking}: {second.name}"]
+    whole = [f"solid: {run.name}", f"{second.marking}: {second.name}"]
+    return own + [line for text in whole for line in wrap(text, LONGEST_TITLE)]
 
 
 class _Second(NamedTuple):

@@ -61,14 +61,14 @@ def test_two_runs_share_axes_and_colours(run, other):
     shown = np.concatenate(inside)
     low, high = force.get_ylim()
     assert low < shown.min() and shown.max() < high < 1.1 * shown.max()
-    assert figure.get_suptitle() == f"solid: {run.name}; dashed: {other.name}"
+    assert figure.get_suptitle() == f"solid: {run.name}\ndashed: {other.name}"
 
 
 def test_a_title_stands_above_the_runs_on_one_line(run, other):
     title = " A lift\n of $3 "
     assert run.plot("slip", title=title).get_suptitle() == "A lift of $3"
     drawn = run.plot("slip", over=other, title=title).get_suptitle()
-    assert drawn == f"A lift of $3\nsolid: {run.name}; dashed: {other.name}"
+    assert drawn == f"A lift of $3\nsolid: {run.name}\ndashed: {other.name}"
     figure = run.plot("slip", title="n" * LONGEST_TITLE)
     figure.canvas.draw()
     extent = figure._suptitle.get_window_extent()
@@ -111,7 +111,7 @@ def test_measured_data_are_dots_over_a_run(run, tmp_path, capsys, monkeypatch):
     assert len(drawn) == 1 and to_rgba(drawn[0].get_color()) == to_rgba(paint(finger_colour(1)))
     np.testing.assert_allclose(drawn[0].get_xdata(), times, atol=1e-15)
     np.testing.assert_allclose(drawn[0].get_ydata(), slips, atol=1e-15)
-    assert figure.get_suptitle() == f"solid: {run.name}; dots: data"
+    assert figure.get_suptitle() == f"solid: {run.name}\ndots: data"
 
     chosen = ["figures", "paper-case-2", "--signals", "slip", "--format", "svg"]
     assert main([*chosen, "--over", "data.csv"]) == 2
