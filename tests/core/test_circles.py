@@ -13,7 +13,8 @@ from slipgrasp.core.scenario.loading import load_scenario, scenario_from_mapping
 from slipgrasp.core.trace.types import Outcome
 from tests.core.drawn_round_objects import with_round_object
 from tests.core.drawn_scenarios import KINDS, draw_scenario
-from tests.phases import PHASES, label
+from tests.each_case import each_case
+from tests.phases import PHASES
 from tests.references.closed_loop import ClosedLoop
 from tests.references.hand import TURN, State
 from tests.references.hands import random_estimates, random_scenario, random_state
@@ -29,7 +30,7 @@ ANGLES = {"left": np.pi, "right": 0.0, "bottom": -0.5 * np.pi, "top": 0.5 * np.p
 FEW = [phase for phase in PHASES if len(phase) < 4]
 STEP = 1e-6
 
-each_phase = pytest.mark.parametrize("phase", FEW, ids=label)
+each_phase = each_case("phase", FEW)
 
 
 def unit(angle):

@@ -17,7 +17,7 @@ from scipy.integrate import simpson
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import load_scenario, with_values
-from tests.phases import label
+from tests.each_case import each_case
 from tests.references.closed_loop import ClosedLoop
 from tests.references.controller import regressor, tracking_errors
 from tests.references.hand import State
@@ -144,7 +144,7 @@ def points(phase, unknown):
     return found
 
 
-each_phase = pytest.mark.parametrize("phase", PHASES, ids=label)
+each_phase = each_case("phase", PHASES)
 each_unknown = pytest.mark.parametrize("unknown", UNKNOWN_KINDS)
 
 

@@ -7,6 +7,7 @@ import pytest
 
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
+from tests.each_case import each_case
 from tests.phases import PHASES
 from tests.references.hands import random_scenario, random_state
 from tests.state_evaluation import evaluate_state
@@ -19,7 +20,7 @@ def evaluation(phase, seed, **law):
     return scenario, state, evaluate_state(scenario, 0.4, *state, phase, ())
 
 
-@pytest.mark.parametrize("phase", PHASES, ids=str)
+@each_case("phase", PHASES)
 def test_rank_and_shares_are_those_of_the_input_matrix(phase):
     for seed in range(4):
         _, _, found = evaluation(phase, seed)
@@ -37,7 +38,7 @@ def test_only_two_slipping_fingers_lack_an_input():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("grasp_force", ["minimum", "none"])
-@pytest.mark.parametrize("phase", [p for p in PHASES if len(p) in (3, 4)], ids=str)
+@each_case("phase", [p for p in PHASES if len(p) in (3, 4)])
 def test_three_and_four_fingers_track_the_object_fully_in_every_phase(phase, grasp_force):
     """With true parameters e'' + K_v e' + K_p e = 0, for the object and for slipping contacts."""
     for seed in range(4):

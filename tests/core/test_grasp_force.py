@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from slipgrasp.core.scenario.loading import with_values
+from tests.each_case import each_case
 from tests.references.closed_loop import ClosedLoop
 from tests.references.grasp import Limits, least_violation
 from tests.references.hand import friction_rows
@@ -74,7 +75,7 @@ class Grasp:
 
 
 @pytest.mark.parametrize("n", SIZES)
-@pytest.mark.parametrize("seed", range(40))
+@each_case("seed", range(40))
 def test_torques_agree_with_a_library(seed, n):
     grasp = Grasp(seed, n)
     expected = grasp.reference()
@@ -90,7 +91,7 @@ def test_the_samples_hold_grasps_that_can_and_that_cannot_keep_their_limits():
 
 
 @pytest.mark.parametrize("n", [n for n in SIZES if n > 2])
-@pytest.mark.parametrize("seed", range(20))
+@each_case("seed", range(20))
 def test_forces_are_inside_their_cones_and_limits_wherever_they_can_be(seed, n):
     grasps = (Grasp([seed, k], n) for k in range(100))
     grasp = next(g for g in grasps if g.has_freedom() and g.reference().violation == 0.0)

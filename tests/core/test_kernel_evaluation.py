@@ -11,7 +11,8 @@ import pytest
 
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import with_values
-from tests.phases import PHASES, label
+from tests.each_case import each_case
+from tests.phases import PHASES
 from tests.references.closed_loop import ClosedLoop, Evaluation
 from tests.references.controller import regressor
 from tests.references.hand import State
@@ -69,7 +70,7 @@ def assert_close(actual, expected, tolerance=1e-9):
     np.testing.assert_allclose(actual, expected, rtol=0.0, atol=tolerance * scale)
 
 
-each_phase = pytest.mark.parametrize("phase", PHASES, ids=label)
+each_phase = each_case("phase", PHASES)
 
 
 @each_phase

@@ -31,6 +31,7 @@ from slipgrasp.core.study.knowledge import (
 from slipgrasp.core.study.loading import study_from_mapping
 from slipgrasp.core.words.knowledge_words import describe_knowledge, list_unknowns
 from tests.core.reading_knowledge import KNOWLEDGE
+from tests.each_case import each_case
 
 BRIEF = {"simulation.duration": 0.02}
 SAMPLED = {"controller.control_period": 0.001}
@@ -105,8 +106,8 @@ VARIANTS = {
 }
 
 
-@pytest.mark.parametrize("variant", VARIANTS)
-@pytest.mark.parametrize("law", CONTROL_LAWS)
+@each_case("variant", VARIANTS)
+@each_case("law", CONTROL_LAWS)
 @pytest.mark.parametrize("estimates", [0, 1, 2, 4])
 def test_the_sentence_says_what_the_scenario_says(variant, law, estimates) -> None:
     for name in ("paper-case-1", "paper-case-2", "wet-patch", "poured-mass", "three-fingers"):

@@ -1,12 +1,12 @@
 """The kernel's quadratic programs against a library, and by the conditions of their optimum."""
 
 import numpy as np
-import pytest
 from scipy.optimize import linprog
 
 from slipgrasp.core.kernel.compilation.compiler import call
 from slipgrasp.core.kernel.compilation.records import make_record
 from slipgrasp.core.kernel.numerics import quadratic
+from tests.each_case import each_case
 from tests.references.grasp import minimise
 from tests.state_evaluation import from_python
 
@@ -48,7 +48,7 @@ def degenerate_problem(rng):
     return normals, bounds, equalities
 
 
-@pytest.mark.parametrize("seed", range(300))
+@each_case("seed", range(300))
 def test_random_problems_have_the_answer_of_a_library(seed):
     make = degenerate_problem if seed % 2 else random_problem
     normals, bounds, m = make(np.random.default_rng(seed))
@@ -57,7 +57,7 @@ def test_random_problems_have_the_answer_of_a_library(seed):
     np.testing.assert_allclose(actual, expected, rtol=0.0, atol=1e-9)
 
 
-@pytest.mark.parametrize("seed", range(200))
+@each_case("seed", range(200))
 def test_the_answer_meets_the_conditions_of_an_optimum(seed):
     """It keeps every row, and is a combination of the normals it touches, pushing only inwards."""
     normals, bounds, equalities = degenerate_problem(np.random.default_rng([1, seed]))
@@ -76,7 +76,7 @@ def test_the_answer_meets_the_conditions_of_an_optimum(seed):
     assert multipliers.status == 0
 
 
-@pytest.mark.parametrize("seed", range(100))
+@each_case("seed", range(100))
 def test_contradictions_are_found(seed):
     rng = np.random.default_rng([2, seed])
     normals, bounds, equalities = degenerate_problem(rng)

@@ -14,6 +14,7 @@ from slipgrasp.core.kernel.planar.workspace import DISCRETE, WORKSPACE
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from tests.core.test_quadratic import pose, random_problem, solve
+from tests.each_case import each_case
 from tests.references.hands import random_estimates, random_scenario, random_state
 from tests.state_evaluation import evaluate_state, from_python
 
@@ -106,7 +107,7 @@ def test_orders_that_change_from_step_to_step_keep_the_tolerance():
         assert one.time == pytest.approx(other.time, abs=1e-10)
 
 
-@pytest.mark.parametrize("seed", range(100))
+@each_case("seed", range(100))
 def test_a_solution_from_the_active_rows_of_the_last_is_the_one_from_none(seed):
     """A problem that changes little from tick to tick, and sometimes all at once."""
     rng = np.random.default_rng([3, seed])

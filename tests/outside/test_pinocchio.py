@@ -14,7 +14,8 @@ import pytest
 
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import load_scenario
-from tests.phases import PHASES, label
+from tests.each_case import each_case
+from tests.phases import PHASES
 from tests.references.closed_loop import ClosedLoop
 from tests.references.hand import State, friction_rows
 from tests.references.hands import random_estimates, random_scenario, random_state
@@ -65,7 +66,7 @@ def assert_close(actual, expected, tolerance=TOLERANCE):
 
 
 each_hand = pytest.mark.parametrize(("n", "seed"), HANDS)
-each_phase = pytest.mark.parametrize("phase", PHASES, ids=label)
+each_phase = each_case("phase", PHASES)
 
 
 def test_random_hands_have_both_elbows_and_no_two_links_alike():

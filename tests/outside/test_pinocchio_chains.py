@@ -12,6 +12,7 @@ from slipgrasp.core.kernel.spatial.chain_packing import pack_chain
 from slipgrasp.core.scenario.hand_files.description import Description
 from slipgrasp.core.scenario.hand_files.urdf import read_urdf
 from slipgrasp.core.scenario.spatial import SpatialFinger
+from tests.each_case import each_case
 from tests.state_evaluation import from_python
 
 pytestmark = pytest.mark.slow
@@ -188,7 +189,7 @@ def assert_same(ours, theirs):
 
 
 @pytest.mark.parametrize("followers", range(chain.MAX_LINKS - 2))
-@pytest.mark.parametrize("seed", range(NUM_CHAINS))
+@each_case("seed", range(NUM_CHAINS))
 def test_a_random_chain_moves_as_in_pinocchio(seed, followers):
     rng = np.random.default_rng([seed, followers])
     hand, q, rates = random_hand(rng, followers), rng.uniform(-2.0, 2.0, 3), rng.normal(size=3)
