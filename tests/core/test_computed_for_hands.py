@@ -17,7 +17,14 @@ from slipgrasp.core.kernel.spatial import run as spatial_run
 from slipgrasp.core.run.engine import PlanarEngine
 from slipgrasp.core.run.simulation import Simulation
 from slipgrasp.core.run.space_engine import SpatialEngine
-from slipgrasp.core.scenario import CONTROL_LAWS, Change, ControlLaw, ControllerParameters
+from slipgrasp.core.scenario import (
+    CONTROL_LAWS,
+    Change,
+    ControlLaw,
+    ControllerParameters,
+    spatial_geometry,
+)
+from slipgrasp.core.scenario.chain import chain_start
 from slipgrasp.core.scenario.field_errors import template_key, template_keys
 from slipgrasp.core.scenario.law_choice import with_law
 from slipgrasp.core.scenario.laws import facts_read_for, read_for
@@ -30,6 +37,7 @@ from slipgrasp.core.scenario.loading import (
 from slipgrasp.core.scenario.parameters import describe, hints_of, split_hint
 from slipgrasp.core.scenario.space import PLANAR, SPACES, SPATIAL
 from slipgrasp.core.scenario.validation import check_scenario
+from slipgrasp.core.scenario.validation import space as validation_space
 from tests.core.test_chains import trifinger, with_split_joints
 
 pytestmark = pytest.mark.slow
@@ -248,6 +256,14 @@ def _no_chance(monkeypatch):
         monkeypatch.setattr(made, "make_unset_record", make_record)
 
 
+@pytest.fixture
+def _quick(monkeypatch):
+    """Starts of equal chains are found once: most values leave all of them as they were."""
+    start = cache(chain_start)
+    for module in (spatial_geometry, validation_space):
+        monkeypatch.setattr(module, "chain_start", start)
+
+
 def declared(part, prefix):
     return {
         f"{prefix}{name}": quantity.hands
@@ -256,7 +272,7 @@ def declared(part, prefix):
     }
 
 
-@pytest.mark.usefixtures("_no_chance")
+@pytest.mark.usefixtures("_no_chance", "_quick")
 @pytest.mark.parametrize("hand", SPACES)
 def test_every_parameter_that_is_not_declared_for_other_hands_alone_is_read_by_the_kernel(hand):
     controller = type(next(bases(hand)).controller)

@@ -20,7 +20,7 @@ from tests.references.closed_loop import ClosedLoop
 pytestmark = pytest.mark.slow
 
 EACH = 9
-PAIRED = 40  # of `tests.core.drawn_pairs`
+PAIRED = 40  # of `tests.core.drawn_pairs`; all properties share one block
 COMMON = (
     *("long", "slipped", "sampled", "continuous", "changed", "unknown"),
     *("pushed", "patched", "polygon", "static"),
@@ -31,11 +31,13 @@ RARE = (
 )
 LAWS = get_args(get_type_hints(ControllerParameters)["kind"])
 MOTIONS = get_args(get_type_hints(TrajectoryParameters)["kind"])
+_checks: list[str] = []  # names of the properties
 ENDS = {*Outcome} - {Outcome.STOPPED, Outcome.FAILED, Outcome.RECOVERED}
 
 
 def of_every_kind(check: Callable[[Scenario], None]) -> Callable[[int], None]:
     """Checks random scenarios of each kind: the same every time, others for each property."""
+    _checks.append(check.__name__)
 
     @pytest.mark.parametrize("kind", [*range(len(KINDS)), "in pairs"])
     def test(kind: int | str) -> None:
@@ -53,7 +55,9 @@ def _scenarios(kind: int | str, name: str) -> Iterator[Scenario]:
     if isinstance(kind, int):
         yield from (draw_scenario(KINDS[kind], f"{name} {number}") for number in range(EACH))
     else:
-        yield from (draw_in_pairs(name, number, False).scenario for number in range(PAIRED))
+        first = PAIRED * _checks.index(name)
+        numbers = range(first, first + PAIRED)
+        yield from (draw_in_pairs("in pairs", number, False).scenario for number in numbers)
 
 
 def force_size(trace: Trace) -> np.ndarray:
