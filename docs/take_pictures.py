@@ -80,7 +80,7 @@ class Stage(NamedTuple):
 
 
 def show_slip(page: Page, stage: Stage) -> None:
-    """Both fingertips slip in case II; the controller overestimates friction."""
+    """Both fingertips slip in case I; the controller underestimates the mass."""
     _open(page, stage.url)
     page.get_by_text("Saved as").wait_for()
     pause_at(page, 0.08)
