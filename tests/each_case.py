@@ -34,10 +34,9 @@ def each_case(names: str, cases: Iterable[Any]) -> Callable[[Callable[..., None]
                 raise ExceptionGroup(f"{len(failures)} of {len(known)} cases", failures)
 
         functools.update_wrapper(run, test)
-        del run.__wrapped__
         signature = inspect.signature(test)
         left = [each for each in signature.parameters.values() if each.name not in keys]
-        run.__signature__ = signature.replace(parameters=left)  # pyright: ignore
+        run.__signature__ = signature.replace(parameters=left)  # pyright: ignore[reportFunctionMemberAccess]
         return run
 
     return decorate
