@@ -15,6 +15,7 @@ from slipgrasp.recordings.exceptions import RecordingWriteError
 from slipgrasp.server.exceptions import ServiceBusyError
 
 MAX_BYTES = 500_000_000
+MAX_FILES = 256
 
 PATIENCE = 10.0
 """Waiting time for another slow file [s]."""
@@ -28,10 +29,12 @@ class FileCache:
 
     Args:
         max_bytes: Total size; a larger file is created every time.
+        max_files: Number of files.
     """
 
-    def __init__(self, max_bytes: int = MAX_BYTES) -> None:
+    def __init__(self, max_bytes: int = MAX_BYTES, max_files: int = MAX_FILES) -> None:
         self._max_bytes = max_bytes
+        self._max_files = max_files
         self._folder: TemporaryDirectory[str] | None = None
         self._files: OrderedDict[str, tuple[Path, int]] = OrderedDict()
         self._lock = Lock()
@@ -117,8 +120,12 @@ class FileCache:
         """Two requests may have created the same file; the later one is kept."""
         self._drop(tag)
         self._files[tag] = path, size
-        while sum(size for _, size in self._files.values()) > self._max_bytes:
+        while self._is_too_large():
             self._drop(next(iter(self._files)))
+
+    def _is_too_large(self) -> bool:
+        total = sum(size for _, size in self._files.values())
+        return total > self._max_bytes or len(self._files) > self._max_files
 
     def _drop(self, tag: str) -> None:
         if tag in self._files:

@@ -215,6 +215,16 @@ def test_a_file_is_made_once_and_dropped_when_others_need_its_room() -> None:
     made.close()
 
 
+def test_the_number_of_files_is_limited(tmp_path, monkeypatch) -> None:
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    made = FileCache(max_files=3)
+    for number in range(10):
+        made.open(str(number), lambda stream: stream.write(b"made")).close()
+    [folder] = tmp_path.iterdir()
+    assert len(list(folder.iterdir())) == 3
+    made.close()
+
+
 def test_files_are_made_again_where_their_folder_was_cleaned_away(tmp_path, monkeypatch) -> None:
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     made = FileCache()
