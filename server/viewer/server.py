@@ -6,7 +6,7 @@ import asyncio
 import logging
 import os
 import sys
-from concurrent.futures import Future
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 from functools import cache
 from types import ModuleType
@@ -21,6 +21,7 @@ from viser.infra._async_message_buffer import AsyncMessageBuffer
 from slipgrasp.server.exceptions import printable
 from slipgrasp.server.http.access import guarded_websocket_listeners
 
+MAX_THREADS = 4
 _MAX_LOGGED = 200
 
 _logger = logging.getLogger(__name__)
@@ -36,6 +37,7 @@ class ViewerServer(viser.ViserServer):
         os.environ.pop("_VISER_PORT_OVERRIDE", None)
         _keep_every_icon()
         _keep_every_hint()
+        _limit_threads()
         _log_errors_of_callbacks()
         _replace_message_buffers()
         with guarded_websocket_listeners():
@@ -93,6 +95,19 @@ def _keep_every_hint() -> None:
     """
     module: ModuleType = sys.modules[_assignable_props_api.__name__]
     vars(module)["get_type_hints"] = cache(get_type_hints)
+
+
+def _limit_threads() -> None:
+    """Makes viser execute callbacks, which only send messages, in few threads.
+
+    Its 32 threads start one by one over hours, and each retains memory.
+    """
+    module: ModuleType = sys.modules[_viser.__name__]
+    vars(module)["ThreadPoolExecutor"] = _few_threads
+
+
+def _few_threads(max_workers: int) -> ThreadPoolExecutor:
+    return ThreadPoolExecutor(min(max_workers, MAX_THREADS), thread_name_prefix="viewer")
 
 
 def _log_errors_of_callbacks() -> None:

@@ -10,7 +10,7 @@ from viser import IconName, _gui_api, _icons, _scene_api
 from viser._messages import ResetGuiMessage
 from viser.infra import _infra
 
-from slipgrasp.server.viewer.server import ViewerServer
+from slipgrasp.server.viewer.server import MAX_THREADS, ViewerServer
 from tests.waiting import PATIENCE
 
 MANY = 40
@@ -34,6 +34,19 @@ def test_annotations_are_evaluated_once_per_class_of_elements():
     finally:
         server.stop()
     assert one._prop_hints is other._prop_hints
+
+
+def test_callbacks_run_in_few_threads():
+    server = ViewerServer()
+    try:
+        names = [
+            server._thread_executor.submit(lambda: threading.current_thread().name)
+            for _ in range(MANY)
+        ]
+        assert len({name.result(PATIENCE) for name in names}) <= MAX_THREADS
+        assert len(server._thread_executor._threads) <= MAX_THREADS
+    finally:
+        server.stop()
 
 
 def test_an_error_of_a_callback_is_logged_and_not_printed(caplog, capsys) -> None:
