@@ -26,6 +26,9 @@ LARGE_BYTES = 1_000_000
 KEPT_BYTES = 4_000_000
 """Freed memory at the end of the heap that is retained."""
 
+TRIMMED_BYTES = 1_000_000
+"""Freed memory that is returned to the system if it stays free."""
+
 MAX_HEAPS = 2
 """Number of heaps that threads share; each heap retains some freed memory."""
 
@@ -136,7 +139,7 @@ class Trimmer:
         self._left = min(self._left, heap.unused)
         # Trimmed memory is still counted as free in the heaps.
         found = min(heap.free, heap.unused - self._left)
-        if min(found, self._before) > KEPT_BYTES:
+        if min(found, self._before) > TRIMMED_BYTES:
             self._trim()
             self._left, found = self._look().unused, 0
         self._before = found

@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-from slipgrasp.server.memory import KEPT_BYTES, Heap, Trimmer
+from slipgrasp.server.memory import TRIMMED_BYTES, Heap, Trimmer
 from tests.waiting import PATIENCE
 
 READING = """
@@ -178,13 +178,13 @@ class HeapOfTest:
 def test_freed_memory_is_given_back_once_it_lay_free_at_two_looks():
     heap = HeapOfTest()
     trimmer = Trimmer(heap.look, heap.trim)
-    heap.free = heap.resident_free = 10 * KEPT_BYTES
+    heap.free = heap.resident_free = 10 * TRIMMED_BYTES
     told = []
     for _ in range(4):
         trimmer.work()
         told.append(heap.trimmed)
     assert told == [0, 1, 1, 1], "what is given back is free, and is not given back again"
-    heap.resident_free = 2 * KEPT_BYTES
+    heap.resident_free = 2 * TRIMMED_BYTES
     for _ in range(2):
         trimmer.work()
     assert heap.trimmed == 2, "what was used again between two looks is given back again"
@@ -194,7 +194,7 @@ def test_what_is_used_again_or_is_not_of_the_heaps_is_left_alone():
     heap = HeapOfTest()
     trimmer = Trimmer(heap.look, heap.trim)
     for look in range(6):
-        heap.free = heap.resident_free = 10 * KEPT_BYTES * (look % 2)
+        heap.free = heap.resident_free = 10 * TRIMMED_BYTES * (look % 2)
         trimmer.work()
     heap.free = heap.resident_free = 0
     heap.others *= 4
