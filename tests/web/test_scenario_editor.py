@@ -37,7 +37,7 @@ pytestmark = [
     pytest.mark.filterwarnings("ignore:Queued a .* on a closed connection"),
 ]
 
-MASS, INERTIA = "mass [kg]", "inertia [kg m²]"
+MASS, INERTIA = "mass [kg]", "inertia [kg\N{NO-BREAK SPACE}m²]"
 
 
 @pytest.fixture(autouse=True)

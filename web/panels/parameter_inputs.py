@@ -6,6 +6,7 @@ import math
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import viser
@@ -216,6 +217,7 @@ def add_control(
         definitions: Every parameter of the scenario by key.
         send: Accepts the intents.
     """
+    entry = replace(entry, label=_unbroken(entry.label))
     parameter, label, hint = entry.parameter, entry.label, _hint(entry)
     value = parameter.value
     if parameter.key in row_parameters():
@@ -238,6 +240,12 @@ def add_control(
     number = gui.add_number(label, value, step=round_step(abs(value) * 10.0 or 1.0), hint=hint)
     number.precision = max(_DECIMALS, number.precision)
     return _PlainControl(parameter, number, send)
+
+
+def _unbroken(label: str) -> str:
+    """A label whose unit is on one line."""
+    name, bracket, unit = label.partition("[")
+    return name + bracket + unit.replace(" ", "\N{NO-BREAK SPACE}")
 
 
 def _is_text(entry: Entry) -> bool:
