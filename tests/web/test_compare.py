@@ -83,7 +83,11 @@ def test_numbers_are_written_short_and_with_their_unit() -> None:
 def test_values_of_parameters_keep_their_digits() -> None:
     assert value_words(1.23456789) == "1.23456789"
     assert value_words((1.0, 0.25)) == "1, 0.25"
-    assert [value_words(v) for v in (None, True, "theorem-3")] == ["–", "yes", "theorem-3"]
+    assert [value_words(v) for v in (None, True, "gripper")] == ["–", "yes", "gripper"]
+
+
+def test_laws_are_compared_by_the_names_of_their_buttons() -> None:
+    assert value_words("theorem-3") == "adaptive-mass"
 
 
 def test_every_column_of_a_run_has_words(case_1: RunResult, sluggish: RunResult) -> None:

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
 from slipgrasp.core.run.metrics import METRICS
+from slipgrasp.core.scenario.laws import law_alias
 from slipgrasp.core.scenario.space import PLANAR, SPATIAL
 from slipgrasp.core.trace.signals import SIGNALS
 from slipgrasp.core.words.parameter_words import key_words, unit_words
@@ -107,7 +108,9 @@ def value_words(value: Any) -> str:
         return "yes" if value else "no"
     if isinstance(value, (tuple, list)):
         return ", ".join(map(value_words, value))
-    return f"{value:.12g}" if isinstance(value, (int, float)) else str(value).replace("_", " ")
+    if isinstance(value, (int, float)):
+        return f"{value:.12g}"
+    return law_alias(str(value)).replace("_", " ")
 
 
 def metric_words(name: str) -> tuple[str, str]:
