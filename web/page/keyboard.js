@@ -9,7 +9,7 @@ const OWN_SPACE = "button, a[href], summary, [role=button], [role=tab], [data-sg
 // A list from which something was chosen is a field, but nobody types into it.
 const CLOSED_LIST = "[aria-haspopup=listbox]:not([aria-expanded=true])";
 const ARROWS = /Arrow|Home|End/;
-const HELP_KEY = "?";
+const [HELP_KEY, FULL_SCREEN_KEY] = ["?", "Shift+F"];
 // Whether the focus was brought where it is by the keyboard. A button that was clicked keeps the
 // focus, and Space belongs to the page again.
 let isByKeyboard = false;
@@ -37,6 +37,7 @@ function onKey(event) {
   const key = nameOf(event);
   if (event.altKey || isForOthers(event, key)) return;
   if (key === HELP_KEY) showHelp();
+  else if (key === FULL_SCREEN_KEY) switchFullScreen();
   else if (commands.has(key)) run(commands.get(key));
   else return;
   event.preventDefault();
@@ -72,6 +73,11 @@ function keepFromCamera(event) {
   if (event.target.closest?.(`${TYPING}, ${OWN_ARROWS}`)) event.stopPropagation();
 }
 
+function switchFullScreen() {
+  if (document.fullscreenElement) document.exitFullscreen();
+  else document.documentElement.requestFullscreen();
+}
+
 function showHelp() {
   const dialog = document.createElement("dialog");
   dialog.className = "sg-help";
@@ -79,7 +85,11 @@ function showHelp() {
   const title = document.createElement("h2");
   title.textContent = "Keys";
   const list = document.createElement("dl");
-  for (const row of [...rows, { shown: HELP_KEY, text: "This list" }]) {
+  const own = [
+    { shown: FULL_SCREEN_KEY, text: "Full screen, or back" },
+    { shown: HELP_KEY, text: "This list" },
+  ];
+  for (const row of [...rows, ...own]) {
     const keys = document.createElement("dt");
     keys.textContent = row.shown;
     const text = document.createElement("dd");
