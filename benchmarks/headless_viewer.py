@@ -17,6 +17,13 @@ from websockets.sync.client import connect
 from websockets.typing import Subprotocol
 
 _WIDTH, _HEIGHT = 1440, 900
+_LAYOUT = {
+    "width": _WIDTH,
+    "height": _HEIGHT,
+    "scene_width": 740,
+    "scene_height": _HEIGHT,
+    "covered": 220,
+}
 _HEADER_BYTES = 16
 _PATIENCE = 60.0
 _SESSION_STATE = re.compile(r'data-sg-state="([^"]*)"')
@@ -55,6 +62,10 @@ class HeadlessViewer:
         _traceback: TracebackType | None,
     ) -> None:
         self._socket.close()
+
+    def measure_page(self) -> None:
+        """Reports the size of the page, after which the session sends all controls."""
+        self.post(kind="measure-page", layout=_LAYOUT, prefers_dark=False)
 
     def set(self, label: str, value: object) -> None:
         """Moves the control with a label."""

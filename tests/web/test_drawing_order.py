@@ -26,7 +26,14 @@ def test_view_card_and_charts_of_a_run_come_before_what_is_out_of_sight(
     dashboard: RunningServer,
 ) -> None:
     with HeadlessViewer(f"ws://127.0.0.1:{dashboard.port}/") as viewer:
-        viewer.wait_for(is_saved)
+        viewer.measure_page()
+        awaited = {is_saved, is_comparison}
+
+        def is_complete(message: dict[str, Any]) -> bool:
+            awaited.difference_update([each for each in awaited if each(message)])
+            return not awaited
+
+        viewer.wait_for(is_complete)
         drawn = list[str]()
 
         def is_compared(message: dict[str, Any]) -> bool:
@@ -37,6 +44,10 @@ def test_view_card_and_charts_of_a_run_come_before_what_is_out_of_sight(
         viewer.wait_for(is_compared)
     order = [each for each in drawn if each]
     assert {SCENE, CARD, CHARTS} <= set(order[:-1])
+
+
+def is_comparison(message: dict[str, Any]) -> bool:
+    return subject_of(message) == COMPARISON
 
 
 def is_saved(message: dict[str, Any]) -> bool:
