@@ -10,6 +10,7 @@ from typing import Any
 from sphinx.application import Sphinx
 
 _CONTENT = re.compile(r'<article role="main".*?</article>', re.DOTALL)
+_FORMULA = re.compile(r'(class="math[^>]*>)[^<]*')  # in TeX, which an excerpt would show
 _TEXTS = "page_texts.js"
 
 
@@ -30,7 +31,7 @@ def write_texts(app: Sphinx, error: Exception | None) -> None:
     for name in app.env.found_docs:
         html = (app.outdir / f"{name}.html").read_text(encoding="utf-8")
         if content := _CONTENT.search(html):
-            texts[f"{name}.html"] = content[0]
+            texts[f"{name}.html"] = _FORMULA.sub(r"\1…", content[0])
     script = f"const pageTexts = {json.dumps(texts, sort_keys=True)};\n"
     (app.outdir / "_static" / _TEXTS).write_text(script, encoding="utf-8")
 
