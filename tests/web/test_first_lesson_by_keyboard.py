@@ -7,6 +7,7 @@ import re
 import pytest
 from playwright.sync_api import Locator, Page, expect
 
+from slipgrasp.web.model.tour import TOUR
 from tests.waiting import wait_until
 from tests.web.conftest import Visitors
 from tests.web.driving import control, told
@@ -121,3 +122,19 @@ def test_the_first_lesson_by_keyboard(visitors: Visitors) -> None:
     page.reload()
     expect(page.locator(".sg-verdict")).to_be_visible()
     expect(page.get_by_role("button", name="Got it")).to_be_hidden()
+
+
+@pytest.mark.slow
+@pytest.mark.browser
+@pytest.mark.filterwarnings("ignore:Queued a .* on a closed connection")
+def test_the_whole_tour_by_keyboard(visitors: Visitors) -> None:
+    page = visitors.open()
+    tour = page.get_by_role("region", name="Tour")
+    page.keyboard.press("t")
+    for place in range(1, len(TOUR) + 1):
+        expect(tour).to_contain_text(f"Tour, {place} of {len(TOUR)}: ")
+        onward = tour.get_by_role("button", name="Next" if place < len(TOUR) else "Leave")
+        tab_to(page, onward)
+        assert onward.evaluate("button => getComputedStyle(button).outlineStyle") != "none"
+        page.keyboard.press("Enter")
+    expect(tour).to_be_hidden()
