@@ -18,7 +18,8 @@ from slipgrasp.server.viewer.server import ViewerServer
 from slipgrasp.web.model.draft import Draft
 from slipgrasp.web.model.intents.intent import Intent
 from slipgrasp.web.model.intents.scenario import DragObject, LetGo, Undo
-from slipgrasp.web.model.view import Shown, ViewState
+from slipgrasp.web.model.playback import WindowChoice
+from slipgrasp.web.model.view import RunStage, Shown, ViewState, show
 from slipgrasp.web.scene.dragging import ObjectDrag
 from slipgrasp.web.scene.scene import Scene
 from slipgrasp.web.session import FIRST_PRESET
@@ -86,6 +87,15 @@ def test_a_drag_in_space_has_three_parts(view) -> None:
     np.testing.assert_array_equal(
         after(in_space, DragObject((1.0, 0.0, 2.0))).sample.external_wrench[:3], [1.0, 0.0, 2.0]
     )
+
+
+def test_letting_go_keeps_the_time_range_of_the_run_of_the_drag(view) -> None:
+    """The run of the last drag is already there: no other follows."""
+    dragged = after(replace(view, choice=WindowChoice.SLIP), DragObject((3.0, -4.0)))
+    longer = simulate(with_values(view.shown.result.scenario, {"object.mass": 1.1}))
+    shown = show(dragged, Shown(2, longer, 0.0), RunStage.SIMULATING, afresh=False)
+    assert shown.playback.window != view.playback.window
+    assert after(shown, LetGo((3.0, -4.0))).playback.window == shown.playback.window
 
 
 HELD_AT = np.array([0.3, -0.05, 0.2])

@@ -328,13 +328,13 @@ def _kept_in(window: TimeWindow, playback: Playback, shown: Shown) -> Playback:
 
     Otherwise a control would not act at the time of the pause.
     """
-    if playback.playing:
-        # A speed that the user has not chosen is adapted to the window.
-        is_own = playback.speed != speed_for(playback.window)
-        speed = playback.speed if is_own else speed_for(window)
-        return replace(playback.within(window), speed=speed)
-    time = whole_window(shown.result).clamp(playback.time)
-    return playback.within(TimeWindow(min(window.start, time), max(window.end, time)))
+    if not playback.playing:
+        time = whole_window(shown.result).clamp(playback.time)
+        window = TimeWindow(min(window.start, time), max(window.end, time))
+    # A speed that the user has not chosen is adapted to the window.
+    is_own = playback.speed != speed_for(playback.window)
+    speed = playback.speed if is_own else speed_for(window)
+    return replace(playback.within(window), speed=speed)
 
 
 def replays_of(view: ViewState) -> tuple[Replay, ...]:

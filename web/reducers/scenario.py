@@ -166,7 +166,8 @@ def _dragged(view: ViewState, force: tuple[float, ...]) -> ViewState:
     drag = began._replace(force=force)
     push = _push_of(drag)
     end = push.time + float(push.values["duration"])
-    playback = drag.playback.reach(end, whole_window(shown.result))
+    # In the time range of the latest run of the drag.
+    playback = playback.reach(end, whole_window(shown.result))
     return replace(_pushed(view, drag, push), drag=drag, playback=playback)
 
 
@@ -178,8 +179,10 @@ def _let_go(view: ViewState, force: tuple[float, ...]) -> ViewState:
     dragged = _dragged(view, force)
     if dragged.drag is None:
         return dragged
-    before = dragged.drag.playback
-    return replace(dragged, drag=None, playback=before if before.playing else dragged.playback)
+    before, playback = dragged.drag.playback, dragged.playback
+    if before.playing and playback is not None:
+        playback = replace(playback, time=playback.window.clamp(before.time), playing=True)
+    return replace(dragged, drag=None, playback=playback)
 
 
 def _push_of(drag: Drag) -> Disturbance:
