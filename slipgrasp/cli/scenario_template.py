@@ -17,7 +17,7 @@ _HEAD = """\
 # Change it live:     slipgrasp serve, then "Scenario file (TOML)" in the dashboard
 # All its parameters: slipgrasp scenarios parameters {file}
 #
-# SI units. The controller knows every parameter exactly, except those under [[estimates]].
+# SI units. The controller knows every parameter that its law uses, except those in [[estimates]].
 
 title = "My scenario"
 """
