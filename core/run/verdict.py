@@ -97,6 +97,7 @@ def describe_run(result: RunResult) -> Verdict:
     estimates = map(_describe_estimate, found[:1]) if found else _describe_other_estimate(result)
     facts = (
         _describe_slips(result),
+        *_describe_push(result),
         *_describe_lasting_error(result),
         *_describe_switching(result),
         *_describe_pyramid(result),
@@ -180,6 +181,20 @@ def _describe_slips(result: RunResult) -> str:
     else:
         slips = f"({', '.join(f'{name}: {length}' for name, length in lengths.items())})"
     return f"{who} slipped {slips}{_describe_end_of_slip(result)}."
+
+
+def _describe_push(result: RunResult) -> Iterator[str]:
+    """The contacts that began to slip during a push, for the first such push."""
+    onsets = [c for c in result.phase_changes if c.from_phase is ContactPhase.STICK]
+    names = result.scenario.finger_names
+    for push in sorted(result.scenario.pulses, key=lambda push: push.time):
+        end = push.time + push.duration
+        found = sorted({c.contact for c in onsets if push.time <= c.time <= end})
+        if found:
+            who = _fingertips([names[i] for i in found], len(names))
+            who = f"{who[:1].lower()}{who[1:]}"
+            yield f"During the push at t = {milliseconds(push.time)} {who} began to slip."
+            return
 
 
 def _describe_pyramid(result: RunResult) -> Iterator[str]:

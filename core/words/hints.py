@@ -24,7 +24,7 @@ from slipgrasp.core.words.options import Option
 from slipgrasp.core.words.phrases import joined
 
 _OFFERED = 3
-_RISK = "which in trials lost some objects that had been held"
+_RISK = "which can also make it worse"
 _OUTSIDE = "no other setting of this law can help: make the object lighter or its faces rougher"
 
 

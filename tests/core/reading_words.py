@@ -438,6 +438,28 @@ def check_slips(result: RunResult, found: re.Match[str]) -> None:
         assert abs(float(value) * UNITS[unit] - max(stops)) <= (5.1e-4 if unit == "ms" else 5.1e-3)
 
 
+def check_push(result: RunResult, found: re.Match[str]) -> None:
+    """The named fingertips, and no others, left stick while that push acted."""
+    value, unit = found["when"].split()
+    rounding = 5.1e-4 if unit == "ms" else 5.1e-3
+    pushes = [
+        p for p in result.scenario.pulses if abs(p.time - float(value) * UNITS[unit]) <= rounding
+    ]
+    names = result.scenario.finger_names
+    some = re.fullmatch(r"the (.+) fingertips?", found["who"])
+    told = set(re.split(", | and ", some[1])) if some else set(names)
+    assert any(
+        told
+        == {
+            names[change.contact]
+            for change in result.phase_changes
+            if change.from_phase is ContactPhase.STICK
+            and push.time <= change.time <= push.time + push.duration
+        }
+        for push in pushes
+    )
+
+
 def check_least_margin(result: RunResult, found: re.Match[str]) -> None:
     trace = result.trace
     margins = np.where(trace.phase == ContactPhase.STICK, trace.friction_margin, np.inf)[1:]
@@ -531,6 +553,10 @@ SENTENCES: tuple[tuple[str, Callable[[RunResult, re.Match[str]], None]], ...] = 
         r"(?P<who>.+) slipped (?P<lengths>by .+?|\(.+\))"
         r"(?: and stopped at t = (?P<stop>[\d.]+ m?s))?\.",
         check_slips,
+    ),
+    (
+        r"During the push at t = (?P<when>[\d.]+ m?s) (?P<who>.+) began to slip\.",
+        check_push,
     ),
     (r"No fingertip slipped\.", lambda _result, _found: None),
     (
@@ -741,7 +767,7 @@ PHRASES = (
     "no other setting of this law can help: make the object lighter or its faces rougher",
     "to see whether it stays at rest",
     "to bring it nearer to its target",
-    "which in trials lost some objects that had been held",
+    "which can also make it worse",
     "for less slip",
     "run it again to see the rest",
     "shorten the run",

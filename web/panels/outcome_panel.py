@@ -121,14 +121,15 @@ def _card_html(result: RunResult, how_heavy: str, premises: str, tried: TriedHin
     known = describe_knowledge(result.scenario)
     sentences = [text for text in outcome.sentences if text != known]
     told = [in_page_words(text, result.scenario) for text in sentences]
+    first = _TOLD + bool(result.scenario.pulses)
     return (
         f"<div class='sg-verdict' style='color:{tone(outcome.tone)}'>{escape(outcome.headline)}"
-        f"</div>{_paragraph(escape(' '.join(told[:_TOLD])))}"
+        f"</div>{_paragraph(escape(' '.join(told[:first])))}"
         f"{_asked_html(result, how_heavy)}{_hint_html(outcome, tried, result.scenario)}"
         f"{_warnings_html(result)}"
         "<details data-sg-fold='outcome'><summary>Knowledge, forces, margins, tracking</summary>"
         f"{_knowledge_html(known, result)}"
-        f"{_paragraph(escape(' '.join(told[_TOLD:])))}{_metrics_html(result)}{premises}</details>"
+        f"{_paragraph(escape(' '.join(told[first:])))}{_metrics_html(result)}{premises}</details>"
     )
 
 
@@ -174,7 +175,9 @@ def _hint_html(outcome: Verdict, tried: TriedHint | None, scenario: Scenario) ->
         title = "Tried" if tried is not None and tried.count else "Try"
         return _paragraph(f"<b>{title}:</b> {told}") if told else ""
     rows = "".join(_tried_html(each, scenario) for each in tried.helpful)
-    purpose = f" {tried.hint.purpose}" if tried.hint.purpose else ""
+    # The effects beside the buttons tell how near, and how much slip.
+    is_told = tried.hint.purpose and tried.hint.goal is not Goal.NEARER
+    purpose = f" {tried.hint.purpose}" if is_told else ""
     rest = in_page_words(str(tried.hint.rest), scenario)
     return (
         _paragraph(f"<b>Try{purpose}:</b>")
