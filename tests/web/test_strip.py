@@ -33,6 +33,14 @@ def test_spans_cover_the_window_in_the_phases_of_the_trace(case_2: RunResult) ->
         assert case_2.trace.phase[row, 0] == phase
 
 
+def test_no_phase_is_shown_after_the_end_of_a_run(case_2: RunResult) -> None:
+    ended = replace(case_2, trace=case_2.trace[case_2.trace.times < 0.05])
+    spans = list(phase_spans(ended, 0, TimeWindow(0.0, 0.2), cells=100))
+    assert {phase for _, _, phase in spans} == {ContactPhase.SLIP_FORWARD}
+    assert 23 <= sum(length for _, length, _ in spans) <= 26
+    assert list(phase_spans(ended, 0, TimeWindow(0.1, 0.2))) == []
+
+
 def test_a_slip_shorter_than_a_cell_is_still_seen(case_1: RunResult) -> None:
     phase = np.zeros_like(case_1.trace.phase)
     row = int(np.searchsorted(case_1.trace.times, 3.0))

@@ -96,7 +96,7 @@ def phase_spans(
 ) -> Iterator[tuple[int, int, ContactPhase]]:
     """Time ranges of one phase, in cells of a window: first cell, number of cells, phase.
 
-    A cell with any slip counts as slip.
+    A cell with any slip counts as slip. After the end of a run there are none.
 
     Args:
         result: The run.
@@ -111,8 +111,10 @@ def phase_spans(
     first = np.searchsorted(slipping, rows[:-1])
     slips = np.append(slipping, len(times))[first] <= rows[1:]
     phases = np.where(slips, np.append(phase[slipping], 0)[first], 0)
-    starts = np.flatnonzero(np.diff(phases, prepend=_NO_PHASE) != 0)
-    for start, end in zip(starts, [*starts[1:], cells], strict=True):
+    count = int(np.searchsorted(edges[:-1], times[-1], side="right"))
+    starts = np.flatnonzero(np.diff(phases[:count], prepend=_NO_PHASE) != 0)
+    ends = [*starts[1:], count][: len(starts)]
+    for start, end in zip(starts, ends, strict=True):
         yield int(start), int(end - start), ContactPhase(int(phases[start]))
 
 
