@@ -12,8 +12,8 @@ _COUNTED = (
     ),
     (
         "recognition_hold",
-        "no phase was consistent under its own torque; "
-        "the controller kept its estimated phase for the recognition time",
+        "no combination of stick and slip followed from the torque commanded for it; "
+        "the controller kept the one it had recognised for the recognition time",
     ),
     (
         "adaptation_unphysical",
