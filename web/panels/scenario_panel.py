@@ -60,12 +60,8 @@ class ScenarioPanel:
         self.origin = gui.add_dropdown(
             "scenario", _origins(draft), initial_value=draft.origin, hint=_what_it_shows(draft)
         )
-        self.steps = gui.add_button_group(
-            "changes",
-            tuple(_STEPS),
-            hint=f"Undo the last change ({keys_of(Undo())}), redo it "
-            f"({keys_of(Redo())}), or restore the original scenario.",
-        )
+        # Without a hint, which would cover the laws below; the keys are in the list of keys.
+        self.steps = gui.add_button_group("changes", tuple(_STEPS))
         self.laws = gui.add_html("")
         self.reach = gui.add_dropdown(
             "controls act",
