@@ -9,6 +9,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import viser
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulator import simulate
@@ -135,24 +136,40 @@ def forces(
     return [intent.force for intent in sent if isinstance(intent, LetGo)]
 
 
-def test_the_arrow_of_the_force_is_a_small_part_of_the_way_of_the_mouse(
-    viewer_server: ViewerServer, view: ViewState
-) -> None:
+def arrow_of_a_drag(
+    viewer_server: ViewerServer, view: ViewState, way: tuple[float, float, float]
+) -> viser.ArrowsHandle:
+    """The arrow of the force after a drag by some way of the mouse."""
     sent: list[Intent] = []
     drawn = ObjectDrag(sent.append)
     scene = Scene(viewer_server, drawn)
     scene.show(view.shown.result)
     drag(drawn, "start", (0.001, 0.0, 0.0))
-    drag(drawn, "update", (0.1, 0.02, -0.05))
-    drag(drawn, "end", (0.1, 0.02, -0.05))
+    drag(drawn, "update", way)
+    drag(drawn, "end", way)
     assert [type(intent) for intent in sent] == [DragObject, DragObject, LetGo]
     assert sent[1].force == sent[2].force
     scene.update(after(view, sent[1]).sample)
     arrow = viewer_server.scene.get_handle_by_name("/hand/plane/push/force")
-    assert arrow is not None
-    tail, head = arrow.points[0]
+    assert isinstance(arrow, viser.ArrowsHandle)
+    return arrow
+
+
+def test_the_arrow_of_the_force_is_a_small_part_of_the_way_of_the_mouse(
+    viewer_server: ViewerServer, view: ViewState
+) -> None:
+    tail, head = arrow_of_a_drag(viewer_server, view, (2.0, 0.4, -1.0)).points[0]
     # Two digits of the force, so within a twentieth.
-    np.testing.assert_allclose((head - tail)[:2], [0.008, -0.004], rtol=0.05)
+    np.testing.assert_allclose((head - tail)[:2], [0.16, -0.08], rtol=0.05)
+
+
+def test_the_arrow_of_a_small_force_is_longer_than_its_head(
+    viewer_server: ViewerServer, view: ViewState
+) -> None:
+    arrow = arrow_of_a_drag(viewer_server, view, (0.1, 0.02, -0.05))
+    (x, y), length = np.diff(arrow.points[0], axis=0)[0, :2], arrow.head_length
+    assert math.hypot(x, y) > 1.5 * length
+    assert math.atan2(y, x) == pytest.approx(math.atan2(-0.5, 1.0), abs=0.03)
 
 
 def test_a_run_with_another_scale_of_forces_does_not_change_the_force_of_a_drag(

@@ -19,6 +19,8 @@ Points = NDArray[np.float64]
 
 _ARC = 1.5 * math.pi
 _SHORTEST = 1e-3
+_LEAST_HEADS = 1.7
+"""Smallest length of an arrow, in lengths of its head."""
 _MARGIN = 0.6
 """Distance of the text beyond an arrow, in radii of the object."""
 
@@ -91,18 +93,18 @@ class PushView:
     def _draw(self, wrench_and_full: Points) -> None:
         force, moment, full = wrench_and_full[:3], wrench_and_full[3:6], wrench_and_full[6]
         arrow = self._sizes.force_length / full * force
-        has_arrow = float(np.linalg.norm(arrow)) > _SHORTEST
+        size = float(np.linalg.norm(arrow))
+        has_arrow = size > _SHORTEST
         self._arrow.visible = has_arrow
-        # It ends at the point of action, and starts outside the object.
-        tail = -arrow if has_arrow else np.array([0.0, self._radius, 0.0])
+        # It ends at the point of action. A shorter shaft than the head would turn the head around.
+        longer = max(_LEAST_HEADS * self._head / size, 1.0) if has_arrow else 1.0
+        tail = -longer * arrow if has_arrow else np.array([0.0, self._radius, 0.0])
         self._arrow.points = np.array([[tail, np.zeros(3)]], dtype=np.float32)
         self._arc.visible = bool(moment.any())
         self._arc.points = joined(_twist(0.7 * self._radius, moment))
         self._words.text = push_words(*np.linalg.norm([force, moment], axis=1).tolist())
-        # The head may be longer than the arrow.
         length = float(np.linalg.norm(tail))
-        far = max(length, self._head) + _MARGIN * self._radius
-        self._words.position = far / length * tail
+        self._words.position = (1.0 + _MARGIN * self._radius / length) * tail
 
 
 def _twist(radius: float, moment: Points) -> Points:
