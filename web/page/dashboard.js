@@ -19,7 +19,8 @@
 //   link.js           the address of the page: a run and a time
 //   banner.js         whether the server is there, and what the page has to say
 //   reconnect.js      when viser opens its connection again
-import { watchSessionState } from "./session_state.js";
+import { followPicture, watchSessionState } from "./session_state.js";
+import { picturedTime } from "./viser_view.js";
 import { startBanner } from "./banner.js";
 import { startCharts } from "./charts.js";
 import { startClock } from "./clock.js";
@@ -58,5 +59,6 @@ function start() {
   startLecture();
   startKeyboard();
   startBanner();
+  followPicture(picturedTime);
   watchSessionState();
 }

@@ -24,12 +24,14 @@ export let state = {
 };
 
 const HOLD_MS = 2000;
+const LAG = 0.5; // up to which a picture may be late or early [s]
 const SHORTEST = 1e-3; // of the times that are shown [s]
 const changeListeners = [];
 const frameListeners = [];
 let written = "";
 let toldAt = performance.now();
 let held = null;
+let picturedTime = () => null;
 let shown = null;
 
 /** Calls back with (state, previous state) whenever the session has sent its state. */
@@ -42,10 +44,18 @@ export function onFrame(listener) {
   frameListeners.push(listener);
 }
 
+/** Makes a moving play head stand where the picture does. time: of the last one [s], or null. */
+export function followPicture(time) {
+  picturedTime = time;
+}
+
 /** Where the play head stands now [s]. */
 export function timeNow() {
   if (held !== null) return held.time;
-  return state.playing ? advance(state, (performance.now() - toldAt) / 1000) : state.time;
+  if (!state.playing) return state.time;
+  const seconds = (performance.now() - toldAt) / 1000;
+  const [now, later, seen] = [advance(state, seconds), advance(state, seconds + LAG), picturedTime()];
+  return seen !== null && Math.abs(seen - now) <= later - now ? seen : now;
 }
 
 /** Which share of the window lies before a time, from 0 to 1. */

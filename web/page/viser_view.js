@@ -10,6 +10,7 @@ const MARGIN = 8;
 let known = null;
 let run = null;
 let overlay = null;
+let pictured = null; // the run and the time of the last picture
 let isPictured = false;
 let toldOfPicture = () => {};
 
@@ -25,17 +26,23 @@ export function drawCloseUps(covered, given = null) {
   if (overlay?.element.parentElement !== host) {
     overlay = new Overlay(host, JSON.parse(document.getElementById("sg-colours").textContent));
   }
-  const draw = () => {
-    const view = readView(covered, given ?? shownByScene());
+  const draw = (shown) => {
+    const view = readView(covered, shown);
     overlay.draw(view);
     return view !== null;
   };
   // What comes with a picture is drawn with it; all else that may change, before the next one.
   scene.onAfterRender = () => {
-    isPictured = draw();
+    pictured = given ?? shownByScene();
+    isPictured = draw(pictured);
     toldOfPicture();
   };
-  draw();
+  draw(given ?? pictured);
+}
+
+/** The time of the last picture [s]; null before the first. */
+export function picturedTime() {
+  return pictured?.time ?? null;
 }
 
 /** Whether the last picture shows a run. */
