@@ -28,7 +28,7 @@ DESCRIPTION = (
 )
 EPILOG = (
     "The first use compiles the kernel to WebAssembly, which takes a minute and needs "
-    "'pip install slipgrasp[wasm]'. Exit status: 0 written, 2 bad input."
+    "pip install 'slipgrasp[wasm]'. Exit status: 0 written, 2 bad input."
 )
 
 
@@ -133,9 +133,9 @@ def _scenario_of(arguments: argparse.Namespace) -> tuple[Scenario, str]:
         return read_recording(path).scenario, ""
 
 
-def command_of(arguments: argparse.Namespace) -> str:
-    """The command that simulates the scenario given by the arguments of `add_scenario`."""
-    words = ["slipgrasp", "run", arguments.scenario]
+def command_of(arguments: argparse.Namespace, name: str = "run") -> str:
+    """A command, such as ``run``, on the scenario of the arguments of `add_scenario`."""
+    words = ["slipgrasp", name, arguments.scenario]
     words += ["--law", arguments.law] if arguments.law else []
     words += [word for each in arguments.assignments for word in ("--set", each)]
     return shlex.join(words)

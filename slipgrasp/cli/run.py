@@ -92,7 +92,8 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
     else:
         from slipgrasp.cli.summary import summarize
 
-        print(summarize(result, recording, _try_hint(result)))
+        told = summarize(result, recording, _try_hint(result))
+        print(told.replace("slipgrasp margin SCENARIO", command_of(arguments, "margin")))
     if arguments.page is not None:
         written = write_page_of(result, arguments.page, None, command_of(arguments))
         print(written, file=sys.stderr if arguments.json else sys.stdout)

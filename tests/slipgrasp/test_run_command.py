@@ -241,6 +241,13 @@ def test_an_early_end_is_told_in_words_with_what_to_try(slipgrasp):
     assert "What to try" in done.stdout
 
 
+def test_a_suggested_command_names_the_scenario_with_its_law(slipgrasp):
+    done = slipgrasp("run", "paper-case-2", "--law", "composite", "--set", "simulation.duration=2")
+
+    command = "slipgrasp margin paper-case-2 --law composite --set simulation.duration=2 --over "
+    assert f"{command}'fingers.*.friction'" in done.stdout
+
+
 def test_the_help_of_run_lists_the_parameters_with_unit_and_bounds(slipgrasp):
     done = slipgrasp("run", "--help")
 
