@@ -1,4 +1,4 @@
-"""The parts of a run that differ between planar and spatial hands."""
+"""The parts of a run that differ between planar hands, spatial hands and a body on a support."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from slipgrasp.core.kernel.planar import advance as kernel
 from slipgrasp.core.kernel.planar.run import last_row, make_run
 from slipgrasp.core.kernel.planar.state import StateParts, parts_of
 from slipgrasp.core.run.schedule import Schedule, Timetable
-from slipgrasp.core.scenario import PLANAR, Change, PlanarScenario, Scenario, Space
+from slipgrasp.core.scenario import PLANAR, SUPPORT, Change, PlanarScenario, Scenario, Space
 
 if IN_WEBASSEMBLY:
     from slipgrasp.core.kernel.compilation.webassembly import in_wasmtime
@@ -73,7 +73,11 @@ def engine_of(space: Space) -> Callable[..., Engine]:
     """Returns the kernel of a kind of hand, and registers its units for compilation."""
     if space is PLANAR:
         return PlanarEngine
-    # Compiled and loaded only for spatial hands.
+    # Compiled and loaded only when needed.
+    if space is SUPPORT:
+        from slipgrasp.core.run.support_engine import SupportEngine
+
+        return SupportEngine
     from slipgrasp.core.run.space_engine import SpatialEngine
 
     return SpatialEngine

@@ -39,6 +39,7 @@ class Metric:
             fingertip is soft).
         name: Field of `Metrics`, or name of a component in a table: ``slip_path_0``.
         kind: Type of its values.
+        of_hand: Whether it exists only if there is a hand.
     """
 
     text: str
@@ -46,12 +47,13 @@ class Metric:
     per: Literal["", "coordinate", "contact", "pad"] = ""
     name: str = ""
     kind: MetricKind = "number"
+    of_hand: bool = False
 
     def single_values(self, num_contacts: int, space: Space = PLANAR) -> Iterator[Metric]:
         """Components of the metric: contacts by index, coordinates by letter."""
         labels = {
             "": ("",),
-            "coordinate": space.coordinates,
+            "coordinate": space.errors,
             "contact": tuple(f"{contact}" for contact in range(num_contacts)),
             "pad": tuple(f"{contact}" for contact in range(num_contacts)),
         }[self.per]
@@ -108,6 +110,7 @@ class Metrics:
         Metric(
             "Integral over time of the sum of the squared joint torques (for slides: forces in N).",
             "N² m² s",
+            of_hand=True,
         ),
     ]
     phase_change_count: Annotated[int, Metric("Number of phase changes.", "1")]
@@ -127,10 +130,12 @@ class Metrics:
     def flattened(self) -> dict[str, float | int | bool | None]:
         """Values by `metric_names`, for tables: slip_path_0, rms_tracking_error_x."""
         values: list[float | int | bool | None] = []
+        space = space_of_errors(len(self.final_tracking_error))
         for metric in METRICS:
+            if metric.of_hand and not space.has_hand:
+                continue
             value = getattr(self, metric.name)
             values += value if metric.per else [value]
-        space = space_of_errors(len(self.final_tracking_error))
         names = metric_names(len(self.slip_path), space, soft=len(self.spin_path) > 0)
         return dict(zip(names, values, strict=True))
 
@@ -168,7 +173,7 @@ def single_metrics(
     return tuple(
         single
         for metric in METRICS
-        if soft or metric.per != "pad"
+        if (soft or metric.per != "pad") and (space.has_hand or not metric.of_hand)
         for single in metric.single_values(num_contacts, space)
     )
 

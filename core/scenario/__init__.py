@@ -23,9 +23,10 @@ from slipgrasp.core.scenario.motion import (
 )
 from slipgrasp.core.scenario.numerics import MAX_CHATTER_CHANGES, Change, SimulationParameters
 from slipgrasp.core.scenario.planar import PlanarScenario
-from slipgrasp.core.scenario.scenario import Scenario
-from slipgrasp.core.scenario.space import PLANAR, SPATIAL, Space
+from slipgrasp.core.scenario.scenario import HandScenario, Scenario
+from slipgrasp.core.scenario.space import PLANAR, SPATIAL, SUPPORT, Space
 from slipgrasp.core.scenario.spatial import SpatialScenario
+from slipgrasp.core.scenario.supported import SupportScenario
 from slipgrasp.core.scenario.world import ActuationParameters, Patch, Pulse, SensingParameters
 
 __all__ = [
@@ -40,12 +41,14 @@ __all__ = [
     "PLANAR",
     "SAMPLED_CONTROL",
     "SPATIAL",
+    "SUPPORT",
     "ActuationParameters",
     "Change",
     "ControlLaw",
     "ControllerParameters",
     "Estimate",
     "FingerParameters",
+    "HandScenario",
     "LawSetting",
     "ObjectParameters",
     "Patch",
@@ -57,5 +60,6 @@ __all__ = [
     "SimulationParameters",
     "Space",
     "SpatialScenario",
+    "SupportScenario",
     "TrajectoryParameters",
 ]

@@ -44,7 +44,7 @@ def assign(scenario: Scenario, mapping: dict[str, Any], key: str, value: Any) ->
     """Sets one dotted key in plain values; returns an error if the key is invalid."""
     *parents, last = key.split(".")
     keys = _all_keys(scenario.space)
-    if ".".join(parents) == LAW_PARAMETERS:
+    if scenario.space.has_hand and ".".join(parents) == LAW_PARAMETERS:
         return _assign_law_parameter(scenario, mapping, last, value)
     node: Any = mapping
     for i, part in enumerate(parents):

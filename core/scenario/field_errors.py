@@ -110,7 +110,8 @@ def _template_keys(space: Space, laws: tuple[str, ...]) -> dict[str, Parameter]:
         same = found.setdefault(first, replace(parameter, key=first))
         if (parameter.unit, parameter.limit) != (same.unit, same.limit):
             found.setdefault(own, replace(parameter, key=own))
-    found[LAW] = replace(found[LAW], choices=laws)
+    if space.has_hand:
+        found[LAW] = replace(found[LAW], choices=laws)
     return found
 
 

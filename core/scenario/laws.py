@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, fields
 from typing import Any
 
-from slipgrasp.core.scenario.space import SPACES, Space
+from slipgrasp.core.scenario.space import HANDS, Space
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -86,13 +86,13 @@ class ControlLaw:
     kind: str
     summary: str
     sampled: bool = False
-    learns: bool = read_for(*SPACES)
-    has_memory: bool = read_for(*SPACES)
-    pulls_back: bool = read_for(*SPACES)
-    uses_friction: bool = read_for(*SPACES, default=True)
-    reacts_to_slip: bool = read_for(*SPACES)
-    holds_tips: bool = read_for(*SPACES)
-    is_own: bool = read_for(*SPACES)
+    learns: bool = read_for(*HANDS)
+    has_memory: bool = read_for(*HANDS)
+    pulls_back: bool = read_for(*HANDS)
+    uses_friction: bool = read_for(*HANDS, default=True)
+    reacts_to_slip: bool = read_for(*HANDS)
+    holds_tips: bool = read_for(*HANDS)
+    is_own: bool = read_for(*HANDS)
     stops_slip_with: tuple[str, ...] = ()
     learns_with: tuple[str, ...] = ()
     settings: tuple[LawSetting, ...] = ()

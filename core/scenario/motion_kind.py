@@ -25,7 +25,7 @@ def with_motion_kind(mapping: Any, space: Space) -> Any:
         ScenarioError: If no kind uses all of the fields, or several do.
     """
     trajectory = mapping.get("trajectory") if isinstance(mapping, dict) else None
-    if not isinstance(trajectory, dict) or "kind" in trajectory:
+    if not space.has_hand or not isinstance(trajectory, dict) or "kind" in trajectory:
         return mapping
     kinds = {name: used for name, used in _kinds_by_field(space).items() if name in trajectory}
     if not kinds:

@@ -1,4 +1,4 @@
-"""Scenarios of all kinds of hands, and the unions of their parts."""
+"""Scenarios of all kinds, and the unions of their parts."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from slipgrasp.core.scenario.controller import ControllerParameters, SpatialCont
 from slipgrasp.core.scenario.held_object import ObjectParameters
 from slipgrasp.core.scenario.motion import SetPoint, TrajectoryParameters
 from slipgrasp.core.scenario.planar import PlanarScenario, full_planar_scenario
-from slipgrasp.core.scenario.space import PLANAR, SPATIAL, Space
+from slipgrasp.core.scenario.space import PLANAR, SPATIAL, SUPPORT, Space
 from slipgrasp.core.scenario.spatial import (
     SpatialObject,
     SpatialPatch,
@@ -19,22 +19,34 @@ from slipgrasp.core.scenario.spatial import (
     SpatialTrajectory,
     full_spatial_scenario,
 )
+from slipgrasp.core.scenario.supported import (
+    InitialMotion,
+    SupportedObject,
+    SupportScenario,
+    full_support_scenario,
+)
 from slipgrasp.core.scenario.world import Patch, Pulse
 
-Scenario = PlanarScenario | SpatialScenario
+HandScenario = PlanarScenario | SpatialScenario
+Scenario = HandScenario | SupportScenario
 AnyScenario = TypeVar("AnyScenario", bound=Scenario)
-AnyObject = ObjectParameters | SpatialObject
-AnyTrajectory = TrajectoryParameters | SpatialTrajectory
+AnyObject = ObjectParameters | SpatialObject | SupportedObject
+AnyTrajectory = TrajectoryParameters | SpatialTrajectory | InitialMotion
 AnySetPoint = SetPoint | SpatialSetPoint
 AnyController = ControllerParameters | SpatialController
 AnyPulse = Pulse | SpatialPulse
 AnyPatch = Patch | SpatialPatch
 
-SCENARIOS: Mapping[Space, type[PlanarScenario] | type[SpatialScenario]] = {
+SCENARIOS: Mapping[Space, type[PlanarScenario] | type[SpatialScenario] | type[SupportScenario]] = {
     PLANAR: PlanarScenario,
     SPATIAL: SpatialScenario,
+    SUPPORT: SupportScenario,
 }
-_FULL = {PLANAR: full_planar_scenario, SPATIAL: full_spatial_scenario}
+_FULL = {
+    PLANAR: full_planar_scenario,
+    SPATIAL: full_spatial_scenario,
+    SUPPORT: full_support_scenario,
+}
 
 
 def full_scenario(space: Space = PLANAR) -> Scenario:
@@ -43,7 +55,9 @@ def full_scenario(space: Space = PLANAR) -> Scenario:
 
 
 def space_of(mapping: Mapping[str, object]) -> Space:
-    """The kind of hand in plain values: a spatial object has a height."""
+    """The kind of scenario in plain values: a support has no hand, a spatial object a height."""
+    if "support" in mapping:
+        return SUPPORT
     body = mapping.get("object")
     names = body if isinstance(body, dict) else {}
     return PLANAR if {"height", "inertias"}.isdisjoint(names) else SPATIAL

@@ -1,7 +1,7 @@
-"""Differences between planar and spatial hands, as data.
+"""Differences between planar hands, spatial hands and a body on a support, as data.
 
-Code for both kinds of hands uses this data without branches; separate code (a kernel, geometry,
-text) is in tables by `Space`.
+Common code uses this data without branches; separate code (a kernel, geometry, text) is in tables
+by `Space`.
 """
 
 from __future__ import annotations
@@ -12,10 +12,10 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Space:
-    """The space of a hand, planar or spatial.
+    """The kind of a scenario: a planar hand, a spatial hand, or a body on a support.
 
     Attributes:
-        name: ``planar`` or ``spatial``.
+        name: ``planar``, ``spatial`` or ``support``.
         positions: Names of the coordinates of the object's position.
         turns: Names of the coordinates of its attitude.
         pose: Names of the numbers of a pose.
@@ -29,6 +29,7 @@ class Space:
         force_index: Index of F for the tangential force: one component, or its magnitude.
         phases: Numbers of the phases that a contact can have.
         inertias: Keys of the moments of inertia of the object.
+        has_hand: Whether fingers hold the object; otherwise it slides on a support.
     """
 
     name: str
@@ -45,6 +46,7 @@ class Space:
     force_index: str
     phases: tuple[int, ...]
     inertias: tuple[str, ...]
+    has_hand: bool = True
 
     def __reduce__(self) -> tuple[Callable[[str], Space], tuple[str]]:
         """Copying and unpickling return the same object."""
@@ -54,6 +56,11 @@ class Space:
     def coordinates(self) -> tuple[str, ...]:
         """Names of the coordinates of the object in its velocity and error."""
         return self.positions + self.turns
+
+    @property
+    def errors(self) -> tuple[str, ...]:
+        """Coordinates of the tracking error; none without a hand."""
+        return self.coordinates if self.has_hand else ()
 
     @property
     def num_positions(self) -> int:
@@ -112,22 +119,40 @@ SPATIAL = Space(
     phases=(0, 2, 10, 4, 8, 6, 11, 9, 5, 3),
     inertias=("object.inertias.0", "object.inertias.1", "object.inertias.2"),
 )
-SPACES = (PLANAR, SPATIAL)
+SUPPORT = Space(
+    name="support",
+    positions=("x", "y"),
+    turns=("theta",),
+    pose=("x", "y", "theta"),
+    rotation=("theta",),
+    tangents=("x", "y"),
+    joints_per_finger=0,
+    has_paths=True,
+    has_pads=True,
+    slip_signal="slip_path",
+    slip_words="distance slid",
+    force_index="t",
+    phases=(0, 2),
+    inertias=("object.inertia",),
+    has_hand=False,
+)
+HANDS = (PLANAR, SPATIAL)
+SPACES = (*HANDS, SUPPORT)
 
 
 def space_called(name: str) -> Space:
     """Returns the space with a name.
 
     Args:
-        name: ``planar`` or ``spatial``.
+        name: ``planar``, ``spatial`` or ``support``.
     """
     return next(space for space in SPACES if space.name == name)
 
 
 def space_of_errors(num_coordinates: int) -> Space:
-    """Returns the space in which an object has this number of coordinates.
+    """Returns the space in which a tracking error has this number of coordinates.
 
     Args:
-        num_coordinates: 3 or 6.
+        num_coordinates: 3, 6, or 0 without a hand.
     """
-    return next(space for space in SPACES if len(space.coordinates) == num_coordinates)
+    return next(space for space in SPACES if len(space.errors) == num_coordinates)

@@ -58,20 +58,24 @@ class Column:
 
 def columns_of(trace: Samples) -> list[Column]:
     """All columns of a trace in the order of `SIGNALS`; the first is the time."""
-    present = (signal for signal in SIGNALS if signal.name not in trace.absent)
-    return [column for signal in present for column in _columns_of(trace, signal)]
+    present = filter(trace.shape.has, SIGNALS)
+    there = (signal for signal in present if signal.name not in trace.absent)
+    return [column for signal in there for column in _columns_of(trace, signal)]
 
 
 def short_columns(trace: Samples) -> list[Column]:
     """The columns of the short table (CSV): the most important signals, contact by contact."""
-    by_name = {signal.name: signal for signal in SIGNALS}
-    groups = [[list(_columns_of(trace, by_name[name])) for name in group] for group in _SHORT]
+    by_name = {signal.name: signal for signal in SIGNALS if trace.shape.has(signal)}
+    groups = [
+        [list(_columns_of(trace, by_name[name])) for name in group if name in by_name]
+        for group in _SHORT
+    ]
     return [column for group in groups for column in _alternate(group)]
 
 
 def _alternate(signals: list[list[Column]]) -> Iterator[Column]:
     """Columns of several signals interleaved by item; several at a time for longer signals."""
-    count = min(map(len, signals))
+    count = min(map(len, signals), default=0)
     for k in range(count):
         for columns in signals:
             each = len(columns) // count

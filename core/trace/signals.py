@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipgrasp.core.scenario.custom_laws import Diagnostic
-from slipgrasp.core.scenario.space import PLANAR, SPATIAL, Space
+from slipgrasp.core.scenario.space import PLANAR, SPATIAL, SUPPORT, Space
 
 TIME_COLUMN = "t"
 
@@ -37,6 +37,8 @@ class Signal:
         slides_unit: Unit for prismatic joints.
         spatial_unit: Unit for spatial hands, if different.
         spatial_text: Description for spatial hands, if different.
+        support_text: Description for a body on a support, if different.
+        of_hand: Whether it exists only if there is a hand.
         column: Prefix of its column names; its name if None.
         name: Attribute of `Samples` that carries it.
         holds_phases: Whether its values are those of `slipgrasp.core.trace.types.ContactPhase`.
@@ -50,6 +52,8 @@ class Signal:
     slides_unit: str = ""
     spatial_unit: str = ""
     spatial_text: str = ""
+    support_text: str = ""
+    of_hand: bool = False
     name: str = ""
     holds_phases: bool = False
 
@@ -58,7 +62,9 @@ class Signal:
         return (space is SPATIAL and self.spatial_unit) or self.unit
 
     def text_in(self, space: Space) -> str:
-        """Description for a kind of hand."""
+        """Description for a kind of hand, or for a body on a support."""
+        if space is SUPPORT and self.support_text:
+            return self.support_text
         return (space is SPATIAL and self.spatial_text) or self.text
 
     @property
@@ -99,6 +105,8 @@ class TraceShape:
 
     def has(self, signal: Signal) -> bool:
         """Whether such a trace has a signal, possibly without columns."""
+        if signal.of_hand and not self.space.has_hand:
+            return False
         if signal.per == "pad":
             return self.soft
         return signal.per != "path" or self.space.has_paths
@@ -146,6 +154,7 @@ class Samples:
     cone, the contact slips from the start.
 
     Signals named in ``absent`` are 0, because the recording was written before they existed.
+    Signals of a hand are 0 for a body on a support (`TraceShape.has`).
     """
 
     shape: TraceShape
@@ -203,6 +212,7 @@ class Samples:
             column="error",
             spatial_unit="m, m, m, rad, rad, rad",
             spatial_text="Desired minus actual position; rotation vector from actual to desired.",
+            of_hand=True,
         ),
     ]
     external_wrench: Annotated[
@@ -222,6 +232,7 @@ class Samples:
             "",
             "1",
             "Rank of B~ in the phase: number of accelerations that torques determine.",
+            of_hand=True,
         ),
     ]
     controllability: Annotated[
@@ -231,6 +242,7 @@ class Samples:
             "coordinate",
             "1",
             "Fraction of an acceleration that torques can produce independently of the others.",
+            of_hand=True,
         ),
     ]
     slip: Annotated[
@@ -241,6 +253,7 @@ class Samples:
             "m",
             "Displacement of the fingertip along the face.",
             spatial_text="Displacement of the fingertip along t_x and t_y of its face.",
+            support_text="Displacement of the body on the support, along x and y.",
         ),
     ]
     slip_velocity: Annotated[Floats, Signal("contacts", "tangent", "m/s", "Rate of the slip.")]
@@ -248,7 +261,14 @@ class Samples:
         Floats, Signal("contacts", "tangent", "m/s²", "Second derivative of the slip.")
     ]
     slip_path: Annotated[
-        Floats, Signal("contacts", "path", "m", "Distance that the fingertip has slid on its face.")
+        Floats,
+        Signal(
+            "contacts",
+            "path",
+            "m",
+            "Distance that the fingertip has slid on its face.",
+            support_text="Distance that the body has slid.",
+        ),
     ]
     phase: Annotated[
         Phases,
@@ -261,7 +281,7 @@ class Samples:
         ),
     ]
     believed_phase: Annotated[
-        Phases, Signal("contacts", "contact", "", "The phase the controller acts on.")
+        Phases, Signal("contacts", "contact", "", "The phase the controller acts on.", of_hand=True)
     ]
     tangential_force: Annotated[
         Floats,
@@ -271,6 +291,7 @@ class Samples:
             "N",
             "F_x of the fingertip on the object.",
             spatial_text="F_x and F_y of the fingertip on the object, along -t_x and -t_y.",
+            support_text="Friction force of the support on the body, along x and y.",
         ),
     ]
     normal_force: Annotated[
@@ -280,6 +301,7 @@ class Samples:
             "contact",
             "N",
             "F_n of the fingertip on the object, positive in compression.",
+            support_text="Force of the support on the body along its normal.",
         ),
     ]
     friction_margin: Annotated[
@@ -291,11 +313,18 @@ class Samples:
             "mu F_n - |F_x|, positive inside the cone.",
             spatial_text="mu F_n - |F_t|, positive inside the cone; in the pyramid the smaller of "
             "mu F_n - |F_x| and mu F_n - |F_y|.",
+            support_text="mu N - |f|, f with the friction moment over the radius; 0 in slip.",
         ),
     ]
     friction_coefficient: Annotated[
         Floats,
-        Signal("contacts", "contact", "1", "True friction at that time, of stick or of slip."),
+        Signal(
+            "contacts",
+            "contact",
+            "1",
+            "True friction at that time, of stick or of slip.",
+            support_text="Friction coefficient at that time, of rest or of sliding.",
+        ),
     ]
     joint_position: Annotated[
         Floats,
@@ -306,10 +335,14 @@ class Samples:
             "Joint angles, second relative to first; positions of slides.",
             slides_unit="m",
             spatial_text="Yaw, pitch, and pitch relative to the first link; positions of slides.",
+            of_hand=True,
         ),
     ]
     joint_velocity: Annotated[
-        Floats, Signal("joints", "joint", "rad/s", "Their first derivative.", slides_unit="m/s")
+        Floats,
+        Signal(
+            "joints", "joint", "rad/s", "Their first derivative.", slides_unit="m/s", of_hand=True
+        ),
     ]
     joint_torque: Annotated[
         Floats,
@@ -320,6 +353,7 @@ class Samples:
             "Torque that acts on the joint (for slides: force).",
             column="torque",
             slides_unit="N",
+            of_hand=True,
         ),
     ]
     commanded_torque: Annotated[
@@ -330,43 +364,89 @@ class Samples:
             "N m",
             "Last torque commanded by the law, before limits and latency (for slides: force).",
             slides_unit="N",
+            of_hand=True,
         ),
     ]
     estimates: Annotated[
         Floats,
         Signal(
-            "controller", "unknown", "", "Estimates of the unknown parameters.", column="estimate"
+            "controller",
+            "unknown",
+            "",
+            "Estimates of the unknown parameters.",
+            column="estimate",
+            of_hand=True,
         ),
     ]
     true_parameters: Annotated[
         Floats,
         Signal(
-            "controller", "unknown", "", "True values of the unknowns.", column="true_parameter"
+            "controller",
+            "unknown",
+            "",
+            "True values of the unknowns.",
+            column="true_parameter",
+            of_hand=True,
         ),
     ]
-    lyapunov_value: Annotated[Floats, Signal("controller", "", "1", "V of Eq. 44.")]
+    lyapunov_value: Annotated[Floats, Signal("controller", "", "1", "V of Eq. 44.", of_hand=True)]
     grasp_violation: Annotated[
         Floats,
-        Signal("controller", "", "N", "How far the commanded force leaves the estimated cones."),
+        Signal(
+            "controller",
+            "",
+            "N",
+            "How far the commanded force leaves the estimated cones.",
+            of_hand=True,
+        ),
     ]
     inertia_condition: Annotated[
-        Floats, Signal("controller", "", "1", "Condition (1-norm) of the reduced inertia.")
+        Floats,
+        Signal("controller", "", "1", "Condition (1-norm) of the reduced inertia.", of_hand=True),
     ]
     estimated_inertia_condition: Annotated[
-        Floats, Signal("controller", "", "1", "Condition of its estimate.")
+        Floats, Signal("controller", "", "1", "Condition of its estimate.", of_hand=True)
     ]
     diagnostics: Annotated[
         Floats,
-        Signal("controller", "diagnostic", "", "Diagnostics of a custom law.", column="law"),
+        Signal(
+            "controller",
+            "diagnostic",
+            "",
+            "Diagnostics of a custom law.",
+            column="law",
+            of_hand=True,
+        ),
     ]
     kinetic_energy: Annotated[
-        Floats, Signal("energy", "", "J", "Kinetic energy of object and fingers.")
+        Floats,
+        Signal(
+            "energy",
+            "",
+            "J",
+            "Kinetic energy of object and fingers.",
+            support_text="Kinetic energy of the body.",
+        ),
     ]
     potential_energy: Annotated[
-        Floats, Signal("energy", "", "J", "Potential energy of object and fingers.")
+        Floats,
+        Signal(
+            "energy",
+            "",
+            "J",
+            "Potential energy of object and fingers.",
+            support_text="Potential energy of the body on the incline.",
+        ),
     ]
     supplied_energy: Annotated[
-        Floats, Signal("energy", "", "J", "Work of torques, pulses and timed changes so far.")
+        Floats,
+        Signal(
+            "energy",
+            "",
+            "J",
+            "Work of torques, pulses and timed changes so far.",
+            support_text="Work of pulses and timed changes so far.",
+        ),
     ]
     dissipated_energy: Annotated[
         Floats, Signal("energy", "", "J", "Energy lost to friction so far.")
@@ -379,6 +459,7 @@ class Samples:
             "rad",
             "Angle by which the fingertip has turned on the face, about the normal into the "
             "object; 0 of a hard point.",
+            support_text="Angle by which the body has turned.",
         ),
     ]
     spin_velocity: Annotated[Floats, Signal("contacts", "pad", "rad/s", "Rate of this angle.")]
@@ -389,6 +470,7 @@ class Samples:
             "pad",
             "N m",
             "Moment of the fingertip on the object, about the opposite of that normal.",
+            support_text="Friction moment of the support on the body.",
         ),
     ]
     absent: frozenset[str] = frozenset()

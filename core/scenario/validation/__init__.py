@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from slipgrasp.core.exceptions import FieldError, ScenarioError
-from slipgrasp.core.scenario import Scenario, SpatialScenario
+from slipgrasp.core.scenario import Scenario, SpatialScenario, SupportScenario
 from slipgrasp.core.scenario.field_errors import refuse_other_types
 from slipgrasp.core.scenario.validation.control import (
     check_control,
@@ -81,6 +81,8 @@ _SPATIAL_CHECKS = (
     check_pulses,
 )
 
+_SUPPORT_CHECKS = (check_outline, check_times, check_static_friction, check_pulses)
+
 
 def check_scenario(scenario: Scenario, *, with_law: bool = True) -> None:
     """Raises an error if the fields of a scenario are inconsistent.
@@ -93,7 +95,8 @@ def check_scenario(scenario: Scenario, *, with_law: bool = True) -> None:
         ScenarioError: With one item per wrong field.
     """
     refuse_other_types(scenario)
-    errors = [*check_law(scenario), *check_computed(scenario)] if with_law else []
+    checks_law = with_law and scenario.space.has_hand
+    errors = [*check_law(scenario), *check_computed(scenario)] if checks_law else []
     unknown = {error.field for error in errors}
     others = list(_contradictions(scenario))
     # The requirements of an unknown law cannot be checked.
@@ -103,7 +106,10 @@ def check_scenario(scenario: Scenario, *, with_law: bool = True) -> None:
 
 
 def _contradictions(scenario: Scenario) -> Iterator[FieldError]:
-    if isinstance(scenario, SpatialScenario):
+    if isinstance(scenario, SupportScenario):
+        for check in _SUPPORT_CHECKS:
+            yield from check(scenario)
+    elif isinstance(scenario, SpatialScenario):
         for check in _SPATIAL_CHECKS:
             yield from check(scenario)
     else:

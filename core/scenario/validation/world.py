@@ -41,14 +41,15 @@ def check_static_friction(scenario: Scenario) -> Iterator[FieldError]:
     """Checks that static friction is not smaller than sliding friction."""
     for i, finger in enumerate(scenario.fingers):
         least = finger.friction
+        part = f"fingers.{i}" if scenario.space.has_hand else "support"
         if finger.static_friction is not None and finger.static_friction < least:
             yield FieldError(
-                field=f"fingers.{i}.static_friction",
+                field=f"{part}.static_friction",
                 value=finger.static_friction,
-                limit=f"at least fingers.{i}.friction, {least:g}",
+                limit=f"at least {part}.friction, {least:g}",
                 message=(
-                    f"fingers.{i}.static_friction is {finger.static_friction:g}, less than the "
-                    f"sliding friction {least:g}; raise it, lower fingers.{i}.friction, or omit it "
+                    f"{part}.static_friction is {finger.static_friction:g}, less than the "
+                    f"sliding friction {least:g}; raise it, lower {part}.friction, or omit it "
                     "to use one coefficient"
                 ),
             )
