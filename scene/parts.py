@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario import HandScenario, Scenario, SupportScenario
 from slipgrasp.core.scenario.chain import chain_length
 from slipgrasp.core.scenario.geometry import inner_radius, outline
 from slipgrasp.core.scenario.spatial import SpatialFinger
@@ -155,6 +155,8 @@ def sizes_of(scenario: Scenario) -> Sizes:
         scenario: Hand and object.
     """
     unit = inner_radius(scenario.object)
+    if isinstance(scenario, SupportScenario):
+        return _sizes_on_support(scenario, unit)
     lengths = [length for i in range(len(scenario.fingers)) for length in _lengths(scenario, i)]
     weight = scenario.object.mass * max(scenario.simulation.gravity, _LEAST_GRAVITY)
     height = scenario.object.half_height
@@ -171,7 +173,22 @@ def sizes_of(scenario: Scenario) -> Sizes:
     )
 
 
-def _lengths(scenario: Scenario, i: int) -> tuple[float, ...]:
+def _sizes_on_support(scenario: SupportScenario, unit: float) -> Sizes:
+    """Sizes for a body on a support, whose friction is a fraction of its weight."""
+    weight = scenario.object.mass * max(scenario.simulation.gravity, _LEAST_GRAVITY)
+    return Sizes(
+        inner_radius=unit,
+        half_depth=skeleton.body_height(scenario),
+        front=0.0,
+        link_radius=0.1 * unit,
+        tip_radius=0.2 * unit,
+        mark=0.9 * unit,
+        thickness=0.05 * unit,
+        per_newton=3.0 * unit / weight,
+    )
+
+
+def _lengths(scenario: HandScenario, i: int) -> tuple[float, ...]:
     """Length of the links of a finger, or distance of its tip from the origin of its slides."""
     finger = scenario.fingers[i]
     if i in scenario.slides:
@@ -198,6 +215,9 @@ def entities_of(scenario: Scenario) -> list[Entity]:
         Entity(skeleton.OBJECT, skeleton.OBJECT, (body, lines)),
         Entity(skeleton.DESIRED, skeleton.DESIRED, (desired,)),
     ]
+    if isinstance(scenario, SupportScenario):
+        name = skeleton.contact_name(0)
+        return [entities[0], Entity(name, name, tuple(_friction(scenario, sizes)))]
     for i, contact in enumerate(skeleton.contacts_of(scenario)):
         finger = scenario.fingers[i]
         if contact.on_slides:
@@ -314,7 +334,7 @@ def cone_rim(contact: Contact, rim: Values, i: int, states: States) -> Values:
     return contact.inward + states.friction[:, i, None, None] * contact.across(rim)
 
 
-def _finger(i: int, scenario: Scenario, sizes: Sizes, up: Values) -> Iterator[Entity]:
+def _finger(i: int, scenario: HandScenario, sizes: Sizes, up: Values) -> Iterator[Entity]:
     """The mount, and every link with the axle of its joint; the last one ends at the tip."""
     radius, lengths = sizes.link_radius, scenario.fingers[i].link_lengths
     wide, narrow = 2.7 * radius, 1.3 * radius
@@ -355,7 +375,7 @@ def _chain(i: int, finger: SpatialFinger, sizes: Sizes) -> Iterator[Entity]:
         radius = end if length > 0.0 else radius
 
 
-def _slides(i: int, scenario: Scenario, sizes: Sizes, contact: Contact) -> Iterator[Entity]:
+def _slides(i: int, scenario: HandScenario, sizes: Sizes, contact: Contact) -> Iterator[Entity]:
     """A rail along x, its carriage, and the bar from there to the tip."""
     radius, tip = sizes.link_radius, skeleton.tip_at_start(scenario, i)
     along, place = np.array([1.0, 0.0, 0.0]), np.array([tip[0], 0.0, 0.0])
@@ -416,6 +436,25 @@ def _arrow(forces: Values, sizes: Sizes) -> Values:
     unit = forces / largest
     unit = unit / np.maximum(np.linalg.norm(unit, axis=1, keepdims=True), 1e-300)
     return np.minimum(length, longest) * unit
+
+
+def _friction(scenario: SupportScenario, sizes: Sizes) -> Iterator[Shape]:
+    """The friction force on a body on a support, and the line from its start, on the plane."""
+
+    def phase(states: States) -> NDArray[np.int8]:
+        return states.phases[:, 0]
+
+    def force(states: States) -> Values:
+        return _arrow(np.pad(states.tangential_force[:, 0], ((0, 0), (0, 1))), sizes)
+
+    def line(states: States) -> Values:
+        down = np.array([0.0, 0.0, -2.0 * sizes.half_depth])
+        slid = np.pad(states.slip[:, 0], ((0, 0), (0, 1)))
+        return down - np.stack([slid, 0.0 * slid], axis=1)
+
+    head = 0.3 * sizes.mark
+    yield Arrow(phase, np.zeros(3), force, 0.1 * sizes.mark, head, 0.25 * sizes.mark)
+    yield Lines(partial(_trail_phase, 0), line, np.array([[0, 1]]), 2.0 * sizes.thickness)
 
 
 def _cone_lines(scenario: Scenario, contact: Contact, i: int, sizes: Sizes, front: Values) -> Lines:

@@ -6,13 +6,15 @@
     spatial:  world → object, desired and fingers, with finger_i/yaw between base and link_0
     slides:   finger_i/base → finger_i/link_0 → finger_i/link_1 → finger_i/tip
     chain:    finger_i/base → finger_i/link_0 → finger_i/link_1 → finger_i/link_2 → … → finger_i/tip
+    support:  world → plane → object, contact_0
 
 `world` has z up. `plane` is the model's plane (docs/model.md), vertical in the world: its x and y
 are x and z of the world, its z points to the viewer. A link lies along x of its frame; planar
 joints turn about z, spatial ones about z (yaw) and -y. For slides, link_0 is their zero and link_1
 the carriage on the first slide, along x; nothing turns. `contact_i` is at fingertip i. The
 tangential force is expressed along its first axes, so that positive slip is along their negatives;
-the normal into the object is the d-th axis.
+the normal into the object is the d-th axis. The plane of a support is inclined, with z along its
+normal; there contact_0 is at the top of the body and does not turn.
 """
 
 from __future__ import annotations
@@ -25,10 +27,17 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from slipgrasp.core.scenario import PLANAR, SPATIAL, Scenario
+from slipgrasp.core.scenario import (
+    PLANAR,
+    SPATIAL,
+    SUPPORT,
+    HandScenario,
+    Scenario,
+    SupportScenario,
+)
 from slipgrasp.core.scenario.chain import all_positions
 from slipgrasp.core.scenario.curved_faces import slide, turned_by
-from slipgrasp.core.scenario.geometry import contact_frame, planar_tip_at_start
+from slipgrasp.core.scenario.geometry import contact_frame, inner_radius, planar_tip_at_start
 from slipgrasp.core.scenario.spatial import SpatialFinger, SpatialScenario
 from slipgrasp.core.scenario.spatial_geometry import spatial_contact
 from slipgrasp.core.scenario.spatial_geometry import tip_at_start as spatial_tip_at_start
@@ -51,8 +60,8 @@ LYING = (math.sqrt(0.5), -math.sqrt(0.5), 0.0, 0.0)
 _Z, _MINUS_Y = np.array([0.0, 0.0, 1.0]), np.array([0.0, -1.0, 0.0])
 
 
-ROOTS = {PLANAR: PLANE, SPATIAL: WORLD}
-"""The root frame of a hand."""
+ROOTS = {PLANAR: PLANE, SPATIAL: WORLD, SUPPORT: PLANE}
+"""The root frame of a hand, or of a support."""
 JOINT_AXES = {PLANAR: (_Z, _Z), SPATIAL: (_Z, _MINUS_Y, _MINUS_Y)}
 """The axes of the joints of a finger, each in the preceding frame."""
 
@@ -140,13 +149,17 @@ def contact_name(contact: int) -> str:
 
 
 def contacts_of(scenario: Scenario) -> tuple[Contact, ...]:
-    """The contacts of a hand, one for each finger."""
+    """The contacts of a hand, one for each finger; none on a support."""
+    if isinstance(scenario, SupportScenario):
+        return ()
     return tuple(_contact(scenario, i) for i in range(len(scenario.fingers)))
 
 
 def frames_of(scenario: Scenario) -> list[Frame]:
     """All frames of a hand and its object, parents first."""
     root, frames = ROOTS[scenario.space], body_frames(scenario)
+    if isinstance(scenario, SupportScenario):
+        return [*frames, Frame(contact_name(0), root, partial(_on_top, body_height(scenario)))]
     for i, contact in enumerate(contacts_of(scenario)):
         frames += _finger(scenario, root, i)
         place, turn = partial(_touched, contact, i), rotations.of_matrix(contact.axes)
@@ -156,9 +169,10 @@ def frames_of(scenario: Scenario) -> list[Frame]:
 
 
 def body_frames(scenario: Scenario) -> list[Frame]:
-    """The frames of the actual and the desired object, and the plane of a planar hand."""
+    """The frames of the actual and the desired object, and the plane of their motion."""
     root = ROOTS[scenario.space]
-    frames = [Frame(PLANE, WORLD, _ORIGIN, UPRIGHT)] if root == PLANE else []
+    turn = _inclined(scenario) if isinstance(scenario, SupportScenario) else UPRIGHT
+    frames = [Frame(PLANE, WORLD, _ORIGIN, turn)] if root == PLANE else []
     return [
         *frames,
         Frame(OBJECT, root, lambda s: s.object_pose[:, :3], lambda s: s.object_pose[:, 3:]),
@@ -186,7 +200,23 @@ def world_poses(frames: list[Frame], states: States) -> dict[str, tuple[Values, 
     return poses
 
 
-def _contact(scenario: Scenario, i: int) -> Contact:
+def body_height(scenario: SupportScenario) -> float:
+    """Half the height of a body on a support as it is drawn, which has no effect [m]."""
+    return inner_radius(scenario.object)
+
+
+def _inclined(scenario: SupportScenario) -> tuple[float, ...]:
+    """Rotation of the plane of a support, which rises along x."""
+    half = 0.5 * scenario.support.incline
+    return (math.cos(half), 0.0, -math.sin(half), 0.0)
+
+
+def _on_top(height: float, states: States) -> Values:
+    """Centre of the top of the body."""
+    return states.object_pose[:, :3] + [0.0, 0.0, height]
+
+
+def _contact(scenario: HandScenario, i: int) -> Contact:
     if isinstance(scenario, SpatialScenario):
         told = spatial_contact(scenario.object, scenario.fingers[i])
         axes = (np.negative(told.tangent_x), np.negative(told.tangent_y), told.normal)
@@ -210,7 +240,7 @@ def _following(contact: Contact, i: int, turn: Values, states: States) -> Values
     return rotations.product(turn, contact.turned(states.slip[:, i]))
 
 
-def _finger(scenario: Scenario, root: str, i: int) -> Iterator[Frame]:
+def _finger(scenario: HandScenario, root: str, i: int) -> Iterator[Frame]:
     """Base, joints and tip: every link turns about the end of the previous one."""
     finger = scenario.fingers[i]
     if finger.kind == "chain":
@@ -269,7 +299,7 @@ def _swung(position: Moving, turn: Values, axis: Values, states: States) -> Valu
     return rotations.product(turn, rotations.about(axis, position(states)))
 
 
-def tip_at_start(scenario: Scenario, i: int) -> Values:
+def tip_at_start(scenario: HandScenario, i: int) -> Values:
     """Initial position of fingertip i, relative to the base of its finger, shape ``(3,)`` [m]."""
     if isinstance(scenario, SpatialScenario):
         return np.array(spatial_tip_at_start(scenario, i))

@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 from slipgrasp.core.exceptions import SlipgraspError
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.theorem_hand import PlanarTheoremHand, TheoremHand
-from slipgrasp.core.scenario import PlanarScenario, Scenario
+from slipgrasp.core.scenario import HandScenario, PlanarScenario, Scenario
+from slipgrasp.core.scenario.scenario import of_hand
 from slipgrasp.core.trace.columns import Column
 from slipgrasp.core.trace.signals import Signal
 
@@ -35,6 +36,9 @@ class PremisesError(SlipgraspError, ValueError):
     """Raised if the theorems do not apply to a run."""
 
     def __init__(self, scenario: Scenario) -> None:
+        if not scenario.space.has_hand:
+            super().__init__("the theorems apply to hands; this run is a body on a support")
+            return
         super().__init__(
             f"the theorems apply to {' and '.join(KINDS)} without timed changes and patches; this "
             f"run has controller.kind '{scenario.controller.kind}', {len(scenario.changes)} changes"
@@ -139,7 +143,8 @@ def describe_premises(result: RunResult) -> tuple[str, ...]:
 
 def has_premises(scenario: Scenario) -> bool:
     """True if the theorems apply to a scenario: its law, and constant parameters."""
-    return scenario.controller.kind in KINDS and not (scenario.changes or scenario.patches)
+    is_constant = not (scenario.changes or scenario.patches)
+    return scenario.space.has_hand and scenario.controller.kind in KINDS and is_constant
 
 
 def find_premises(result: RunResult) -> Premises:
@@ -153,7 +158,7 @@ def find_premises(result: RunResult) -> Premises:
     """
     if not has_premises(result.scenario):
         raise PremisesError(result.scenario)
-    trace, hand, pull = result.trace, _hand_of(result.scenario), _pull(result)
+    trace, hand, pull = result.trace, _hand_of(of_hand(result.scenario)), _pull(result)
     gains = hand.adaptation_gains
     errors, disturbances = [], []
     for k in range(len(trace.times)):
@@ -184,7 +189,7 @@ def find_premises(result: RunResult) -> Premises:
     )
 
 
-def _hand_of(scenario: Scenario) -> TheoremHand:
+def _hand_of(scenario: HandScenario) -> TheoremHand:
     if isinstance(scenario, PlanarScenario):
         return PlanarTheoremHand(scenario)
     # Compiled and loaded only for spatial hands.

@@ -16,7 +16,8 @@ from slipgrasp.core.run.metrics import HOLD_WINDOW
 from slipgrasp.core.run.result import RunResult, RunSummary
 from slipgrasp.core.scenario import FingerParameters, Scenario
 from slipgrasp.core.scenario.custom_laws import law_of
-from slipgrasp.core.scenario.loading import load_scenario, preset_names, spatial_preset_names
+from slipgrasp.core.scenario.loading import all_preset_names, load_scenario
+from slipgrasp.core.scenario.scenario import of_hand
 from slipgrasp.core.scenario.spatial import SpatialFinger
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.trace.types import ContactPhase, Outcome, Reason
@@ -33,6 +34,7 @@ from slipgrasp.core.words.placement import (
     is_far_off,
     is_large,
 )
+from slipgrasp.core.words.sliding import describe_slide, headline_of_slide, slows_down
 
 Tone = Literal["good", "warning", "bad"]
 
@@ -92,6 +94,8 @@ class Verdict:
 
 def describe_run(result: RunResult) -> Verdict:
     """Describes how a run ended, which contacts slipped, and what to try."""
+    if not result.scenario.space.has_hand:
+        return _describe_slide(result)
     reason, found = result.reason, _find_overestimates(result)
     cause = [sentence(_describe_reason(result, reason))] if reason and reason.message else []
     estimates = map(_describe_estimate, found[:1]) if found else _describe_other_estimate(result)
@@ -108,10 +112,24 @@ def describe_run(result: RunResult) -> Verdict:
     return Verdict(_tone(result), headline_of(result), (*cause, *facts), _suggest(result, found))
 
 
+def _describe_slide(result: RunResult) -> Verdict:
+    """Describes a run of a body on a support; suggests a longer run if it slows down."""
+    reason = result.reason
+    cause = [sentence(reason.message)] if reason and reason.message else []
+    longer = slows_down(result.trace) and result.metrics.slipping_at_end and not reason
+    options = raise_(result.scenario, "simulation.duration") if longer else ()
+    hint = Hint((Option(reason.hint),)) if reason and reason.hint else Hint((*options,))
+    completed = result.outcome is Outcome.COMPLETED
+    rests = "good" if not result.metrics.slipping_at_end else "warning"
+    sentences = (*cause, *describe_slide(result.trace, result.metrics))
+    return Verdict(rests if completed else "bad", headline_of(result), sentences, hint)
+
+
 def _describe_reason(result: RunResult, reason: Reason) -> str:
     """The reason of an early end, with possible causes in delays and the law."""
-    present = scenario_at(result.scenario, result.end_time)
-    more = describe_circumstances(reason, result.scenario, present, result.trace[-1:])
+    start = of_hand(result.scenario)
+    present = of_hand(scenario_at(start, result.end_time))
+    more = describe_circumstances(reason, start, present, result.trace[-1:])
     return "; ".join([reason.message, *more])
 
 
@@ -120,8 +138,11 @@ def headline_of(run: RunResult | RunSummary) -> str:
     metrics = run.metrics
     if run.outcome is not Outcome.COMPLETED:
         return headline_of_end(run.outcome, run.reason.code if run.reason else "")
+    if not run.scenario.space.has_hand:
+        return headline_of_slide(metrics)
     if metrics.held:
-        body, slipped = scenario_at(run.scenario, run.end_time).object, max(metrics.slip_path)
+        body = of_hand(scenario_at(run.scenario, run.end_time)).object
+        slipped = max(metrics.slip_path)
         after = f" after {length_words(slipped)} of slip" if is_large(body, slipped) else ""
         offset = describe_offset(body, metrics.final_tracking_error)
         return f"{_HELD}{after}, {offset}" if offset else f"{_HELD}{after}"
@@ -158,8 +179,7 @@ def scenario_title(scenario: Scenario) -> str:
 
 @cache
 def _presets_by_title() -> dict[str, Scenario]:
-    names = (*preset_names(), *spatial_preset_names())
-    return {scenario.title: scenario for scenario in map(load_scenario, names)}
+    return {scenario.title: scenario for scenario in map(load_scenario, all_preset_names())}
 
 
 def _tone(result: RunResult) -> Tone:
@@ -212,8 +232,9 @@ def _describe_switching(result: RunResult) -> Iterator[str]:
     count, contacts = result.metrics.phase_change_count, len(result.scenario.fingers)
     if count < _SWITCHINGS * contacts or count < _SWITCHINGS * contacts * result.end_time:
         return
-    last = scenario_at(result.scenario, result.end_time)
-    at_end = Situation(start=result.scenario, scenario=last, last=result.trace[-1:])
+    start = of_hand(result.scenario)
+    last = of_hand(scenario_at(start, result.end_time))
+    at_end = Situation(start=start, scenario=last, last=result.trace[-1:])
     why = (
         ": with controller.grip_safety 1 the commanded forces lie on the edges of their cones, "
         "where every small error lets a contact slip"
@@ -229,7 +250,7 @@ def _describe_lasting_error(result: RunResult) -> Iterator[str]:
     if not result.metrics.held:
         return
     trace = result.trace
-    body = scenario_at(result.scenario, result.end_time).object
+    body = of_hand(scenario_at(result.scenario, result.end_time)).object
     final = result.metrics.final_tracking_error
     if not is_far_off(body, final):
         earlier = trace.tracking_error[np.searchsorted(trace.times, result.end_time - _WATCHED)]
@@ -320,7 +341,7 @@ def _overestimate_at_onset(result: RunResult, index: int) -> _Overestimate | Non
         return None
     contact, row = keys.index(key), int(rows[0])
     time = float(trace.times[row])
-    present = scenario_at(scenario, time + _ROUNDING)
+    present = of_hand(scenario_at(scenario, time + _ROUNDING))
     controller = present.controller
     if not law_of(controller.kind).uses_friction or controller.grasp_force != "minimum":
         return None
@@ -406,11 +427,11 @@ def _distinguished(one: float, other: float) -> tuple[str, str]:
 
 def _suggest(result: RunResult, found: Sequence[_Overestimate]) -> Hint:
     """Suggestions after a run."""
-    present, metrics = scenario_at(result.scenario, result.end_time), result.metrics
-    last = result.trace[-1:]
+    start, last, metrics = of_hand(result.scenario), result.trace[-1:], result.metrics
+    present = of_hand(scenario_at(start, result.end_time))
     if result.reason is not None:
-        return hint_for(result.reason, result.scenario, present, last)
-    at_end = Situation(start=result.scenario, scenario=present, last=last)
+        return hint_for(result.reason, start, present, last)
+    at_end = Situation(start=start, scenario=present, last=last)
     if metrics.slipping_at_end:
         return any_of(hold(at_end))
     longer = list(raise_(present, "simulation.duration"))
@@ -425,7 +446,7 @@ def _suggest(result: RunResult, found: Sequence[_Overestimate]) -> Hint:
 
 def _is_off(result: RunResult) -> bool:
     """True if a held object is described as not at its target."""
-    body = scenario_at(result.scenario, result.end_time).object
+    body = of_hand(scenario_at(result.scenario, result.end_time)).object
     far = is_far_off(body, result.metrics.final_tracking_error)
     return far or any(True for _ in _describe_lasting_error(result))
 

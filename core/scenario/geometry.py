@@ -68,7 +68,7 @@ def outline(body: AnyObject) -> NDArray[np.float64]:
 def inner_radius(body: AnyObject) -> float:
     """Distance from the centre of mass to the nearest face of the object [m]."""
     if body.is_round:
-        return min(body.half_height, body.radius)
+        return min(body.half_height, *body.half_sizes)
     corners = outline(body)
     sides = np.roll(corners, -1, axis=0) - corners
     areas = corners[:, 0] * sides[:, 1] - corners[:, 1] * sides[:, 0]

@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario import HandScenario, Scenario, SupportScenario
 from slipgrasp.core.scenario.chosen_laws import kinds_in
 from slipgrasp.core.scenario.custom_laws import law_of
 from slipgrasp.core.scenario.unknowns import mass_keys
@@ -60,6 +60,8 @@ def knowledge_of(scenario: Scenario, varied: Varied | None = None) -> Knowledge:
         varied: Other values of parameters by key, in the runs of a study; a parameter is unknown if
             it is unknown in any run.
     """
+    if isinstance(scenario, SupportScenario):
+        return Knowledge(estimated=(), mistaken=(), uses_friction=False, uses_object=False)
     values = _Values(scenario, varied or {})
     estimated = dict.fromkeys(
         str(key)
@@ -95,14 +97,14 @@ class _Values:
         return [*self.varied.get(key, (present,)), *later]
 
 
-def _length_keys(scenario: Scenario, finger: int) -> tuple[str, ...]:
+def _length_keys(scenario: HandScenario, finger: int) -> tuple[str, ...]:
     """Dotted keys of the link lengths of a finger."""
     has_links = scenario.fingers[finger].kind == "links"
     count = len(scenario.fingers[finger].link_lengths) if has_links else 0
     return tuple(f"fingers.{finger}.link_lengths.{link}" for link in range(count))
 
 
-def _mistaken(scenario: Scenario, values: _Values) -> Iterator[str]:
+def _mistaken(scenario: HandScenario, values: _Values) -> Iterator[str]:
     """Keys of wrong or missing parameters in the model of the law; see `Knowledge.mistaken`."""
     for ratio, keys_of in (("link_mass_ratio", mass_keys), ("link_length_ratio", _length_keys)):
         key = f"controller.{ratio}"

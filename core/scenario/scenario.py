@@ -54,6 +54,12 @@ def full_scenario(space: Space = PLANAR) -> Scenario:
     return _FULL[space]()
 
 
+def of_hand(scenario: Scenario) -> HandScenario:
+    """The scenario of a hand, for code that is not used without one."""
+    assert not isinstance(scenario, SupportScenario), "a body on a support has no hand"
+    return scenario
+
+
 def space_of(mapping: Mapping[str, object]) -> Space:
     """The kind of scenario in plain values: a support has no hand, a spatial object a height."""
     if "support" in mapping:

@@ -181,6 +181,11 @@ class SupportSimulation:
     chatter_changes: ChatterChanges = 100
     chatter_window: ChatterWindow = 0.15
 
+    @property
+    def seed(self) -> int:
+        """Seed of sensor noise; there is none."""
+        return 0
+
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
 class SupportScenario:

@@ -34,7 +34,7 @@ OWN = "own scenario"
 
 _UNNAMED = ("title", "fingers", "estimates", "pulses", "patches", "changes")
 _INSIDE = re.compile(
-    r"^(object|controller(?!\.parameters)|trajectory|sensing|actuation|simulation)\."
+    r"^(object|controller(?!\.parameters)|trajectory|sensing|actuation|simulation|support|motion)\."
 )
 
 
@@ -104,10 +104,14 @@ def _shortened(title: str) -> str:
 
 def _plain_facts(scenario: Scenario) -> Iterator[_Fact]:
     """Facts about a scenario that is not based on a preset."""
-    yield _Fact(_LAW, scenario.controller.kind)
-    yield _Fact(_THING, f"{len(scenario.fingers)} fingers")
+    if scenario.space.has_hand:
+        yield _Fact(_LAW, scenario.controller.kind)
+        yield _Fact(_THING, f"{len(scenario.fingers)} fingers")
+    else:
+        yield _Fact(_THING, f"friction {value_words(scenario.fingers[0].friction, '1')}")
     yield _Fact(_THING, f"mass {value_words(scenario.object.mass, 'kg')}")
-    yield from _events(replace(scenario, pulses=(), patches=(), changes=()), scenario)
+    none = dict.fromkeys({"pulses", "patches", "changes"} & {f.name for f in fields(scenario)}, ())
+    yield from _events(replace(scenario, **none), scenario)
 
 
 def _facts(preset: Scenario, scenario: Scenario) -> list[_Fact]:
@@ -121,9 +125,10 @@ def _facts(preset: Scenario, scenario: Scenario) -> list[_Fact]:
 
 def _all_facts(preset: Scenario, scenario: Scenario) -> Iterator[_Fact]:
     for key, value in _differences(preset, scenario):
-        rank = _THING if key.startswith("object.") else _DETAIL
+        rank = _THING if key.startswith(("object.", "support.", "motion.")) else _DETAIL
         yield _Fact(_LAW if key == "controller.kind" else rank, _value_fact(scenario, key, value))
-    yield from (_Fact(_THING, words) for words in _finger_facts(preset, scenario))
+    if scenario.space.has_hand:
+        yield from (_Fact(_THING, words) for words in _finger_facts(preset, scenario))
     yield from _events(preset, scenario)
     yield from (_Fact(_DETAIL, words) for words in _estimate_facts(preset, scenario))
 

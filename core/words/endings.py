@@ -26,8 +26,9 @@ from slipgrasp.core.kernel.loop.status import (
     TURNED_TOO_FAR,
     UNBOUNDED_FORCE,
 )
-from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario import HandScenario, Scenario, SupportScenario
 from slipgrasp.core.scenario.chain import margins, range_of
+from slipgrasp.core.scenario.scenario import of_hand
 from slipgrasp.core.scenario.spatial import SpatialScenario
 from slipgrasp.core.scenario.spatial_geometry import edges_of, spatial_contact
 from slipgrasp.core.trace.trace import Trace
@@ -38,6 +39,7 @@ from slipgrasp.core.words.misbelief import describe_misbelief
 from slipgrasp.core.words.options import Option, lower, lower_all_friction, only_words, raise_
 from slipgrasp.core.words.phrases import joined
 from slipgrasp.core.words.placement import is_far_off
+from slipgrasp.core.words.sliding import reason_of_slide
 
 _SINGULAR_ESTIMATE = 1e6
 _NO_FORCE = 1e-6
@@ -104,7 +106,10 @@ def describe_end(
         last: Last row of the trace.
         t: Simulation time [s].
     """
-    end = _End(start=start, scenario=present, last=last, contact=contact)
+    if isinstance(present, SupportScenario):
+        known = _ENDINGS[status]
+        return known.outcome, reason_of_slide(status, known.code, present, t)
+    end = _End(start=of_hand(start), scenario=present, last=last, contact=contact)
     if status == STEP_UNDERFLOW and _has_singular_model(end):
         status = MODEL_SINGULAR
     ending = _ENDINGS[status]
@@ -162,7 +167,7 @@ def end_blanks(scenario: Scenario) -> dict[str, str]:
     }
 
 
-def hint_for(reason: Reason, start: Scenario, present: Scenario, last: Trace) -> Hint:
+def hint_for(reason: Reason, start: HandScenario, present: HandScenario, last: Trace) -> Hint:
     """The hint for a reason, with its options; only its text if the reason has an unknown code.
 
     Args:
@@ -177,7 +182,7 @@ def hint_for(reason: Reason, start: Scenario, present: Scenario, last: Trace) ->
 
 
 def describe_circumstances(
-    reason: Reason, start: Scenario, present: Scenario, last: Trace
+    reason: Reason, start: HandScenario, present: HandScenario, last: Trace
 ) -> list[str]:
     """Further causes of an ending that the controller could not prevent, as clauses.
 
@@ -194,7 +199,7 @@ def describe_circumstances(
 
 
 def _end_of(
-    reason: Reason, start: Scenario, present: Scenario, last: Trace
+    reason: Reason, start: HandScenario, present: HandScenario, last: Trace
 ) -> tuple[_End, list[_Ending]]:
     """The end of a run, and the known endings with its code; none without a last row."""
     contact = -1 if reason.contact is None else reason.contact

@@ -14,7 +14,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from slipgrasp.core.scenario import ControlLaw, Scenario
+from slipgrasp.core.scenario import ControlLaw, HandScenario, Scenario
 from slipgrasp.core.scenario.custom_laws import law_of
 from slipgrasp.core.scenario.loading import with_values
 from slipgrasp.core.scenario.scenario import AnyController
@@ -95,8 +95,8 @@ class Situation:
         last: Last row of the trace.
     """
 
-    start: Scenario
-    scenario: Scenario
+    start: HandScenario
+    scenario: HandScenario
     last: Trace
 
     @property

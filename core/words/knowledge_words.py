@@ -24,12 +24,14 @@ _MOST_LINKS = 2
 
 
 def describe_knowledge(scenario: Scenario, known: Knowledge | None = None) -> str:
-    """The known and unknown parameters of the controller of a run, in one sentence.
+    """The known and unknown parameters of the controller of a run; empty without a hand.
 
     Args:
         scenario: The scenario of the run, or the base of a study.
         known: Knowledge of the controller; that of the scenario if None.
     """
+    if not scenario.space.has_hand:
+        return ""
     known = known or knowledge_of(scenario)
     given, always = given_words(known), "at every instant" + _through(scenario, known)
     unused = "" if known.uses_friction else ", but its law uses no friction"

@@ -26,6 +26,7 @@ from slipgrasp.core.scenario import (
     MAX_UNKNOWNS,
     PLANAR,
     SPATIAL,
+    SUPPORT,
     Scenario,
     Space,
 )
@@ -38,7 +39,7 @@ from slipgrasp.core.trace.signals import TraceShape
 from slipgrasp.core.trace.types import Outcome, Reason, RunWarning
 from slipgrasp.recordings.file.schemas import format_of
 from slipgrasp.recordings.file.state_hash import digest_of
-from slipgrasp.recordings.file.versions import SOFT_FORMATS
+from slipgrasp.recordings.file.versions import SOFT_FORMATS, SUPPORT_FORMATS
 
 PROFILE = "slipgrasp"
 STUDY_PROFILE = "slipgrasp-study"
@@ -50,7 +51,11 @@ PARAMETERS_ATTACHMENT = "parameters.json"
 
 _MAX_DIGITS = 18
 # The key in the start document; that of planar hands is always present, so that it comes last.
-_SPACE_ENTRY: Mapping[Space, dict[str, str]] = {SPATIAL: {"space": "1"}, PLANAR: {}}
+_SPACE_ENTRY: Mapping[Space, dict[str, str]] = {
+    SPATIAL: {"space": "1"},
+    SUPPORT: {"space": "2"},
+    PLANAR: {},
+}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -110,11 +115,11 @@ def read_shape(start: Mapping[str, str]) -> TraceShape:
     diagnostics = _read(tuple[Diagnostic, ...], start.get("diagnostics", "[]"))
     if len(diagnostics) > MAX_DIAGNOSTICS:
         raise ValueError("more diagnostics than a law can have")
-    space = next(space for space, entry in _SPACE_ENTRY.items() if entry.keys() <= start.keys())
+    space = next(space for space, entry in _SPACE_ENTRY.items() if entry.items() <= start.items())
     slides = tuple(map(int, parse_json(start.get("slides", "[]"))))
     if not set(slides) <= set(range(num_contacts * space.joints_per_finger)):
         raise ValueError("slides that the hand does not have")
-    soft = int(start["format"]) in SOFT_FORMATS
+    soft = int(start["format"]) in (*SOFT_FORMATS, *SUPPORT_FORMATS)
     return TraceShape(num_contacts, unknowns, diagnostics, space, slides, soft)
 
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Literal
 
-from slipgrasp.core.scenario.space import PLANAR, SPATIAL
+from slipgrasp.core.scenario.space import PLANAR, SPATIAL, SUPPORT, Space
 from slipgrasp.core.trace.signals import SIGNALS, Signal, TraceShape
 from slipgrasp.recordings.file.state_hash import HASH_BYTES
 from slipgrasp.recordings.file.versions import (
@@ -23,6 +23,7 @@ from slipgrasp.recordings.file.versions import (
     PLANAR_FORMATS,
     SOFT_FORMAT,
     SOFT_FORMATS,
+    SUPPORT_FORMATS,
 )
 
 TIME_SIGNAL = SIGNALS[0]
@@ -74,12 +75,23 @@ class Topic:
 
 def signals_in(version: int) -> tuple[Signal, ...]:
     """The signals in a format."""
-    lacks = {"path": version in PLANAR_FORMATS, "pad": version not in SOFT_FORMATS}
+    has_pads = version in (*SOFT_FORMATS, *SUPPORT_FORMATS)
+    lacks = {"path": version in PLANAR_FORMATS, "pad": not has_pads}
+    has_hand = _space_of(version).has_hand
     return tuple(
         signal
         for signal in SIGNALS
-        if FIRST_FORMAT_WITH.get(signal.name, 1) <= version and not lacks.get(signal.per, False)
+        if FIRST_FORMAT_WITH.get(signal.name, 1) <= version
+        and not lacks.get(signal.per, False)
+        and (has_hand or not signal.of_hand)
     )
+
+
+def _space_of(version: int) -> Space:
+    """The kind of scenario of a format."""
+    if version in SUPPORT_FORMATS:
+        return SUPPORT
+    return PLANAR if version in PLANAR_FORMATS else SPATIAL
 
 
 def _topic(group: str, version: int) -> Topic:
@@ -90,7 +102,7 @@ def _topic(group: str, version: int) -> Topic:
 
 def _field(signal: Signal, version: int) -> Field:
     kind = "sint32" if signal.holds_phases else "double"
-    space = PLANAR if version in PLANAR_FORMATS else SPATIAL
+    space = _space_of(version)
     unit, text = signal.unit_in(space), signal.text_in(space)
     unit += f"; for slides: {signal.slides_unit}" if signal.slides_unit else ""
     return Field(signal.name, kind, signal.per != "", f"{text} [{unit}]" if unit else text)
@@ -104,7 +116,8 @@ def signals_of(topic: Topic) -> tuple[Signal, ...]:
 
 def _sample_topics(version: int) -> tuple[Topic, ...]:
     groups = dict.fromkeys(signal.topic for signal in SIGNALS[1:])
-    return tuple(_topic(group, version) for group in groups)
+    topics = (_topic(group, version) for group in groups)
+    return tuple(topic for topic in topics if len(topic.fields) > 1)
 
 
 SAMPLE_TOPICS = _sample_topics(PLANAR_FORMAT)
@@ -113,7 +126,7 @@ SAMPLE_TOPICS = _sample_topics(PLANAR_FORMAT)
 
 def format_of(shape: TraceShape) -> int:
     """The format for runs of a given shape."""
-    return SOFT_FORMAT if shape.soft else FORMATS[shape.space]
+    return SOFT_FORMAT if shape.soft and shape.space.has_hand else FORMATS[shape.space]
 
 
 PHASE_CHANGES = Topic(

@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
-from slipgrasp.core.scenario.space import PLANAR, SPATIAL
+from slipgrasp.core.scenario.space import PLANAR, SPATIAL, SUPPORT
 
 PLANAR_FORMATS, SPATIAL_FORMATS, SOFT_FORMATS = (1, 2, 3, 4, 5, 7), (6, 8), (9,)
-"""Formats of planar hands, spatial hands, and those with soft fingertips, oldest first.
+SUPPORT_FORMATS = (10,)
+"""Formats of planar hands, spatial hands, those with soft fingertips, and bodies on a support.
 
-A kind of hand gets a new format if older readers would not read its files correctly.
+The oldest is first. A kind of hand gets a new format if older readers would not read its files correctly.
 """
 
-PLANAR_FORMAT, SPATIAL_FORMAT, SOFT_FORMAT = (
-    formats[-1] for formats in (PLANAR_FORMATS, SPATIAL_FORMATS, SOFT_FORMATS)
+PLANAR_FORMAT, SPATIAL_FORMAT, SOFT_FORMAT, SUPPORT_FORMAT = (
+    formats[-1] for formats in (PLANAR_FORMATS, SPATIAL_FORMATS, SOFT_FORMATS, SUPPORT_FORMATS)
 )
 """The formats of new files."""
 
-FORMATS = {PLANAR: PLANAR_FORMAT, SPATIAL: SPATIAL_FORMAT}
+FORMATS = {PLANAR: PLANAR_FORMAT, SPATIAL: SPATIAL_FORMAT, SUPPORT: SUPPORT_FORMAT}
 
-FORMAT_VERSION = max(PLANAR_FORMAT, SPATIAL_FORMAT, SOFT_FORMAT)
+FORMAT_VERSION = max(PLANAR_FORMAT, SPATIAL_FORMAT, SOFT_FORMAT, SUPPORT_FORMAT)
 """The newest format that can be read."""
 
 FIRST_FORMAT_WITH_SHA256 = 3

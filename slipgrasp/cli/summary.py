@@ -8,6 +8,7 @@ from pathlib import Path
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.trying import TriedHint
 from slipgrasp.core.run.verdict import describe_run, title_of
+from slipgrasp.core.scenario import Scenario, SupportScenario
 from slipgrasp.core.scenario.loading import parameter_definitions
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.core.words.phrases import sentence
@@ -62,7 +63,7 @@ def _sentences(result: RunResult, tried: TriedHint | None) -> Iterator[str]:
 
 def _contacts(result: RunResult) -> Iterator[str]:
     metrics = result.metrics
-    for i, finger in enumerate(result.scenario.fingers):
+    for i, name in enumerate(_contact_names(result.scenario)):
         changes = sum(change.contact == i for change in result.phase_changes)
         margin = metrics.minimum_friction_margin[i]
         # A contact that begins to slip has no margin, except for rounding.
@@ -74,14 +75,22 @@ def _contacts(result: RunResult) -> Iterator[str]:
         )
         turned = f", turned {_thousandths(metrics.spin_path[i])} mrad" if metrics.spin_path else ""
         yield _line(
-            f"contact {i} {finger.face}",
+            name,
             f"slipped {_millimetres(metrics.slip_path[i])}{turned}, {changes} phase "
             f"change{'' if changes == 1 else 's'}, "
             f"up to {metrics.peak_normal_force[i]:.4g} N normal force, {reserve}",
         )
 
 
+def _contact_names(scenario: Scenario) -> list[str]:
+    if isinstance(scenario, SupportScenario):
+        return ["support"]
+    return [f"contact {i} {finger.face}" for i, finger in enumerate(scenario.fingers)]
+
+
 def _errors(result: RunResult) -> Iterator[str]:
+    if not result.scenario.space.has_hand:
+        return
     yield _line("error at the end", _pose(result.metrics.final_tracking_error))
     yield _line("error rms", _pose(result.metrics.rms_tracking_error))
 

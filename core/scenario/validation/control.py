@@ -9,11 +9,12 @@ from collections.abc import Iterator
 import numpy as np
 
 from slipgrasp.core.exceptions import FieldError
-from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario import HandScenario, Scenario
 from slipgrasp.core.scenario.chosen_laws import kinds_in
 from slipgrasp.core.scenario.custom_laws import LAW, custom_law, law_names, law_of
 from slipgrasp.core.scenario.field_errors import nearest, shortened
 from slipgrasp.core.scenario.laws import CONTROL_LAWS
+from slipgrasp.core.scenario.scenario import of_hand
 from slipgrasp.core.scenario.unknowns import parse_unknown
 
 MIN_CONTROL_PERIOD = 1e-4
@@ -196,7 +197,7 @@ def check_sampled(scenario: Scenario) -> Iterator[FieldError]:
     """Checks that continuous control is not combined with features of sampled control."""
     if scenario.controller.control_period > 0.0:
         return
-    for key, value in _needs_ticks(scenario):
+    for key, value in _needs_ticks(of_hand(scenario)):
         shown = f"'{value}'" if isinstance(value, str) else str(value).lower()
         yield FieldError(
             field=key,
@@ -209,7 +210,7 @@ def check_sampled(scenario: Scenario) -> Iterator[FieldError]:
         )
 
 
-def _needs_ticks(scenario: Scenario) -> Iterator[tuple[str, float | bool | str]]:
+def _needs_ticks(scenario: HandScenario) -> Iterator[tuple[str, float | bool | str]]:
     """Keys and values of all settings that need sampled control."""
     controller, sensing = scenario.controller, scenario.sensing
     if law_of(controller.kind).sampled:

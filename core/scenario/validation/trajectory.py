@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from slipgrasp.core.exceptions import FieldError
-from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario import HandScenario, TrajectoryParameters
 from slipgrasp.core.scenario.motion import SAME_TIME
-from slipgrasp.core.scenario.scenario import AnySetPoint, AnyTrajectory
+from slipgrasp.core.scenario.scenario import AnySetPoint, SpatialTrajectory
 
 MIN_RAMP = 1e-3
 MIN_TABLE_STEP = 1e-3
 SAME_POSE = 1e-9
 
 
-def check_trajectory(scenario: Scenario) -> Iterator[FieldError]:
+def check_trajectory(scenario: HandScenario) -> Iterator[FieldError]:
     """Checks that the parameters of this kind give a smooth motion from the start pose."""
     trajectory = scenario.trajectory
     if trajectory.kind == "set-points":
@@ -48,7 +48,7 @@ def _check_moves(points: Sequence[AnySetPoint]) -> Iterator[FieldError]:
             )
 
 
-def _check_cycles(trajectory: AnyTrajectory) -> Iterator[FieldError]:
+def _check_cycles(trajectory: TrajectoryParameters | SpatialTrajectory) -> Iterator[FieldError]:
     """Checks that cycles last long enough to speed up and to brake."""
     ramp, longest = trajectory.acceleration_time, trajectory.cycles * trajectory.period
     if ramp < MIN_RAMP:
