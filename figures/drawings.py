@@ -8,10 +8,11 @@ from matplotlib.figure import Figure
 
 from slipgrasp.core.run.premises import has_premises
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.core.scenario import PLANAR, SPATIAL, PlanarScenario, Scenario, Space
+from slipgrasp.core.scenario import PLANAR, SPATIAL, SUPPORT, PlanarScenario, Scenario, Space
 from slipgrasp.core.scenario.loading import load_scenario
 from slipgrasp.figures.panels import Panel, estimate_panels, force_panels, tracking_panels
 from slipgrasp.figures.panels_in_space import spatial_force_panels, spatial_tracking_panels
+from slipgrasp.figures.panels_on_support import friction_panels, motion_panels
 from slipgrasp.figures.premises import premise_panels
 from slipgrasp.figures.schematic import draw_schematic
 from slipgrasp.figures.sheet import draw_sheet
@@ -21,8 +22,12 @@ from slipgrasp.figures.style import paper_style
 SCHEMATIC, SLIPS = "schematic", "slips"
 
 _Panels = dict[str, Callable[[RunResult], tuple[Panel, ...]]]
-_TRACKING = {PLANAR: tracking_panels, SPATIAL: spatial_tracking_panels}
-_FORCES = {PLANAR: force_panels, SPATIAL: spatial_force_panels}
+_TRACKING = {
+    PLANAR: tracking_panels,
+    SPATIAL: spatial_tracking_panels,
+    SUPPORT: motion_panels,
+}
+_FORCES = {PLANAR: force_panels, SPATIAL: spatial_force_panels, SUPPORT: friction_panels}
 
 
 def _draw_hand(result: RunResult) -> Figure:
@@ -33,6 +38,7 @@ def _draw_hand(result: RunResult) -> Figure:
 _FIRST: Mapping[Space, tuple[str, Callable[[RunResult], Figure]]] = {
     PLANAR: (SCHEMATIC, _draw_hand),
     SPATIAL: (SLIPS, draw_slip_planes),
+    SUPPORT: (SLIPS, draw_slip_planes),
 }
 
 _PAPER_KINDS = (SCHEMATIC, "tracking", "estimates", "forces")
@@ -46,7 +52,7 @@ def figure_names(scenario: Scenario) -> dict[str, str]:
         Full name by kind, in order: ``schematic``, ``tracking``, ``estimates`` (if anything is
         estimated), ``forces`` and ``premises`` (assumptions of the theorems, if these apply); in a
         scenario equal to one of the paper's presets ``fig-4-schematic`` and so on, if the paper has
-        such a figure. Spatial hands have ``slips`` instead of the schematic.
+        such a figure. Only planar hands have a schematic, others ``slips``.
     """
     first, _ = _FIRST[scenario.space]
     names = {kind: kind for kind in (first, *_panels(scenario))}

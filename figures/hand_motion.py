@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.scenario import need_hand
 from slipgrasp.core.scenario.spatial_geometry import friction_outline
 from slipgrasp.scene import parts, rotations, skeleton
 from slipgrasp.scene.states import States, drawable, states_at
@@ -68,7 +69,9 @@ def motion_of(result: RunResult, times: Values) -> HandMotion:
         result: The run.
         times: Ascending times within the run, shape ``(times,)`` [s].
     """
-    trace, scenario = result.trace, result.scenario
+    instead = "export CSV, Parquet or NPZ, or draw its figures: slipgrasp figures RUN"
+    scenario = need_hand(result.scenario, "an image or animation", instead)
+    trace = result.trace
     states, contacts = states_at(trace, times), skeleton.contacts_of(scenario)
     poses = skeleton.world_poses(skeleton.frames_of(scenario), states)
     flat = _FRONT

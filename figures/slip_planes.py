@@ -54,7 +54,8 @@ def draw_slip_planes(result: RunResult) -> Figure:
         left = column * i + 0.5 * (column - size + _LABELS - _RIGHT)
         title = add_axes(figure, left, _TOP, size, _TITLE)
         title.set_axis_off()
-        title.text(0.5, 0.5, f"{name} fingertip", ha="center", va="center", fontsize=9.5)
+        of_hand = " fingertip" * result.scenario.space.has_hand
+        title.text(0.5, 0.5, f"{name}{of_hand}", ha="center", va="center", fontsize=9.5)
         way = add_axes(figure, left, _TOP + _TITLE, size, size)
         way.set_label(f"way {i + 1}")
         _draw_way(way, result, i)

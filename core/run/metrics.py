@@ -277,7 +277,7 @@ def metrics_of_trace(
         peak_normal_force=tuple(trace.normal_force.max(axis=0).tolist()),
         minimum_friction_margin=least_margins(trace),
         rms_tracking_error=_rms_over_time(trace),
-        final_tracking_error=_numbers(trace.tracking_error[-1]),
+        final_tracking_error=_numbers(_errors_of(trace)[-1]),
         torque_effort=float(np.trapezoid((trace.joint_torque**2).sum(axis=1), times)),
         phase_change_count=len(changes),
         spin_path=_numbers(np.abs(np.diff(trace.spin, axis=0)).sum(axis=0)),
@@ -307,10 +307,15 @@ def _tallied_rows(trace: Trace, output_rate: float) -> NDArray[np.intp]:
 
 
 def _rms_over_time(trace: Trace) -> Coordinates:
-    span = trace.times[-1] - trace.times[0]
+    span, errors = trace.times[-1] - trace.times[0], _errors_of(trace)
     if span == 0.0:
-        return _numbers(np.abs(trace.tracking_error[-1]))
-    return _numbers(np.sqrt(np.trapezoid(trace.tracking_error**2, trace.times, axis=0) / span))
+        return _numbers(np.abs(errors[-1]))
+    return _numbers(np.sqrt(np.trapezoid(errors**2, trace.times, axis=0) / span))
+
+
+def _errors_of(trace: Trace) -> NDArray[np.float64]:
+    """Tracking errors ``(rows, coordinates)``; no coordinates without a hand."""
+    return trace.tracking_error[:, : len(trace.shape.space.errors)]
 
 
 def least_margins(trace: Trace) -> tuple[float | None, ...]:

@@ -17,6 +17,7 @@ from slipgrasp.core.run.provenance import Provenance, present_provenance
 from slipgrasp.core.run.result import RunResult, RunSummary
 from slipgrasp.core.run.stepping import Tick
 from slipgrasp.core.scenario.custom_laws import OUTSIDE, LawIdentity
+from slipgrasp.core.scenario.scenario import need_hand
 from slipgrasp.core.scenario.validation import check_scenario
 from slipgrasp.core.trace.ticks import Ticks
 from slipgrasp.core.trace.trace import Trace
@@ -70,9 +71,8 @@ class Simulation(Computation):
             ScenarioError: If control is continuous, so that there are no ticks.
         """
         assert self._run.begun == 0, "a run can only be stepped from its start"
-        scenario = replace(
-            self.scenario, controller=replace(self.scenario.controller, kind=OUTSIDE)
-        )
+        own = need_hand(self.scenario, "stepping with torques", "call advance instead")
+        scenario = replace(own, controller=replace(own.controller, kind=OUTSIDE))
         check_scenario(scenario, with_law=False)
         self._prepare(scenario, ())
         self._identity = LawIdentity(OUTSIDE, "", "")

@@ -35,6 +35,7 @@ from slipgrasp.core.scenario.field_errors import (
 )
 from slipgrasp.core.scenario.laws import LAW_ALIASES, law_kind
 from slipgrasp.core.scenario.loading import parameter_definitions, with_values
+from slipgrasp.core.scenario.scenario import need_hand
 from slipgrasp.core.scenario.unknowns import PHYSICAL_BOUNDS, parse_unknown
 
 _GRIP_FORCE = "controller.grip_force"
@@ -93,6 +94,7 @@ def choose_law(scenario: Scenario, kind: str) -> LawChoice:
         near = nearest(kind, names)
         message = f"'{shortened(kind)}' is not a control law{near}; laws: {known}"
         raise single_error(LAW, kind, f"one of {known}", message)
+    need_hand(scenario, "a control law", "omit the law")
     constant = replace(scenario, changes=tuple(_apart_from_laws(scenario)))
     if constant == scenario and kind == scenario.controller.kind:
         return LawChoice(scenario)

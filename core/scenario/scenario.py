@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import TypeVar
 
+from slipgrasp.core.exceptions import FieldError, ScenarioError
 from slipgrasp.core.scenario.controller import ControllerParameters, SpatialController
 from slipgrasp.core.scenario.held_object import ObjectParameters
 from slipgrasp.core.scenario.motion import SetPoint, TrajectoryParameters
@@ -58,6 +60,31 @@ def of_hand(scenario: Scenario) -> HandScenario:
     """The scenario of a hand, for code that is not used without one."""
     assert not isinstance(scenario, SupportScenario), "a body on a support has no hand"
     return scenario
+
+
+def need_hand(scenario: Scenario, what: str, instead: str) -> HandScenario:
+    """Returns the scenario if it has a hand.
+
+    Args:
+        scenario: The scenario.
+        what: What needs a hand, as the subject of a sentence.
+        instead: Way out.
+
+    Raises:
+        ScenarioError: If it is a body on a support.
+    """
+    if isinstance(scenario, SupportScenario):
+        message = f"{what} needs a hand, but this is a body on a support; {instead}"
+        error = FieldError(field="support", value=None, limit="a hand", message=message)
+        raise ScenarioError([error])
+    return scenario
+
+
+def without_events(scenario: AnyScenario) -> AnyScenario:
+    """The scenario without pulses, patches and timed changes."""
+    if isinstance(scenario, SupportScenario):
+        return replace(scenario, pulses=(), changes=())
+    return replace(scenario, pulses=(), patches=(), changes=())
 
 
 def space_of(mapping: Mapping[str, object]) -> Space:

@@ -18,7 +18,7 @@ from slipgrasp.core.scenario import Change, Estimate, Patch, Scenario
 from slipgrasp.core.scenario.field_errors import template_key, template_keys
 from slipgrasp.core.scenario.law_choice import with_law
 from slipgrasp.core.scenario.loading import all_preset_names, load_scenario, preset_names
-from slipgrasp.core.scenario.scenario import AnyPatch, AnyPulse
+from slipgrasp.core.scenario.scenario import AnyPatch, AnyPulse, without_events
 from slipgrasp.core.scenario.space import SPACES
 from slipgrasp.core.words.parameter_words import estimate_words, key_words, value_words
 
@@ -110,8 +110,7 @@ def _plain_facts(scenario: Scenario) -> Iterator[_Fact]:
     else:
         yield _Fact(_THING, f"friction {value_words(scenario.fingers[0].friction, '1')}")
     yield _Fact(_THING, f"mass {value_words(scenario.object.mass, 'kg')}")
-    none = dict.fromkeys({"pulses", "patches", "changes"} & {f.name for f in fields(scenario)}, ())
-    yield from _events(replace(scenario, **none), scenario)
+    yield from _events(without_events(scenario), scenario)
 
 
 def _facts(preset: Scenario, scenario: Scenario) -> list[_Fact]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, Self
 
 import numpy as np
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario import Change, Scenario
 from slipgrasp.core.scenario.parameters import parameter_differences
-from slipgrasp.core.scenario.scenario import is_acting, is_there
+from slipgrasp.core.scenario.scenario import is_acting, is_there, without_events
 from slipgrasp.recordings.compare.alignment import SAME_TIME
 
 AMPLIFICATION = 100.0
@@ -107,7 +107,7 @@ def first_cause(a: Scenario, b: Scenario) -> float | None:
     all other differences have an effect from the start. Parameters of storage and integration are
     not causes, because they only change the accuracy.
     """
-    calm = (replace(each, pulses=(), patches=(), changes=()) for each in (a, b))
+    calm = map(without_events, (a, b))
     if any(difference.key not in _NO_CAUSE for difference in parameter_differences(*calm)):
         return 0.0
     instants = sorted({0.0, *_instants(a), *_instants(b)})

@@ -41,7 +41,6 @@ from slipgrasp.recordings.file.schemas import (
     SAMPLE_TOPICS,
     TICKS,
     TIME_SIGNAL,
-    signals_in,
 )
 from slipgrasp.recordings.file.state_hash import StateHash
 from slipgrasp.recordings.file.versions import FIRST_FORMAT_WITH, FIRST_FORMAT_WITH_STEP_METRICS
@@ -207,7 +206,8 @@ class Contents:
         state = StateHash(version)
         for start in range(0, len(trace), _HASHED_AT_ONCE):
             rows = trace[start : start + _HASHED_AT_ONCE]
-            state.add_samples(rows.to_rows(signals_in(version)))
+            # Older formats lack signals; those of hands count as 0 without a hand.
+            state.add_samples(rows.to_rows([s for s in SIGNALS if s.name not in rows.absent]))
         state.add_phase_changes(changes)
         if (ticks := self.ticks()) is not None:
             state.add_ticks(ticks.to_rows())

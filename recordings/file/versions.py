@@ -8,7 +8,7 @@ PLANAR_FORMATS, SPATIAL_FORMATS, SOFT_FORMATS = (1, 2, 3, 4, 5, 7), (6, 8), (9,)
 SUPPORT_FORMATS = (10,)
 """Formats of planar hands, spatial hands, those with soft fingertips, and bodies on a support.
 
-The oldest is first. A kind of hand gets a new format if older readers would not read its files correctly.
+The oldest is first. A kind gets a new format if older readers would not read its files correctly.
 """
 
 PLANAR_FORMAT, SPATIAL_FORMAT, SOFT_FORMAT, SUPPORT_FORMAT = (

@@ -19,6 +19,7 @@ from slipgrasp.core.scenario.loading import (
     with_values,
 )
 from slipgrasp.core.scenario.parameters import Parameter, ParameterValue
+from slipgrasp.core.scenario.scenario import without_events
 from slipgrasp.web.model.disturbances import (
     Disturbance,
     disturbance_values,
@@ -268,7 +269,7 @@ def _definitions(base: Scenario) -> dict[str, Parameter]:
 @lru_cache(maxsize=32)
 def _calm(base: Scenario) -> Scenario:
     """A scenario without timed changes and disturbances."""
-    return replace(base, changes=(), pulses=(), patches=())
+    return without_events(base)
 
 
 def _timed_edits(scenario: Scenario) -> Iterator[TimedEdit]:

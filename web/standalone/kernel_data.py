@@ -57,6 +57,11 @@ def check_for_page(result: RunResult) -> None:
         PageError: If the scenario is not supported.
     """
     scenario = result.scenario
+    if not scenario.space.has_hand:
+        raise PageError(
+            "pages simulate hands, but this is a body on a support; open its recording instead: "
+            "slipgrasp replay RUN"
+        )
     if result.trace.absent:
         raise PageError("the recording is of an older format: simulate its scenario again first")
     if custom_law_in(scenario) is not None:
