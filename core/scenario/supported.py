@@ -44,7 +44,10 @@ HalfLength = Annotated[float, Ge(1e-3), Le(10.0)]
 Speed = Annotated[float, Ge(-1e3), Le(1e3)]
 Coefficient = Annotated[float, Ge(0.0), Le(10.0)]
 
-_NO_CONTROLLER = ControllerParameters()
+NO_CONTROLLER = "none"
+"""Kind of control in descriptions of runs."""
+
+_NO_CONTROLLER = ControllerParameters(control_period=0.0)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)

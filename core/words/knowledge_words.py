@@ -51,7 +51,7 @@ def describe_comparison(scenario: Scenario, known: Knowledge, what: str) -> str:
         what: Name of the group, such as ``study``.
     """
     told = describe_knowledge(scenario, known)
-    return told if known.estimated else f"{told} This {what} compares no adaptation."
+    return told if not told or known.estimated else f"{told} This {what} compares no adaptation."
 
 
 def list_unknowns(keys: Sequence[str]) -> str:

@@ -15,6 +15,7 @@ from slipgrasp.core.exceptions import SlipgraspError
 from slipgrasp.core.scenario import FingerParameters, Scenario
 from slipgrasp.core.scenario.geometry import contact_frame
 from slipgrasp.core.scenario.held_object import ObjectParameters
+from slipgrasp.core.scenario.scenario import need_hand
 from slipgrasp.core.scenario.spatial import SpatialFinger, SpatialScenario
 from slipgrasp.core.scenario.spatial_geometry import spatial_contact
 from slipgrasp.scene import rotations
@@ -108,7 +109,8 @@ def check_for_scene(scenario: Scenario) -> None:
     Raises:
         SceneError: If the scenario has one of them.
     """
-    body, fingers = scenario.object, scenario.fingers
+    own = need_hand(scenario, "a scene", "export its data: slipgrasp export RUN")
+    body, fingers = own.object, own.fingers
     missing = {
         "fingers on chains": any(each.kind == "chain" for each in fingers),
         "static friction": any(

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.core.scenario.scenario import need_hand
 from slipgrasp.recordings.engines import mjcf, sdf, usd
 from slipgrasp.recordings.engines.bodies import contacts_of, friction_changes
 from slipgrasp.recordings.engines.expected import expected_answer
@@ -21,10 +20,7 @@ def describe(result: RunResult, name: str) -> tuple[str, dict[str, Any]]:
         result: A run that starts from rest, densely stored.
         name: One of `STEPS`.
     """
-    scenario = need_hand(
-        result.scenario, "a scene for another engine", "export its data: slipgrasp export RUN"
-    )
-    step, angles = STEPS[name], result.trace.joint_position[0]
+    scenario, step, angles = result.scenario, STEPS[name], result.trace.joint_position[0]
     answer = expected_answer(result, step) | {"contacts": contacts_of(scenario)}
     answer["friction_changes"] = friction_changes(scenario)
     if name == "usd":

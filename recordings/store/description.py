@@ -20,6 +20,7 @@ from pydantic import (
 from slipgrasp.core.run.metrics import Metrics
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario.custom_laws import LawIdentity
+from slipgrasp.core.scenario.supported import NO_CONTROLLER
 from slipgrasp.core.trace.types import ContactPhase, Outcome, Reason, RunWarning
 from slipgrasp.core.words.display_name import preset_titles
 from slipgrasp.recordings.exceptions import DamagedRecordingError
@@ -96,7 +97,7 @@ class Description:
         scenario = result.scenario
         document = {
             "title": scenario.title,
-            "controller": scenario.controller.kind,
+            "controller": scenario.controller.kind if scenario.space.has_hand else NO_CONTROLLER,
             "summary": result.summary(),
         }
         try:

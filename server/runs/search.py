@@ -11,6 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from slipgrasp.core.exceptions import FieldError
 from slipgrasp.core.scenario.field_errors import nearest, template_keys
 from slipgrasp.core.scenario.loading import all_preset_names
+from slipgrasp.core.scenario.supported import NO_CONTROLLER
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.recordings.exceptions import QueryError
 from slipgrasp.recordings.store.annotations import MAX_TAGS, RunTag
@@ -140,7 +141,8 @@ def _parse_preset(text: str) -> str:
 
 
 def _parse_controller(text: str) -> str:
-    return _chosen(text, "controller", template_keys()["controller.kind"].choices)
+    kinds = *template_keys()["controller.kind"].choices, NO_CONTROLLER
+    return _chosen(text, "controller", kinds)
 
 
 def _parse_outcome(text: str) -> Outcome:

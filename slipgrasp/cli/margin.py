@@ -210,7 +210,8 @@ def _lines(margin: Margin, recordings: list[str | None]) -> list[str]:
     if margin.others:
         places = ", ".join(f"{a:.6g} … {b:.6g}{unit}" for a, b in margin.others)
         rows.append(("warning", f"there are more boundaries, at {places}"))
-    rows.append(("knowledge", describe_knowledge(margin.held.scenario)))
+    known = describe_knowledge(margin.held.scenario)
+    rows += [("knowledge", known)] * bool(known)
     width = max(len(label) for label, _ in rows)
     return [f"{label:<{width}}  {text}" for label, text in rows]
 

@@ -33,7 +33,7 @@ def report(results: StudyResults, seconds: float, saved: dict[str, Any], message
     study, compared = results.study, results.compare_combinations()
     blocks = [
         [study.title] if study.title else [],
-        [*_outcome(results, seconds), describe_knowledge_in(study)],
+        [*_outcome(results, seconds), *filter(None, [describe_knowledge_in(study)])],
         _outcomes(results),
         _comparison(compared) if compared is not None else [],
         [message] if message else [],
@@ -47,15 +47,16 @@ def _outcome(results: StudyResults, seconds: float) -> list[str]:
     done = f"{summary.finished} of {summary.runs}" if summary.finished < summary.runs else "All"
     runs = "runs" if done != "All" else f"{summary.runs} runs"
     known = summary.finished - summary.too_short
+    has_hand = results.study.base.space.has_hand
+    done_well = "held the object" if has_hand else "came to rest"
     lines = [
         f"{done} {runs} done, in {duration_words(seconds)}; "
-        f"{summary.held} held the object ({_percent(summary.held, known)})."
+        f"{summary.held} {done_well} ({_percent(summary.held, known)})."
     ]
     if summary.too_short:
         lines.append(
             f"{summary.too_short} of them are completed, but too short to tell whether the "
-            f"object "
-            "is held; the share excludes them."
+            f"{'object is held' if has_hand else 'body rests'}; the share excludes them."
         )
     return lines
 
