@@ -1,6 +1,7 @@
 """A body on a support: closed forms, an independent integration, and invariants."""
 
 import math
+import re
 from dataclasses import replace
 from typing import Any
 
@@ -10,10 +11,14 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from slipgrasp.core.exceptions import ScenarioError
+from slipgrasp.core.run.batch import simulate_many
 from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.run.simulation import Simulation
 from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.run.verdict import describe_run
 from slipgrasp.core.scenario import SUPPORT, SupportScenario
 from slipgrasp.core.scenario.loading import (
+    load_scenario,
     scenario_from_mapping,
     scenario_from_toml,
     scenario_to_toml,
@@ -259,13 +264,58 @@ def test_friction_stays_on_its_surface_and_never_returns_energy(seed: int) -> No
 
 
 def test_a_run_without_its_trace_has_the_same_metrics() -> None:
-    from slipgrasp.core.run.simulation import Simulation
-
     scenario = drawn(7)
     simulation = Simulation(scenario, keep_trace=False)
     while not simulation.finished:
         simulation.advance()
     assert simulation.summary().metrics == simulate(scenario).metrics
+
+
+def test_many_runs_on_several_threads_have_the_metrics_of_single_ones() -> None:
+    scenarios = [support(support={"friction": mu}) for mu in (0.1, 0.2, 0.3)]
+    found = [summary.metrics for summary in simulate_many(scenarios, threads=2)]
+    assert found == [simulate(each).metrics for each in scenarios]
+
+
+def test_a_run_is_described_in_words_without_a_hand() -> None:
+    moving = run(support={"friction": 0.3}, motion={"velocity": [0.5, 0.0, 0.0]})
+    verdict = describe_run(moving)
+    assert verdict.headline == "The body slid 42.5 mm and stopped at 0.17 s"
+    assert verdict.tone == "good"
+    short = describe_run(run(motion={"velocity": [1.0, 0.0, 0.0]}, simulation={"duration": 0.2}))
+    assert short.headline == "The body slid 159 mm and still slides at the end"
+    assert "simulation.duration" in short.suggestion
+    assert describe_run(run()).headline == "The body stayed at rest"
+    words = " ".join([*verdict.sentences, *short.sentences, short.suggestion])
+    assert not re.search("finger|hand|law|controller", words)
+
+
+def test_a_limit_of_steps_ends_a_run_with_a_way_out() -> None:
+    result = simulate(support(simulation={"max_steps": 3}, motion={"velocity": [1.0, 0.0, 0.0]}))
+    assert result.outcome is Outcome.LIMIT
+    assert result.reason is not None and "3 steps" in result.reason.message
+    assert "simulation.max_steps" in describe_run(result).suggestion
+
+
+@pytest.mark.parametrize("name", ["sliding-block", "spinning-slide"])
+def test_a_preset_agrees_with_its_closed_form(name: str) -> None:
+    scenario = load_scenario(name)
+    assert isinstance(scenario, SupportScenario)
+    result = simulate(with_values(scenario, {f"simulation.{k}": v for k, v in CLOSE.items()}))
+    body, plane, (vx, _, omega) = scenario.object, scenario.support, scenario.motion.velocity
+    if name == "sliding-block":
+        assert stop_of(result) == pytest.approx(vx / (plane.friction * G), abs=EXACT)
+        slid = vx**2 / (2 * plane.friction * G)
+        assert result.metrics.slip_path[0] == pytest.approx(slid, abs=EXACT)
+        return
+    # d ln(q) / dt = mu g (1 - k) / |u| with q = c omega / v, k = c² / r²; and v' = -mu g v / |u|:
+    # v is proportional to q^(1 / (k - 1)), all along the slide.
+    ratio = plane.radius**2 * body.mass / body.inertia
+    rows = np.flatnonzero(result.trace.object_velocity[:, 0] > 1e-3)
+    speed = result.trace.object_velocity[rows, 0]
+    spin = plane.radius * result.trace.object_velocity[rows, 2]
+    expected = vx * ((spin / speed) / (plane.radius * omega / vx)) ** (1.0 / (ratio - 1.0))
+    assert speed == pytest.approx(expected, rel=1e-7)
 
 
 def test_a_mapping_with_a_support_is_such_a_scenario_and_survives_toml() -> None:
