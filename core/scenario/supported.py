@@ -153,6 +153,11 @@ class SupportParameters:
         ),
     ] = 0.0
 
+    @property
+    def eccentricity(self) -> float:
+        """Its radius, with the name that it has for a soft fingertip [m]."""
+        return self.radius
+
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
 class InitialMotion:

@@ -319,15 +319,7 @@ def diagnostic_charts(result: RunResult) -> tuple[Chart, ...]:
 
 def energy_charts(result: RunResult) -> tuple[Chart, ...]:
     """The Lyapunov value with its rate, and the energy balance."""
-    trace = result.trace
-    potential = trace.potential_energy - trace.potential_energy[0]
-    ledger = (
-        ("kinetic", "kinetic", FINGERS[0], trace.kinetic_energy),
-        ("potential", "lifted", FINGERS[1], potential),
-        ("supplied", "supplied", FINGERS[2], trace.supplied_energy),
-        ("dissipated", "lost to friction", FINGERS[5], trace.dissipated_energy),
-    )
-    value = trace.lyapunov_value
+    trace, value = result.trace, result.trace.lyapunov_value
     return (
         Chart(
             "lyapunov",
@@ -343,25 +335,53 @@ def energy_charts(result: RunResult) -> tuple[Chart, ...]:
             "Rate of change of the Lyapunov value between rows; below zero the errors decrease.",
             (Line("rate", "dV/dt", FINGERS[1], rate_of_change(trace.times, value)),),
         ),
-        Chart(
-            "energy",
-            "Energy ledger",
-            "J",
-            "The change of kinetic and potential energy equals the supplied energy minus the "
-            "friction losses; the error is the difference.",
-            (
-                *(Line(*entry) for entry in ledger),
-                Line("error", "error", MUTED, trace.energy_residual, dashed=True),
-            ),
+        energy_ledger(result),
+    )
+
+
+def energy_ledger(result: RunResult) -> Chart:
+    """The energy balance."""
+    trace = result.trace
+    potential = trace.potential_energy - trace.potential_energy[0]
+    ledger = (
+        ("kinetic", "kinetic", FINGERS[0], trace.kinetic_energy),
+        ("potential", "lifted", FINGERS[1], potential),
+        ("supplied", "supplied", FINGERS[2], trace.supplied_energy),
+        ("dissipated", "lost to friction", FINGERS[5], trace.dissipated_energy),
+    )
+    return Chart(
+        "energy",
+        "Energy ledger",
+        "J",
+        "The change of kinetic and potential energy equals the supplied energy minus the "
+        "friction losses; the error is the difference.",
+        (
+            *(Line(*entry) for entry in ledger),
+            Line("error", "error", MUTED, trace.energy_residual, dashed=True),
         ),
     )
 
 
+def _for_hand(
+    charts: Callable[[RunResult], tuple[Chart, ...]], name: str
+) -> Callable[[RunResult], tuple[Chart, ...]]:
+    """Charts of a hand, or those of a body on a support with this name."""
+
+    def charts_of_run(result: RunResult) -> tuple[Chart, ...]:
+        if result.scenario.space.has_hand:
+            return charts(result)
+        from slipgrasp.web.charts import slide_charts
+
+        return getattr(slide_charts, name)(result)
+
+    return charts_of_run
+
+
 CHART_TABS: dict[str, Callable[[RunResult], tuple[Chart, ...]]] = {
-    "Contact": contact_charts,
-    "Motion": tracking_charts,
+    "Contact": _for_hand(contact_charts, "slide_charts"),
+    "Motion": _for_hand(tracking_charts, "motion_charts"),
     "Estimates": charts_of_estimates,
-    "Energy": energy_charts,
+    "Energy": _for_hand(energy_charts, "balance_charts"),
 }
 """The charts of a run by tab."""
 

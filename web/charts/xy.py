@@ -57,6 +57,8 @@ def xy_charts(result: RunResult) -> tuple[XyChart, ...]:
     """Slip, contact forces and path of the object, each against a related quantity."""
     trace, scenario = result.trace, result.scenario
     names = scenario.finger_names
+    if not scenario.space.has_hand:
+        return _slide_path(trace), _slide_speed(trace)
     charts = [_speed_over_slip(trace, names), _object_path(trace)]
     if scenario.friction_cone != "pyramid":
         charts.insert(1, _force_in_cone(trace, names))
@@ -65,6 +67,43 @@ def xy_charts(result: RunResult) -> tuple[XyChart, ...]:
     if trace.shape.soft:
         charts.insert(2, _moment_shares(result))
     return tuple(charts)
+
+
+def _slide_path(trace: Trace) -> XyChart:
+    """Path of a body on a support."""
+    place = 1e3 * trace.slip
+    return XyChart(
+        Chart(
+            "xy-object",
+            "Path of the body, y upwards",
+            "mm",
+            "The path of the centre of the body on the support from its start, seen from above.",
+            (Line("object", "body", FINGERS[0], place[:, 1]),),
+            least=LEAST_LENGTH,
+        ),
+        (place[:, 0],),
+        "x [mm]",
+        is_true_to_scale=True,
+        least_across=LEAST_LENGTH,
+    )
+
+
+def _slide_speed(trace: Trace) -> XyChart:
+    """Sliding speed of a body on a support against the distance slid."""
+    speed = 1e3 * np.linalg.norm(trace.slip_velocity, axis=1)
+    return XyChart(
+        Chart(
+            "xy-slip",
+            "Sliding speed against distance slid",
+            "mm/s",
+            "Under friction alone, the speed falls with the square root of the remaining way.",
+            (Line("speed", "body", FINGERS[0], speed),),
+            least=LEAST_LENGTH,
+        ),
+        (1e3 * trace.slip_path[:, 0],),
+        f"{trace.shape.space.slip_words} [mm]",
+        least_across=LEAST_LENGTH,
+    )
 
 
 def chosen_xy_charts(result: RunResult, names: Sequence[str], across: str) -> tuple[XyChart, ...]:

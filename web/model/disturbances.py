@@ -10,7 +10,7 @@ from typing import Any, Literal
 from slipgrasp.core.scenario import PLANAR, Patch, Scenario, Space, SpatialScenario
 from slipgrasp.core.scenario.field_errors import template_key, template_keys
 from slipgrasp.core.scenario.parameters import Parameter
-from slipgrasp.core.scenario.scenario import AnyPatch, AnyPulse, full_scenario
+from slipgrasp.core.scenario.scenario import AnyPatch, AnyPulse, full_scenario, need_hand
 from slipgrasp.core.scenario.spatial import SpatialPatch
 
 
@@ -75,6 +75,7 @@ def low_friction_patch(
         slip: Slip along the tangents of its face, ``(tangents,)`` [m].
         time: Time at which the patch appears [s].
     """
+    scenario = need_hand(scenario, "a low-friction patch", "set support.friction instead")
     if isinstance(scenario, SpatialScenario):
         touching = scenario.fingers[contact]
         x, y = (round(sum(pair), 6) for pair in zip(touching.contact_offset, slip, strict=True))

@@ -20,6 +20,7 @@ from slipgrasp.core.scenario.loading import (
 )
 from slipgrasp.core.scenario.parameters import Parameter, ParameterValue
 from slipgrasp.core.scenario.scenario import without_events
+from slipgrasp.core.scenario.supported import NO_CONTROLLER
 from slipgrasp.web.model.disturbances import (
     Disturbance,
     disturbance_values,
@@ -193,6 +194,8 @@ class Draft:
             return dict(disturbance_values(self.disturbances)).get(key)
         if key in self.edits:
             return self.edits[key]
+        if key == LAW and not self.base.space.has_hand:
+            return NO_CONTROLLER
         if is_of_law(key):
             return self._law_parameter(time, key)
         if key in row_parameters(self.base.space):

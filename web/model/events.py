@@ -10,7 +10,7 @@ from enum import StrEnum
 import numpy as np
 
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.core.scenario import Scenario, SpatialScenario
+from slipgrasp.core.scenario import Scenario, SpatialScenario, SupportScenario
 from slipgrasp.core.scenario.geometry import contact_frame
 from slipgrasp.core.scenario.law_choice import LAW
 from slipgrasp.core.trace.types import (
@@ -145,13 +145,15 @@ def _what_it_does(result: RunResult, change: PhaseChange) -> str:
     if change.to_phase is ContactPhase.STICK:
         return "sticks again"
     starts = change.from_phase is ContactPhase.STICK
-    return f"{'starts' if starts else 'turns'} to slip {_way(result, change)}"
+    return f"{'starts' if starts else 'turns'} to slip {_way(result, change)}".rstrip()
 
 
 def _way(result: RunResult, change: PhaseChange) -> str:
     """Direction in which the fingertip slips on its face, as seen at that time."""
     row = min(int(np.searchsorted(result.trace.times, change.time)), len(result.trace) - 1)
     scenario = result.scenario
+    if isinstance(scenario, SupportScenario):
+        return ""
     if isinstance(scenario, SpatialScenario):
         return _way_on_face(result, change, row)
     frame = contact_frame(scenario.object, scenario.fingers[change.contact])

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
-from slipgrasp.core.scenario import PLANAR, Scenario, Space
+from slipgrasp.core.scenario import PLANAR, SUPPORT, Scenario, Space
 from slipgrasp.core.scenario.custom_laws import LAW_PARAMETERS, custom_laws
 from slipgrasp.core.scenario.field_errors import find_template
 from slipgrasp.core.scenario.parameters import Parameter, iterate_parameters
@@ -21,7 +21,10 @@ LAW_TITLE = "Control law"
 
 MOST_MAIN = 6
 """Largest number of controls that are shown of a selected part."""
-_MAIN = ("object", "fingers", "controller")
+_MAIN = ("object", "fingers", "support", "motion", "controller")
+_AT_START = "motion"
+"""A main part although none of its parameters can change during a run."""
+
 # Changeable, but only useful for experts.
 _DETAILS = (
     "recognition_time",
@@ -54,6 +57,8 @@ _FOLDED_TITLES = {
     "controller": "Control law in detail",
     "object": "Object in detail",
     "estimates": "Estimated parameters and their bounds",
+    "support": "Support in detail",
+    "motion": "Start",
     "trajectory": "Desired motion",
     "sensing": "Sensing",
     "actuation": "Actuation",
@@ -170,7 +175,8 @@ def _estimated_key(parameter: Parameter, definitions: Mapping[str, Parameter]) -
 
 def _is_main(parameter: Parameter) -> bool:
     head, last = parameter.key.partition(".")[0], parameter.key.rpartition(".")[2]
-    return parameter.changeable and head in (*_MAIN, "estimates") and last not in _DETAILS
+    is_used = parameter.changeable or head == _AT_START
+    return is_used and head in (*_MAIN, "estimates") and last not in _DETAILS
 
 
 def _is_used(parameter: Parameter, definitions: Mapping[str, Parameter]) -> bool:
@@ -208,7 +214,8 @@ def law_groups(base: Scenario) -> tuple[Group, ...]:
             kind, "controller", tuple(entry(each) for each in parameters if is_of_law(each.key))
         )
 
-    return tuple(group(law.name) for law in custom_laws() if law.parameters)
+    laws = custom_laws() if base.space.has_hand else ()
+    return tuple(group(law.name) for law in laws if law.parameters)
 
 
 def disturbance_title(disturbance: Disturbance) -> str:
@@ -263,7 +270,9 @@ def control_label(
 
 
 def _space_of(definitions: Mapping[str, Parameter]) -> Space:
-    """The kind of hand of parameters, from the moments of inertia of its object."""
+    """The kind of scenario of parameters, from its support or the moments of inertia."""
+    if "support.friction" in definitions:
+        return SUPPORT
     return next((space for space in SPACES if space.inertias[0] in definitions), PLANAR)
 
 

@@ -138,7 +138,9 @@ class Sampler:
             tangential_force=spot.read(trace.tangential_force).reshape(slip.shape),
             normal_force=spot.read(trace.normal_force),
             friction=trace.friction_coefficient[spot.row],
-            joint_positions=spot.read(trace.joint_position).reshape(-1, shape.joints_per_finger),
+            joint_positions=spot.read(trace.joint_position).reshape(
+                shape.num_contacts, shape.joints_per_finger
+            ),
             estimates=spot.read(trace.estimates),
             spin=spot.read(trace.spin),
             torsional_moment=spot.read(trace.torsional_moment),

@@ -41,9 +41,12 @@ def finger_part(index: int) -> str:
 def parts_of(draft: Draft) -> Iterator[tuple[str, str]]:
     """Every part that can be selected, and its name on the page."""
     yield OBJECT, "object"
-    for i, name in enumerate(draft.base.finger_names):
-        yield finger_part(i), name
-    yield LAW_PART, "law"
+    if draft.base.space.has_hand:
+        for i, name in enumerate(draft.base.finger_names):
+            yield finger_part(i), name
+        yield LAW_PART, "law"
+    else:
+        yield from (("support", "support"), ("motion", "start"))
     counts = {PUSH: 0, PATCH: 0}
     for each in draft.disturbances:
         noun = "push" if each.place == PUSH else "wet patch"

@@ -44,7 +44,7 @@ COMPARISONS: Mapping[str, tuple[str, tuple[float | str | bool, ...]]] = {
 }
 """Comparisons by name: the key of a setting, and its values."""
 
-_FIRST_CHOICES = ("object.mass", "fingers.*.friction")
+_FIRST_CHOICES = ("object.mass", "fingers.*.friction", "support.friction")
 _ALSO_OFFERED = (
     "simulation.gravity",
     "pulses.0.force.0",

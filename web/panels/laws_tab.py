@@ -21,6 +21,9 @@ _ABOUT = (
 )
 
 
+_NO_HAND = "Control laws need a hand, but this is a body on a support; choose another scenario."
+
+
 class LawsTab:
     """Draws overlaid runs with every law.
 
@@ -40,6 +43,11 @@ class LawsTab:
     def update(self, view: ViewState) -> None:
         """Draws the runs while the tab is visible."""
         if view.shown is None or view.playback is None or LAWS_TAB not in view.charts.seen:
+            return
+        if not view.shown.result.scenario.space.has_hand:
+            self._note.content = note_html([_NO_HAND])
+            self._buttons.content = self._pictures.content = ""
+            self._drawn = None
             return
         dark, window = view.appearance.dark, view.playback.window
         present, runs = view.shown.result.scenario.controller.kind, view.laws.runs

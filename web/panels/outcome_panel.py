@@ -127,14 +127,22 @@ def _card_html(result: RunResult, how_heavy: str, premises: str, tried: TriedHin
         f"</div>{_paragraph(escape(' '.join(told[:first])))}"
         f"{_asked_html(result, how_heavy)}{_hint_html(outcome, tried, result.scenario)}"
         f"{_warnings_html(result)}"
-        "<details data-sg-fold='outcome'><summary>Knowledge, forces, margins, tracking</summary>"
+        f"<details data-sg-fold='outcome'><summary>{_details_of(result)}</summary>"
         f"{_knowledge_html(known, result)}"
         f"{_paragraph(escape(' '.join(told[first:])))}{_metrics_html(result)}{premises}</details>"
     )
 
 
+def _details_of(result: RunResult) -> str:
+    """The content of the details."""
+    has_hand = result.scenario.space.has_hand
+    return "Knowledge, forces, margins, tracking" if has_hand else "Friction and margins"
+
+
 def _knowledge_html(known: str, result: RunResult) -> str:
-    """The parameters that the controller knew; bold if it knew all."""
+    """The parameters that the controller knew; bold if it knew all; empty without a hand."""
+    if not known:
+        return ""
     return _paragraph(f"<b>{escape(known)}</b>" if result.knowledge.told else escape(known), _SMALL)
 
 
@@ -149,7 +157,7 @@ def _first_slip_html(result: RunResult) -> str:
     """A button with the first fingertip to slip, which leads to that time; empty if none slips."""
     trace = result.trace
     slips = trace.phase != ContactPhase.STICK
-    if not slips.any():
+    if not slips.any() or not result.scenario.space.has_hand:
         return ""
     time = float(trace.times[int(np.argmax(slips.any(axis=1)))])
     first = slips[trace.times == time].any(axis=0)
@@ -198,7 +206,7 @@ def _tried_html(tried: TriedOption, scenario: Scenario) -> str:
 def _how_heavy_html(result: RunResult) -> str:
     """The button that searches for the largest mass of a held object."""
     is_poured = any(change.parameter == "object.mass" for change in result.scenario.changes)
-    if not result.metrics.held or is_poured:
+    if not result.metrics.held or is_poured or not result.scenario.space.has_hand:
         return ""
     hint = "Simulates the scenario with heavier and heavier objects of the same inertia"
     return (
@@ -276,22 +284,27 @@ def _times(count: int) -> str:
 
 def _metrics_html(result: RunResult) -> str:
     """A table with one row per finger, and the tracking error of the object."""
+    has_hand = result.scenario.space.has_hand
+    who = "the fingertip slid on its face" if has_hand else "the body slid"
     head = "".join(
         f"<th title='{hint}'>{title}</th>"
         for title, hint in (
-            ("slip path", "Distance that the fingertip slid on its face"),
+            ("slip path", f"Distance that {who}"),
             ("peak Fₙ", "Largest normal force"),
             ("least margin in stick", "Smallest margin of the tangential force to slip"),
         )
     )
     rows = "".join(f"<tr>{row}</tr>" for row in _finger_rows(result))
+    table = f"<table><tr><th></th>{head}</tr>{rows}</table>"
+    if not has_hand:
+        return table
     final, ways = result.metrics.final_tracking_error, result.scenario.space.num_positions
     rms = math.hypot(*result.metrics.rms_tracking_error[:ways])
     tracking = (
         f"Object off its desired pose: {length_words(math.hypot(*final[:ways]))} and "
         f"{math.degrees(math.hypot(*final[ways:])):.1f}° at the end, {length_words(rms)} rms."
     )
-    return f"<table><tr><th></th>{head}</tr>{rows}</table>{_paragraph(tracking, _SMALL)}"
+    return f"{table}{_paragraph(tracking, _SMALL)}"
 
 
 def _finger_rows(result: RunResult) -> Iterator[str]:

@@ -93,6 +93,7 @@ class ScenarioPanel:
         draft = view.draft
         if draft is not self._shown:
             self._show_origin(view)
+            self._offer_disturbances(draft)
             self._shown = draft
         self._finger = view.selection.finger
         self._show_laws(view)
@@ -139,12 +140,23 @@ class ScenarioPanel:
         return ChooseReach(reach) if reach else None
 
     def _show_laws(self, view: ViewState) -> None:
+        if not view.draft.base.space.has_hand:
+            self._laws, self.laws.content = None, ""
+            return
         moment = change_time(view.playback.time) if view.playback else 0.0
         law = str(view.draft.value_at(moment, LAW))
         runs = view.laws.runs if view.laws.draft is view.draft else ()
         if (law, runs) != self._laws:
             self._laws = (law, runs)
             self.laws.content = law_buttons_html(law, runs)
+
+    def _offer_disturbances(self, draft: Draft) -> None:
+        """Offers low-friction patches only to hands."""
+        has_hand = draft.base.space.has_hand
+        patch = DisturbanceKind.LOW_FRICTION_PATCH
+        offered = tuple(each.value for each in DisturbanceKind if has_hand or each is not patch)
+        if self.disturbances.options != offered:
+            self.disturbances.options = offered
 
     def _show_origin(self, view: ViewState) -> None:
         """Shows the origin of the controls."""

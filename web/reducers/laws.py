@@ -61,4 +61,6 @@ class LawsReducer(Reducer):
         return max(self._moved_at + REST - now, 0.0) if self._is_due(view) else None
 
     def _is_due(self, view: ViewState) -> bool:
+        if not view.draft.base.space.has_hand:
+            return False
         return LAWS_TAB in view.charts.seen and view.laws.draft is not view.draft

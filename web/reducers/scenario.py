@@ -203,6 +203,8 @@ def _pushed(view: ViewState, drag: Drag, push: Disturbance) -> ViewState:
 
 def _wetted(draft: Draft, shown: Shown, moment: float, contact: int | None) -> Draft:
     """The draft with a low-friction patch at a fingertip of the run on the screen."""
+    if not draft.base.space.has_hand:
+        return draft
     trace = shown.result.trace
     spot = locate(trace.times, moment)
     contacts = range(len(draft.base.fingers))
@@ -253,6 +255,8 @@ def _with_law(view: ViewState, kind: Value, *, on_all: bool = False) -> ViewStat
     A law that is chosen while the run plays acts on the whole run.
     """
     if not isinstance(kind, str) or kind not in law_names():
+        return view
+    if not view.draft.base.space.has_hand:
         return view
     playback = view.playback
     is_aimed = view.editing.reach is Reach.PLAY_HEAD and not (playback and playback.playing)

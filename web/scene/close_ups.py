@@ -17,7 +17,7 @@ import viser
 from numpy.typing import NDArray
 
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.core.scenario import Scenario, SpatialScenario
+from slipgrasp.core.scenario import PlanarScenario, Scenario, SpatialScenario
 from slipgrasp.core.scenario.geometry import contact_frame
 from slipgrasp.core.scenario.scenario import AnyPatch
 from slipgrasp.core.scenario.spatial_geometry import friction_outline
@@ -101,7 +101,7 @@ def facts_of(
                 "patches": list(_patches(scenario, i)),
             }
             for i, (contact, name, has_ghost) in enumerate(
-                zip(own, scenario.finger_names, alike, strict=True)
+                zip(own, scenario.finger_names[: len(own)], alike, strict=True)
             )
         ],
     }
@@ -138,7 +138,7 @@ def arrays_of(result: RunResult, ghost: RunResult | None, layout: SceneLayout) -
     }
     if trace.shape.space.has_pads and trace.spin.shape[1]:
         arrays |= {"spin": split(trace.spin), "moment": split(trace.torsional_moment)}
-    if not isinstance(result.scenario, SpatialScenario):
+    if isinstance(result.scenario, PlanarScenario):
         joints = trace.joint_position[rows].reshape(len(rows), count, -1).sum(axis=2)
         arrays["link"] = (joints - trace.object_pose[rows, 2:3]).astype(np.float32)
     if ghost is not None:
@@ -196,6 +196,7 @@ def _patches(scenario: Scenario, i: int) -> Iterator[dict[str, Any]]:
                 centre = np.subtract(patch.centre, scenario.fingers[i].contact_offset)
                 yield {**_while(patch), "centre": centre.tolist(), "radius": patch.radius}
         return
+    assert isinstance(scenario, PlanarScenario), "a support has no patches"
     finger = scenario.fingers[i]
     frame = contact_frame(scenario.object, finger)
     for band in scenario.patches:

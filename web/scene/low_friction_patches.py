@@ -10,7 +10,7 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from slipgrasp.core.scenario import Patch, PlanarScenario, Scenario
+from slipgrasp.core.scenario import Patch, PlanarScenario, Scenario, SupportScenario
 from slipgrasp.core.scenario.geometry import contact_frame, inner_radius
 from slipgrasp.core.scenario.scenario import is_there
 from slipgrasp.core.scenario.spatial import SpatialPatch, SpatialScenario
@@ -73,6 +73,8 @@ def add_low_friction_patches(
     if isinstance(scenario, SpatialScenario):
         round_spots = zip(names, scenario.patches, strict=True)
         drawn = [_round_spot(scene, name, scenario, patch) for name, patch in round_spots]
+    elif isinstance(scenario, SupportScenario):
+        drawn = []
     else:
         bands = zip(names, scenario.patches, strict=True)
         drawn = [_band(scene, name, scenario, patch) for name, patch in bands]

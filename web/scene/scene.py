@@ -11,7 +11,14 @@ import viser
 from numpy.typing import NDArray
 
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.core.scenario import PLANAR, SPATIAL, Scenario
+from slipgrasp.core.scenario import (
+    PLANAR,
+    SPATIAL,
+    SUPPORT,
+    HandScenario,
+    Scenario,
+    SupportScenario,
+)
 from slipgrasp.core.scenario.spatial import SpatialFinger
 from slipgrasp.core.scenario.spatial_geometry import friction_outline
 from slipgrasp.scene import parts, rotations, skeleton
@@ -26,10 +33,18 @@ from slipgrasp.web.scene.drawer import HandDrawer
 from slipgrasp.web.scene.ghost_view import GhostView
 from slipgrasp.web.scene.layout import SceneLayout, lay_out
 from slipgrasp.web.scene.low_friction_patches import LowFrictionPatches, add_low_friction_patches
-from slipgrasp.web.scene.marks import RunFacts, run_facts, sizes_on_hand, states_of, trail_of
+from slipgrasp.web.scene.marks import (
+    MarkSizes,
+    RunFacts,
+    run_facts,
+    sizes_on_hand,
+    states_of,
+    trail_of,
+)
 from slipgrasp.web.scene.picking import Picking
 from slipgrasp.web.scene.push_view import PushView
 from slipgrasp.web.scene.shapes import circle, extrude
+from slipgrasp.web.scene.slide_view import SlideView
 
 
 class Stage(Protocol):
@@ -70,8 +85,10 @@ class _Look(NamedTuple):
 _LOOKS = {
     PLANAR: _Look("/hand", "/ghost", (0, 2), glass=False),
     SPATIAL: _Look("/space", "/pale-space", (0, 1, 2), glass=True),
+    SUPPORT: _Look("/support", "/pale-support", (0, 1), glass=False),
 }
 _FLOOR_MARGIN = 0.6
+_GRID_CELLS = 40.0  # size of the grid of a support, in half heights of the body
 _RIM_CORNERS = 48
 
 
@@ -215,7 +232,7 @@ class Scene:
             if self._ghost is not None:
                 self._ghost.show(False)
             return
-        has_hand = _is_known(ghost.trace.joint_position)
+        has_hand = ghost.scenario.space.has_hand and _is_known(ghost.trace.joint_position)
         shape = (shape_of(ghost.scenario), has_hand)
         if self._ghost is None or self._ghost_shape != shape:
             if self._ghost is not None:
@@ -239,7 +256,7 @@ class _Views:
     root: viser.FrameHandle
     hand: HandDrawer
     push: PushView
-    marks: tuple[ContactView, ...]
+    marks: tuple[ContactView | SlideView, ...]
 
     def update(self, sample: Sample, run: RunFacts) -> None:
         """Moves hand, object and the marks on them."""
@@ -257,12 +274,14 @@ def _is_known(signal: Points) -> bool:
 
 def shape_of(scenario: Scenario) -> object:
     """Properties that determine the nodes; equal for runs with other masses or gains."""
+    corners = parts.outline_of(scenario).tobytes()
+    body = scenario.object.shape, corners, parts.sizes_of(scenario).half_depth
+    if isinstance(scenario, SupportScenario):
+        return (body, scenario.motion.start, scenario.support.incline)
     fingers = tuple(
         (f.kind, f.link_lengths, f.base, f.face, f.contact_offset, f.elbow, _spatial_parts(f))
         for f in scenario.fingers
     )
-    corners = parts.outline_of(scenario).tobytes()
-    body = scenario.object.shape, corners, parts.sizes_of(scenario).half_depth
     return (fingers, body, scenario.trajectory.start, scenario.friction_cone == "pyramid")
 
 
@@ -286,7 +305,7 @@ def _make_views(
     look, contacts = _LOOKS[scenario.space], skeleton.contacts_of(scenario)
     name = look.root
     root = scene.add_frame(name, show_axes=False)
-    own = {skeleton.contact_name(i) for i in range(len(contacts))}
+    own = {skeleton.contact_name(i) for i in range(len(scenario.fingers))}
     frames = [frame for frame in skeleton.frames_of(scenario) if frame.name not in own]
     entities = [each for each in parts.entities_of(scenario) if each.name not in own]
     hand = HandDrawer(
@@ -295,6 +314,11 @@ def _make_views(
     body, sizes = hand.paths[skeleton.OBJECT], parts.sizes_of(scenario)
     inner = sizes.inner_radius
     marks = sizes_on_hand(inner, sizes.front)
+    parent = hand.paths[skeleton.ROOTS[scenario.space]]
+    push = PushView(scene, f"{parent}/push", inner, marks, detail)
+    if isinstance(scenario, SupportScenario):
+        slide = _add_slide(scene, parent, scenario, marks, surfaces, detail)
+        return _Views(root, hand, push, (slide,))
     rim = friction_outline(scenario, _RIM_CORNERS)
     views = tuple(
         ContactView(
@@ -313,12 +337,41 @@ def _make_views(
         _add_floor(scene, f"{name}/floor", scenario, surfaces)
     else:
         _add_centre(scene, f"{body}/centre", 0.3 * inner, 0.95 * sizes.front, surfaces)
-    parent = hand.paths[skeleton.ROOTS[scenario.space]]
-    push = PushView(scene, f"{parent}/push", inner, marks, detail)
     return _Views(root, hand, push, views)
 
 
-def _add_floor(scene: viser.SceneApi, name: str, scenario: Scenario, surfaces: Surfaces) -> None:
+def _add_slide(
+    scene: viser.SceneApi,
+    plane: str,
+    scenario: SupportScenario,
+    marks: MarkSizes,
+    surfaces: Surfaces,
+    detail: Detail,
+) -> SlideView:
+    """The support as a grid, and the marks of the body on it."""
+    height = skeleton.body_height(scenario)
+    x, y, _ = scenario.motion.start
+    size = _GRID_CELLS * height
+    scene.add_grid(
+        f"{plane}/floor",
+        width=size,
+        height=size,
+        cell_size=0.1,
+        cell_color=surfaces.ground,
+        cell_thickness=0.6,
+        section_size=0.5,
+        section_color=surfaces.ground,
+        section_thickness=1.0,
+        shadow_opacity=0.0,
+        position=(x, y, -height),
+    )
+    place = np.array([x, y, height])
+    return SlideView(scene, f"{plane}/slide", place, 2.0 * height, marks, detail)
+
+
+def _add_floor(
+    scene: viser.SceneApi, name: str, scenario: HandScenario, surfaces: Surfaces
+) -> None:
     """A grid under the mounts, which shows depth."""
     bases = np.array([finger.base for finger in scenario.fingers])
     low, high = bases.min(axis=0), bases.max(axis=0)

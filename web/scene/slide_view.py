@@ -1,0 +1,104 @@
+"""A body on a support: friction force, velocity and path, in the axes of the support."""
+
+from __future__ import annotations
+
+import numpy as np
+import viser
+from numpy.typing import NDArray
+
+from slipgrasp.core.trace.types import ContactPhase
+from slipgrasp.recordings.palette import CONE, PHASES
+from slipgrasp.scene.states import States
+from slipgrasp.web.model.colours import glow
+from slipgrasp.web.scene.detail import Detail, Follower
+from slipgrasp.web.scene.marks import FullScale, MarkSizes, Trail
+
+Points = NDArray[np.float64]
+
+_ABOVE = 0.004  # of lines above the support [m]
+
+
+class SlideView:
+    """Draws the marks of a body on a support with a fixed set of nodes below a common one.
+
+    Args:
+        scene: Scene of the nodes.
+        name: Name of the node at the centre of the top of the body at its start.
+        place: Position of that node in its parent [m].
+        height: Height of the body [m].
+        sizes: Sizes of the marks.
+        detail: Level of detail.
+    """
+
+    def __init__(
+        self,
+        scene: viser.SceneApi,
+        name: str,
+        place: Points,
+        height: float,
+        sizes: MarkSizes,
+        detail: Detail,
+    ) -> None:
+        self._sizes, self._down = sizes, np.array([0.0, 0.0, _ABOVE - height])
+        scene.add_frame(name, show_axes=False, position=place)
+        self._trail = scene.add_line_segments(
+            f"{name}/trail", np.zeros((1, 2, 3)), CONE, thickness=0.6 * sizes.trail_width
+        )
+        self._top = scene.add_frame(f"{name}/top", show_axes=False)
+        self._ball = scene.add_icosphere(f"{name}/top/centre", radius=sizes.tip_radius)
+        self._arrows = scene.add_arrows(
+            f"{name}/top/arrows",
+            np.zeros((2, 2, 3)),
+            np.zeros((2, 3), dtype=np.uint8),
+            shaft_radius=sizes.shaft_radius,
+            head_radius=2.6 * sizes.shaft_radius,
+            head_length=5.0 * sizes.shaft_radius,
+        )
+        self._phase: ContactPhase | None = None
+        self._path: Trail | None = None
+        self._follow_top = Follower(detail, self._draw_top)
+        self._follow_trail = Follower(detail, self._draw_trail)
+        self._follow_arrows = Follower(detail, self._draw_arrows)
+
+    def update(
+        self, states: States, i: int, full: FullScale, _believed: float | None, trail: Trail
+    ) -> None:
+        """Shows the body in a single state.
+
+        Args:
+            states: The state.
+            i: Index of the contact: 0.
+            full: Quantities with an arrow of full length.
+            trail: Path of the body.
+        """
+        phase = ContactPhase(int(states.phases[0, i]))
+        if phase is not self._phase:
+            self._phase, colour = phase, PHASES[phase]
+            self._ball.color = colour
+            self._arrows.colors = np.array([glow(colour)] * 2, dtype=np.uint8)
+        self._path = trail
+        self._follow_top.follow(_flat(states.slip[0, i]))
+        self._follow_trail.follow(trail.extent)
+        force = self._sizes.force_length / full.force * _flat(states.tangential_force[0, i])
+        motion = self._sizes.speed_length / full.speed * _flat(states.slip_velocity[0, i])
+        ends = np.stack([force, force if phase is ContactPhase.STICK else motion])
+        self._follow_arrows.follow(np.stack([np.zeros_like(ends), ends], axis=1))
+
+    def show_cone(self, _visible: bool) -> None:
+        """There is no cone: friction lies in the plane of the support."""
+
+    def _draw_top(self, place: Points) -> None:
+        self._top.position = place
+
+    def _draw_trail(self, _extent: Points) -> None:
+        assert self._path is not None, "it is drawn by update"
+        self._trail.colors = self._path.colours
+        self._trail.points = (_flat(self._path.segments) + self._down).astype(np.float32)
+
+    def _draw_arrows(self, arrows: Points) -> None:
+        self._arrows.points = arrows.astype(np.float32)
+
+
+def _flat(values: Points) -> Points:
+    """Vectors in the plane ``(..., 2)`` with z = 0."""
+    return np.concatenate([values, np.zeros_like(values[..., :1])], axis=-1)
