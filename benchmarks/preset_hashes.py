@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-from benchmarks.portable_runs import preset_hashes
+from benchmarks.portable_runs import preset_hashes, support_hashes
 from benchmarks.report import PORTABILITY, Table, read_table
 from slipgrasp.core.scenario.loading import preset_names
 
@@ -18,8 +18,9 @@ def run(_docs: Path | None = None) -> list[Table]:
 
 
 def tabulate_presets(hashes: Mapping[str, str]) -> Table:
-    """The complete hashes of the presets, from all hashes."""
+    """The complete hashes of the presets, from all hashes; those with a support are added."""
     rows = tuple((name, hashes[name]) for name in preset_names())
+    rows += tuple(support_hashes().items())
     return Table(NAME, ("preset", "SHA-256"), rows, (), PORTABILITY)
 
 

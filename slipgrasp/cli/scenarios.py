@@ -29,16 +29,17 @@ class HelpWithParameters(argparse.Action):
         option_string: str | None = None,
     ) -> None:
         """Prints the help and ends the program."""
-        from slipgrasp.core.scenario import SPATIAL
+        from slipgrasp.core.scenario import SPATIAL, SUPPORT
         from slipgrasp.core.scenario.field_errors import template_keys
 
         print(parser.format_help())
         planar = template_keys()
         print("parameters for --set (indices of lists start at 0):\n")
         _print_parameters(planar)
-        print("\nparameters of spatial hands that differ from these:\n")
-        spatial = template_keys(SPATIAL).items()
-        _print_parameters({key: new for key, new in spatial if planar.get(key) != new})
+        for space, what in ((SPATIAL, "spatial hands"), (SUPPORT, "a body on a support")):
+            print(f"\nparameters of {what} that differ from these:\n")
+            own = template_keys(space).items()
+            _print_parameters({key: new for key, new in own if planar.get(key) != new})
         parser.exit()
 
 

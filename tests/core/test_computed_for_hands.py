@@ -35,7 +35,7 @@ from slipgrasp.core.scenario.loading import (
     with_values,
 )
 from slipgrasp.core.scenario.parameters import describe, hints_of, split_hint
-from slipgrasp.core.scenario.space import PLANAR, SPACES, SPATIAL
+from slipgrasp.core.scenario.space import HANDS, PLANAR, SPATIAL
 from slipgrasp.core.scenario.validation import check_scenario
 from slipgrasp.core.scenario.validation import space as validation_space
 from tests.core.test_chains import trifinger, with_split_joints
@@ -81,7 +81,7 @@ def names_read(hand):
     }
 
 
-@pytest.mark.parametrize("hand", SPACES)
+@pytest.mark.parametrize("hand", HANDS)
 def test_the_facts_of_laws_that_a_kernel_reads_are_those_declared_for_it(hand):
     read = {
         node.attr
@@ -273,7 +273,7 @@ def declared(part, prefix):
 
 
 @pytest.mark.usefixtures("_no_chance", "_quick")
-@pytest.mark.parametrize("hand", SPACES)
+@pytest.mark.parametrize("hand", HANDS)
 def test_every_parameter_that_is_not_declared_for_other_hands_alone_is_read_by_the_kernel(hand):
     controller = type(next(bases(hand)).controller)
     others = {k for k, hands in declared(controller, "controller.").items() if hand not in hands}

@@ -17,7 +17,7 @@ from slipgrasp import (
 from slipgrasp.core.exceptions import ScenarioError
 from slipgrasp.core.scenario.custom_laws import forget
 from slipgrasp.core.scenario.loading import scenario_from_mapping
-from slipgrasp.core.scenario.space import PLANAR, SPACES, SPATIAL
+from slipgrasp.core.scenario.space import HANDS, PLANAR, SPATIAL
 from slipgrasp.core.scenario.unknowns import name_unknown
 from slipgrasp.core.trace.columns import columns_of
 from slipgrasp.core.trace.types import Outcome
@@ -77,7 +77,7 @@ def pushed(scenario, forces):
     return simulation.result()
 
 
-@pytest.mark.parametrize("space", SPACES)
+@pytest.mark.parametrize("space", HANDS)
 def test_jaws_that_are_pushed_carry_their_object_along_a_parabola(space):
     scenario = with_values(gripper(space), {"simulation.duration": 0.3})
     axes = space.joints_per_finger
@@ -99,7 +99,7 @@ def test_jaws_that_are_pushed_carry_their_object_along_a_parabola(space):
     assert np.abs(run.trace.energy_residual).max() < 1e-12
 
 
-@pytest.mark.parametrize("space", SPACES)
+@pytest.mark.parametrize("space", HANDS)
 def test_a_box_that_is_held_too_lightly_slides_down_and_drags_its_jaws(space):
     heavy, force = 20.0, 0.8 * LEAST_FORCE
     values = {f"fingers.{i}.mass": heavy for i in range(2)}
@@ -119,7 +119,7 @@ def test_a_box_that_is_held_too_lightly_slides_down_and_drags_its_jaws(space):
     assert np.abs(run.trace.energy_residual).max() < 1e-9
 
 
-@pytest.mark.parametrize("space", SPACES)
+@pytest.mark.parametrize("space", HANDS)
 def test_two_jaws_hold_a_box_from_half_its_weight_over_friction_on(space):
     for share, holds in ((1.002, True), (0.998, False)):
         # So soft that what brakes the sagging box, m K / (2 D^2) of its weight, is below 0.1 %.
@@ -128,7 +128,7 @@ def test_two_jaws_hold_a_box_from_half_its_weight_over_friction_on(space):
         assert (max(run.metrics.slip_path) == 0.0) is holds
 
 
-@pytest.mark.parametrize("space", SPACES)
+@pytest.mark.parametrize("space", HANDS)
 def test_the_closing_force_follows_as_a_lag_no_faster_than_its_rate(space):
     change = {"time": 0.1, "parameter": "controller.grip_force", "value": 30.0}
     mapping = gripper(space, grip_force=20.0, force_bandwidth=5.0).to_mapping()
@@ -146,7 +146,7 @@ def test_the_closing_force_follows_as_a_lag_no_faster_than_its_rate(space):
         with_values(scenario, {"controller.maximum_normal_force": 24.0})
 
 
-@pytest.mark.parametrize("space", SPACES)
+@pytest.mark.parametrize("space", HANDS)
 def test_a_gripper_follows_the_arm_that_carries_it_and_its_ledger_closes(space):
     run = simulate(gripper(space, (0.05, 0.1, 0.2), grip_force=20.0))
     assert run.metrics.held
@@ -160,7 +160,7 @@ def test_a_gripper_follows_the_arm_that_carries_it_and_its_ledger_closes(space):
 def test_a_planar_gripper_does_what_a_spatial_one_does_in_a_plane():
     # It rolls about y, across the line between its jaws, and slips while it speeds up.
     motion = (0.02, 0.1, 0.3)
-    planar, spatial = (simulate(gripper(space, motion)) for space in SPACES)
+    planar, spatial = (simulate(gripper(space, motion)) for space in HANDS)
     assert max(planar.metrics.slip_path) > 1e-4
     np.testing.assert_allclose(planar.metrics.slip_path, spatial.metrics.slip_path, rtol=1e-6)
     times, index = np.unique(planar.trace.times, return_index=True)
@@ -179,7 +179,7 @@ def test_a_planar_gripper_does_what_a_spatial_one_does_in_a_plane():
             )
 
 
-@pytest.mark.parametrize("space", SPACES)
+@pytest.mark.parametrize("space", HANDS)
 def test_an_unknown_mass_on_slides_is_learnt(space):
     mapping = with_law(gripper(space, (0.0, 0.05, 0.0)), "composite").to_mapping()
     estimates = [{"parameter": f"fingers.{i}.mass", "initial": 0.4} for i in range(2)]
@@ -190,7 +190,7 @@ def test_an_unknown_mass_on_slides_is_learnt(space):
 
 
 @pytest.mark.parametrize("law", ["theorem-3", "pd-gravity", "grip-reflex", "composite"])
-@pytest.mark.parametrize("space", SPACES)
+@pytest.mark.parametrize("space", HANDS)
 def test_every_law_holds_with_jaws_that_it_knows(space, law):
     scenario = with_values(gripper(space, (0.02, 0.05, 0.1)), {"controller.grip_force": 30.0})
     run = simulate(with_law(scenario, law))
@@ -198,7 +198,7 @@ def test_every_law_holds_with_jaws_that_it_knows(space, law):
     assert np.abs(run.trace.energy_residual).max() < 1e-8
 
 
-@pytest.mark.parametrize("space", SPACES)
+@pytest.mark.parametrize("space", HANDS)
 def test_a_hand_may_have_one_finger_of_links_and_one_on_slides(space):
     mapping = gripper(space, (0.0, 0.05, 0.0), grip_force=20.0).to_mapping()
     base = (1.4, 0.0) if space is PLANAR else (1.4, 0.0, 0.0)
@@ -215,7 +215,7 @@ def test_a_hand_may_have_one_finger_of_links_and_one_on_slides(space):
     assert [units[f"commanded_torque_{i}_1"] for i in range(2)] == ["N", "N m"]
 
 
-@pytest.mark.parametrize("space", SPACES)
+@pytest.mark.parametrize("space", HANDS)
 def test_an_added_mass_on_slides_is_a_work_in_the_ledger(space):
     change = {"time": 0.45, "parameter": "fingers.0.mass", "value": 0.3}
     mapping = gripper(space, (0.0, 0.05, 0.0), grip_force=20.0).to_mapping()
@@ -239,7 +239,7 @@ class Jaws:
         out.torque[:] = np.einsum("nji,nj->ni", seen.jacobian, forces)
 
 
-@pytest.mark.parametrize("space", SPACES)
+@pytest.mark.parametrize("space", HANDS)
 def test_a_custom_law_drives_slides_with_forces(space):
     register_law(Jaws)
     try:
@@ -251,7 +251,7 @@ def test_a_custom_law_drives_slides_with_forces(space):
     np.testing.assert_allclose(run.trace.object_pose[-1], run.trace.object_pose[0], atol=1e-9)
 
 
-@pytest.mark.parametrize("space", SPACES)
+@pytest.mark.parametrize("space", HANDS)
 def test_a_recording_of_slides_is_read_with_its_units_and_verified(space, tmp_path):
     run = simulate(gripper(space, (0.0, 0.05, 0.0)))
     write_recording(run, tmp_path / "jaws.mcap")
@@ -263,7 +263,7 @@ def test_a_recording_of_slides_is_read_with_its_units_and_verified(space, tmp_pa
     assert verify(read).same
 
 
-@pytest.mark.parametrize("space", SPACES)
+@pytest.mark.parametrize("space", HANDS)
 def test_what_cannot_be_of_slides_is_refused(space):
     scenario = gripper(space)
     with pytest.raises(ScenarioError, match=r"fingers\.N\.friction and fingers\.N\.mass can"):

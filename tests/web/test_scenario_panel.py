@@ -11,7 +11,7 @@ import viser
 
 from slipgrasp.core.exceptions import FieldError
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.core.scenario.loading import preset_names, spatial_preset_names
+from slipgrasp.core.scenario.loading import all_preset_names
 from slipgrasp.server.viewer.server import ViewerServer
 from slipgrasp.web.model.draft import Draft
 from slipgrasp.web.model.editing import Editing, Reach
@@ -123,8 +123,7 @@ def test_a_recording_and_a_file_stay_among_the_scenarios_to_choose(
     assert panel.origin.options == (
         "file own.toml",
         "recording mine",
-        *preset_names(),
-        *spatial_preset_names(),
+        *all_preset_names(),
     )
     assert panel.origin.value == "file own.toml"
     panel.remove()

@@ -12,10 +12,9 @@ from slipgrasp.core.exceptions import FieldError, ScenarioError
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.custom_laws import LAW, LAW_PARAMETERS, law_names, law_parameters
 from slipgrasp.core.scenario.loading import (
+    all_preset_names,
     load_scenario,
     parameter_definitions,
-    preset_names,
-    spatial_preset_names,
     with_values,
 )
 from slipgrasp.core.scenario.parameters import Parameter, ParameterValue
@@ -42,8 +41,8 @@ def change_time(play_head: float) -> float:
 
 
 def offered_presets() -> tuple[str, ...]:
-    """Names of the presets, spatial ones last."""
-    return (*preset_names(), *spatial_preset_names())
+    """Names of the presets: planar, spatial, on a support."""
+    return all_preset_names()
 
 
 @dataclass(frozen=True, slots=True)
