@@ -49,6 +49,10 @@ PHASE_HINTS = {
     ),
 }
 # Phases by friction model; the pyramid has one phase of each kind.
+SUPPORT_HINTS = {
+    ContactPhase.STICK: "The body rests on the support",
+    ContactPhase.SLIP: "The body slides on the support",
+}
 _PHASES = {
     "line": (ContactPhase.STICK, ContactPhase.SLIP_FORWARD, ContactPhase.SLIP_BACKWARD),
     "cone": (ContactPhase.STICK, ContactPhase.SLIP),
@@ -134,8 +138,10 @@ def next_slip_time(result: RunResult, time: float) -> float | None:
 
 def _phase_events(result: RunResult) -> Iterator[RunEvent]:
     names = result.scenario.finger_names
+    has_hand = result.scenario.space.has_hand
     for change in result.phase_changes:
-        text = f"{names[change.contact]} {_what_it_does(result, change)}"
+        name = names[change.contact] if has_hand else "body"
+        text = f"{name} {_what_it_does(result, change)}"
         sticks = change.to_phase is ContactPhase.STICK
         kind = EventKind.STICK if sticks else EventKind.SLIP
         yield RunEvent(change.time, kind, text, change.to_phase)

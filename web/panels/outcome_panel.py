@@ -41,7 +41,7 @@ class OutcomePanel:
     """
 
     def __init__(self, gui: viser.GuiApi) -> None:
-        self._welcome = gui.add_html(welcome_html())
+        self._welcome, self._has_hand = gui.add_html(welcome_html()), True
         self._card = gui.add_html("")
         self._busy = gui.add_progress_bar(100.0, animated=True, visible=False)
         self._shown: tuple[RunStatus, int, str, ShownPremises | None, TriedHint | None] | None = (
@@ -60,6 +60,10 @@ class OutcomePanel:
         self._busy.visible = view.status.stage in _BUSY
         card = outcome_html(view.status, view.shown, how_heavy, premises_html(view), tried)
         self._card.content = card
+        has_hand = view.shown is None or view.shown.result.scenario.space.has_hand
+        if has_hand != self._has_hand:
+            self._has_hand = has_hand
+            self._welcome.content = welcome_html(has_hand=has_hand)
 
     def remove(self) -> None:
         """Removes all widgets."""
@@ -68,8 +72,12 @@ class OutcomePanel:
         self._busy.remove()
 
 
-def welcome_html() -> str:
-    """A short introduction for new users; the page's script hides it for others."""
+def welcome_html(*, has_hand: bool = True) -> str:
+    """A short introduction for new users; the page's script hides it for others.
+
+    Args:
+        has_hand: Whether the run has a hand; otherwise it is a body on a support.
+    """
     sticks, forward, backward = (
         f"<b style='color:{word(PHASES[phase])}'>{name}</b>"
         for phase, name in (
@@ -78,9 +86,14 @@ def welcome_html() -> str:
             (ContactPhase.SLIP_BACKWARD, "pink"),
         )
     )
+    about = (
+        "A hand holds an object by friction alone. The close-ups show its contacts: "
+        f"{sticks} sticks, {forward} and {backward} slip."
+        if has_hand
+        else f"A body slides on a support: {sticks} sticks, {forward} slips."
+    )
     return (
-        "<div class='sg-welcome'>A hand holds an object by friction alone. The close-ups show "
-        f"its contacts: {sticks} sticks, {forward} and {backward} slip. "
+        f"<div class='sg-welcome'>{about} "
         "<b>Push the object</b> with the mouse or move a slider: "
         "the run is simulated again at once. "
         "<button type='button' data-sg-welcomed title='Hides this text permanently'>Got it</button>"

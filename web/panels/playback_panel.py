@@ -10,7 +10,7 @@ import viser
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.recordings.palette import CONE, GHOST, PHASES, Rgb
 from slipgrasp.web.model.colours import BELIEVED_CONE, PUSH, WATER, css, sign
-from slipgrasp.web.model.events import PHASE_HINTS, PHASE_WORDS, phases_in
+from slipgrasp.web.model.events import PHASE_HINTS, PHASE_WORDS, SUPPORT_HINTS, phases_in
 from slipgrasp.web.model.intents.intent import Intent, Send
 from slipgrasp.web.model.intents.playback import (
     ChangeSpeed,
@@ -105,21 +105,14 @@ def caption_html(shown: Shown, ghost: Ghost | None, time: float) -> str:
         time: Initial time of the play head [s].
     """
     scenario = shown.result.scenario
+    of_hand = _hand_signs(scenario) if scenario.space.has_hand else ()
     legend = "".join(
         f'<span><i style="color:{colour}">{sign}</i> {word}</span>'
-        for sign, colour, word in (
-            (
-                "━",
-                _legible(CONE),
-                f"friction {'pyramid' if scenario.friction_cone == 'pyramid' else 'cone'}",
-            ),
-            ("┅", _legible(BELIEVED_CONE), "estimated"),
-            ("┅", _legible(GHOST), "desired pose"),
-            *_disturbance_signs(scenario),
-        )
+        for sign, colour, word in (*of_hand, *_disturbance_signs(scenario))
     )
+    hints = PHASE_HINTS if scenario.space.has_hand else SUPPORT_HINTS
     phases = "".join(
-        f'<span title="{PHASE_HINTS[phase]}"><i style="color:{sign(PHASES[phase])}">■</i> '
+        f'<span title="{hints[phase]}"><i style="color:{sign(PHASES[phase])}">■</i> '
         f"{PHASE_WORDS[phase]}</span>"
         for phase in phases_in(scenario)
     )
@@ -133,6 +126,14 @@ def caption_html(shown: Shown, ghost: Ghost | None, time: float) -> str:
         f'<b class="sg-clock" data-sg-clock>{clock_words(time)}</b>'
         f'<span class="sg-legend">{phases}{legend}{pale}</span></div>'
     )
+
+
+def _hand_signs(scenario: Scenario) -> Iterator[tuple[str, str, str]]:
+    """Symbol, colour and name of the marks of a hand."""
+    is_pyramid = scenario.friction_cone == "pyramid"
+    yield "━", _legible(CONE), f"friction {'pyramid' if is_pyramid else 'cone'}"
+    yield "┅", _legible(BELIEVED_CONE), "estimated"
+    yield "┅", _legible(GHOST), "desired pose"
 
 
 def _disturbance_signs(scenario: Scenario) -> Iterator[tuple[str, str, str]]:

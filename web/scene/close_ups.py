@@ -84,7 +84,7 @@ def facts_of(
     pale = () if ghost is None else contacts_of(ghost.scenario)
     alike = [i < len(pale) and np.allclose(pale[i].axes, each.axes) for i, each in enumerate(own)]
     return {
-        "visible": appearance.lenses,
+        "visible": appearance.lenses and len(own) > 0,
         "cones": appearance.cones,
         "object": object_node,
         "reach": layout.reach,

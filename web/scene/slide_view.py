@@ -15,6 +15,7 @@ from slipgrasp.web.scene.marks import FullScale, MarkSizes, Trail
 
 Points = NDArray[np.float64]
 
+_LEAST_ARROW = 1e-4  # [m]
 _ABOVE = 0.004  # of lines above the support [m]
 
 
@@ -96,6 +97,8 @@ class SlideView:
         self._trail.points = (_flat(self._path.segments) + self._down).astype(np.float32)
 
     def _draw_arrows(self, arrows: Points) -> None:
+        # An arrow without length would be drawn as its head.
+        self._arrows.visible = bool(np.abs(arrows).max() > _LEAST_ARROW)
         self._arrows.points = arrows.astype(np.float32)
 
 
