@@ -15,7 +15,7 @@ from slipgrasp.core.exceptions import SlipgraspError
 from slipgrasp.core.scenario import FingerParameters, Scenario
 from slipgrasp.core.scenario.geometry import contact_frame
 from slipgrasp.core.scenario.held_object import ObjectParameters
-from slipgrasp.core.scenario.scenario import need_hand
+from slipgrasp.core.scenario.scenario import need_hand, of_hand
 from slipgrasp.core.scenario.spatial import SpatialFinger, SpatialScenario
 from slipgrasp.core.scenario.spatial_geometry import spatial_contact
 from slipgrasp.scene import rotations
@@ -159,6 +159,7 @@ def chains_of(scenario: Scenario, angles: Floats, radius: float = TIP_RADIUS) ->
         angles: Joint positions of the start pose [rad, m].
         radius: Radius of the spheres at the fingertips [m].
     """
+    scenario = of_hand(scenario)
     held = _held_object(scenario)
     to_world = rotations.matrices(held.frames[-1].turn)
     rows = np.reshape(angles, (len(scenario.fingers), -1))
@@ -176,7 +177,7 @@ def chains_of(scenario: Scenario, angles: Floats, radius: float = TIP_RADIUS) ->
 
 def links_of(scenario: Scenario, i: int) -> list[Link]:
     """Links of finger ``i`` from its base outwards, one for each joint."""
-    own = scenario.fingers[i]
+    own = of_hand(scenario).fingers[i]
     spatial = isinstance(own, SpatialFinger)
     if own.kind == "slides":
         axes = (_X, _Y, _Z) if spatial else (_X, _Z)
@@ -237,6 +238,7 @@ def _slab(scenario: SpatialScenario, finger: SpatialFinger) -> Shape:
 
 def _face(scenario: Scenario, i: int) -> tuple[Floats, Floats, Floats]:
     """Contact point, tangents and inward normal of a contact, in the object's frame."""
+    scenario = of_hand(scenario)
     if isinstance(scenario, SpatialScenario):
         anchor, *tangents, normal = spatial_contact(scenario.object, scenario.fingers[i])[:4]
     else:

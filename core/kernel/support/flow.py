@@ -84,7 +84,7 @@ def support_onset(model: Record, discrete: Record) -> None:
     """
     bound = model.truth.friction[0] * model.truth.normal_force
     largest = max(_mass_of(model, 0), _mass_of(model, 2))
-    kappa = (load_size(model) - bound) / largest
+    kappa, length = (load_size(model) - bound) / largest, 1.0
     for _ in range(MAX_ITERATIONS):
         size = slope = 0.0
         for part in range(3):
