@@ -12,7 +12,8 @@ from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import with_values
 from slipgrasp.core.trace.signals import TraceShape
 from slipgrasp.core.trace.trace import Trace
-from slipgrasp.web.charts.charts import Chart, Line, charts_of, contact_charts
+from slipgrasp.web.charts.chart import Chart, Line
+from slipgrasp.web.charts.charts import charts_of, contact_charts
 from slipgrasp.web.charts.columns import Drawing, event_rows, read_rows, rows_to_draw
 from slipgrasp.web.model.playback import TimeWindow, slip_window, whole_window
 

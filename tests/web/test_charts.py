@@ -8,7 +8,8 @@ import pytest
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
-from slipgrasp.web.charts.charts import Chart, Line, charts_of, rate_of_change
+from slipgrasp.web.charts.chart import Chart, Line
+from slipgrasp.web.charts.charts import charts_of, rate_of_change
 from slipgrasp.web.charts.columns import Drawing
 from slipgrasp.web.charts.drawn import DrawnChart
 from slipgrasp.web.model.playback import TimeWindow

@@ -6,7 +6,8 @@ import pytest
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.figures.panels_in_space import spatial_tracking_panels
-from slipgrasp.web.charts.charts import contact_charts, moment_limits
+from slipgrasp.web.charts.chart import moment_limits
+from slipgrasp.web.charts.charts import contact_charts
 from slipgrasp.web.charts.xy import xy_charts
 
 pytestmark = pytest.mark.slow

@@ -7,7 +7,6 @@ the true value, or the second joint.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,13 +16,12 @@ from slipgrasp.core.scenario import PLANAR, SPATIAL
 from slipgrasp.core.scenario.loading import parameter_definitions
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.words.parameter_words import key_words, unit_words
-from slipgrasp.recordings.palette import FINGERS, MUTED, Rgb
-from slipgrasp.web.model.sampling import Spot
+from slipgrasp.recordings.palette import FINGERS
+from slipgrasp.web.charts.chart import LEAST_LENGTH, Chart, Line, energy_ledger, moment_limits
+from slipgrasp.web.charts.slide_charts import balance_charts, motion_charts, slide_charts
 
 Values = NDArray[np.float64]
 
-LEAST_LENGTH = 0.01
-"""Smaller slips, speeds and errors look like zero [mm], [mm/s], [mrad]."""
 _SMALL = 0.1
 """Smaller estimates are shown in thousandths of their unit."""
 # For errors of the attitude: text of the description; key, label and colour of each.
@@ -35,53 +33,6 @@ _TURNS = {
     ),
 }
 _QUANTITIES = {"1": "Friction", "kg": "Mass", "kg m²": "Inertia"}
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Line:
-    """A line of a chart, with one value per row of the trace.
-
-    Attributes:
-        key: Its name within its chart.
-        label: Label in the legend.
-        colour: Its colour.
-        values: One per row of the trace, in the unit of the chart.
-        dashed: Whether it is a reference for another line.
-    """
-
-    key: str
-    label: str
-    colour: Rgb
-    values: Values
-    dashed: bool = False
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Chart:
-    """One chart.
-
-    Attributes:
-        key: Its name among the charts of a run.
-        title: Title.
-        unit: Unit of its values; "1" for pure numbers.
-        about: Description in a sentence.
-        lines: Its lines.
-        bands: Pairs of lines with a band between them: keys of the upper and the lower line.
-        least: The vertical range includes at least -least to +least, so that rounding errors look
-            like zero; 0 for no minimum.
-    """
-
-    key: str
-    title: str
-    unit: str
-    about: str
-    lines: tuple[Line, ...]
-    bands: tuple[tuple[str, str], ...] = ()
-    least: float = 0.0
-
-    def values_at(self, spot: Spot) -> list[float]:
-        """Value of each line at a position between two rows of the trace."""
-        return [float(spot.read(line.values)) for line in self.lines]
 
 
 def contact_charts(result: RunResult) -> tuple[Chart, ...]:
@@ -133,19 +84,6 @@ def _spin_charts(result: RunResult) -> tuple[Chart, ...]:
             tuple((f"most-{i}", f"moment-{i}") for i in range(len(names))),
         ),
     )
-
-
-def moment_limits(result: RunResult) -> Values:
-    """Largest moment of every contact at its tangential force, ``(rows, contacts)`` [N m]."""
-    trace = result.trace
-    limit = trace.friction_coefficient * trace.normal_force
-    rest = np.maximum(limit**2 - trace.tangential_size**2, 0.0)
-    return eccentricities(result) * np.sqrt(rest)
-
-
-def eccentricities(result: RunResult) -> Values:
-    """Ratio of largest moment to largest tangential force of every contact, ``(contacts,)`` [m]."""
-    return np.array([getattr(f, "eccentricity", 0.0) for f in result.scenario.fingers])
 
 
 def tangential_symbol(trace: Trace) -> str:
@@ -339,49 +277,23 @@ def energy_charts(result: RunResult) -> tuple[Chart, ...]:
     )
 
 
-def energy_ledger(result: RunResult) -> Chart:
-    """The energy balance."""
-    trace = result.trace
-    potential = trace.potential_energy - trace.potential_energy[0]
-    ledger = (
-        ("kinetic", "kinetic", FINGERS[0], trace.kinetic_energy),
-        ("potential", "lifted", FINGERS[1], potential),
-        ("supplied", "supplied", FINGERS[2], trace.supplied_energy),
-        ("dissipated", "lost to friction", FINGERS[5], trace.dissipated_energy),
-    )
-    return Chart(
-        "energy",
-        "Energy ledger",
-        "J",
-        "The change of kinetic and potential energy equals the supplied energy minus the "
-        "friction losses; the error is the difference.",
-        (
-            *(Line(*entry) for entry in ledger),
-            Line("error", "error", MUTED, trace.energy_residual, dashed=True),
-        ),
-    )
+_Charts = Callable[[RunResult], tuple[Chart, ...]]
 
 
-def _for_hand(
-    charts: Callable[[RunResult], tuple[Chart, ...]], name: str
-) -> Callable[[RunResult], tuple[Chart, ...]]:
-    """Charts of a hand, or those of a body on a support with this name."""
+def _either(charts: _Charts, of_slide: _Charts) -> _Charts:
+    """Charts of a hand, or those of a body on a support."""
 
     def charts_of_run(result: RunResult) -> tuple[Chart, ...]:
-        if result.scenario.space.has_hand:
-            return charts(result)
-        from slipgrasp.web.charts import slide_charts
-
-        return getattr(slide_charts, name)(result)
+        return (charts if result.scenario.space.has_hand else of_slide)(result)
 
     return charts_of_run
 
 
-CHART_TABS: dict[str, Callable[[RunResult], tuple[Chart, ...]]] = {
-    "Contact": _for_hand(contact_charts, "slide_charts"),
-    "Motion": _for_hand(tracking_charts, "motion_charts"),
+CHART_TABS: dict[str, _Charts] = {
+    "Contact": _either(contact_charts, slide_charts),
+    "Motion": _either(tracking_charts, motion_charts),
     "Estimates": charts_of_estimates,
-    "Energy": _for_hand(energy_charts, "balance_charts"),
+    "Energy": _either(energy_charts, balance_charts),
 }
 """The charts of a run by tab."""
 

@@ -10,7 +10,7 @@ from slipgrasp.core.trace.columns import Column, columns_of
 from slipgrasp.core.trace.signals import SIGNALS
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.recordings.palette import FINGERS
-from slipgrasp.web.charts.charts import Chart, Line
+from slipgrasp.web.charts.chart import Chart, Line
 from slipgrasp.web.model.charts_view import ChartsView
 from slipgrasp.web.model.intents.picture import DrawAgainst, ToggleSignal
 from slipgrasp.web.page.markup import change_attribute, click_attribute

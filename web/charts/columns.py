@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from slipgrasp.core.trace.trace import Trace, rows_from_start
 from slipgrasp.core.trace.types import ContactPhase
-from slipgrasp.web.charts.charts import Chart, Line
+from slipgrasp.web.charts.chart import Chart, Line
 from slipgrasp.web.model.playback import TimeWindow
 from slipgrasp.web.model.sampling import locate
 

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.trace.trace import Trace, rows_from_start
 from slipgrasp.core.words.phrases import joined
-from slipgrasp.web.charts.charts import CHART_TABS, Chart
+from slipgrasp.web.charts.chart import Chart
+from slipgrasp.web.charts.charts import CHART_TABS
 from slipgrasp.web.charts.chosen import CHOSEN_TAB, chosen_charts
 from slipgrasp.web.charts.columns import Drawing, event_rows, rows_inside
 from slipgrasp.web.charts.xy import XyChart, chosen_xy_charts, xy_charts

@@ -18,7 +18,7 @@ from slipgrasp.figures.drawing_thread import in_drawing_thread
 from slipgrasp.figures.files import save_figure
 from slipgrasp.figures.style import PAGE_WIDTH, add_axes, new_figure, paint, paper_style
 from slipgrasp.recordings.palette import MARK, SHADE, Rgb
-from slipgrasp.web.charts.charts import Line
+from slipgrasp.web.charts.chart import Line
 from slipgrasp.web.charts.drawn import DrawnChart, remarks_on
 
 # Sizes on the page [mm].

@@ -13,7 +13,7 @@ from html import escape
 from typing import NamedTuple
 
 from slipgrasp.core.trace.trace import Trace
-from slipgrasp.web.charts.charts import Chart, Line
+from slipgrasp.web.charts.chart import Chart, Line
 from slipgrasp.web.model.colours import css, legible
 from slipgrasp.web.model.intents.picture import ToggleLine, ToggleMark
 from slipgrasp.web.model.sampling import locate

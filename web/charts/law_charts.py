@@ -13,7 +13,7 @@ from slipgrasp.core.scenario.laws import law_alias
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.words.phrases import length_words
 from slipgrasp.recordings.palette import FINGERS, Rgb
-from slipgrasp.web.charts.charts import LEAST_LENGTH, Chart, Line
+from slipgrasp.web.charts.chart import LEAST_LENGTH, Chart, Line
 from slipgrasp.web.charts.columns import Drawing
 from slipgrasp.web.charts.xy import XyChart
 from slipgrasp.web.charts.xy_drawing import Curves, DrawnXy, frame_style, xy_svg

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from viser import uplot
 
 from slipgrasp.recordings.palette import SHADE
-from slipgrasp.web.charts.charts import Chart, Line
+from slipgrasp.web.charts.chart import Chart, Line
 from slipgrasp.web.charts.drawn import DrawnChart
 from slipgrasp.web.charts.html import head_html
 from slipgrasp.web.model.colours import css, legible

@@ -6,7 +6,7 @@ import numpy as np
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.recordings.palette import FINGERS
-from slipgrasp.web.charts.charts import LEAST_LENGTH, Chart, Line, energy_ledger, moment_limits
+from slipgrasp.web.charts.chart import LEAST_LENGTH, Chart, Line, energy_ledger, moment_limits
 
 
 def slide_charts(result: RunResult) -> tuple[Chart, ...]:

@@ -14,13 +14,8 @@ from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.spatial_geometry import friction_outline
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.recordings.palette import FINGERS, MUTED
-from slipgrasp.web.charts.charts import (
-    LEAST_LENGTH,
-    Chart,
-    Line,
-    eccentricities,
-    tangential_symbol,
-)
+from slipgrasp.web.charts.chart import LEAST_LENGTH, Chart, Line, eccentricities
+from slipgrasp.web.charts.charts import tangential_symbol
 from slipgrasp.web.charts.chosen import choosable, chosen_charts
 
 Values = NDArray[np.float64]

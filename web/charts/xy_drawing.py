@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipgrasp.core.trace.trace import Trace
-from slipgrasp.web.charts.charts import Line
+from slipgrasp.web.charts.chart import Line
 from slipgrasp.web.charts.columns import Drawing
 from slipgrasp.web.charts.xy import XyChart
 from slipgrasp.web.model.charts_view import ChartsView

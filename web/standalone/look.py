@@ -24,7 +24,8 @@ from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.trace.types import ContactPhase
 from slipgrasp.recordings.palette import PHASES
 from slipgrasp.server.viewer.server import ViewerServer
-from slipgrasp.web.charts.charts import Chart, contact_charts, estimate_charts, tracking_charts
+from slipgrasp.web.charts.chart import Chart
+from slipgrasp.web.charts.charts import contact_charts, estimate_charts, tracking_charts
 from slipgrasp.web.charts.columns import Drawing
 from slipgrasp.web.charts.drawn import DrawnChart
 from slipgrasp.web.charts.html import Readings, readings_html

@@ -1,0 +1,100 @@
+"""A chart as data, and charts that hands and bodies on a support share."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.recordings.palette import FINGERS, MUTED, Rgb
+from slipgrasp.web.model.sampling import Spot
+
+Values = NDArray[np.float64]
+
+LEAST_LENGTH = 0.01
+"""Smaller slips, speeds and errors look like zero [mm], [mm/s], [mrad]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Line:
+    """A line of a chart, with one value per row of the trace.
+
+    Attributes:
+        key: Its name within its chart.
+        label: Label in the legend.
+        colour: Its colour.
+        values: One per row of the trace, in the unit of the chart.
+        dashed: Whether it is a reference for another line.
+    """
+
+    key: str
+    label: str
+    colour: Rgb
+    values: Values
+    dashed: bool = False
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Chart:
+    """One chart.
+
+    Attributes:
+        key: Its name among the charts of a run.
+        title: Title.
+        unit: Unit of its values; "1" for pure numbers.
+        about: Description in a sentence.
+        lines: Its lines.
+        bands: Pairs of lines with a band between them: keys of the upper and the lower line.
+        least: The vertical range includes at least -least to +least, so that rounding errors look
+            like zero; 0 for no minimum.
+    """
+
+    key: str
+    title: str
+    unit: str
+    about: str
+    lines: tuple[Line, ...]
+    bands: tuple[tuple[str, str], ...] = ()
+    least: float = 0.0
+
+    def values_at(self, spot: Spot) -> list[float]:
+        """Value of each line at a position between two rows of the trace."""
+        return [float(spot.read(line.values)) for line in self.lines]
+
+
+def moment_limits(result: RunResult) -> Values:
+    """Largest moment of every contact at its tangential force, ``(rows, contacts)`` [N m]."""
+    trace = result.trace
+    limit = trace.friction_coefficient * trace.normal_force
+    rest = np.maximum(limit**2 - trace.tangential_size**2, 0.0)
+    return eccentricities(result) * np.sqrt(rest)
+
+
+def eccentricities(result: RunResult) -> Values:
+    """Ratio of largest moment to largest tangential force of every contact, ``(contacts,)`` [m]."""
+    return np.array([getattr(f, "eccentricity", 0.0) for f in result.scenario.fingers])
+
+
+def energy_ledger(result: RunResult) -> Chart:
+    """The energy balance."""
+    trace = result.trace
+    potential = trace.potential_energy - trace.potential_energy[0]
+    ledger = (
+        ("kinetic", "kinetic", FINGERS[0], trace.kinetic_energy),
+        ("potential", "lifted", FINGERS[1], potential),
+        ("supplied", "supplied", FINGERS[2], trace.supplied_energy),
+        ("dissipated", "lost to friction", FINGERS[5], trace.dissipated_energy),
+    )
+    return Chart(
+        "energy",
+        "Energy ledger",
+        "J",
+        "The change of kinetic and potential energy equals the supplied energy minus the "
+        "friction losses; the error is the difference.",
+        (
+            *(Line(*entry) for entry in ledger),
+            Line("error", "error", MUTED, trace.energy_residual, dashed=True),
+        ),
+    )
