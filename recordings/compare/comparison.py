@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from slipgrasp.core.run.claims import Contradiction, contradictions_of
+from slipgrasp.core.run.metrics import METRICS
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario.parameters import ParameterDifference, parameter_differences
 from slipgrasp.core.trace.columns import columns_of
@@ -243,6 +244,10 @@ def check_tolerance(tolerance: float) -> float:
 
 
 def _check_hands(a: RunResult, b: RunResult) -> None:
+    if a.scenario.space.has_hand is not b.scenario.space.has_hand:
+        raise IncomparableError(
+            "a hand and a body on a support cannot be compared; choose two runs of the same kind"
+        )
     if a.scenario.space is not b.scenario.space:
         # Equal names have different meanings: y points up for planar hands, z for spatial ones.
         raise IncomparableError(
@@ -279,7 +284,9 @@ def _are_identical(a: RunResult, b: RunResult) -> bool:
 
 def _metrics(a: RunResult, b: RunResult) -> dict[str, tuple[Any, Any]]:
     metrics = asdict(a.metrics), asdict(b.metrics)
-    pairs = {name: (metrics[0][name], metrics[1][name]) for name in metrics[0]}
+    has_hand = a.scenario.space.has_hand
+    names = [metric.name for metric in METRICS if has_hand or not metric.of_hand]
+    pairs = {name: (metrics[0][name], metrics[1][name]) for name in names}
     ends = {
         "outcome": (a.outcome.value, b.outcome.value),
         "end_time": (a.end_time, b.end_time),

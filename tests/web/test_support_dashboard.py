@@ -10,6 +10,8 @@ import pytest
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, parameter_definitions
+from slipgrasp.core.scenario.space import SUPPORT
+from slipgrasp.recordings.compare.comparison import IncomparableError, compare
 from slipgrasp.server.viewer.server import ViewerServer
 from slipgrasp.web.charts.charts import charts_of
 from slipgrasp.web.charts.xy import xy_charts
@@ -23,6 +25,7 @@ from slipgrasp.web.model.sampling import Sampler
 from slipgrasp.web.model.selection import parts_of
 from slipgrasp.web.model.study_draft import offers_of
 from slipgrasp.web.model.view import RunStage, RunStatus, Shown, ViewState
+from slipgrasp.web.panels.compare_panel import findings_html
 from slipgrasp.web.panels.outcome_panel import outcome_html, welcome_html
 from slipgrasp.web.panels.playback_panel import caption_html
 from slipgrasp.web.panels.scenario_panel import ScenarioPanel
@@ -134,3 +137,13 @@ def test_card_caption_and_events_speak_of_a_body(slide: RunResult) -> None:
 def test_a_page_that_simulates_is_refused_with_a_way_out(slide: RunResult) -> None:
     with pytest.raises(PageError, match="slipgrasp replay"):
         check_for_page(slide)
+
+
+def test_two_slides_are_compared_and_a_slide_with_a_hand_is_not(
+    slide: RunResult, case_2: RunResult
+) -> None:
+    other = simulate(load_scenario("sliding-block"))
+    html = findings_html(compare(slide, other), slide.scenario.finger_names, (), SUPPORT)
+    assert "error of the object" not in html and "slip path" in html
+    with pytest.raises(IncomparableError, match="body on a support"):
+        compare(slide, case_2)

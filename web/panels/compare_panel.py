@@ -328,8 +328,9 @@ def _metric_rows(findings: Comparison, names: Sequence[str]) -> Iterator[str]:
         if not isinstance(a, tuple):
             yield _single_row(words, unit, a, b)
         elif _PER[name] == "coordinate":
-            yield f"<tr><th colspan='4'>{words}</th></tr>"
-            yield from _coordinate_rows(name, a, b)
+            # Without a hand there is no desired pose.
+            yield f"<tr><th colspan='4'>{words}</th></tr>" * bool(a)
+            yield from _coordinate_rows(name, a, b) if a else ()
         elif a or b:
             scale = scale_of(unit, filter(None, (*a, *b)))
             yield f"<tr><th colspan='4'>{words} [{scale.unit}]</th></tr>"
