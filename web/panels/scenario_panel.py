@@ -43,6 +43,13 @@ from slipgrasp.web.panels.parameter_inputs import as_text
 _UNDO, _REDO, _RESET = "↶ undo", "↷ redo", "reset"
 _STEPS: dict[str, Intent] = {_UNDO: Undo(), _REDO: Redo(), _RESET: ResetScenario()}
 _DISTURBANCES = {kind.value: kind for kind in DisturbanceKind}
+_ACTING = "Act at the play head. Push: a short force on the object, initially 5 N downwards"
+_POURING = "Pour: mass and inertia grow by half. Each can be edited below, and undone."
+_DISTURBING = (
+    f"{_ACTING}. Wet patch: less friction from then on below the selected finger, or else below "
+    f"the one nearest to slip. {_POURING}"
+)
+_DISTURBING_SLIDES = f"{_ACTING} in the view from above. {_POURING}"
 _REACHES: dict[str, Reach] = {reach.value: reach for reach in Reach}
 
 
@@ -75,10 +82,7 @@ class ScenarioPanel:
         self.disturbances = gui.add_button_group(
             "disturb",
             tuple(_DISTURBANCES),
-            hint="Act at the play head. Push: a short force on the object, initially 5 N "
-            "downwards. Wet patch: less friction from then on below the selected finger, or else "
-            "below the one nearest to slip. Pour: mass and inertia grow by half. Each can be "
-            "edited below, and undone.",
+            hint=_DISTURBING,
         )
         self.changes = gui.add_html("")
         self._connect()
@@ -157,6 +161,7 @@ class ScenarioPanel:
         offered = tuple(each.value for each in DisturbanceKind if has_hand or each is not patch)
         if self.disturbances.options != offered:
             self.disturbances.options = offered
+            self.disturbances.hint = _DISTURBING if has_hand else _DISTURBING_SLIDES
 
     def _show_origin(self, view: ViewState) -> None:
         """Shows the origin of the controls."""
