@@ -14,7 +14,7 @@ import numpy as np
 
 from slipgrasp.core.run.metrics import HOLD_WINDOW
 from slipgrasp.core.run.result import RunResult, RunSummary
-from slipgrasp.core.run.slide_verdict import describe_slide, headline_of_slide, slows_down
+from slipgrasp.core.run.slide_outcome import describe_slide, headline_of_slide, slows_down
 from slipgrasp.core.scenario import FingerParameters, Scenario
 from slipgrasp.core.scenario.custom_laws import law_of
 from slipgrasp.core.scenario.loading import all_preset_names, load_scenario

@@ -279,14 +279,14 @@ def test_many_runs_on_several_threads_have_the_metrics_of_single_ones() -> None:
 
 def test_a_run_is_described_in_words_without_a_hand() -> None:
     moving = run(support={"friction": 0.3}, motion={"velocity": [0.5, 0.0, 0.0]})
-    verdict = describe_run(moving)
-    assert verdict.headline == "The body slid 42.5 mm and stopped at 0.17 s"
-    assert verdict.tone == "good"
+    described = describe_run(moving)
+    assert described.headline == "The body slid 42.5 mm and stopped at 0.17 s"
+    assert described.tone == "good"
     short = describe_run(run(motion={"velocity": [1.0, 0.0, 0.0]}, simulation={"duration": 0.2}))
     assert short.headline == "The body slid 159 mm and still slides at the end"
     assert "simulation.duration" in short.suggestion
     assert describe_run(run()).headline == "The body stayed at rest"
-    words = " ".join([*verdict.sentences, *short.sentences, short.suggestion])
+    words = " ".join([*described.sentences, *short.sentences, short.suggestion])
     assert not re.search("finger|hand|law|controller", words)
 
 
