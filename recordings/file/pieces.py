@@ -17,7 +17,7 @@ from slipgrasp.core.trace.types import PhaseChange
 from slipgrasp.recordings.file.contents import Contents
 from slipgrasp.recordings.file.packing import MessageLayout
 from slipgrasp.recordings.file.reader import Reading, TopicColumns, open_recording
-from slipgrasp.recordings.file.schemas import SAMPLE_TOPICS, TICKS, Topic
+from slipgrasp.recordings.file.schemas import SAMPLE_TOPICS, TICKS, Topic, gives_times
 
 _TIME_FIELD = "t"
 
@@ -144,4 +144,5 @@ class _PieceReading(Reading):
         if topic.name not in {each.name for each in SAMPLE_TOPICS}:
             return TopicColumns(layout)
         kept = [field.name for field in topic.fields if field.name in self._signals]
-        return TopicColumns(layout, [_TIME_FIELD, *kept] if kept else ())
+        has_times = kept or gives_times(topic, self._signals)
+        return TopicColumns(layout, [_TIME_FIELD, *kept] if has_times else ())

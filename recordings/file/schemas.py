@@ -108,6 +108,18 @@ def _field(signal: Signal, version: int) -> Field:
     return Field(signal.name, kind, signal.per != "", f"{text} [{unit}]" if unit else text)
 
 
+_OF_HANDS = frozenset(signal.name for signal in SIGNALS if signal.of_hand)
+
+
+def gives_times(topic: Topic, wanted: frozenset[str]) -> bool:
+    """Whether a topic gives the times of samples although it has none of the wanted signals.
+
+    Every sample topic has the times. The first one, which all kinds of scenarios have, gives them
+    if the others may be missing: if no signal is wanted, or only signals of hands.
+    """
+    return topic.name == SAMPLE_TOPICS[0].name and wanted <= _OF_HANDS
+
+
 def signals_of(topic: Topic) -> tuple[Signal, ...]:
     """The signals of a sample topic, in the order of its fields."""
     by_name = {signal.name: signal for signal in SIGNALS}

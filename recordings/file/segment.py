@@ -22,7 +22,12 @@ from slipgrasp.core.trace.trace import Trace
 from slipgrasp.recordings.file.packing import MessageLayout
 from slipgrasp.recordings.file.reader import Reading, TopicColumns, open_recording
 from slipgrasp.recordings.file.scan import ChannelMessages
-from slipgrasp.recordings.file.schemas import SAMPLE_TOPICS, TIME_SIGNAL, Topic, signals_in
+from slipgrasp.recordings.file.schemas import (
+    TIME_SIGNAL,
+    Topic,
+    gives_times,
+    signals_in,
+)
 
 _NANOSECONDS = 1e9
 _TIME_FIELD = "t"
@@ -94,8 +99,7 @@ class _SegmentReading(Reading):
     def _columns_for(self, topic: Topic, layout: MessageLayout) -> TopicColumns:
         wanted = self._segment.signals - {TIME_SIGNAL.name}
         kept = [field.name for field in topic.fields if field.name in wanted]
-        # Every sample topic has the times; if no other signal is read, the first one is used.
-        has_times = kept or (not wanted and topic.name == SAMPLE_TOPICS[0].name)
+        has_times = kept or gives_times(topic, wanted)
         return TopicColumns(layout, [_TIME_FIELD, *kept] if has_times else ())
 
     def _take_messages(self, messages: ChannelMessages) -> None:

@@ -14,9 +14,11 @@ from slipgrasp.figures.hand_motion import motion_of
 from slipgrasp.recordings.compare.comparison import compare
 from slipgrasp.recordings.compare.verification import verify
 from slipgrasp.recordings.engines.bodies import check_for_scene
-from slipgrasp.recordings.export import write_csv
+from slipgrasp.recordings.export import write_csv, write_long_csv
+from slipgrasp.recordings.file.pieces import read_ending
 from slipgrasp.recordings.file.reader import read_recording
 from slipgrasp.recordings.file.schemas import format_of, own_topics
+from slipgrasp.recordings.file.segment import Segment, read_segment
 from slipgrasp.recordings.file.versions import SUPPORT_FORMAT
 from slipgrasp.recordings.file.writer import write_recording
 from tests.recordings.reading_display import read_topic
@@ -71,6 +73,17 @@ def test_the_table_has_the_columns_of_a_slide(slide):
     assert header[:4] == ["t", "x", "y", "theta"]
     assert {"slip_x_0", "spin_0", "torsional_moment_0", "normal_force_0"} <= set(header)
     assert not any(name.startswith(("error", "torque", "joint")) for name in header)
+
+
+def test_a_long_recording_is_exported_piece_by_piece(slide, tmp_path):
+    write_recording(slide, tmp_path / "run.mcap")
+    long, short = io.BytesIO(), io.StringIO()
+    write_long_csv(tmp_path / "run.mcap", long)
+    write_csv(slide, short)
+    assert long.getvalue().decode() == short.getvalue()
+    assert read_ending(tmp_path / "run.mcap").end_time == slide.end_time
+    torques = Segment(signals=frozenset({"joint_torque"}))
+    assert read_segment(tmp_path / "run.mcap", torques).joint_torque.shape[1] == 0
 
 
 def test_two_runs_are_compared_by_their_parameters_and_signals(slide):
