@@ -158,6 +158,11 @@ class SupportParameters:
         """Its radius, with the name that it has for a soft fingertip [m]."""
         return self.radius
 
+    @property
+    def link_masses(self) -> tuple[float, ...]:
+        """There are no links."""
+        return ()
+
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
 class InitialMotion:

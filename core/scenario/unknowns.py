@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from typing import Literal, NamedTuple
 
 from slipgrasp.core.scenario import Scenario, SpatialScenario
-from slipgrasp.core.scenario.scenario import of_hand
 
 
 class Unknown(NamedTuple):
@@ -57,7 +56,7 @@ def mass_keys(scenario: Scenario, finger: int) -> tuple[str, ...]:
     if isinstance(scenario, SpatialScenario) and scenario.fingers[finger].kind == "chain":
         links = range(len(scenario.fingers[finger].joints))
         return tuple(f"fingers.{finger}.joints.{link}.mass" for link in links)
-    masses = of_hand(scenario).fingers[finger].link_masses
+    masses = scenario.fingers[finger].link_masses
     return tuple(f"fingers.{finger}.link_masses.{link}" for link in range(len(masses)))
 
 
