@@ -26,8 +26,9 @@ def profiles_of(fit: FitView) -> list[ShownProfile]:
 
 def _reported(report: dict[str, Any]) -> Iterator[ShownProfile]:
     for key, found in report["parameters"].items():
-        kind, *numbers = (found[name] for name in ("class", "value", "low", "high"))
-        words = f"{kind}: {interval_words(kind, *numbers, found['unit'], found['limits'])}"
+        interval = found["value"], found["low"], found["high"]
+        told = interval_words(found["class"], *interval, found["unit"], found["limits"])
+        words = f"{found['class']}: {told}"
         points = tuple((value, rise) for value, rise in found["profile"])
         name = f"{key} [{unit}]" if (unit := unit_after(found["unit"]).strip()) else key
         note = f" ({found['note']})" if found["note"] else ""
