@@ -34,18 +34,23 @@ class HelpWithParameters(argparse.Action):
 
         print(parser.format_help())
         planar = template_keys()
+        shown = {_described(key, parameter) for key, parameter in planar.items()}
         print("parameters for --set (indices of lists start at 0):\n")
         _print_parameters(planar)
         for space, what in ((SPATIAL, "spatial hands"), (SUPPORT, "a body on a support")):
             print(f"\nparameters of {what} that differ from these:\n")
             own = template_keys(space).items()
-            _print_parameters({key: new for key, new in own if planar.get(key) != new})
+            _print_parameters({key: new for key, new in own if _described(key, new) not in shown})
         parser.exit()
 
 
 def _print_parameters(parameters: Mapping[str, Parameter]) -> None:
     for key, parameter in parameters.items():
-        print(f"  {key}  ({parameter.limit})\n      {parameter.text}")
+        print(_described(key, parameter))
+
+
+def _described(key: str, parameter: Parameter) -> str:
+    return f"  {key}  ({parameter.limit})\n      {parameter.text}"
 
 
 def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:

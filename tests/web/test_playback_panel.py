@@ -138,6 +138,7 @@ def test_the_session_state_tells_all_the_script_needs_and_is_quiet_while_nothing
     assert first == {
         "session": "secret",
         "ready": True,
+        "shows": True,
         "charts": "",
         "run": "abcdefghijkl",
         "notice": "",
