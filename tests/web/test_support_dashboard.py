@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import viser
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulator import simulate
@@ -49,6 +50,14 @@ def page(slide: RunResult) -> ViewState:
     )
 
 
+def nodes(server: ViewerServer) -> dict[str, viser.SceneNodeHandle]:
+    """The nodes of the marks of a slide that are in the scene, by the end of their name."""
+    handles = server.scene._handle_from_node_name
+    return {
+        name[name.index("/slide") :]: each for name, each in handles.items() if "/slide" in name
+    }
+
+
 def test_presets_on_a_support_are_offered() -> None:
     assert offered_presets()[-2:] == ("sliding-block", "spinning-slide")
 
@@ -62,7 +71,10 @@ def test_the_scene_shows_body_path_and_friction(
     sampler = Sampler(slide.trace)
     for time in (0.0, 0.1, 0.5):
         scene.update(sampler.at(time), sampler.at(0.0))
+        place = nodes(viewer_server)["/slide/top"].position
+        np.testing.assert_allclose(place[:2], sampler.at(time).slip[0], atol=1e-3)
     scene.remove()
+    assert nodes(viewer_server) == {}
 
 
 def test_another_kind_of_scenario_replaces_the_scene(
@@ -72,6 +84,7 @@ def test_another_kind_of_scenario_replaces_the_scene(
     for run in (slide, case_2, slide):
         scene.show(run)
         scene.update(Sampler(run.trace).at(0.1))
+        assert ("/slide/top/arrows" in nodes(viewer_server)) == (run is slide)
     scene.remove()
 
 
