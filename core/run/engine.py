@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, ClassVar, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -29,13 +29,11 @@ class Engine(Protocol):
     """The kernel of a run, with its records.
 
     Attributes:
-        advance_run: The loop of the kernel.
         timetable: Segments of constant parameters.
         run: State of the run.
         outlet: Output buffers for rows, phase changes and ticks.
     """
 
-    advance_run: ClassVar[Callable[..., int]]
     timetable: Timetable[Any]
     run: Any
     outlet: Any
@@ -46,15 +44,7 @@ class Engine(Protocol):
 
     def advance(self, model: Record, *, first: bool, same_ticks: bool, max_steps: int) -> int:
         """Advances the run by one chunk; returns the status of the kernel."""
-        return self.advance_run(
-            model,
-            self.run,
-            self.outlet,
-            self.timetable.stretch_end,
-            first=first,
-            same_ticks=same_ticks,
-            max_steps=max_steps,
-        )
+        ...
 
     def pass_instant(self) -> list[Change]:
         """Switches to the next segment; returns the timed changes at its start."""
@@ -93,10 +83,8 @@ def engine_of(space: Space) -> Callable[..., Engine]:
     return SpatialEngine
 
 
-class PlanarEngine(Engine):
+class PlanarEngine:
     """The kernel of planar hands."""
-
-    advance_run = staticmethod(kernel.advance_run)
 
     def __init__(self, scenario: PlanarScenario, *, keeps_rows: bool) -> None:
         self._schedule = Schedule(scenario)
@@ -107,6 +95,18 @@ class PlanarEngine(Engine):
     def pack(self) -> Any:
         """The constants of the present segment."""
         return self._schedule.pack()
+
+    def advance(self, model: Record, *, first: bool, same_ticks: bool, max_steps: int) -> int:
+        """Advances the run by one chunk; returns the status of the kernel."""
+        return kernel.advance_run(
+            model,
+            self.run,
+            self.outlet,
+            self.timetable.stretch_end,
+            first=first,
+            same_ticks=same_ticks,
+            max_steps=max_steps,
+        )
 
     def pass_instant(self) -> list[Change]:
         """Switches to the next segment; returns the timed changes at its start."""

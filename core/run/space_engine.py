@@ -9,7 +9,6 @@ from slipgrasp.core.kernel.spatial import advance as kernel
 from slipgrasp.core.kernel.spatial.model import pack_model
 from slipgrasp.core.kernel.spatial.run import last_row, make_run
 from slipgrasp.core.kernel.spatial.state import parts_of
-from slipgrasp.core.run.engine import Engine
 from slipgrasp.core.run.schedule import Timetable
 from slipgrasp.core.run.spatial_schedule import SpatialSchedule
 from slipgrasp.core.scenario import Change
@@ -18,10 +17,8 @@ from slipgrasp.core.scenario.scenario import is_acting
 from slipgrasp.core.scenario.spatial import SpatialScenario
 
 
-class SpatialEngine(Engine):
+class SpatialEngine:
     """The kernel of spatial hands."""
-
-    advance_run = staticmethod(kernel.advance_run)
 
     def __init__(self, scenario: SpatialScenario, *, keeps_rows: bool) -> None:
         self._schedule = SpatialSchedule(scenario)
@@ -36,6 +33,18 @@ class SpatialEngine(Engine):
                 wrench = (*pulse.force, *pulse.moment)
                 load = [sum(pair) for pair in zip(load, wrench, strict=True)]
         return pack_model(present, load, self._schedule.surfaces())
+
+    def advance(self, model: Record, *, first: bool, same_ticks: bool, max_steps: int) -> int:
+        """Advances the run by one chunk; returns the status of the kernel."""
+        return kernel.advance_run(
+            model,
+            self.run,
+            self.outlet,
+            self.timetable.stretch_end,
+            first=first,
+            same_ticks=same_ticks,
+            max_steps=max_steps,
+        )
 
     def pass_instant(self) -> list[Change]:
         """Switches to the next segment; returns the timed changes at its start."""

@@ -10,17 +10,14 @@ from slipgrasp.core.kernel.compilation.records import Floats, Record
 from slipgrasp.core.kernel.support import advance as kernel
 from slipgrasp.core.kernel.support.model import pack_model
 from slipgrasp.core.kernel.support.run import last_row, make_run
-from slipgrasp.core.run.engine import Engine
 from slipgrasp.core.run.schedule import Timetable
 from slipgrasp.core.scenario import Change
 from slipgrasp.core.scenario.scenario import is_acting
 from slipgrasp.core.scenario.supported import SupportScenario
 
 
-class SupportEngine(Engine):
+class SupportEngine:
     """The kernel of a body on a support."""
-
-    advance_run = staticmethod(kernel.advance_run)
 
     def __init__(self, scenario: SupportScenario, *, keeps_rows: bool) -> None:
         self.timetable: Timetable[SupportScenario] = Timetable(scenario)
@@ -34,6 +31,18 @@ class SupportEngine(Engine):
                 wrench = (*pulse.force, pulse.moment)
                 load = [sum(pair) for pair in zip(load, wrench, strict=True)]
         return pack_model(present, load)
+
+    def advance(self, model: Record, *, first: bool, same_ticks: bool, max_steps: int) -> int:
+        """Advances the run by one chunk; returns the status of the kernel."""
+        return kernel.advance_run(
+            model,
+            self.run,
+            self.outlet,
+            self.timetable.stretch_end,
+            first=first,
+            same_ticks=same_ticks,
+            max_steps=max_steps,
+        )
 
     def pass_instant(self) -> list[Change]:
         """Switches to the next segment; returns the timed changes at its start."""
