@@ -28,6 +28,9 @@ elif shipped_file() is not None:
 class Engine(Protocol):
     """The kernel of a run, with its records.
 
+    Every engine calls its loop by name, because the name of the numerics is computed from the code
+    that the engine reaches (`slipgrasp.core.run.numerics`).
+
     Attributes:
         timetable: Segments of constant parameters.
         run: State of the run.
