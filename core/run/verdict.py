@@ -399,7 +399,7 @@ def _describe_other_estimate(result: RunResult) -> Iterator[str]:
 
 
 def _describe_grip_force(result: RunResult) -> Iterator[str]:
-    """Final normal force of the contact closest to slip, and the smallest sufficient force."""
+    """Final normal force of the contact closest to slip, and the smallest sufficient force then."""
     trace = result.trace
     friction, normal = trace.friction_coefficient[-1], trace.normal_force[-1]
     tangential = trace[-1:].tangential_size[0]
@@ -412,10 +412,10 @@ def _describe_grip_force(result: RunResult) -> Iterator[str]:
     needed = tangential / np.where(friction > 0.0, friction, 1.0)
     i = int(np.argmin(normal - needed))
     force, least = _distinguished(float(normal[i]), float(needed[i]))
-    limit = f"; with less than {least} N" if force != least else ", and with any less"
+    limit = f"less than {least} N" if force != least else "any less"
     yield (
-        f"At the end the {result.scenario.finger_names[i]} fingertip presses with {force} N{limit} "
-        "it would slip."
+        f"At the end the {result.scenario.finger_names[i]} fingertip presses with {force} N; with "
+        f"{limit} it would slip in this state, and faster motion or a push can require more."
     )
 
 

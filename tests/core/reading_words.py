@@ -592,8 +592,9 @@ SENTENCES: tuple[tuple[str, Callable[[RunResult, re.Match[str]], None]], ...] = 
         check_switching,
     ),
     (
-        r"At the end the (?P<finger>.+) fingertip presses with (?P<normal>[\d.]+) N(?:; with less "
-        r"than (?P<least>[\d.]+) N|, and with any less) it would slip\.",
+        r"At the end the (?P<finger>.+) fingertip presses with (?P<normal>[\d.]+) N; with (?:less "
+        r"than (?P<least>[\d.]+) N|any less) it would slip in this state, and faster motion or a "
+        r"push can require more\.",
         check_squeeze,
     ),
     *KNOWLEDGE,

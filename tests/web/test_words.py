@@ -37,7 +37,8 @@ def test_a_held_run_says_who_slipped_and_how_hard_it_squeezes(case_1: RunResult)
     assert verdict.sentences == (
         "Both fingertips slipped (left: 2.59 mm, right: 2.14 mm) and stopped at t = 87 ms.",
         "At the start the controller estimated the mass of the object as 0.5 kg instead of 1 kg.",
-        "At the end the right fingertip presses with 23.7 N; with less than 19.8 N it would slip.",
+        "At the end the right fingertip presses with 23.7 N; with less than 19.8 N it would slip "
+        "in this state, and faster motion or a push can require more.",
         "Unknown to the controller: the mass of the object and the masses of the links; it was "
         "given the true friction and every other parameter at every instant.",
     )
