@@ -7,7 +7,10 @@ from collections.abc import Iterable, Iterator, Mapping
 from slipgrasp.core.exceptions import FieldError, ScenarioError
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.chosen_laws import is_of_unknown_law
-from slipgrasp.core.scenario.loading import with_values
+from slipgrasp.core.scenario.custom_laws import LAW
+from slipgrasp.core.scenario.law_choice import SettingChange, describe_settings, law_settings
+from slipgrasp.core.scenario.laws import law_kind
+from slipgrasp.core.scenario.loading import parameter_definitions, with_values
 from slipgrasp.core.scenario.parameters import Parameter
 from slipgrasp.core.study.definition import Study, expand_key
 from slipgrasp.core.study.document import AxisDocument, StudyDocument, plain_value
@@ -34,6 +37,7 @@ def find_warnings(study: Study) -> Iterator[str]:
     """Yields warnings about a study before its runs are simulated."""
     yield from find_overruled(study)
     yield from find_nothing_to_adapt(study)
+    yield from find_bare_laws(study)
 
 
 def find_overruled(study: Study) -> Iterator[str]:
@@ -46,6 +50,28 @@ def find_overruled(study: Study) -> Iterator[str]:
                 f"{key} varies only until {min(times):g} s: a timed change of the scenario sets it "
                 "from then on"
             )
+
+
+def find_bare_laws(study: Study) -> Iterator[str]:
+    """Yields varied laws whose recommended settings neither the base nor the study sets."""
+    before = parameter_definitions(study.base)
+    varied = {one for key in study.keys for one in expand_key(study.base, key)}
+    described = {
+        kind: describe_settings(
+            [
+                SettingChange(key, before[key].value, new)
+                for key, new in law_settings(study.base, law_kind(kind)).items()
+                if key not in varied
+            ]
+        )
+        for kind in study.varied_laws
+    }
+    lacking = [f"{kind}: {words}" for kind, words in described.items() if words]
+    if lacking:
+        yield (
+            f"{LAW} varies without the recommended settings that --law adds "
+            f"({'; '.join(lacking)}); to add them, list each law with its settings as [[runs]]"
+        )
 
 
 def _check_axes(

@@ -196,11 +196,16 @@ class Study:
             for axis, share in zip(self.sampled_axes, shares, strict=True)
         }
 
-    def custom_laws(self) -> tuple[CustomLaw, ...]:
-        """The loaded custom laws that its runs may use."""
+    @property
+    def varied_laws(self) -> tuple[str, ...]:
+        """The control laws that its runs set, without repetition."""
         varied = [v for axis in self.axes if axis.key == LAW for v in axis.values or ()]
         listed = [run[LAW] for run in self.listed if LAW in run]
-        kinds = dict.fromkeys((*kinds_in(self.base), *map(str, (*varied, *listed))))
+        return tuple(dict.fromkeys(map(str, (*varied, *listed))))
+
+    def custom_laws(self) -> tuple[CustomLaw, ...]:
+        """The loaded custom laws that its runs may use."""
+        kinds = dict.fromkeys((*kinds_in(self.base), *self.varied_laws))
         return tuple(law for law in map(custom_law, kinds) if law is not None)
 
     @property

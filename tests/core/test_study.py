@@ -15,8 +15,9 @@ from scipy.stats import qmc
 from slipgrasp.core.exceptions import ScenarioError
 from slipgrasp.core.run.simulation import Simulation
 from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.law_choice import choose_law, describe_settings
 from slipgrasp.core.scenario.loading import load_scenario, scenario_from_mapping, with_values
-from slipgrasp.core.study.checks import find_overruled
+from slipgrasp.core.study.checks import find_bare_laws, find_overruled
 from slipgrasp.core.study.cost import estimate_cost
 from slipgrasp.core.study.definition import Study
 from slipgrasp.core.study.loading import (
@@ -364,6 +365,19 @@ def test_what_a_timed_change_sets_in_every_run_is_told() -> None:
     (told,) = find_overruled(study)
     assert told.startswith("fingers.*.friction varies only until 0.5 s")
     assert [*find_overruled(make_study(vary=vary))] == []
+
+
+def test_varied_laws_without_their_recommended_settings_are_named() -> None:
+    laws = {"controller.kind": {"values": ["theorem-4", "composite"]}}
+    base = {"controller.control_period": 1e-3}
+    (told,) = find_bare_laws(make_study(vary=laws, set=base))
+    found = choose_law(with_values(load_scenario("paper-case-2"), base), "composite")
+    assert f"(composite: {describe_settings(found.settings)});" in told
+
+    listed = {setting.key: setting.new for setting in found.settings}
+    runs = [{"controller.kind": "composite", **listed}, {"controller.kind": "theorem-4"}]
+    lists = {"sampling": {"method": "list"}, "vary": {}, "runs": runs}
+    assert [*find_bare_laws(make_study(set=base, **lists))] == []
 
 
 def test_the_cost_is_that_of_the_laws_that_are_tried(monkeypatch: pytest.MonkeyPatch) -> None:
