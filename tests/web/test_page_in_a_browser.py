@@ -190,6 +190,19 @@ def test_axe_finds_nothing_wrong(open_page: Open, size: str, scheme: str) -> Non
     assert page.evaluate("document.documentElement.scrollWidth") <= SIZES[size][0]
 
 
+def test_on_a_phone_the_sliders_lie_between_the_strip_and_the_outcome(open_page: Open) -> None:
+    page = open_page("#t=0.05", "phone")
+    expect(page.get_by_text("slipgrasp: move a slider")).to_be_visible()
+    shown = (".sg-transport", "[role=slider]", ".sg-outcome:not(.sg-check)", ".sg-check")
+
+    def tops() -> list[float]:
+        boxes = [page.locator(each).first.bounding_box() for each in shown]
+        return [box["y"] for box in boxes if box is not None]
+
+    wait_until(lambda: len(tops()) == 4 and tops() == sorted(tops()), tops)
+    assert tops()[1] < SIZES["phone"][1]
+
+
 def test_an_exported_notebook_still_simulates(browser: Browser, tmp_path: Path) -> None:
     result = simulate(load_scenario("paper-case-1"))
     path = tmp_path / "notebook.html"

@@ -208,7 +208,7 @@ class Capture:
     def _add_panels(self) -> None:
         """Adds the panels: results, sliders and playback."""
         gui, html = self._server.gui, {}
-        gui.set_panel_label("slipgrasp")
+        gui.set_panel_label("slipgrasp: move a slider" if self._controls else "slipgrasp")
         self._sliders = [_add_slider(gui, control) for control in self._controls]
         html["check"] = gui.add_html("")
         self._results = gui.add_panel()
