@@ -1,6 +1,8 @@
 import io
+import itertools
 import re
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,12 +10,14 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import to_rgb
 
 from slipgrasp.core.scenario.loading import with_values
+from slipgrasp.core.study.definition import MAX_RUNS
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.figures.category_style import colour_of, hatch_of, marker_of
 from slipgrasp.figures.files import save_figure
 from slipgrasp.figures.map_data import map_axis
+from slipgrasp.figures.map_key import KeyLine, draw_key
 from slipgrasp.figures.map_marks import nearest_samples
-from slipgrasp.figures.style import paint
+from slipgrasp.figures.style import new_figure, paint, paper_style
 from slipgrasp.figures.success_map import draw_success_map
 from slipgrasp.recordings.exceptions import QueryError
 from slipgrasp.recordings.study.categories import CATEGORIES, HELD, categorize
@@ -142,6 +146,17 @@ def test_the_key_counts_the_runs_of_its_panel(samples):
         shown = [category for category in range(len(CATEGORIES)) if np.any(categories == category)]
         assert counts == [np.count_nonzero(categories[:, panel] == category) for category in shown]
         assert CATEGORIES[HELD].words in words
+
+
+def test_no_words_of_the_key_reach_its_counts():
+    counts = np.full(len(CATEGORIES), MAX_RUNS)
+    panel = SimpleNamespace(counts=counts, runs=range(MAX_RUNS))
+    lines = [KeyLine(each.words, k, {}) for k, each in enumerate(CATEGORIES)]
+    with paper_style():
+        figure = new_figure(200.0)
+        draw_key(figure, lines, panel, (0.0, 0.0, 72.0), has_points=True)
+    boxes = [text.get_window_extent() for text in figure.axes[0].texts]
+    assert [a for a, b in itertools.combinations(boxes, 2) if a.overlaps(b)] == []
 
 
 def test_each_sample_is_a_point_of_its_way_that_leads_to_its_run(samples):
