@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 
 from slipgrasp.core.exceptions import FieldError, ScenarioError
+from slipgrasp.core.run.metrics import single_metrics
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.chosen_laws import is_of_unknown_law
 from slipgrasp.core.scenario.custom_laws import LAW
@@ -15,7 +16,7 @@ from slipgrasp.core.scenario.parameters import Parameter
 from slipgrasp.core.study.definition import Study, expand_key
 from slipgrasp.core.study.document import AxisDocument, StudyDocument, plain_value
 from slipgrasp.core.study.knowledge import find_nothing_to_adapt
-from slipgrasp.core.study.limits import check_limits
+from slipgrasp.core.study.limits import check_limits, components
 
 
 def check_document(
@@ -38,6 +39,7 @@ def find_warnings(study: Study) -> Iterator[str]:
     yield from find_overruled(study)
     yield from find_nothing_to_adapt(study)
     yield from find_bare_laws(study)
+    yield from find_mixed_limits(study)
 
 
 def find_overruled(study: Study) -> Iterator[str]:
@@ -72,6 +74,20 @@ def find_bare_laws(study: Study) -> Iterator[str]:
             f"{LAW} varies without the recommended settings that --law adds "
             f"({'; '.join(lacking)}); to add them, list each law with its settings as [[runs]]"
         )
+
+
+def find_mixed_limits(study: Study) -> Iterator[str]:
+    """Yields limits of metrics whose components have different units."""
+    singles = single_metrics(len(study.base.fingers), study.base.space)
+    units = {one.name: one.unit for one in singles}
+    for name, limit in study.limits.items():
+        by_unit = {units[one]: one for one in reversed(components(name, units))}
+        if len(by_unit) > 1:
+            single = " or ".join(by_unit[unit] for unit in sorted(by_unit))
+            yield (
+                f"limits.{name} is {limit:g} {' and '.join(sorted(by_unit))}: it applies to "
+                f"distances and angles alike; to limit one component, use for example {single}"
+            )
 
 
 def _check_axes(

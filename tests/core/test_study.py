@@ -17,7 +17,7 @@ from slipgrasp.core.run.simulation import Simulation
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.law_choice import choose_law, describe_settings
 from slipgrasp.core.scenario.loading import load_scenario, scenario_from_mapping, with_values
-from slipgrasp.core.study.checks import find_bare_laws, find_overruled
+from slipgrasp.core.study.checks import find_bare_laws, find_mixed_limits, find_overruled
 from slipgrasp.core.study.cost import estimate_cost
 from slipgrasp.core.study.definition import Study
 from slipgrasp.core.study.loading import (
@@ -378,6 +378,14 @@ def test_varied_laws_without_their_recommended_settings_are_named() -> None:
     runs = [{"controller.kind": "composite", **listed}, {"controller.kind": "theorem-4"}]
     lists = {"sampling": {"method": "list"}, "vary": {}, "runs": runs}
     assert [*find_bare_laws(make_study(set=base, **lists))] == []
+
+
+def test_a_limit_of_metres_and_radians_alike_is_named_with_its_components() -> None:
+    vary = {"object.mass": {"min": 0.5, "max": 2.0, "count": 5}}
+    limits = {"final_tracking_error": 0.001, "slip_path": 0.002, "rms_tracking_error_theta": 0.1}
+    (told,) = find_mixed_limits(make_study(vary=vary, limits=limits))
+    assert told.startswith("limits.final_tracking_error is 0.001 m and rad: ")
+    assert told.endswith("final_tracking_error_x or final_tracking_error_theta")
 
 
 def test_the_cost_is_that_of_the_laws_that_are_tried(monkeypatch: pytest.MonkeyPatch) -> None:
