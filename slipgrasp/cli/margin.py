@@ -15,7 +15,7 @@ from slipgrasp.cli.progress import Progress, load_simulation
 from slipgrasp.cli.status import CommandError, ExitStatus, complain
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
     from slipgrasp.core.run.result import RunResult
     from slipgrasp.core.study.margin import Margin, MarginError
@@ -30,6 +30,7 @@ EPILOG = (
     "4 interrupted or the disk failed"
 )
 HELD, LOST = "held.mcap", "lost.mcap"
+_VISIBLE_TURN = 0.5  # [°]
 
 
 def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -72,7 +73,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         type=_number,
         default=math.inf,
         help="slip on any fingertip above which the object counts as not held, such as 0.001 "
-        "(default: any slip that ends is allowed)",
+        "(default: any slip that ends is allowed); rotation of the object is not limited",
     )
     parser.add_argument(
         "--output",
@@ -210,6 +211,7 @@ def _lines(margin: Margin, recordings: list[str | None]) -> list[str]:
     if margin.others:
         places = ", ".join(f"{a:.6g} … {b:.6g}{unit}" for a, b in margin.others)
         rows.append(("warning", f"there are more boundaries, at {places}"))
+    rows += [("rotation", words) for words in _rotation_words(margin)]
     known = describe_knowledge(margin.held.scenario)
     rows += [("knowledge", known)] * bool(known)
     width = max(len(label) for label, _ in rows)
@@ -222,6 +224,17 @@ def _beyond_words(margin: Margin) -> str:
 
     words = _first_small(headline_of(margin.lost))
     return f"{margin.beyond}: {words}" if margin.lost.metrics.held else words
+
+
+def _rotation_words(margin: Margin) -> Iterator[str]:
+    """The rotation that does not count, if it is visible."""
+    turns = margin.held.metrics.final_tracking_error[margin.held.scenario.space.num_positions :]
+    degrees = math.degrees(math.hypot(*turns))
+    if degrees >= _VISIBLE_TURN:
+        yield (
+            f"not limited: where it is held, the object ends {degrees:.1f}° from its target "
+            "orientation"
+        )
 
 
 def _first_small(words: str) -> str:

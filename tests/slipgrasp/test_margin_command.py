@@ -3,6 +3,7 @@ import resource
 import signal
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from slipgrasp.recordings.file.reader import read_recording
@@ -74,6 +75,17 @@ def test_existing_recordings_are_replaced_only_on_request(slipgrasp, tmp_path):
 
     answer(slipgrasp, *MARGIN, "--output", ".", "--force")
     assert not read_recording(tmp_path / "lost.mcap").metrics.held
+
+
+def test_rotation_of_the_held_object_is_reported_as_not_limited(slipgrasp, tmp_path):
+    grip = ("--over", "controller.grip_force", "--from", "40", "--to", "15", "--slip", "0.001")
+    done = slipgrasp("margin", "parallel-gripper", *grip, "--output", "grip")
+
+    (told,) = (line for line in done.stdout.splitlines() if line.startswith("rotation"))
+    turn = np.degrees(
+        np.linalg.norm(read_recording(tmp_path / "grip" / "held.mcap").trace.tracking_error[-1, 3:])
+    )
+    assert turn > 1.0 and f"not limited: where it is held, the object ends {turn:.1f}° " in told
 
 
 def test_without_json_the_answer_is_told_in_words(slipgrasp):
