@@ -146,9 +146,21 @@ def headline_of(run: RunResult | RunSummary) -> str:
         after = f" after {length_words(slipped)} of slip" if is_large(body, slipped) else ""
         offset = describe_offset(body, metrics.final_tracking_error)
         return f"{_HELD}{after}, {offset}" if offset else f"{_HELD}{after}"
-    if metrics.held is None:
+    return headline_of_hold(metrics.held, slipping=metrics.slipping_at_end)
+
+
+def headline_of_hold(held: bool | None, *, slipping: bool) -> str:
+    """Whether a completed run holds the object, in a few words.
+
+    Args:
+        held: The metric of this name; None if the run is too short to decide.
+        slipping: Whether a contact slips at the end.
+    """
+    if held:
+        return _HELD
+    if held is None:
         return f"At rest, but too short to tell: held means {HOLD_WINDOW:g} s without slip"
-    if metrics.slipping_at_end:
+    if slipping:
         return "Not held: still slipping at the end"
     return "Not settled: it has only just stopped slipping"
 

@@ -12,6 +12,7 @@ import viser
 from viser import _messages
 
 from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.run.verdict import headline_of
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.words.endings import end_words
 from slipgrasp.server.viewer.relay import viewer_page
@@ -205,6 +206,18 @@ def test_every_end_of_a_run_has_words():
         blanks = set(re.findall(r"{(\w+)}", end["sentence"])) - {"finger"}
         assert blanks <= set(run_data(result)["blanks"])
         assert end["headline"]
+
+
+def test_completed_runs_have_the_headlines_of_the_command_line():
+    holds = run_data(simulate(load_scenario("paper-case-1")))["holds"]
+    lasting = {"held": 0.6, "tooShort": 0.1}
+    for name, duration in lasting.items():
+        still = short("paper-case-1", **{"simulation.duration": duration, "object.mass": 0.5})
+        assert holds[name] == headline_of(simulate(still))
+    for name, duration in {"slipping": 0.05, "settling": 0.4}.items():
+        assert holds[name] == headline_of(
+            simulate(short("paper-case-1", **{"simulation.duration": duration}))
+        )
 
 
 @pytest.fixture(scope="module")

@@ -17,7 +17,7 @@ from slipgrasp.core.kernel.loop.status import REACHED
 from slipgrasp.core.run.engine import engine_of, make_engine
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.schedule import Schedule, Timetable
-from slipgrasp.core.run.verdict import headline_of_end
+from slipgrasp.core.run.verdict import headline_of_end, headline_of_hold
 from slipgrasp.core.scenario import PlanarScenario, Scenario
 from slipgrasp.core.scenario.chosen_laws import custom_law_in
 from slipgrasp.core.scenario.scenario import is_acting
@@ -86,6 +86,7 @@ def run_data(result: RunResult) -> dict[str, Any]:
         "num_columns": shape.num_columns,
         "fingers": scenario.finger_names,
         "ends": _ends(),
+        "holds": _holds(),
         "blanks": end_blanks(scenario),
         "duration": scenario.simulation.duration,
     }
@@ -162,6 +163,16 @@ def _ends() -> dict[int, dict[str, str]]:
     }
     completed = {"outcome": Outcome.COMPLETED.value, "headline": "Completed", "sentence": ""}
     return {REACHED: completed, **ends}
+
+
+def _holds() -> dict[str, str]:
+    """Headlines of completed runs, by the names in ``worker.js``."""
+    return {
+        "held": headline_of_hold(True, slipping=False),
+        "tooShort": headline_of_hold(None, slipping=False),
+        "settling": headline_of_hold(False, slipping=False),
+        "slipping": headline_of_hold(False, slipping=True),
+    }
 
 
 def encoded(array: NDArray[Any]) -> dict[str, str]:

@@ -1,5 +1,7 @@
 // The success map: two sliders as axes, a run in the middle of every cell, computed by workers of its
 // own. The map is that of a study in the dashboard; here only cells and counts go into it.
+import { statesOf } from "./rows.js";
+
 const MOST_WORKERS = 8;
 const PIECES = 8; // that each worker gets, one after another
 const SHOW_EVERY_MS = 500;
@@ -55,7 +57,7 @@ export class SuccessMap {
     const cells = Array.from({ length: this.side ** 2 }, (_, cell) => ({ cell, values: this.data.placed(new Map([...this.valuesNow(), ...this.valuesOf(cell)])) }));
     const size = Math.ceil(cells.length / (count * PIECES));
     const { run, map } = this.data;
-    const job = { scenario: run.scenario, columns: { width: run.num_columns, phase: run.columns.phase }, categories: map.categories };
+    const job = { scenario: run.scenario, columns: statesOf(run), categories: map.categories };
     const give = (worker) => {
       const next = cells.splice(0, size);
       if (next.length > 0) worker.postMessage({ ...job, cells: next });

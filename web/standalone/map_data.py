@@ -48,7 +48,8 @@ def map_data(scenario: Scenario, controls: Sequence[Control]) -> dict[str, Any]:
         "categories": {
             "byStatus": by_status,
             "held": HELD,
-            "notHeld": NOT_HELD,
+            "settling": NOT_HELD,
+            "slipping": NOT_HELD,
             "tooShort": TOO_SHORT,
             "window": HOLD_WINDOW,
         },

@@ -14,7 +14,7 @@ import { cameraMessages, load } from "./page_data.js";
 import { playRun, startPlayback } from "./playback.js";
 import { onIntent } from "./post.js";
 import { openRecording, readTables } from "./recording.js";
-import { Rows } from "./rows.js";
+import { Rows, statesOf } from "./rows.js";
 import { SceneFeed } from "./scene_feed.js";
 import { drawCloseUps, withPicture } from "./viser_view.js";
 import { cardHtml, checkHtml, endedHtml, stripHtml, waitingHtml } from "./words.js";
@@ -215,7 +215,8 @@ function changed() {
 function request() {
   const { run } = data;
   const outcomes = Object.fromEntries(Object.entries(run.ends).map(([k, end]) => [k, end.outcome]));
-  worker.postMessage({ id: ++requests, values: placed(values), scenario: run.scenario, outcomes });
+  const job = { scenario: run.scenario, columns: statesOf(run), window: data.map.categories.window, outcomes };
+  worker.postMessage({ id: ++requests, values: placed(values), ...job });
 }
 
 /** Values of sliders that differ from the scenario, by their places. */

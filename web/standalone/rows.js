@@ -14,6 +14,11 @@ export function locate(times, time) {
   return { row: low, following, weight };
 }
 
+/** What the worker reads of the rows of a run, apart from their times. */
+export function statesOf({ num_columns, columns }) {
+  return { width: num_columns, phase: columns.phase };
+}
+
 export class Rows {
   constructor({ rows, changes, ...facts }, { columns, num_columns }) {
     Object.assign(this, { rows, columns, ...facts, rawChanges: changes });

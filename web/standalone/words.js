@@ -5,18 +5,19 @@ const NUM_TICKS = 6;
 
 /** How the run ended. */
 export function cardHtml(own, run, charts) {
-  const end = run.ends[own.status];
+  const [end, time] = [run.ends[own.status], `at ${short(own.end)} s`];
+  const headline = own.holding ? run.holds[own.holding] : `${end.headline} ${time}`;
   const blanks = { ...run.blanks, finger: run.fingers[own.contact] ?? "" };
   const sentence = end.sentence.replace(/{(\w+)}/g, (_, name) => blanks[name]);
-  const told = sentence ? `<p>${escape(sentence)}</p>` : "";
+  const told = sentence || (own.holding ? `${end.headline} ${time}.` : "");
   const rows = run.fingers.map((finger, k) => {
     const slip = own.slipOf(own.count - 1, k);
     const far = short(1000 * (slip.length > 1 ? Math.hypot(...slip) : slip[0]));
     return `<tr><th scope="row">${escape(finger)}</th><td>${far}</td><td>${own.peakForces[k].toFixed(1)} N</td></tr>`;
   });
   return (
-    `<div class="sg-outcome"><div class="sg-verdict">${escape(end.headline)} at ${short(own.end)} s</div>` +
-    `${told}<table><tr><td></td><th scope="col">slip at the end [mm]</th>` +
+    `<div class="sg-outcome"><div class="sg-verdict">${escape(headline)}</div>` +
+    `${told && `<p>${escape(told)}</p>`}<table><tr><td></td><th scope="col">slip at the end [mm]</th>` +
     `<th scope="col" title="Largest normal force">peak Fₙ</th></tr>${rows.join("")}</table></div>`
   );
 }

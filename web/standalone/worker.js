@@ -19,7 +19,7 @@ async function load({ decoder, kernel }) {
   return loadKernel(unpack(decode(kernel)));
 }
 
-async function compute({ id, values, scenario, outcomes }) {
+async function compute({ id, values, scenario, columns, window, outcomes }) {
   latest = id;
   const kernel = await loading;
   if (id !== latest) return;
@@ -38,11 +38,12 @@ async function compute({ id, values, scenario, outcomes }) {
     yielded = performance.now();
   }
   const milliseconds = performance.now() - began;
+  const holding = outcomes[run.status] === "completed" ? holdingOf(run, columns, window) : null;
   const [rows, changes] = [run.blocks, run.changes].map((blocks) => joined(Float64Array, blocks));
   const { status, contact, peakForces } = run;
   const sha256 = await digest(rows, changes, outcomes[status]);
   if (id !== latest) return;
-  postMessage({ id, rows, changes, status, contact, peakForces, milliseconds, sha256 }, [rows.buffer]);
+  postMessage({ id, rows, changes, status, holding, contact, peakForces, milliseconds, sha256 }, [rows.buffer]);
 }
 
 // How the runs of some cells of a map end, as places in the program's list of categories.
@@ -56,14 +57,19 @@ async function computeCells({ cells, scenario, columns, categories }) {
   postMessage({ found });
 }
 
-function categoryOf(run, { width, phase: [first, fingers] }, { byStatus, held, notHeld, tooShort, window }) {
-  if (run.status in byStatus) return byStatus[run.status];
+function categoryOf(run, columns, { byStatus, window, ...completed }) {
+  return byStatus[run.status] ?? completed[holdingOf(run, columns, window)];
+}
+
+// Whether a completed run holds the object, as the metric `held` says it.
+function holdingOf(run, { width, phase: [first, fingers] }, window) {
   const [rows, changes] = [run.blocks, run.changes].map((blocks) => blocks.findLast(({ length }) => length > 0));
   const last = rows.subarray(-width);
   const isSlipping = last.subarray(first, first + fingers).some((phase) => phase !== 0);
   const rest = changes ? last[0] - changes[changes.length - 4] : Infinity;
-  if (isSlipping || rest < window) return notHeld;
-  return last[0] - run.blocks[0][0] < window ? tooShort : held;
+  if (isSlipping) return "slipping";
+  if (rest < window) return "settling";
+  return last[0] - run.blocks[0][0] < window ? "tooShort" : "held";
 }
 
 // A run with other values at some places: of its table, or of the model of a spatial hand.
