@@ -90,9 +90,13 @@ def prepare_kernel(
     prepare_units(progress, machine_code=machine_code)
 
 
-def kernel_progress() -> float:
-    """Fraction of the kernel that can run without being compiled, 0 to 1."""
-    return share_ready()
+def kernel_progress(*, machine_code: bool = False) -> float:
+    """Fraction of the kernel that can run without being compiled, 0 to 1.
+
+    Args:
+        machine_code: Whether machine code is needed, as with a custom law.
+    """
+    return share_ready(machine_code=machine_code)
 
 
 def kernel_is_cached(space: Space = PLANAR, *, machine_code: bool = False) -> bool:

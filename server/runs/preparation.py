@@ -61,9 +61,16 @@ class Preparation:
     def words(self) -> str:
         """The progress and remaining time as text; empty when everything is compiled."""
         share, seconds = self.look()
-        if share >= 1.0:
-            return ""
-        if seconds is None:
-            return f"{share:.0%} done; it takes half a minute or more, longer on a busy machine"
-        told = f"{seconds:.0f} s" if seconds < _SECONDS_TOLD else f"{seconds / 60.0:.0f} min"
-        return f"{share:.0%} done, about {told} to go"
+        return f"{share:.0%} done, {time_to_go(seconds)}" if share < 1.0 else ""
+
+
+def time_to_go(seconds: float | None) -> str:
+    """The remaining time of a compilation as text.
+
+    Args:
+        seconds: The remaining time [s], None while unknown.
+    """
+    if seconds is None:
+        return "half a minute or more to go, longer on a busy machine"
+    told = f"{seconds:.0f} s" if seconds < _SECONDS_TOLD else f"{seconds / 60.0:.0f} min"
+    return f"about {told} to go"

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import sys
 import time
+from functools import partial
 from threading import Lock, Timer
 from types import TracebackType
 from typing import TYPE_CHECKING, Self
 
 if TYPE_CHECKING:
     from slipgrasp.core.scenario import Scenario
+    from slipgrasp.core.scenario.space import Space
 
-COMPILING = "compiling the simulation for this processor, once; that takes half a minute or more"
+_SUBJECTS = {"planar": "planar hands", "spatial": "spatial hands", "support": "slides"}
 
 PATIENCE = 1.0
 REFRESH_PERIOD = 0.1
@@ -101,17 +103,37 @@ def _bar(fraction: float) -> str:
     return "█" * full + "░" * (BAR_WIDTH - full)
 
 
+def compiling_words(space: Space) -> str:
+    """What the program does before its first run with a kind of hand, and for how long."""
+    return (
+        f"compiling the simulation of {_SUBJECTS[space.name]} for this processor, once; that takes "
+        "half a minute to two minutes, longer on a busy machine"
+    )
+
+
 def load_simulation(scenario: Scenario) -> None:
-    """Waits until runs can start; shows progress while the simulation is compiled.
+    """Waits until runs can start; shows progress and remaining time while compiling.
 
     Args:
         scenario: The runs have its kind of hand, each of which is compiled separately, and its law.
     """
     with Progress("loading the simulation") as progress:
-        from slipgrasp.core.run.simulator import kernel_is_cached, prepare_kernel
+        from slipgrasp.core.run.simulator import (
+            kernel_is_cached,
+            kernel_progress,
+            prepare_kernel,
+        )
         from slipgrasp.core.scenario.chosen_laws import custom_kind_in
+        from slipgrasp.server.runs.preparation import Preparation, time_to_go
 
         space, is_custom = scenario.space, custom_kind_in(scenario) is not None
-        if not kernel_is_cached(space, machine_code=is_custom):
-            progress.announce(COMPILING)
-        prepare_kernel(progress.update, space, machine_code=is_custom)
+        if kernel_is_cached(space, machine_code=is_custom):
+            return prepare_kernel(None, space, machine_code=is_custom)
+        progress.announce(compiling_words(space))
+        preparation = Preparation(partial(kernel_progress, machine_code=is_custom))
+        preparation.look()
+
+        def show(share: float) -> None:
+            progress.update(share, time_to_go(preparation.look()[1]))
+
+        prepare_kernel(show, space, machine_code=is_custom)

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from slipgrasp.cli.arguments import store_in
-from slipgrasp.cli.progress import COMPILING, Progress
+from slipgrasp.cli.progress import Progress, compiling_words
 from slipgrasp.cli.status import CommandError, ExitStatus, complain
 
 if TYPE_CHECKING:
@@ -250,6 +250,7 @@ def _settings(
 def _make_server(settings: Settings, first: Source | None) -> AnnouncingServer:
     from slipgrasp.cli.announcing_server import AnnouncingServer
     from slipgrasp.core.run.simulator import kernel_is_cached
+    from slipgrasp.core.scenario.space import PLANAR
     from slipgrasp.server.app import server_config
     from slipgrasp.server.http.identity import TOKEN_PARAMETER
     from slipgrasp.server.http.log_limit import log_stray_errors
@@ -260,7 +261,7 @@ def _make_server(settings: Settings, first: Source | None) -> AnnouncingServer:
     log_stray_errors(settings.log_format)
     is_silent = settings.log_format is LogFormat.JSON
     if not (kernel_is_cached() or is_silent):
-        complain(COMPILING)
+        complain(compiling_words(PLANAR))
     config = server_config(create_dashboard_app(settings, first), settings)
     host, port = settings.host, settings.port
     address = f"http://[{host}]:{port}" if ":" in host else f"http://{host}:{port}"

@@ -38,7 +38,7 @@ def test_before_anything_is_compiled_no_time_is_made_up() -> None:
     compiler = Compiler()
     compiler.now += 300.0
     assert compiler.preparation.look() == (0.0, None)
-    told = "0% done; it takes half a minute or more, longer on a busy machine"
+    told = "0% done, half a minute or more to go, longer on a busy machine"
     assert compiler.preparation.words() == told
 
 
