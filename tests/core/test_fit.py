@@ -235,6 +235,20 @@ def test_mass_and_frictions_of_a_run_are_found_and_their_intervals_hold_the_trut
 
 
 @pytest.mark.slow
+def test_friction_and_radius_of_a_body_that_spins_and_slides_are_found(kernel):
+    true = load_scenario("spinning-slide")
+    data = measured(simulate(true), {"object_pose": 5e-4}, seed=3, rate=100.0)
+    start = with_values(true, {"support.friction": 0.3, "support.radius": 0.02})
+    free = {"support.friction": 0.21, "support.radius": 0.036}
+    report = fit(FitProblem.make(start, [*free], data), FitOptions(starts=2))
+    for key, truth in free.items():
+        found = report.parameters[key]
+        assert found.kind == "bounded"
+        assert found.low < truth < found.high < 1.01 * found.low
+    assert report.explains
+
+
+@pytest.mark.slow
 def test_delay_and_bias_of_forces_are_found_with_the_parameters(base, true_run):
     data = measured(true_run, NOISE | {"normal_force": 0.02}, delay=0.01, bias=0.5)
     problem = FitProblem.make(base, ["object.mass"], data, ("delay", "force_bias"))
