@@ -252,6 +252,16 @@ def test_a_run_with_fewer_charts_leaves_no_empty_ones(page: Page, case_2: RunRes
     assert len(page.client.plots) == 12
 
 
+def test_the_tab_of_estimates_is_there_only_with_estimates(page: Page, case_2: RunResult) -> None:
+    without = simulate(with_values(load_scenario("sliding-block"), {"simulation.duration": 0.1}))
+    tabs = []
+    for run in (case_2, without, case_2):
+        page.panel.update(view_of(run))
+        tabs.append(page.panel._group._tab_labels)
+    assert tabs[0] == tabs[2] and tabs[0].index("Estimates") == 2
+    assert tabs[1] == tuple(tab for tab in tabs[0] if tab != "Estimates")
+
+
 def test_readings_follow_a_moving_play_head_ten_times_a_second() -> None:
     window = TimeWindow(0.0, 0.3)
     assert is_reading_due(0.1, 0.2, window, 0.1)

@@ -289,10 +289,12 @@ def _either(charts: _Charts, of_slide: _Charts) -> _Charts:
     return charts_of_run
 
 
+ESTIMATES_TAB = "Estimates"
+
 CHART_TABS: dict[str, _Charts] = {
     "Contact": _either(contact_charts, slide_charts),
     "Motion": _either(tracking_charts, motion_charts),
-    "Estimates": charts_of_estimates,
+    ESTIMATES_TAB: charts_of_estimates,
     "Energy": _either(energy_charts, balance_charts),
 }
 """The charts of a run by tab."""

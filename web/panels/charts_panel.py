@@ -10,7 +10,7 @@ from itertools import zip_longest
 import viser
 
 from slipgrasp.core.trace.trace import Trace
-from slipgrasp.web.charts.charts import CHART_TABS
+from slipgrasp.web.charts.charts import CHART_TABS, ESTIMATES_TAB
 from slipgrasp.web.charts.chosen import CHOSEN_TAB, search_html
 from slipgrasp.web.charts.drawn import ChartedRun, DrawnChart, drawn_charts, remarks_on
 from slipgrasp.web.charts.html import (
@@ -60,10 +60,9 @@ class ChartsPanel:
     def __init__(self, client: viser.ClientHandle, height: int) -> None:
         self._client = client
         self._group = client.gui.add_tab_group()
-        self._tabs = {
-            name: _Tab(client.gui, self._group.add_tab(name), name, height)
-            for name in (*CHART_TABS, CHOSEN_TAB)
-        }
+        handles = {name: self._group.add_tab(name) for name in (*CHART_TABS, CHOSEN_TAB)}
+        self._estimates = handles[ESTIMATES_TAB]
+        self._tabs = {name: _Tab(client.gui, tab, name, height) for name, tab in handles.items()}
         self._xy = XyTab(client.gui, self._group.add_tab(XY_TAB))
         self._laws = LawsTab(client.gui, self._group.add_tab(LAWS_TAB))
         self._shown: Shown | None = None
@@ -80,6 +79,8 @@ class ChartsPanel:
         if view.shown is None or view.playback is None:
             return
         self._laws.update(view)
+        shape = view.shown.result.trace.shape
+        self._show_estimates(bool(shape.unknowns or shape.diagnostics))
         playback, now = view.playback, time.monotonic()
         run = self._take_runs(view.shown, view.ghost, view.charts)
         cursors = Cursors(playback.time, view.charts.mark)
@@ -99,6 +100,17 @@ class ChartsPanel:
             if XY_TAB in self._drawn:
                 self._xy.read(run.trace, cursors)
         self._read, self._read_at = cursors, now
+
+    def _show_estimates(self, is_shown: bool) -> None:
+        """Hides the tab of estimates in runs without any; viser itself cannot hide tabs."""
+        tabs = self._group._tab_handles
+        if is_shown == (self._estimates in tabs):
+            return
+        if is_shown:
+            tabs.insert([*self._tabs].index(ESTIMATES_TAB), self._estimates)
+        else:
+            tabs.remove(self._estimates)
+        self._group._rebuild_tab_props()
 
     def _draw(self, due: set[str], run: ChartedRun, view: ViewState, window: TimeWindow) -> None:
         """Draws the charts under some tabs."""
