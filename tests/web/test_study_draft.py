@@ -17,6 +17,7 @@ from slipgrasp.web.model.study_draft import (
     NO_COMPARISON,
     AxisDraft,
     comparisons_for,
+    comparisons_in,
     fitted,
     offers_of,
     study_of,
@@ -86,9 +87,19 @@ def test_a_comparison_crosses_a_setting_with_every_pair() -> None:
 
 def test_what_an_axis_varies_is_not_offered_for_comparison() -> None:
     weight = AxisDraft("controller.lyapunov_weight", 1.0, 20.0)
-    left = comparisons_for(STUDY_DRAFT.with_axis(0, weight))
+    left = comparisons_for(STUDY_DRAFT.with_axis(0, weight), comparisons_in(quick_scenario()))
     assert left[0] == NO_COMPARISON
     assert len(left) == len(COMPARISONS)
+
+
+def test_a_body_on_a_support_offers_no_comparison_of_controllers() -> None:
+    slide = load_scenario("sliding-block")
+    assert comparisons_in(slide) == ()
+    compared = replace(STUDY_DRAFT, comparison=next(iter(COMPARISONS)))
+    left = fitted(compared, offers_of(slide), comparisons_in(slide))
+    assert (left.comparison, comparisons_for(left, ())) == (NO_COMPARISON, (NO_COMPARISON,))
+    spatial = comparisons_in(load_scenario("spatial-prism"))
+    assert comparisons_in(load_scenario("paper-case-1")) == tuple(COMPARISONS) == spatial
 
 
 def test_numbers_of_values_stay_within_bounds_whatever_a_browser_sends() -> None:
@@ -119,7 +130,7 @@ def test_what_cannot_run_is_refused_in_the_words_of_the_page(
 def test_a_plan_keeps_what_another_scenario_has_too() -> None:
     offers = offers_of(load_scenario("paper-case-1"))
     belief = AxisDraft("estimates.3.initial", 0.0, 1.0)
-    kept, replaced = fitted(STUDY_DRAFT.with_axis(1, belief), offers).axes
+    kept, replaced = fitted(STUDY_DRAFT.with_axis(1, belief), offers, ()).axes
     assert kept == STUDY_DRAFT.axes[0]
     assert replaced.key in {offer.key for offer in offers} - {kept.key}
 

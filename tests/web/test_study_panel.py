@@ -21,7 +21,7 @@ from slipgrasp.web.model.intents.intent import Intent
 from slipgrasp.web.model.playback import WindowChoice
 from slipgrasp.web.model.replay import Replay
 from slipgrasp.web.model.study import Followed, Price, StudyRun, StudyView
-from slipgrasp.web.model.study_draft import COMPARISONS, offers_of, study_of
+from slipgrasp.web.model.study_draft import COMPARISONS, comparisons_in, offers_of, study_of
 from slipgrasp.web.model.study_map import MapPicture
 from slipgrasp.web.model.study_words import (
     list_label,
@@ -36,7 +36,11 @@ from slipgrasp.web.panels.study_panel import StudyPanel, draft_html, summary_htm
 from tests.recordings.studying import make_study, run_study
 from tests.web.studying import STUDY_DRAFT, quick_scenario
 
-PLANNED = StudyView(offers=offers_of(quick_scenario()), draft=STUDY_DRAFT)
+PLANNED = StudyView(
+    offers=offers_of(quick_scenario()),
+    compared=comparisons_in(quick_scenario()),
+    draft=STUDY_DRAFT,
+)
 STORED = StoredStudy(
     id="aaaaaaaaaaaa",
     created="2026-11-21T10:05:00+00:00",
@@ -116,6 +120,11 @@ def test_a_plan_stands_in_its_inputs_with_units_and_bounds(bench: Bench) -> None
     assert "<b>9 runs</b>" in bench.panel.draft.price.content
     assert not bench.panel.map.map.visible
     assert bench.asked == []
+
+
+def test_without_settings_to_compare_the_plan_has_no_comparison(bench: Bench) -> None:
+    bench.show(replace(PLANNED, compared=()))
+    assert not bench.panel.draft.inputs.comparison.visible
 
 
 def test_the_cost_and_what_stands_in_the_way_are_told_before_it_runs() -> None:

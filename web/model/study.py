@@ -72,6 +72,7 @@ class StudyView:
 
     Attributes:
         offers: The parameters of the draft that can vary.
+        compared: The comparisons of settings that the scenario has.
         draft: Variations of the next study; None until the scenario is known.
         price: Its estimated cost; None while unknown.
         problems: Reasons why it cannot run, a sentence each.
@@ -86,6 +87,7 @@ class StudyView:
     """
 
     offers: tuple[Offer, ...] = ()
+    compared: tuple[str, ...] = ()
     draft: StudyDraft | None = None
     price: Price | None = None
     problems: tuple[str, ...] = ()

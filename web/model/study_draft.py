@@ -13,7 +13,7 @@ from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.chosen_laws import kinds_in
 from slipgrasp.core.scenario.custom_laws import LAW
 from slipgrasp.core.scenario.field_errors import template_key, template_keys
-from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.core.scenario.loading import load_scenario, parameter_definitions, with_values
 from slipgrasp.core.scenario.parameters import Parameter
 from slipgrasp.core.study.definition import Study, expand_key
 from slipgrasp.core.study.loading import study_from_mapping
@@ -194,12 +194,21 @@ def _range_of(parameter: Parameter, names: ParameterNames) -> tuple[float, float
     return max(low, least), max(high, 2.0 * least)
 
 
-def fitted(draft: StudyDraft | None, offers: tuple[Offer, ...]) -> StudyDraft:
+def comparisons_in(scenario: Scenario) -> tuple[str, ...]:
+    """The comparisons whose settings a scenario has; a body on a support has no controller."""
+    known = parameter_definitions(scenario)
+    return tuple(name for name, (key, _) in COMPARISONS.items() if key in known)
+
+
+def fitted(
+    draft: StudyDraft | None, offers: tuple[Offer, ...], compared: tuple[str, ...]
+) -> StudyDraft:
     """The draft with parameters of a scenario; missing ones are replaced by the first on offer.
 
     Args:
         draft: The user's choice; None if there is none yet.
         offers: The parameters on offer, at least two.
+        compared: The comparisons on offer.
     """
     if draft is None:
         return StudyDraft((offers[0].axis(), offers[1].axis()))
@@ -207,13 +216,14 @@ def fitted(draft: StudyDraft | None, offers: tuple[Offer, ...]) -> StudyDraft:
     taken = [axis.key for axis in draft.axes]
     free = (offer for offer in offers if offer.key not in taken)
     first, second = (axis if axis.key in known else next(free).axis() for axis in draft.axes)
-    return replace(draft, axes=(first, second))
+    comparison = draft.comparison if draft.comparison in compared else NO_COMPARISON
+    return StudyDraft((first, second), comparison)
 
 
-def comparisons_for(draft: StudyDraft) -> tuple[str, ...]:
-    """The comparisons whose settings no axis varies."""
+def comparisons_for(draft: StudyDraft, compared: tuple[str, ...]) -> tuple[str, ...]:
+    """The comparisons on offer whose settings no axis varies."""
     taken = {axis.key for axis in draft.axes}
-    return (NO_COMPARISON, *(name for name, (key, _) in COMPARISONS.items() if key not in taken))
+    return (NO_COMPARISON, *(name for name in compared if COMPARISONS[name][0] not in taken))
 
 
 def study_of(draft: StudyDraft, scenario: Scenario, origin: str) -> Study:

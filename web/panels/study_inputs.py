@@ -63,7 +63,9 @@ class DraftInputs:
             return
         for axis, inputs in zip(draft.axes, self.axes, strict=True):
             inputs.show(axis, study.offers)
-        _set_options(self.comparison, comparisons_for(draft), draft.comparison)
+        offered = comparisons_for(draft, study.compared)
+        _set_options(self.comparison, offered, draft.comparison)
+        self.comparison.visible = bool(study.compared)
 
     def remove(self) -> None:
         """Removes all widgets."""

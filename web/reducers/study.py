@@ -35,7 +35,13 @@ from slipgrasp.web.model.intents.study import (
     StudyUnreadable,
 )
 from slipgrasp.web.model.study import Followed, Price, StudyRun, StudyView
-from slipgrasp.web.model.study_draft import StudyDraft, comparisons_for, fitted, offers_of
+from slipgrasp.web.model.study_draft import (
+    StudyDraft,
+    comparisons_for,
+    comparisons_in,
+    fitted,
+    offers_of,
+)
 from slipgrasp.web.model.view import ViewState
 from slipgrasp.web.reducers.reducer import Reducer
 from slipgrasp.web.workers.study_worker import StudyWorker
@@ -147,8 +153,10 @@ class StudyReducer(Reducer):
         offers = offers_of(view.draft.base)
         if not offers:
             return replace(view, study=replace(view.study, offers=(), draft=None))
-        study_draft = fitted(view.study.draft, offers)
-        return replace(view, study=replace(view.study, offers=offers, draft=study_draft))
+        compared = comparisons_in(view.draft.base)
+        study_draft = fitted(view.study.draft, offers, compared)
+        study = replace(view.study, offers=offers, compared=compared, draft=study_draft)
+        return replace(view, study=study)
 
     def _ask_for_price(self, view: ViewState) -> ViewState:
         if view.study.draft is None:
@@ -269,11 +277,11 @@ def _redrafted(study: StudyView, intent: DraftIntent) -> StudyView:
             study_draft = study_draft.with_axis(place, axis)
         case ChooseComparison(name):
             study_draft = replace(study_draft, comparison=name)
-    return replace(study, draft=_without_conflict(study_draft))
+    return replace(study, draft=_without_conflict(study_draft, study.compared))
 
 
-def _without_conflict(study_draft: StudyDraft) -> StudyDraft:
-    known = comparisons_for(study_draft)
+def _without_conflict(study_draft: StudyDraft, compared: tuple[str, ...]) -> StudyDraft:
+    known = comparisons_for(study_draft, compared)
     return (
         study_draft
         if study_draft.comparison in known
