@@ -11,13 +11,14 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 
+from slipgrasp.core.scenario.space import Space
 from slipgrasp.figures.category_style import colour_of, hatch_of, marker_of
 from slipgrasp.figures.map_data import MapAxis, MapPanel
 from slipgrasp.figures.map_labels import equality_words, same_quantity
 from slipgrasp.figures.panels import lighter
 from slipgrasp.figures.style import add_axes, paint
 from slipgrasp.recordings.palette import MARK, MUTED
-from slipgrasp.recordings.study.categories import CATEGORIES, HELD
+from slipgrasp.recordings.study.categories import CATEGORIES, HELD, category_words
 
 KEY_LINE = 4.4
 """Height of a line of the key [mm]."""
@@ -55,13 +56,14 @@ class KeyLine(NamedTuple):
     style: dict[str, Any]
 
 
-def key_lines(panels: Sequence[MapPanel], x: MapAxis, y: MapAxis) -> list[KeyLine]:
+def key_lines(panels: Sequence[MapPanel], x: MapAxis, y: MapAxis, space: Space) -> list[KeyLine]:
     """The lines of the key, the same for all panels."""
     counts = np.sum([panel.counts for panel in panels], axis=0)
     shown = [k for k in range(len(CATEGORIES)) if counts[k] or k == HELD]
-    lines = [KeyLine(CATEGORIES[k].words, k, {}) for k in shown]
+    lines = [KeyLine(category_words(k, space), k, {}) for k in shown]
     if 0 < counts[HELD] < counts.sum():
-        lines.append(KeyLine("boundary of the region where it is held", None, BOUNDARY_LINE))
+        region = f"boundary of the region where it is {category_words(HELD, space)}"
+        lines.append(KeyLine(region, None, BOUNDARY_LINE))
     if same_quantity(x.key, y.key):
         lines.append(KeyLine(equality_words(x.key, y.key), None, EQUAL_LINE))
     if x.base is not None and y.base is not None:

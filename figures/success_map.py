@@ -74,7 +74,7 @@ def draw_success_map(results: StudyResults, x: str, y: str) -> Figure:
         raise QueryError(y, f"a map needs two parameters, not '{y[:80]}' twice")
     across, up = map_axis(results, x), map_axis(results, y)
     panels = panels_of(results, x, y)
-    lines = key_lines(panels, across, up)
+    lines = key_lines(panels, across, up, results.study.base.space)
     notes = _notes(results.study, (x, y, *panels[0].values))
     with paper_style():
         height, places = _layout(len(panels), len(lines), bool(results.study.title), len(notes))

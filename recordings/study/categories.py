@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from slipgrasp.core.scenario.space import Space
 from slipgrasp.core.study.limits import components
 from slipgrasp.core.trace.types import Outcome
 
@@ -57,6 +58,19 @@ CATEGORIES: tuple[Category, ...] = (
 
 HELD = 0
 NOT_HELD, PAST_LIMIT, TOO_SHORT = 1, 2, 3
+
+_OF_SLIDES = {HELD: "at rest", NOT_HELD: "still slides, or has just stopped"}
+
+
+def category_words(category: int, space: Space) -> str:
+    """Name of a category in a study; without a hand nothing is held.
+
+    Args:
+        category: Index into `CATEGORIES`.
+        space: Kind of scenario of the study.
+    """
+    words = CATEGORIES[category].words
+    return words if space.has_hand else _OF_SLIDES.get(category, words)
 
 
 def categorize(results: StudyResults) -> NDArray[np.int8]:

@@ -10,6 +10,7 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import to_rgb
 
 from slipgrasp.core.scenario.loading import with_values
+from slipgrasp.core.scenario.space import PLANAR, SUPPORT
 from slipgrasp.core.study.definition import MAX_RUNS
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.figures.category_style import colour_of, hatch_of, marker_of
@@ -20,7 +21,12 @@ from slipgrasp.figures.map_marks import nearest_samples
 from slipgrasp.figures.style import new_figure, paint, paper_style
 from slipgrasp.figures.success_map import draw_success_map
 from slipgrasp.recordings.exceptions import QueryError
-from slipgrasp.recordings.study.categories import CATEGORIES, HELD, categorize
+from slipgrasp.recordings.study.categories import (
+    CATEGORIES,
+    HELD,
+    categorize,
+    category_words,
+)
 from slipgrasp.recordings.study.map_axes import choose_axes
 from slipgrasp.recordings.study.results import StudyResults
 from slipgrasp.recordings.study.study_row import StudyRow
@@ -148,15 +154,26 @@ def test_the_key_counts_the_runs_of_its_panel(samples):
         assert CATEGORIES[HELD].words in words
 
 
-def test_no_words_of_the_key_reach_its_counts():
+@pytest.mark.parametrize("space", [PLANAR, SUPPORT], ids=lambda space: space.name)
+def test_no_words_of_the_key_reach_its_counts(space):
     counts = np.full(len(CATEGORIES), MAX_RUNS)
     panel = SimpleNamespace(counts=counts, runs=range(MAX_RUNS))
-    lines = [KeyLine(each.words, k, {}) for k, each in enumerate(CATEGORIES)]
+    lines = [KeyLine(category_words(k, space), k, {}) for k in range(len(CATEGORIES))]
     with paper_style():
         figure = new_figure(200.0)
         draw_key(figure, lines, panel, (0.0, 0.0, 72.0), has_points=True)
     boxes = [text.get_window_extent() for text in figure.axes[0].texts]
     assert [a for a, b in itertools.combinations(boxes, 2) if a.overlaps(b)] == []
+
+
+def test_a_map_of_slides_does_not_say_that_they_are_held(tmp_path):
+    vary = {
+        "support.friction": {"min": 0.2, "max": 0.5, "count": 2},
+        "motion.velocity.0": {"min": 0.3, "max": 2.0, "count": 2},
+    }
+    results = run_study(make_study(base="sliding-block", vary=vary), tmp_path / "study.mcap")
+    words = " ".join(texts(draw_success_map(results, *vary)))
+    assert "at rest" in words and "held" not in words
 
 
 def test_each_sample_is_a_point_of_its_way_that_leads_to_its_run(samples):

@@ -20,7 +20,12 @@ from slipgrasp.figures.map_data import (
     panels_of,
 )
 from slipgrasp.figures.map_labels import same_quantity
-from slipgrasp.recordings.study.categories import CATEGORIES, HELD, categorize
+from slipgrasp.recordings.study.categories import (
+    CATEGORIES,
+    HELD,
+    categorize,
+    category_words,
+)
 from slipgrasp.recordings.study.map_axes import choose_axes, numeric_keys
 from slipgrasp.recordings.study.results import StudyResults
 from slipgrasp.web.model.intents.study import OpenStudyRun
@@ -63,7 +68,10 @@ def draw_map(results: StudyResults) -> MapPicture | None:
         across=_axis_picture(names, x),
         up=_axis_picture(names, y),
         panels=tuple(_panel_picture(told, panel, x, y) for panel in panels),
-        swatches=tuple(Swatch(way, CATEGORIES[way].words, int(counts[way])) for way in ways),
+        swatches=tuple(
+            Swatch(way, category_words(way, shown.study.base.space), int(counts[way]))
+            for way in ways
+        ),
         base=_base(x, y),
         diagonal=_diagonal(x, y),
         lumped=lumped,
@@ -132,7 +140,7 @@ class _Telling:
     """
 
     def __init__(self, results: StudyResults, keys: tuple[str, ...], names: ParameterNames) -> None:
-        self.names = names
+        self.names, self._space = names, results.study.base.space
         count = results.num_rows
         self._columns = [
             (names.words(key), names.unit(key), results.values(key, 0, count)) for key in keys
@@ -149,7 +157,7 @@ class _Telling:
         slip, end = self._slips[index], self._ends[index]
         slipped = "" if math.isnan(slip) else f", slip {1e3 * slip:.3g} mm"
         ended = "" if way == HELD or math.isnan(end) else f" at {end:.3g} s"
-        return f"run {index}: {values}. {CATEGORIES[way].words}{ended}{slipped}"
+        return f"run {index}: {values}. {category_words(way, self._space)}{ended}{slipped}"
 
 
 def _panel_picture(told: _Telling, panel: MapPanel, x: MapAxis, y: MapAxis) -> MapPanelPicture:

@@ -8,7 +8,7 @@ from itertools import chain
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.recordings.palette import HELD as HELD_COLOUR
 from slipgrasp.recordings.palette import MARK, OUTCOMES
-from slipgrasp.recordings.study.categories import CATEGORIES, HELD
+from slipgrasp.recordings.study.categories import CATEGORIES, HELD, category_words
 from slipgrasp.web.model.colours import css
 from slipgrasp.web.model.study_map import (
     SIZE,
@@ -83,8 +83,11 @@ def _notes(picture: MapPicture) -> list[str]:
 def _panel_html(picture: MapPicture, panel: MapPanelPicture, ring: str) -> str:
     title = ""
     if panel.title:
-        held = f"held {panel.held} of {panel.finished} ({share_words(panel.held, panel.finished)})"
-        title = f"<div style='margin-bottom:0.3em'><b>{escape(panel.title)}</b><br>{held}</div>"
+        held = category_words(HELD, picture.study.base.space)
+        shown = (
+            f"{held} {panel.held} of {panel.finished} ({share_words(panel.held, panel.finished)})"
+        )
+        title = f"<div style='margin-bottom:0.3em'><b>{escape(panel.title)}</b><br>{shown}</div>"
     frame = f"<rect class='sg-map-frame' width='{SIZE}' height='{SIZE}'/>"
     marks = f"{frame}{_grid(picture)}{panel.marks}{_diagonal(picture)}{_base(picture)}{ring}"
     label = escape(f"{panel.title} {picture.across.label} and {picture.up.label}".strip())

@@ -8,7 +8,7 @@ from html import escape
 import viser
 
 from slipgrasp.core.study.knowledge import describe_knowledge_in
-from slipgrasp.recordings.study.categories import HELD
+from slipgrasp.recordings.study.categories import HELD, category_words
 from slipgrasp.server.addresses import API_PATH, from_page
 from slipgrasp.server.jobs.job import StudyState
 from slipgrasp.web.model.colours import tone
@@ -43,8 +43,8 @@ _NO_STUDY = "choose …"
 _NONE: tuple[str, ...] = (_NO_STUDY,)
 _INTRO = (
     f"<div {visible_attribute(SeeStudyDraft)} style='padding:0.5em 0.75em 0;font-size:0.85em'>"
-    "Vary two parameters of the scenario, and map where the object is held: "
-    "one run for every pair of values.</div>"
+    "Vary two parameters of the scenario, and map the outcomes: one run for every pair of values."
+    "</div>"
 )
 
 _MOST_REASONS = 3
@@ -333,9 +333,10 @@ def _state_words(followed: Followed) -> str:
 def _held_html(picture: MapPicture) -> str:
     """The number of held runs, and the most frequent outcomes of the others."""
     so_far = "" if picture.finished == picture.study.num_runs else " so far"
+    held_words = category_words(HELD, picture.study.base.space)
     held = (
         f"<div style='font-size:1.15em;font-weight:700;color:{tone('good')};margin-top:0.25em'>"
-        f"Held {picture.held} of {picture.finished}{so_far} "
+        f"{held_words.capitalize()} {picture.held} of {picture.finished}{so_far} "
         f"({share_words(picture.held, picture.finished)})</div>"
     )
     others = sorted((s for s in picture.swatches if s.way != HELD), key=lambda s: -s.count)
