@@ -7,10 +7,9 @@ import pytest
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import (
+    all_preset_names,
     load_scenario,
     parameter_definitions,
-    preset_names,
-    spatial_preset_names,
 )
 from slipgrasp.recordings.file.state_hash import state_hash
 from slipgrasp.web.model.disturbances import DisturbanceKind
@@ -35,7 +34,7 @@ def view(case_2: RunResult) -> ViewState:
 
 def test_it_visits_every_preset_once() -> None:
     names = [stop.preset for stop in TOUR]
-    assert sorted(names) == sorted([*preset_names(), *spatial_preset_names()])
+    assert sorted(names) == sorted(all_preset_names())
 
 
 @pytest.mark.slow

@@ -66,4 +66,6 @@ TOUR = (
         "sensing.velocity_noise",
     ),
     Stop("spatial-box", "What if the thumb's face is smooth?", "fingers.0.friction"),
+    Stop("sliding-block", "Which friction halves the distance?", "support.friction"),
+    Stop("spinning-slide", "Does it spin longer on a smoother support?", "support.friction"),
 )
