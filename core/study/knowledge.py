@@ -25,7 +25,7 @@ def describe_knowledge_in(study: Study) -> str:
 def find_nothing_to_adapt(study: Study) -> Iterator[str]:
     """Yields a warning if no law in the study has anything to adapt."""
     known = knowledge_in(study)
-    if not known.estimated:
+    if study.base.space.has_hand and not known.estimated:
         yield (
             f"its controllers are given {given_words(known)} at every instant and have no "
             "estimates: the study compares no adaptation"

@@ -233,6 +233,11 @@ def test_a_study_without_estimates_says_that_it_compares_nothing_of_adaptation()
     assert said.endswith("This study compares no adaptation.")
 
 
+def test_a_study_of_slides_says_nothing_of_controllers() -> None:
+    slides = study(load_scenario("sliding-block"), object__mass=MASSES)
+    assert [*find_nothing_to_adapt(slides)] == [] and describe_knowledge_in(slides) == ""
+
+
 def test_a_study_with_estimates_says_what_is_unknown() -> None:
     learning = study(load_scenario("paper-case-2"), object__mass=MASSES)
     assert [*find_nothing_to_adapt(learning)] == []
