@@ -1,4 +1,4 @@
-"""The parts of a run that differ between planar hands, spatial hands and a body on a support."""
+"""The parts of a run that differ between planar and spatial hands, a support and a rail."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from slipgrasp.core.kernel.planar import advance as kernel
 from slipgrasp.core.kernel.planar.run import last_row, make_run
 from slipgrasp.core.kernel.planar.state import StateParts, parts_of
 from slipgrasp.core.run.schedule import Schedule, Timetable
-from slipgrasp.core.scenario import PLANAR, SUPPORT, Change, PlanarScenario, Scenario, Space
+from slipgrasp.core.scenario import PLANAR, RAIL, SUPPORT, Change, PlanarScenario, Scenario, Space
 
 if IN_WEBASSEMBLY:
     from slipgrasp.core.kernel.compilation.webassembly import in_wasmtime
@@ -81,6 +81,10 @@ def engine_of(space: Space) -> Callable[..., Engine]:
         from slipgrasp.core.run.support_engine import SupportEngine
 
         return SupportEngine
+    if space is RAIL:
+        from slipgrasp.core.run.rail_engine import RailEngine
+
+        return RailEngine
     from slipgrasp.core.run.space_engine import SpatialEngine
 
     return SpatialEngine

@@ -39,7 +39,7 @@ class Metric:
             fingertip is soft).
         name: Field of `Metrics`, or name of a component in a table: ``slip_path_0``.
         kind: Type of its values.
-        of_hand: Whether it exists only if there is a hand.
+        of_control: Whether it exists only if joints are controlled.
     """
 
     text: str
@@ -47,7 +47,7 @@ class Metric:
     per: Literal["", "coordinate", "contact", "pad"] = ""
     name: str = ""
     kind: MetricKind = "number"
-    of_hand: bool = False
+    of_control: bool = False
 
     def single_values(self, num_contacts: int, space: Space = PLANAR) -> Iterator[Metric]:
         """Components of the metric: contacts by index, coordinates by letter."""
@@ -110,7 +110,7 @@ class Metrics:
         Metric(
             "Integral over time of the sum of the squared joint torques (for slides: forces in N).",
             "N² m² s",
-            of_hand=True,
+            of_control=True,
         ),
     ]
     phase_change_count: Annotated[int, Metric("Number of phase changes.", "1")]
@@ -132,7 +132,7 @@ class Metrics:
         values: list[float | int | bool | None] = []
         space = space_of_errors(len(self.final_tracking_error))
         for metric in METRICS:
-            if metric.of_hand and not space.has_hand:
+            if metric.of_control and not space.has_control:
                 continue
             value = getattr(self, metric.name)
             values += value if metric.per else [value]
@@ -173,7 +173,7 @@ def single_metrics(
     return tuple(
         single
         for metric in METRICS
-        if (soft or metric.per != "pad") and (space.has_hand or not metric.of_hand)
+        if (soft or metric.per != "pad") and (space.has_control or not metric.of_control)
         for single in metric.single_values(num_contacts, space)
     )
 

@@ -23,8 +23,9 @@ from slipgrasp.core.scenario.motion import (
 )
 from slipgrasp.core.scenario.numerics import MAX_CHATTER_CHANGES, Change, SimulationParameters
 from slipgrasp.core.scenario.planar import PlanarScenario
+from slipgrasp.core.scenario.rail import RailScenario
 from slipgrasp.core.scenario.scenario import HandScenario, Scenario
-from slipgrasp.core.scenario.space import PLANAR, SPATIAL, SUPPORT, Space
+from slipgrasp.core.scenario.space import PLANAR, RAIL, SPATIAL, SUPPORT, Space
 from slipgrasp.core.scenario.spatial import SpatialScenario
 from slipgrasp.core.scenario.supported import SupportScenario
 from slipgrasp.core.scenario.world import ActuationParameters, Patch, Pulse, SensingParameters
@@ -39,6 +40,7 @@ __all__ = [
     "MAX_TABLE_ROWS",
     "MAX_UNKNOWNS",
     "PLANAR",
+    "RAIL",
     "SAMPLED_CONTROL",
     "SPATIAL",
     "SUPPORT",
@@ -54,6 +56,7 @@ __all__ = [
     "Patch",
     "PlanarScenario",
     "Pulse",
+    "RailScenario",
     "Scenario",
     "SensingParameters",
     "SetPoint",

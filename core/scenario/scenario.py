@@ -11,7 +11,15 @@ from slipgrasp.core.scenario.controller import ControllerParameters, SpatialCont
 from slipgrasp.core.scenario.held_object import ObjectParameters
 from slipgrasp.core.scenario.motion import SetPoint, TrajectoryParameters
 from slipgrasp.core.scenario.planar import PlanarScenario, full_planar_scenario
-from slipgrasp.core.scenario.space import PLANAR, SPATIAL, SUPPORT, Space
+from slipgrasp.core.scenario.rail import (
+    RailController,
+    RailObject,
+    RailScenario,
+    RailSetPoint,
+    RailTrajectory,
+    full_rail_scenario,
+)
+from slipgrasp.core.scenario.space import PLANAR, RAIL, SPATIAL, SUPPORT, Space
 from slipgrasp.core.scenario.spatial import (
     SpatialObject,
     SpatialPatch,
@@ -30,24 +38,27 @@ from slipgrasp.core.scenario.supported import (
 from slipgrasp.core.scenario.world import Patch, Pulse
 
 HandScenario = PlanarScenario | SpatialScenario
-Scenario = HandScenario | SupportScenario
+FreeScenario = SupportScenario | RailScenario
+Scenario = HandScenario | FreeScenario
 AnyScenario = TypeVar("AnyScenario", bound=Scenario)
-AnyObject = ObjectParameters | SpatialObject | SupportedObject
-AnyTrajectory = TrajectoryParameters | SpatialTrajectory | InitialMotion
-AnySetPoint = SetPoint | SpatialSetPoint
-AnyController = ControllerParameters | SpatialController
+AnyObject = ObjectParameters | SpatialObject | SupportedObject | RailObject
+AnyTrajectory = TrajectoryParameters | SpatialTrajectory | InitialMotion | RailTrajectory
+AnySetPoint = SetPoint | SpatialSetPoint | RailSetPoint
+AnyController = ControllerParameters | SpatialController | RailController
 AnyPulse = Pulse | SpatialPulse
 AnyPatch = Patch | SpatialPatch
 
-SCENARIOS: Mapping[Space, type[PlanarScenario] | type[SpatialScenario] | type[SupportScenario]] = {
+SCENARIOS: Mapping[Space, type[Scenario]] = {
     PLANAR: PlanarScenario,
     SPATIAL: SpatialScenario,
     SUPPORT: SupportScenario,
+    RAIL: RailScenario,
 }
 _FULL = {
     PLANAR: full_planar_scenario,
     SPATIAL: full_spatial_scenario,
     SUPPORT: full_support_scenario,
+    RAIL: full_rail_scenario,
 }
 
 
@@ -58,7 +69,7 @@ def full_scenario(space: Space = PLANAR) -> Scenario:
 
 def of_hand(scenario: Scenario) -> HandScenario:
     """The scenario of a hand, for code that is not used without one."""
-    assert not isinstance(scenario, SupportScenario), "a body on a support has no hand"
+    assert not isinstance(scenario, FreeScenario), "this scenario has no hand"
     return scenario
 
 
@@ -71,26 +82,31 @@ def need_hand(scenario: Scenario, what: str, instead: str) -> HandScenario:
         instead: Way out.
 
     Raises:
-        ScenarioError: If it is a body on a support.
+        ScenarioError: If it is a body on a support or a rail.
     """
-    if isinstance(scenario, SupportScenario):
-        message = f"{what} needs a hand, but this is a body on a support; {instead}"
-        error = FieldError(field="support", value=None, limit="a hand", message=message)
+    if isinstance(scenario, FreeScenario):
+        field = scenario.space.name
+        message = f"{what} needs a hand, but this is a body on a {field}; {instead}"
+        error = FieldError(field=field, value=None, limit="a hand", message=message)
         raise ScenarioError([error])
     return scenario
 
 
 def without_events(scenario: AnyScenario) -> AnyScenario:
     """The scenario without pulses, patches and timed changes."""
+    if isinstance(scenario, RailScenario):
+        return replace(scenario, changes=())
     if isinstance(scenario, SupportScenario):
         return replace(scenario, pulses=(), changes=())
     return replace(scenario, pulses=(), patches=(), changes=())
 
 
 def space_of(mapping: Mapping[str, object]) -> Space:
-    """The kind of scenario in plain values: a support has no hand, a spatial object a height."""
+    """The kind of scenario in plain values: a support, a rail, or a hand in plane or space."""
     if "support" in mapping:
         return SUPPORT
+    if "rail" in mapping:
+        return RAIL
     body = mapping.get("object")
     names = body if isinstance(body, dict) else {}
     return PLANAR if {"height", "inertias"}.isdisjoint(names) else SPATIAL

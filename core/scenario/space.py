@@ -1,4 +1,4 @@
-"""Differences between planar hands, spatial hands and a body on a support, as data.
+"""Differences between the kinds of scenario, as data: hands, a body on a support, a rail.
 
 Common code uses this data without branches; separate code (a kernel, geometry, text) is in tables
 by `Space`.
@@ -12,10 +12,10 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Space:
-    """The kind of a scenario: a planar hand, a spatial hand, or a body on a support.
+    """The kind of a scenario: a planar or spatial hand, a body on a support, or on a rail.
 
     Attributes:
-        name: ``planar``, ``spatial`` or ``support``.
+        name: ``planar``, ``spatial``, ``support`` or ``rail``.
         positions: Names of the coordinates of the object's position.
         turns: Names of the coordinates of its attitude.
         pose: Names of the numbers of a pose.
@@ -29,7 +29,9 @@ class Space:
         force_index: Index of F for the tangential force: one component, or its magnitude.
         phases: Numbers of the phases that a contact can have.
         inertias: Keys of the moments of inertia of the object.
-        has_hand: Whether fingers hold the object; otherwise it slides on a support.
+        has_hand: Whether fingers hold the object; otherwise it slides on a support or a rail.
+        has_control: Whether joints move the object along a desired motion.
+        bare_contacts: Number of contacts without joints.
     """
 
     name: str
@@ -47,6 +49,8 @@ class Space:
     phases: tuple[int, ...]
     inertias: tuple[str, ...]
     has_hand: bool = True
+    has_control: bool = True
+    bare_contacts: int = 0
 
     def __reduce__(self) -> tuple[Callable[[str], Space], tuple[str]]:
         """Copying and unpickling return the same object."""
@@ -59,8 +63,8 @@ class Space:
 
     @property
     def errors(self) -> tuple[str, ...]:
-        """Coordinates of the tracking error; none without a hand."""
-        return self.coordinates if self.has_hand else ()
+        """Coordinates of the tracking error; none without control."""
+        return self.coordinates if self.has_control else ()
 
     @property
     def num_positions(self) -> int:
@@ -135,16 +139,35 @@ SUPPORT = Space(
     phases=(0, 2),
     inertias=("object.inertia",),
     has_hand=False,
+    has_control=False,
+)
+RAIL = Space(
+    name="rail",
+    positions=("x",),
+    turns=(),
+    pose=("x",),
+    rotation=(),
+    tangents=("",),
+    joints_per_finger=2,
+    has_paths=False,
+    has_pads=False,
+    slip_signal="slip",
+    slip_words="slip",
+    force_index="t",
+    phases=(-1, 0, 1),
+    inertias=(),
+    has_hand=False,
+    bare_contacts=1,
 )
 HANDS = (PLANAR, SPATIAL)
-SPACES = (*HANDS, SUPPORT)
+SPACES = (*HANDS, SUPPORT, RAIL)
 
 
 def space_called(name: str) -> Space:
     """Returns the space with a name.
 
     Args:
-        name: ``planar``, ``spatial`` or ``support``.
+        name: ``planar``, ``spatial``, ``support`` or ``rail``.
     """
     return next(space for space in SPACES if space.name == name)
 
@@ -153,6 +176,6 @@ def space_of_errors(num_coordinates: int) -> Space:
     """Returns the space in which a tracking error has this number of coordinates.
 
     Args:
-        num_coordinates: 3, 6, or 0 without a hand.
+        num_coordinates: 3, 6, 1 on a rail, or 0 without control.
     """
     return next(space for space in SPACES if len(space.errors) == num_coordinates)

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipgrasp.core.scenario.custom_laws import Diagnostic
-from slipgrasp.core.scenario.space import PLANAR, SPATIAL, SUPPORT, Space
+from slipgrasp.core.scenario.space import PLANAR, RAIL, SPATIAL, SUPPORT, Space
 
 TIME_COLUMN = "t"
 
@@ -38,7 +38,9 @@ class Signal:
         spatial_unit: Unit for spatial hands, if different.
         spatial_text: Description for spatial hands, if different.
         support_text: Description for a body on a support, if different.
+        rail_text: Description on a rail, if different.
         of_hand: Whether it exists only if there is a hand.
+        of_control: Whether it exists only if joints are controlled.
         column: Prefix of its column names; its name if None.
         name: Attribute of `Samples` that carries it.
         holds_phases: Whether its values are those of `slipgrasp.core.trace.types.ContactPhase`.
@@ -53,7 +55,9 @@ class Signal:
     spatial_unit: str = ""
     spatial_text: str = ""
     support_text: str = ""
+    rail_text: str = ""
     of_hand: bool = False
+    of_control: bool = False
     name: str = ""
     holds_phases: bool = False
 
@@ -62,9 +66,11 @@ class Signal:
         return (space is SPATIAL and self.spatial_unit) or self.unit
 
     def text_in(self, space: Space) -> str:
-        """Description for a kind of hand, or for a body on a support."""
+        """Description for a kind of scenario."""
         if space is SUPPORT and self.support_text:
             return self.support_text
+        if space is RAIL and self.rail_text:
+            return self.rail_text
         return (space is SPATIAL and self.spatial_text) or self.text
 
     @property
@@ -107,6 +113,8 @@ class TraceShape:
         """Whether such a trace has a signal, possibly without columns."""
         if signal.of_hand and not self.space.has_hand:
             return False
+        if signal.of_control and not self.space.has_control:
+            return False
         if signal.per == "pad":
             return self.soft
         return signal.per != "path" or self.space.has_paths
@@ -114,7 +122,7 @@ class TraceShape:
     @property
     def width_of_joints(self) -> int:
         """Number of joints of the hand."""
-        return self.joints_per_finger * self.num_contacts
+        return self.joints_per_finger * (self.num_contacts - self.space.bare_contacts)
 
     @property
     def widths(self) -> dict[str, int]:
@@ -154,7 +162,7 @@ class Samples:
     cone, the contact slips from the start.
 
     Signals named in ``absent`` are 0, because the recording was written before they existed.
-    Signals of a hand are 0 for a body on a support (`TraceShape.has`).
+    Signals that a kind of scenario does not have are 0 (`TraceShape.has`).
     """
 
     shape: TraceShape
@@ -212,7 +220,7 @@ class Samples:
             column="error",
             spatial_unit="m, m, m, rad, rad, rad",
             spatial_text="Desired minus actual position; rotation vector from actual to desired.",
-            of_hand=True,
+            of_control=True,
         ),
     ]
     external_wrench: Annotated[
@@ -335,13 +343,13 @@ class Samples:
             "Joint angles, second relative to first; positions of slides.",
             slides_unit="m",
             spatial_text="Yaw, pitch, and pitch relative to the first link; positions of slides.",
-            of_hand=True,
+            of_control=True,
         ),
     ]
     joint_velocity: Annotated[
         Floats,
         Signal(
-            "joints", "joint", "rad/s", "Their first derivative.", slides_unit="m/s", of_hand=True
+            "joints", "joint", "rad/s", "Their first derivative.", slides_unit="m/s", of_control=True
         ),
     ]
     joint_torque: Annotated[
@@ -353,7 +361,7 @@ class Samples:
             "Torque that acts on the joint (for slides: force).",
             column="torque",
             slides_unit="N",
-            of_hand=True,
+            of_control=True,
         ),
     ]
     commanded_torque: Annotated[
@@ -364,7 +372,7 @@ class Samples:
             "N m",
             "Last torque commanded by the law, before limits and latency (for slides: force).",
             slides_unit="N",
-            of_hand=True,
+            of_control=True,
         ),
     ]
     estimates: Annotated[
@@ -375,7 +383,7 @@ class Samples:
             "",
             "Estimates of the unknown parameters.",
             column="estimate",
-            of_hand=True,
+            of_control=True,
         ),
     ]
     true_parameters: Annotated[
@@ -386,10 +394,10 @@ class Samples:
             "",
             "True values of the unknowns.",
             column="true_parameter",
-            of_hand=True,
+            of_control=True,
         ),
     ]
-    lyapunov_value: Annotated[Floats, Signal("controller", "", "1", "V of Eq. 44.", of_hand=True)]
+    lyapunov_value: Annotated[Floats, Signal("controller", "", "1", "V of Eq. 44.", of_control=True)]
     grasp_violation: Annotated[
         Floats,
         Signal(

@@ -26,9 +26,9 @@ from slipgrasp.core.kernel.loop.status import (
     TURNED_TOO_FAR,
     UNBOUNDED_FORCE,
 )
-from slipgrasp.core.scenario import HandScenario, Scenario, SupportScenario
+from slipgrasp.core.scenario import HandScenario, Scenario
 from slipgrasp.core.scenario.chain import margins, range_of
-from slipgrasp.core.scenario.scenario import of_hand
+from slipgrasp.core.scenario.scenario import FreeScenario, of_hand
 from slipgrasp.core.scenario.spatial import SpatialScenario
 from slipgrasp.core.scenario.spatial_geometry import edges_of, spatial_contact
 from slipgrasp.core.trace.trace import Trace
@@ -106,9 +106,9 @@ def describe_end(
         last: Last row of the trace.
         t: Simulation time [s].
     """
-    if isinstance(present, SupportScenario):
+    if isinstance(present, FreeScenario):
         known = _ENDINGS[status]
-        return known.outcome, reason_of_slide(status, known.code, present, t)
+        return known.outcome, reason_of_slide(status, known.code, present, t, contact)
     end = _End(start=of_hand(start), scenario=present, last=last, contact=contact)
     if status == STEP_UNDERFLOW and _has_singular_model(end):
         status = MODEL_SINGULAR

@@ -284,8 +284,8 @@ def _are_identical(a: RunResult, b: RunResult) -> bool:
 
 def _metrics(a: RunResult, b: RunResult) -> dict[str, tuple[Any, Any]]:
     metrics = asdict(a.metrics), asdict(b.metrics)
-    has_hand = a.scenario.space.has_hand
-    names = [metric.name for metric in METRICS if has_hand or not metric.of_hand]
+    has_control = a.scenario.space.has_control
+    names = [metric.name for metric in METRICS if has_control or not metric.of_control]
     pairs = {name: (metrics[0][name], metrics[1][name]) for name in names}
     ends = {
         "outcome": (a.outcome.value, b.outcome.value),

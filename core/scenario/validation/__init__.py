@@ -5,7 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from slipgrasp.core.exceptions import FieldError, ScenarioError
-from slipgrasp.core.scenario import Scenario, SpatialScenario, SupportScenario
+from slipgrasp.core.scenario import (
+    RailScenario,
+    Scenario,
+    SpatialScenario,
+    SupportScenario,
+)
 from slipgrasp.core.scenario.field_errors import refuse_other_types
 from slipgrasp.core.scenario.validation.control import (
     check_control,
@@ -23,6 +28,7 @@ from slipgrasp.core.scenario.validation.hand import check_faces, check_start_pos
 from slipgrasp.core.scenario.validation.hands import check_computed
 from slipgrasp.core.scenario.validation.outline import check_outline
 from slipgrasp.core.scenario.validation.pads import check_pads
+from slipgrasp.core.scenario.validation.rail import check_rail
 from slipgrasp.core.scenario.validation.space import (
     check_body,
     check_chain_laws,
@@ -82,6 +88,7 @@ _SPATIAL_CHECKS = (
 )
 
 _SUPPORT_CHECKS = (check_outline, check_times, check_static_friction, check_pulses)
+_RAIL_CHECKS = (check_rail, check_times, check_static_friction)
 
 
 def check_scenario(scenario: Scenario, *, with_law: bool = True) -> None:
@@ -108,6 +115,9 @@ def check_scenario(scenario: Scenario, *, with_law: bool = True) -> None:
 def _contradictions(scenario: Scenario) -> Iterator[FieldError]:
     if isinstance(scenario, SupportScenario):
         for check in _SUPPORT_CHECKS:
+            yield from check(scenario)
+    elif isinstance(scenario, RailScenario):
+        for check in _RAIL_CHECKS:
             yield from check(scenario)
     elif isinstance(scenario, SpatialScenario):
         for check in _SPATIAL_CHECKS:

@@ -41,7 +41,7 @@ def check_static_friction(scenario: Scenario) -> Iterator[FieldError]:
     """Checks that static friction is not smaller than sliding friction."""
     for i, finger in enumerate(scenario.fingers):
         least = finger.friction
-        part = f"fingers.{i}" if scenario.space.has_hand else "support"
+        part = f"fingers.{i}" if scenario.space.has_hand else scenario.finger_names[i]
         if finger.static_friction is not None and finger.static_friction < least:
             yield FieldError(
                 field=f"{part}.static_friction",

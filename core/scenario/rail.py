@@ -1,0 +1,339 @@
+"""A scenario of a finger that pushes or drags an object along a rail.
+
+The object moves along x only. A finger with two joints touches it at one point, with normal
+n = cos(phi) e - sin(phi) w and tangent t = sin(phi) e + cos(phi) w, where e is along the rail and w
+points upwards: it pushes a side face (phi = 0) or presses from above and drags (phi = 90°).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict
+from typing import Annotated, Any, Literal
+
+from annotated_types import Ge, Le, Len
+from pydantic import BeforeValidator
+from pydantic.dataclasses import dataclass
+
+from slipgrasp.core.scenario.common import Changes, FrictionCone, Title, without_none
+from slipgrasp.core.scenario.controller import Estimate
+from slipgrasp.core.scenario.field_types import CONFIG, Coordinate, FrozenMapping
+from slipgrasp.core.scenario.finger import Friction, LinkLengths, StaticFriction
+from slipgrasp.core.scenario.held_object import SIDES, ObjectMass
+from slipgrasp.core.scenario.laws import law_kind
+from slipgrasp.core.scenario.motion import MAX_SET_POINTS, MoveDuration, MoveTime
+from slipgrasp.core.scenario.numerics import Change
+from slipgrasp.core.scenario.parameters import Quantity
+from slipgrasp.core.scenario.space import RAIL, Space
+from slipgrasp.core.scenario.supported import SupportSimulation
+from slipgrasp.core.scenario.world import Patch, Pulse
+
+HalfSize = Annotated[float, Ge(1e-3), Le(10.0)]
+Gain = Annotated[float, Ge(0.0), Le(1e6)]
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
+class RailObject:
+    """The object on the rail, with an extent for the face that the fingertip touches."""
+
+    mass: ObjectMass = 1.0
+    half_width: Annotated[
+        HalfSize, Quantity("Half the length of the object along the rail.", "m")
+    ] = 0.1
+    half_height: Annotated[HalfSize, Quantity("Half its height above the rail.", "m")] = 0.1
+
+    @property
+    def shape(self) -> str:
+        """Kind of outline."""
+        return "polygon"
+
+    @property
+    def is_round(self) -> bool:
+        """Whether the faces are curved: never."""
+        return False
+
+    @property
+    def half_sizes(self) -> tuple[float, float]:
+        """Half the sizes along x and y [m]."""
+        return self.half_width, self.half_height
+
+    @property
+    def face_names(self) -> tuple[str, ...]:
+        """Names of the sides."""
+        return SIDES
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
+class RailParameters:
+    """The rail, along x, and its friction."""
+
+    friction: Annotated[
+        float,
+        Ge(0.0),
+        Le(10.0),
+        Quantity(
+            "Friction coefficient of the rail while the object slides.",
+            "1",
+            typical=(0.02, 0.5),
+            changeable=True,
+        ),
+    ] = 0.1
+    static_friction: Annotated[
+        float | None,
+        Ge(0.0),
+        Le(10.0),
+        Quantity(
+            "Friction coefficient of the rail while the object is at rest, not smaller than "
+            "friction (default: the same).",
+            "1",
+            changeable=True,
+        ),
+    ] = None
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
+class RailFinger:
+    """The finger: two links, with a fingertip that touches the object at one point."""
+
+    link_masses: Annotated[
+        tuple[Annotated[float, Ge(1e-6), Le(1e3)], Annotated[float, Ge(1e-6), Le(1e3)]],
+        Quantity("Mass of a link.", "kg", typical=(0.2, 3.0), changeable=True),
+    ] = (1.0, 1.0)
+    link_lengths: LinkLengths = (1.0, 1.0)
+    base: Annotated[
+        tuple[Coordinate, Coordinate],
+        Quantity("Position (x, y) of the first joint; the rail is at y = 0.", "m"),
+    ]
+    friction: Friction = 0.25
+    static_friction: StaticFriction = None
+    angle: Annotated[
+        float,
+        Ge(0.0),
+        Le(0.5 * math.pi),
+        Quantity(
+            "Angle phi of the contact: 0 pushes the left side along x, pi/2 presses from above.",
+            "rad",
+        ),
+    ] = 0.0
+    elbow: Annotated[
+        Literal["up", "down"],
+        Quantity(
+            "Branch of the inverse kinematics: sign of the second joint angle, up = negative."
+        ),
+    ] = "up"
+    link_centre_fractions: Annotated[
+        tuple[Annotated[float, Ge(0.0), Le(1.0)], Annotated[float, Ge(0.0), Le(1.0)]],
+        Quantity("Centre of mass of a link as a fraction of its length.", "1"),
+    ] = (0.5, 0.5)
+    link_inertia_fractions: Annotated[
+        tuple[Annotated[float, Ge(1e-6), Le(1.0)], Annotated[float, Ge(1e-6), Le(1.0)]],
+        Quantity(
+            "Inertia of a link about its centre of mass, divided by mass times length squared.",
+            "1",
+        ),
+    ] = (1.0 / 12.0, 1.0 / 12.0)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
+class RailSetPoint:
+    """A position to move to with least jerk, from the end of the previous motion."""
+
+    time: MoveTime
+    duration: MoveDuration
+    pose: Annotated[
+        tuple[Coordinate], Quantity("Position of the object along the rail at the end.", "m")
+    ]
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
+class RailTrajectory:
+    """The desired motion along the rail; the object starts at rest."""
+
+    start: Annotated[tuple[Coordinate], Quantity("Position at the start.", "m")] = (0.0,)
+    set_points: Annotated[tuple[RailSetPoint, ...], Len(0, MAX_SET_POINTS)] = ()
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
+class RailController:
+    """The control law of the finger, continuous and with known phases.
+
+    Its force on the object is grip_force along the normal plus a force along the rail: with
+    theorem-3 and certainty-equivalence the force that the desired motion needs (computed torque),
+    with pd-gravity feedback times the estimated mass.
+    """
+
+    kind: Annotated[
+        Literal["theorem-3", "certainty-equivalence", "pd-gravity"],
+        BeforeValidator(law_kind),
+        Quantity(
+            "Control law. theorem-3 (adaptive-mass): computed torque with an estimate of the mass "
+            "that the tracking error changes while the fingertip sticks and the object slides. "
+            "certainty-equivalence: the same with the initial estimate. pd-gravity: feedback, a "
+            "constant normal force, and compensation of the links.",
+            changeable=True,
+        ),
+    ] = "certainty-equivalence"
+    position_gain: Annotated[
+        Gain, Quantity("K_p.", "1/s²", typical=(0.0, 400.0), changeable=True)
+    ] = 100.0
+    velocity_gain: Annotated[
+        Gain, Quantity("K_v.", "1/s", typical=(0.0, 50.0), changeable=True)
+    ] = 20.0
+    grip_force: Annotated[
+        float,
+        Ge(0.0),
+        Le(1e4),
+        Quantity(
+            "Commanded normal force, without the part of the force along the rail.",
+            "N",
+            typical=(0.0, 50.0),
+            changeable=True,
+        ),
+    ] = 1.0
+    minimum_normal_force: Annotated[
+        float,
+        Ge(0.0),
+        Le(1e4),
+        Quantity(
+            "Smallest commanded normal force, so that the fingertip stays on the object.",
+            "N",
+            typical=(0.0, 20.0),
+            changeable=True,
+        ),
+    ] = 0.5
+    mass_estimate: Annotated[
+        float | None,
+        Ge(1e-3),
+        Le(1e3),
+        Quantity("Initial estimate of the object's mass; omitted: the mass is known.", "kg"),
+    ] = None
+    adaptation_gain: Annotated[
+        float,
+        Ge(1e-12),
+        Le(1e6),
+        Quantity(
+            "Gamma: speed of adaptation.",
+            "1",
+            typical=(0.05, 10.0),
+            changeable=True,
+            used_by=("theorem-3",),
+        ),
+    ] = 1.28
+    lyapunov_weight: Annotated[
+        Gain,
+        Quantity(
+            "Q: weight of the errors in the Lyapunov function.",
+            "1",
+            typical=(1.0, 100.0),
+            changeable=True,
+            used_by=("theorem-3",),
+        ),
+    ] = 20.0
+
+    @property
+    def control_period(self) -> float:
+        """Control is continuous."""
+        return 0.0
+
+    @property
+    def parameters(self) -> FrozenMapping:
+        """Parameters of a custom law; there are none."""
+        return FrozenMapping()
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
+class RailScenario:
+    """A finger that moves an object along a rail.
+
+    Equal scenarios give runs that are equal to the last bit. Common code sees two contacts, of the
+    fingertip and of the rail, and a scenario without pulses and patches.
+    """
+
+    title: Title = ""
+    object: RailObject = RailObject()
+    rail: RailParameters = RailParameters()
+    finger: RailFinger
+    trajectory: RailTrajectory = RailTrajectory()
+    controller: RailController = RailController()
+    simulation: SupportSimulation = SupportSimulation()
+    changes: Changes = ()
+
+    @property
+    def space(self) -> Space:
+        """Functions and constants that depend on the kind of scenario."""
+        return RAIL
+
+    @property
+    def fingers(self) -> tuple[RailFinger | RailParameters, ...]:
+        """The contacts: fingertip and rail."""
+        return self.finger, self.rail
+
+    @property
+    def finger_names(self) -> tuple[str, ...]:
+        """Names of the contacts."""
+        return "finger", "rail"
+
+    @property
+    def estimates(self) -> tuple[Estimate, ...]:
+        """The mass, if it is not known."""
+        mass = self.controller.mass_estimate
+        return () if mass is None else (Estimate(parameter="object.mass", initial=mass),)
+
+    @property
+    def pulses(self) -> tuple[Pulse, ...]:
+        """Pulses; there are none."""
+        return ()
+
+    @property
+    def patches(self) -> tuple[Patch, ...]:
+        """The friction of face and rail is even."""
+        return ()
+
+    @property
+    def has_soft_fingers(self) -> bool:
+        """Whether a contact has a spin: never."""
+        return False
+
+    @property
+    def slides(self) -> tuple[int, ...]:
+        """There are no prismatic joints."""
+        return ()
+
+    @property
+    def sliding_joints(self) -> tuple[int, ...]:
+        """There are no prismatic joints."""
+        return ()
+
+    @property
+    def friction_cone(self) -> FrictionCone:
+        """The bound of the friction of both contacts."""
+        return "line"
+
+    @property
+    def contact_offset(self) -> tuple[float, float]:
+        """Initial position of the fingertip relative to the centre of the object [m]."""
+        sine, cosine = math.sin(self.finger.angle), math.cos(self.finger.angle)
+        return -self.object.half_width * cosine, self.object.half_height * sine
+
+    @property
+    def face_half_length(self) -> float:
+        """Half the length of the touched face [m]."""
+        body, angle = self.object, self.finger.angle
+        return math.hypot(
+            body.half_height * math.cos(angle), body.half_width * math.sin(angle)
+        )
+
+    def to_mapping(self) -> dict[str, Any]:
+        """The scenario as nested plain values, without absent ones."""
+        return asdict(self, dict_factory=without_none)
+
+
+def full_rail_scenario() -> RailScenario:
+    """A scenario with an item in every list; not for simulation."""
+    return RailScenario(
+        finger=RailFinger(base=(0.0, 0.0)),
+        trajectory=RailTrajectory(
+            set_points=(RailSetPoint(time=0.0, duration=1.0, pose=(0.0,)),)
+        ),
+        changes=(Change(time=1.0, parameter="object.mass", value=1.0),),
+    )

@@ -1,0 +1,78 @@
+"""Checks the start pose, the motion and the law of a finger on a rail."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from slipgrasp.core.exceptions import FieldError
+from slipgrasp.core.scenario.rail import RailScenario
+
+_LEAST_SINE = 0.05  # of the second joint at the start
+_OVERLAP = 1e-12  # [s]
+
+
+def check_rail(scenario: RailScenario) -> Iterator[FieldError]:
+    """Checks reach, the order of motions, and the gains that Theorem 3 needs."""
+    yield from _check_reach(scenario)
+    yield from _check_moves(scenario)
+    yield from _check_adaptation(scenario)
+
+
+def _check_reach(scenario: RailScenario) -> Iterator[FieldError]:
+    finger, dx, dy = scenario.finger, *scenario.contact_offset
+    first, second = finger.link_lengths
+    x = scenario.trajectory.start[0] + dx - finger.base[0]
+    y = scenario.object.half_height + dy - finger.base[1]
+    distance = math.hypot(x, y)
+    bend = (distance**2 - first**2 - second**2) / (2.0 * first * second)
+    if not abs(bend) < math.sqrt(1.0 - _LEAST_SINE**2):
+        low, high = abs(first - second), first + second
+        yield FieldError(
+            field="finger.base",
+            value=distance,
+            limit=f"{low:g} … {high:g} m from the contact",
+            message=(
+                f"finger.base is {distance:.4g} m from the contact, where the finger is straight, "
+                f"folded or too short; place it between {low:g} and {high:g} m from the contact"
+            ),
+        )
+
+
+def _check_moves(scenario: RailScenario) -> Iterator[FieldError]:
+    end = 0.0
+    for i, point in enumerate(scenario.trajectory.set_points):
+        if point.time < end - _OVERLAP:
+            key = f"trajectory.set_points.{i}.time"
+            yield FieldError(
+                field=key,
+                value=point.time,
+                limit=f"at least {end:g} s",
+                message=f"{key} is {point.time:g} s, before the end of the previous motion at "
+                f"{end:g} s; start it later",
+            )
+        end = point.time + point.duration
+
+
+def _check_adaptation(scenario: RailScenario) -> Iterator[FieldError]:
+    controller = scenario.controller
+    if controller.kind != "theorem-3":
+        return
+    if controller.mass_estimate is None:
+        yield FieldError(
+            field="controller.mass_estimate",
+            value=None,
+            limit="a mass",
+            message="controller.mass_estimate is omitted, but theorem-3 adapts an estimate of the "
+            "mass; give its initial value, or use certainty-equivalence",
+        )
+    for name, least in (("position_gain", 1e-3), ("velocity_gain", 1e-3)):
+        value = getattr(controller, name)
+        if value < least:
+            yield FieldError(
+                field=f"controller.{name}",
+                value=value,
+                limit=f"at least {least:g}",
+                message=f"controller.{name} is {value:g}, but theorem-3 needs at least {least:g} "
+                "for its Lyapunov function; raise it, or use certainty-equivalence",
+            )
