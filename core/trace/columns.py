@@ -95,8 +95,8 @@ def labels_of(signal: Signal, shape: TraceShape) -> tuple[str, ...]:
     if signal.per in ("contact", "path", "pad"):
         return tuple(str(contact) for contact in contacts[: shape.width(signal)])
     if signal.per == "joint":
-        joints = range(shape.width(signal) // shape.num_contacts)
-        return tuple(f"{finger}_{joint}" for finger in contacts for joint in joints)
+        joints, fingers = range(shape.joints_per_finger), contacts[: shape.num_fingers]
+        return tuple(f"{finger}_{joint}" for finger in fingers for joint in joints)
     if signal.per == "diagnostic":
         return tuple(diagnostic.name for diagnostic in shape.diagnostics)
     return shape.unknowns if signal.per == "unknown" else ("",)
@@ -115,7 +115,8 @@ def units_of(signal: Signal, shape: TraceShape) -> list[str]:
         joints = range(shape.width_of_joints)
         return [signal.slides_unit if k in shape.slides else signal.unit for k in joints]
     units = signal.unit_in(shape.space).split(", ")
-    # One common unit, one each, or one for x and y and one for the angle.
+    # One common unit, one each, or one for x and y and one for the angle, which a rail has not.
+    units = units[: shape.width(signal)]
     return [*units[:1] * (shape.width(signal) - len(units)), *units]
 
 

@@ -122,7 +122,12 @@ class TraceShape:
     @property
     def width_of_joints(self) -> int:
         """Number of joints of the hand."""
-        return self.joints_per_finger * (self.num_contacts - self.space.bare_contacts)
+        return self.joints_per_finger * self.num_fingers
+
+    @property
+    def num_fingers(self) -> int:
+        """Number of contacts with joints."""
+        return self.num_contacts - self.space.bare_contacts
 
     @property
     def widths(self) -> dict[str, int]:

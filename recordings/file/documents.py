@@ -25,6 +25,7 @@ from slipgrasp.core.scenario import (
     MAX_FINGERS,
     MAX_UNKNOWNS,
     PLANAR,
+    RAIL,
     SPATIAL,
     SUPPORT,
     Scenario,
@@ -54,6 +55,7 @@ _MAX_DIGITS = 18
 _SPACE_ENTRY: Mapping[Space, dict[str, str]] = {
     SPATIAL: {"space": "1"},
     SUPPORT: {"space": "2"},
+    RAIL: {"space": "3"},
     PLANAR: {},
 }
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Literal
 
-from slipgrasp.core.scenario.space import PLANAR, SPATIAL, SUPPORT, Space
+from slipgrasp.core.scenario.space import PLANAR, RAIL, SPATIAL, SUPPORT, Space
 from slipgrasp.core.trace.signals import SIGNALS, Signal, TraceShape
 from slipgrasp.recordings.file.state_hash import HASH_BYTES
 from slipgrasp.recordings.file.versions import (
@@ -21,6 +21,7 @@ from slipgrasp.recordings.file.versions import (
     FORMATS,
     PLANAR_FORMAT,
     PLANAR_FORMATS,
+    RAIL_FORMATS,
     SOFT_FORMAT,
     SOFT_FORMATS,
     SUPPORT_FORMATS,
@@ -76,14 +77,15 @@ class Topic:
 def signals_in(version: int) -> tuple[Signal, ...]:
     """The signals in a format."""
     has_pads = version in (*SOFT_FORMATS, *SUPPORT_FORMATS)
-    lacks = {"path": version in PLANAR_FORMATS, "pad": not has_pads}
-    has_hand = _space_of(version).has_hand
+    space = _space_of(version)
+    lacks = {"path": not space.has_paths, "pad": not has_pads}
     return tuple(
         signal
         for signal in SIGNALS
         if FIRST_FORMAT_WITH.get(signal.name, 1) <= version
         and not lacks.get(signal.per, False)
-        and (has_hand or not signal.of_hand)
+        and (space.has_hand or not signal.of_hand)
+        and (space.has_control or not signal.of_control)
     )
 
 
@@ -91,6 +93,8 @@ def _space_of(version: int) -> Space:
     """The kind of scenario of a format."""
     if version in SUPPORT_FORMATS:
         return SUPPORT
+    if version in RAIL_FORMATS:
+        return RAIL
     return PLANAR if version in PLANAR_FORMATS else SPATIAL
 
 
@@ -108,7 +112,7 @@ def _field(signal: Signal, version: int) -> Field:
     return Field(signal.name, kind, signal.per != "", f"{text} [{unit}]" if unit else text)
 
 
-_OF_HANDS = frozenset(signal.name for signal in SIGNALS if signal.of_hand)
+_OF_HANDS = frozenset(signal.name for signal in SIGNALS if signal.of_hand or signal.of_control)
 
 
 def gives_times(topic: Topic, wanted: frozenset[str]) -> bool:

@@ -2,23 +2,29 @@
 
 from __future__ import annotations
 
-from slipgrasp.core.scenario.space import PLANAR, SPATIAL, SUPPORT
+from slipgrasp.core.scenario.space import PLANAR, RAIL, SPATIAL, SUPPORT
 
 PLANAR_FORMATS, SPATIAL_FORMATS, SOFT_FORMATS = (1, 2, 3, 4, 5, 7), (6, 8), (9,)
-SUPPORT_FORMATS = (10,)
-"""Formats of planar hands, spatial hands, those with soft fingertips, and bodies on a support.
+SUPPORT_FORMATS, RAIL_FORMATS = (10,), (11,)
+"""Formats of planar hands, spatial hands, those with soft fingertips, supports, and rails.
 
 The oldest is first. A kind gets a new format if older readers would not read its files correctly.
 """
 
-PLANAR_FORMAT, SPATIAL_FORMAT, SOFT_FORMAT, SUPPORT_FORMAT = (
-    formats[-1] for formats in (PLANAR_FORMATS, SPATIAL_FORMATS, SOFT_FORMATS, SUPPORT_FORMATS)
+PLANAR_FORMAT, SPATIAL_FORMAT, SOFT_FORMAT = (
+    formats[-1] for formats in (PLANAR_FORMATS, SPATIAL_FORMATS, SOFT_FORMATS)
 )
+SUPPORT_FORMAT, RAIL_FORMAT = SUPPORT_FORMATS[-1], RAIL_FORMATS[-1]
 """The formats of new files."""
 
-FORMATS = {PLANAR: PLANAR_FORMAT, SPATIAL: SPATIAL_FORMAT, SUPPORT: SUPPORT_FORMAT}
+FORMATS = {
+    PLANAR: PLANAR_FORMAT,
+    SPATIAL: SPATIAL_FORMAT,
+    SUPPORT: SUPPORT_FORMAT,
+    RAIL: RAIL_FORMAT,
+}
 
-FORMAT_VERSION = max(PLANAR_FORMAT, SPATIAL_FORMAT, SOFT_FORMAT, SUPPORT_FORMAT)
+FORMAT_VERSION = max(SOFT_FORMAT, *FORMATS.values())
 """The newest format that can be read."""
 
 FIRST_FORMAT_WITH_SHA256 = 3

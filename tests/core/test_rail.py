@@ -27,7 +27,8 @@ from slipgrasp.core.trace.types import ContactPhase, Outcome
 
 G = 9.81
 EXACT = 1e-9
-SEEDS = range(24)
+NUM_RANDOM = 30
+SEEDS = range(NUM_RANDOM + 2)
 PUSHES = {"base": [-1.2, 0.6], "angle": 0.0}
 DRAGS = {"base": [-0.9, 1.0], "angle": 0.5 * math.pi}
 FINGER, RAIL_CONTACT = range(2)
@@ -175,7 +176,7 @@ def test_theorem_3_learns_the_mass_while_the_object_slides() -> None:
             "kind": "theorem-3",
             "grip_force": 30.0,
             "mass_estimate": 0.4,
-            "adaptation_gain": 5.0,
+            "adaptation_gain": 50.0,
         },
         simulation={"duration": 9.0},
     )
@@ -194,16 +195,16 @@ def drawn(seed: int) -> RailScenario:
     """A random scenario, with a motion that slips at both contacts."""
     draw = np.random.default_rng(seed)
     angle = float(draw.choice([0.0, 0.5 * math.pi, draw.uniform(0.0, 0.5 * math.pi)]))
-    frictions = draw.uniform(0.02, 0.5, 2)
+    frictions = draw.uniform([0.05, 0.01], [0.6, 0.3])
     factors = draw.choice([1.0, 1.3], 2)
     moves, time = [], 0.0
     for _ in range(6):
-        duration = float(draw.uniform(0.2, 0.5))
-        pose = [float(draw.uniform(-0.15, 0.15))]
+        duration = float(draw.uniform(0.3, 0.8))
+        pose = [float(draw.uniform(-0.1, 0.1))]
         moves.append({"time": time, "duration": duration, "pose": pose})
         time += duration
     return rail(
-        object={"mass": float(draw.uniform(0.3, 2.0)), "half_width": 0.6, "half_height": 0.3},
+        object={"mass": float(draw.uniform(0.3, 2.0)), "half_width": 0.25, "half_height": 0.25},
         finger={
             "base": [float(draw.uniform(-1.5, -1.3)), float(draw.uniform(0.9, 1.1))],
             "angle": angle,
@@ -217,17 +218,48 @@ def drawn(seed: int) -> RailScenario:
         trajectory={"set_points": moves},
         controller={
             "kind": str(draw.choice(["theorem-3", "certainty-equivalence", "pd-gravity"])),
-            "grip_force": float(draw.uniform(1.0, 15.0)),
+            "grip_force": float(draw.uniform(1.0, 40.0)),
             "mass_estimate": float(draw.uniform(0.3, 2.0)),
         },
         simulation={"duration": time},
-        changes=[{"time": 0.5, "parameter": "object.mass", "value": float(draw.uniform(0.3, 2.0))}],
+        changes=[
+            {"time": 0.5, "parameter": "object.mass", "value": float(draw.uniform(0.3, 2.0))},
+            {
+                "time": float(draw.uniform(0.6, 1.5)),
+                "parameter": "finger.friction",
+                "value": frictions[0] * float(draw.uniform(0.1, 1.0)),
+            },
+        ],
+    )
+
+
+def braked(seed: int) -> RailScenario:
+    """A drag in either direction, whose fingertip slips while it brakes the object.
+
+    Beyond the random scenarios, which hardly reach this: the fingertip is faster than the object
+    to the right while the object moves to the left, or the reverse.
+    """
+    way = 1.0 if seed % 2 else -1.0
+    return rail(
+        finger={**DRAGS, "base": [-0.9 - 0.3 * way, 1.0]},
+        rail={"friction": 0.01},
+        trajectory=move(0.3 * way, 1.0),
+        controller={"grip_force": 30.0},
+        simulation={"duration": 0.9},
+        changes=[
+            {"time": 0.45, "parameter": "object.mass", "value": 1.0},
+            {"time": 0.7, "parameter": "finger.friction", "value": 0.02},
+        ],
     )
 
 
 @cache
 def run_of(seed: int) -> RunResult:
-    return simulate(drawn(seed))
+    return simulate(scenario_of(seed))
+
+
+def scenario_of(seed: int) -> RailScenario:
+    return drawn(seed) if seed < NUM_RANDOM else braked(seed)
 
 
 def equations(scenario: RailScenario, mass: float, row: dict[str, Any]) -> NDArray[np.float64]:
@@ -273,12 +305,12 @@ def equations(scenario: RailScenario, mass: float, row: dict[str, Any]) -> NDArr
     if sigma == 0:
         matrix[5, 3] = 1.0
     else:
-        matrix[5, 4], matrix[5, 5] = 1.0, sigma * finger.friction
+        matrix[5, 4], matrix[5, 5] = 1.0, sigma * row["mu"][FINGER]
     if d == 0:
         matrix[6, 2] = 1.0
     else:
         # F_r = d mu_r N_r, with N_r = m g - F_t cos phi + F_n sin phi.
-        share = d * scenario.rail.friction
+        share = d * row["mu"][RAIL_CONTACT]
         matrix[6, 6], matrix[6, 4], matrix[6, 5] = 1.0, share * cosine, -share * sine
         right[6] = share * mass * G
     return np.linalg.solve(matrix, right)
@@ -286,17 +318,18 @@ def equations(scenario: RailScenario, mass: float, row: dict[str, Any]) -> NDArr
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_rows_solve_the_seven_equations(seed: int) -> None:
-    scenario, trace = drawn(seed), run_of(seed).trace
-    assert isinstance(scenario, RailScenario)
-    masses = np.where(trace.times > 0.5, float(scenario.changes[0].value), scenario.object.mass)
+    scenario, trace = scenario_of(seed), run_of(seed).trace
+    change = scenario.changes[0]
+    masses = np.where(trace.times > change.time, float(change.value), scenario.object.mass)
     for k in range(2, len(trace), 7):
-        if trace.times[k] == 0.5:
+        if trace.times[k] == change.time:
             continue
         row = {
             "q": trace.joint_position[k],
             "u": trace.joint_velocity[k],
             "torque": trace.joint_torque[k],
             "phase": trace.phase[k].tolist(),
+            "mu": trace.friction_coefficient[k],
         }
         found = equations(scenario, masses[k], row)
         recorded = [
@@ -312,13 +345,17 @@ def test_rows_solve_the_seven_equations(seed: int) -> None:
 @pytest.mark.parametrize("seed", SEEDS)
 def test_friction_stays_in_its_cone_and_never_returns_energy(seed: int) -> None:
     result = run_of(seed)
-    assert result.outcome in (Outcome.COMPLETED, Outcome.SEPARATED, Outcome.LEFT_FACE)
+    assert result.outcome in (Outcome.COMPLETED, Outcome.SEPARATED, Outcome.LEFT_FACE, Outcome.SINGULAR)
     trace = result.trace
-    assert np.abs(trace.energy_residual).max() < EXACT
-    assert np.diff(trace.dissipated_energy).min() >= -1e-12
+    # A finger that slips until it is straight moves very fast.
+    scale = max(1.0, trace.kinetic_energy.max())
+    assert np.abs(trace.energy_residual).max() < EXACT * scale
+    assert np.diff(trace.dissipated_energy).min(initial=0.0) >= -1e-12
     # The first row has the stick that every run assumes.
-    assert trace.friction_margin[1:].min() > -1e-8
-    assert trace.normal_force[1:].min() > -1e-8
+    # An event at a margin of 0 is later by the band of forces (`loop.guards.FORCE_BAND`).
+    band = 1e-9 * (1.0 + trace.normal_force[1:])
+    assert (trace.friction_margin[1:] > -band).all()
+    assert (trace.normal_force[1:] > -band).all()
     for i, speed in enumerate((trace.slip_velocity[:, 0], trace.object_velocity[:, 0])):
         sticks = trace.phase[:, i] == ContactPhase.STICK
         assert (speed[sticks] == 0.0).all()

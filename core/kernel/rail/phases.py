@@ -12,8 +12,8 @@ from slipgrasp.core.kernel.loop.status import INCONSISTENT, PAINLEVE, RUNNING
 from slipgrasp.core.kernel.planar.state import STATE
 from slipgrasp.core.kernel.rail.flow import rail_plant
 from slipgrasp.core.kernel.rail.guards import speed_at
-from slipgrasp.core.kernel.rail.model import MODEL, NUM_CONTACTS
-from slipgrasp.core.kernel.rail.state import DISCRETE, WORKSPACE
+from slipgrasp.core.kernel.rail.model import FINGER, MODEL, NUM_CONTACTS, RAIL_CONTACT
+from slipgrasp.core.kernel.rail.state import DISCRETE, SPEED, WORKSPACE
 
 REST_SPEED = 3e-9  # below which a contact may stick [m/s]
 _UNCERTAIN = 1e-7  # acceleration with an uncertain sign at an onset of slip [m/s^2]
@@ -138,13 +138,21 @@ def _after(old: Record, state: Record, work: Record, i: int, fired: int) -> tupl
 
 
 @compiled
-def opened_contact(model: Record, discrete: Record, work: Record) -> int:
-    """Contact that pulls if both stick; -1 if none does."""
+def opened_contact(model: Record, discrete: Record, state: Record, work: Record) -> int:
+    """Contact that opens if no phases are consistent; -1 if none does.
+
+    The fingertip comes off if without contact force it accelerates away from the object; the
+    object lifts off if it is pulled from the rail while both stick.
+    """
+    gx, gy = work.tip_force[0] - work.bias[0], work.tip_force[1] - work.bias[1]
+    xx, xy, yy = work.inertia[0], work.inertia[1], work.inertia[2]
+    determinant = xx * yy - xy * xy
+    ax, ay = (yy * gx - xy * gy) / determinant, (xx * gy - xy * gx) / determinant
+    speed, brakes = state.x[SPEED], model.truth.friction[RAIL_CONTACT] * model.hand.gravity
+    if abs(speed) > REST_SPEED:
+        ax += brakes if speed > 0.0 else -brakes
+    if ax * model.cosine - ay * model.sine < 0.0:
+        return FINGER
     discrete.phases[0] = discrete.phases[1] = 0
     rail_plant(model, discrete, work)
-    for i in range(NUM_CONTACTS):
-        if work.forces[i, 1] < 0.0:
-            return i
-    return -1
-
-
+    return RAIL_CONTACT if work.forces[RAIL_CONTACT, 1] < 0.0 else -1

@@ -80,11 +80,16 @@ def _error_of(model: Record, run: Record, h: float) -> float:
 
 @compiled
 def _imbalance(model: Record, run: Record, h: float) -> float:
-    """Energy error of the step relative to the allowed one."""
-    start, _ = _energy(model, run, run.now, run.step.start)
-    end, kinetic = _energy(model, run, run.now + h, run.step.end)
-    supplied = run.step.end.x[supplied_at(model)]
-    return abs(end - start) / allowed_imbalance(model.numerics, kinetic, supplied)
+    """Energy error at the midpoint and end of a step relative to the allowed one; the larger."""
+    step = run.step
+    start, _ = _energy(model, run, run.now, step.start)
+    rail_prepare(model, run.discrete, run.now, h, step, run.work)
+    interpolate(model, step, 0.5, step.stage)
+    middle, _ = _energy(model, run, run.now + 0.5 * h, step.stage)
+    end, kinetic = _energy(model, run, run.now + h, step.end)
+    supplied = step.end.x[supplied_at(model)]
+    largest = max(abs(end - start), abs(middle - start))
+    return largest / allowed_imbalance(model.numerics, kinetic, supplied)
 
 
 @compiled
