@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from slipgrasp.core.scenario import HandScenario, Scenario, SupportScenario
+from slipgrasp.core.scenario import HandScenario, RailScenario, Scenario, SupportScenario
 from slipgrasp.core.scenario.chain import chain_length
 from slipgrasp.core.scenario.geometry import inner_radius, outline
 from slipgrasp.core.scenario.spatial import SpatialFinger
@@ -157,7 +157,8 @@ def sizes_of(scenario: Scenario) -> Sizes:
     unit = inner_radius(scenario.object)
     if isinstance(scenario, SupportScenario):
         return _sizes_on_support(scenario, unit)
-    lengths = [length for i in range(len(scenario.fingers)) for length in _lengths(scenario, i)]
+    count = len(scenario.fingers) - scenario.space.bare_contacts
+    lengths = [length for i in range(count) for length in _lengths(scenario, i)]
     weight = scenario.object.mass * max(scenario.simulation.gravity, _LEAST_GRAVITY)
     height = scenario.object.half_height
     is_flat = math.isinf(height)
@@ -188,7 +189,7 @@ def _sizes_on_support(scenario: SupportScenario, unit: float) -> Sizes:
     )
 
 
-def _lengths(scenario: HandScenario, i: int) -> tuple[float, ...]:
+def _lengths(scenario: HandScenario | RailScenario, i: int) -> tuple[float, ...]:
     """Length of the links of a finger, or distance of its tip from the origin of its slides."""
     finger = scenario.fingers[i]
     if i in scenario.slides:
@@ -228,6 +229,8 @@ def entities_of(scenario: Scenario) -> list[Entity]:
             entities += _finger(i, scenario, sizes, contact.inward)
         name = skeleton.contact_name(i)
         entities.append(Entity(name, name, tuple(_contact(scenario, contact, i, sizes))))
+    if isinstance(scenario, RailScenario):
+        entities += _rail(scenario, sizes)
     return entities
 
 
@@ -334,7 +337,7 @@ def cone_rim(contact: Contact, rim: Values, i: int, states: States) -> Values:
     return contact.inward + states.friction[:, i, None, None] * contact.across(rim)
 
 
-def _finger(i: int, scenario: HandScenario, sizes: Sizes, up: Values) -> Iterator[Entity]:
+def _finger(i: int, scenario: HandScenario | RailScenario, sizes: Sizes, up: Values) -> Iterator[Entity]:
     """The mount, and every link with the axle of its joint; the last one ends at the tip."""
     radius, lengths = sizes.link_radius, scenario.fingers[i].link_lengths
     wide, narrow = 2.7 * radius, 1.3 * radius
@@ -401,6 +404,8 @@ def _contact(scenario: Scenario, contact: Contact, i: int, sizes: Sizes) -> Iter
         return states.phases[:, i]
 
     front = np.array([0.0, 0.0, sizes.front])
+    if contact.dimensions == 2:
+        front *= contact.axes[2, 2]
     pad = contact.pad
     thickness = 0.0 if pad is None else PAD_THICKNESS * sizes.tip_radius
     yield Ball(phase, -(sizes.tip_radius + thickness) * contact.inward, sizes.tip_radius)
@@ -455,6 +460,40 @@ def _friction(scenario: SupportScenario, sizes: Sizes) -> Iterator[Shape]:
     head = 0.3 * sizes.mark
     yield Arrow(phase, np.zeros(3), force, 0.1 * sizes.mark, head, 0.25 * sizes.mark)
     yield Lines(partial(_trail_phase, 0), line, np.array([[0, 1]]), 2.0 * sizes.thickness)
+
+
+def _rail(scenario: RailScenario, sizes: Sizes) -> Iterator[Entity]:
+    """The rail, its force on the object, and the line from the start of the object."""
+    ends, body = rail_ends(scenario), scenario.object
+    radius = 0.5 * sizes.link_radius
+    start, end = (np.array([x, -radius, 0.0]) for x in ends)
+    yield Entity("rail", skeleton.PLANE, (Rod(Role.MOUNT, start, end, (radius, radius)),))
+
+    def phase(states: States) -> NDArray[np.int8]:
+        return states.phases[:, 1]
+
+    def force(states: States) -> Values:
+        normal = states.normal_force[:, 1, None]
+        both = np.hstack([states.tangential_force[:, 1], normal, 0.0 * normal])
+        return _arrow(both, sizes)
+
+    def line(states: States) -> Values:
+        slid = np.pad(states.slip[:, 1], ((0, 0), (0, 2)))
+        return front - np.stack([slid, 0.0 * slid], axis=1)
+
+    front, mark = np.array([0.0, 0.0, sizes.front]), min(sizes.mark, body.half_width)
+    arrow = Arrow(phase, front, force, 0.1 * mark, 0.3 * mark, 0.25 * mark)
+    name, trail = skeleton.contact_name(1), partial(_trail_phase, 1)
+    path = Lines(trail, line, np.array([[0, 1]]), 2.0 * sizes.thickness)
+    yield Entity(name, name, (arrow, path))
+
+
+def rail_ends(scenario: RailScenario) -> tuple[float, float]:
+    """Ends of the rail as it is drawn, which have no effect: beyond the desired motion [m]."""
+    motion = scenario.trajectory
+    places = [motion.start[0], *(point.pose[0] for point in motion.set_points)]
+    beyond = 4.0 * scenario.object.half_width
+    return min(places) - beyond, max(places) + beyond
 
 
 def _cone_lines(scenario: Scenario, contact: Contact, i: int, sizes: Sizes, front: Values) -> Lines:

@@ -7,6 +7,7 @@
     slides:   finger_i/base → finger_i/link_0 → finger_i/link_1 → finger_i/tip
     chain:    finger_i/base → finger_i/link_0 → finger_i/link_1 → finger_i/link_2 → … → finger_i/tip
     support:  world → plane → object, contact_0
+    rail:     as planar, with contact_1 of the rail below the centre of the object
 
 `world` has z up. `plane` is the model's plane (docs/model.md), vertical in the world: its x and y
 are x and z of the world, its z points to the viewer. A link lies along x of its frame; planar
@@ -29,9 +30,11 @@ from numpy.typing import NDArray
 
 from slipgrasp.core.scenario import (
     PLANAR,
+    RAIL,
     SPATIAL,
     SUPPORT,
     HandScenario,
+    RailScenario,
     Scenario,
     SupportScenario,
 )
@@ -60,9 +63,9 @@ LYING = (math.sqrt(0.5), -math.sqrt(0.5), 0.0, 0.0)
 _Z, _MINUS_Y = np.array([0.0, 0.0, 1.0]), np.array([0.0, -1.0, 0.0])
 
 
-ROOTS = {PLANAR: PLANE, SPATIAL: WORLD, SUPPORT: PLANE}
-"""The root frame of a hand, or of a support."""
-JOINT_AXES = {PLANAR: (_Z, _Z), SPATIAL: (_Z, _MINUS_Y, _MINUS_Y)}
+ROOTS = {PLANAR: PLANE, SPATIAL: WORLD, SUPPORT: PLANE, RAIL: PLANE}
+"""The root frame of a hand, a support or a rail."""
+JOINT_AXES = {PLANAR: (_Z, _Z), RAIL: (_Z, _Z), SPATIAL: (_Z, _MINUS_Y, _MINUS_Y)}
 """The axes of the joints of a finger, each in the preceding frame."""
 
 
@@ -149,9 +152,11 @@ def contact_name(contact: int) -> str:
 
 
 def contacts_of(scenario: Scenario) -> tuple[Contact, ...]:
-    """The contacts of a hand, one for each finger; none on a support."""
+    """The contacts of fingertips, one for each finger; none on a support."""
     if isinstance(scenario, SupportScenario):
         return ()
+    if isinstance(scenario, RailScenario):
+        return (_rail_contact(scenario),)
     return tuple(_contact(scenario, i) for i in range(len(scenario.fingers)))
 
 
@@ -165,6 +170,9 @@ def frames_of(scenario: Scenario) -> list[Frame]:
         place, turn = partial(_touched, contact, i), rotations.of_matrix(contact.axes)
         moving = partial(_following, contact, i, np.array(turn)) if contact.is_curved else turn
         frames.append(Frame(contact_name(i), OBJECT, place, moving))
+    if isinstance(scenario, RailScenario):
+        below = (0.0, -scenario.object.face_half_length, 0.0)
+        frames.append(Frame(contact_name(1), OBJECT, below))
     return frames
 
 
@@ -173,10 +181,17 @@ def body_frames(scenario: Scenario) -> list[Frame]:
     root = ROOTS[scenario.space]
     turn = _inclined(scenario) if isinstance(scenario, SupportScenario) else UPRIGHT
     frames = [Frame(PLANE, WORLD, _ORIGIN, turn)] if root == PLANE else []
+    raised = np.array(_ORIGIN)
+    if isinstance(scenario, RailScenario):
+        raised[1] = scenario.object.face_half_length
     return [
         *frames,
-        Frame(OBJECT, root, lambda s: s.object_pose[:, :3], lambda s: s.object_pose[:, 3:]),
-        Frame(DESIRED, root, lambda s: s.desired_pose[:, :3], lambda s: s.desired_pose[:, 3:]),
+        Frame(
+            OBJECT, root, lambda s: s.object_pose[:, :3] + raised, lambda s: s.object_pose[:, 3:]
+        ),
+        Frame(
+            DESIRED, root, lambda s: s.desired_pose[:, :3] + raised, lambda s: s.desired_pose[:, 3:]
+        ),
     ]
 
 
@@ -216,6 +231,14 @@ def _on_top(height: float, states: States) -> Values:
     return states.object_pose[:, :3] + [0.0, 0.0, height]
 
 
+def _rail_contact(scenario: RailScenario) -> Contact:
+    """The contact of the fingertip; its frame has z into the plane, so that it is right-handed."""
+    angle = scenario.finger.angle
+    along, normal = (math.sin(angle), math.cos(angle), 0.0), (math.cos(angle), -math.sin(angle), 0.0)
+    axes = np.column_stack([along, normal, -_Z])
+    return Contact(np.array([*scenario.contact_offset, 0.0]), axes, 2)
+
+
 def _contact(scenario: HandScenario, i: int) -> Contact:
     if isinstance(scenario, SpatialScenario):
         told = spatial_contact(scenario.object, scenario.fingers[i])
@@ -240,7 +263,7 @@ def _following(contact: Contact, i: int, turn: Values, states: States) -> Values
     return rotations.product(turn, contact.turned(states.slip[:, i]))
 
 
-def _finger(scenario: HandScenario, root: str, i: int) -> Iterator[Frame]:
+def _finger(scenario: HandScenario | RailScenario, root: str, i: int) -> Iterator[Frame]:
     """Base, joints and tip: every link turns about the end of the previous one."""
     finger = scenario.fingers[i]
     if finger.kind == "chain":

@@ -62,7 +62,9 @@ def states_of(samples: Trace) -> States:
         times=samples.times,
         object_pose=actual,
         desired_pose=desired,
-        joint_positions=samples.joint_position.reshape(n, contacts, shape.joints_per_finger),
+        joint_positions=samples.joint_position.reshape(
+            n, shape.num_fingers, shape.joints_per_finger
+        ),
         slip=samples.slip.reshape(n, contacts, tangents),
         slip_velocity=samples.slip_velocity.reshape(n, contacts, tangents),
         tangential_force=samples.tangential_force.reshape(n, contacts, tangents),
@@ -102,6 +104,9 @@ def drawable(values: NDArray[Any]) -> NDArray[Any]:
 def in_three_dimensions(poses: Values) -> Values:
     """Converts poses (x, y, theta) in the plane z = 0, or with any quaternion, to ``(n, 7)``."""
     found = np.zeros_like(poses, shape=(len(poses), 7))
+    if poses.shape[1] == 1:  # along a rail
+        found[:, :1], found[:, 3] = poses, 1.0
+        return found
     if poses.shape[1] == 3:
         found[:, :2] = poses[:, :2]
         found[:, 3:] = rotations.about(_Z, poses[:, 2])

@@ -19,7 +19,7 @@ from slipgrasp.core.scenario.common import Changes, FrictionCone, Title, without
 from slipgrasp.core.scenario.controller import Estimate
 from slipgrasp.core.scenario.field_types import CONFIG, Coordinate, FrozenMapping
 from slipgrasp.core.scenario.finger import Friction, LinkLengths, StaticFriction
-from slipgrasp.core.scenario.held_object import SIDES, ObjectMass
+from slipgrasp.core.scenario.held_object import SIDES, Corner, ObjectMass
 from slipgrasp.core.scenario.laws import law_kind
 from slipgrasp.core.scenario.motion import MAX_SET_POINTS, MoveDuration, MoveTime
 from slipgrasp.core.scenario.numerics import Change
@@ -40,12 +40,14 @@ class RailObject:
     half_width: Annotated[
         HalfSize, Quantity("Half the length of the object along the rail.", "m")
     ] = 0.1
-    half_height: Annotated[HalfSize, Quantity("Half its height above the rail.", "m")] = 0.1
+    face_half_length: Annotated[
+        HalfSize, Quantity("Half the height of the object above the rail.", "m")
+    ] = 0.1
 
     @property
     def shape(self) -> str:
         """Kind of outline."""
-        return "polygon"
+        return "rectangle"
 
     @property
     def is_round(self) -> bool:
@@ -55,7 +57,17 @@ class RailObject:
     @property
     def half_sizes(self) -> tuple[float, float]:
         """Half the sizes along x and y [m]."""
-        return self.half_width, self.half_height
+        return self.half_width, self.face_half_length
+
+    @property
+    def half_height(self) -> float:
+        """Extent perpendicular to the plane, which is not modelled [m]."""
+        return math.inf
+
+    @property
+    def corners(self) -> tuple[Corner, ...]:
+        """Corners of a polygon: it is drawn as a rectangle."""
+        return ()
 
     @property
     def face_names(self) -> tuple[str, ...]:
@@ -132,6 +144,11 @@ class RailFinger:
             "1",
         ),
     ] = (1.0 / 12.0, 1.0 / 12.0)
+
+    @property
+    def kind(self) -> str:
+        """Mechanism of the finger."""
+        return "links"
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
@@ -313,15 +330,7 @@ class RailScenario:
     def contact_offset(self) -> tuple[float, float]:
         """Initial position of the fingertip relative to the centre of the object [m]."""
         sine, cosine = math.sin(self.finger.angle), math.cos(self.finger.angle)
-        return -self.object.half_width * cosine, self.object.half_height * sine
-
-    @property
-    def face_half_length(self) -> float:
-        """Half the length of the touched face [m]."""
-        body, angle = self.object, self.finger.angle
-        return math.hypot(
-            body.half_height * math.cos(angle), body.half_width * math.sin(angle)
-        )
+        return -self.object.half_width * cosine, self.object.face_half_length * sine
 
     def to_mapping(self) -> dict[str, Any]:
         """The scenario as nested plain values, without absent ones."""

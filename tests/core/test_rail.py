@@ -204,7 +204,7 @@ def drawn(seed: int) -> RailScenario:
         moves.append({"time": time, "duration": duration, "pose": pose})
         time += duration
     return rail(
-        object={"mass": float(draw.uniform(0.3, 2.0)), "half_width": 0.25, "half_height": 0.25},
+        object={"mass": float(draw.uniform(0.3, 2.0)), "half_width": 0.25, "face_half_length": 0.25},
         finger={
             "base": [float(draw.uniform(-1.5, -1.3)), float(draw.uniform(0.9, 1.1))],
             "angle": angle,
@@ -380,7 +380,7 @@ def test_tip_and_joints_agree() -> None:
     sine, cosine = math.sin(finger.angle), math.cos(finger.angle)
     slip, x = trace.slip[:, 0], trace.object_pose[:, 0]
     place = np.stack(
-        [x + dx - sine * slip, scenario.object.half_height + dy - cosine * slip], axis=1
+        [x + dx - sine * slip, scenario.object.face_half_length + dy - cosine * slip], axis=1
     )
     assert np.abs(tip - place).max() < 1e-12
 

@@ -96,7 +96,7 @@ def pack_model(scenario: RailScenario) -> Record:
         model.truth.static_friction[i] = contact.friction if static is None else static
     _pack_law(scenario, model.law)
     _pack_motion(scenario, model)
-    call(rail_pack, model, scenario.finger.angle, body.half_width, body.half_height)
+    call(rail_pack, model, scenario.finger.angle, body.half_width, body.face_half_length)
     for name in NUMERICS.names or ():
         model.numerics[name] = getattr(scenario.simulation, name)
     model["methods"][0] = DOP853

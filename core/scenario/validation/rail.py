@@ -23,7 +23,7 @@ def _check_reach(scenario: RailScenario) -> Iterator[FieldError]:
     finger, dx, dy = scenario.finger, *scenario.contact_offset
     first, second = finger.link_lengths
     x = scenario.trajectory.start[0] + dx - finger.base[0]
-    y = scenario.object.half_height + dy - finger.base[1]
+    y = scenario.object.face_half_length + dy - finger.base[1]
     distance = math.hypot(x, y)
     bend = (distance**2 - first**2 - second**2) / (2.0 * first * second)
     if not abs(bend) < math.sqrt(1.0 - _LEAST_SINE**2):

@@ -26,7 +26,7 @@ from google.protobuf.duration_pb2 import Duration
 from numpy.typing import NDArray
 
 from slipgrasp.core.scenario import Scenario
-from slipgrasp.core.scenario.space import PLANAR, SPATIAL, SUPPORT
+from slipgrasp.core.scenario.space import PLANAR, RAIL, SPATIAL, SUPPORT
 from slipgrasp.recordings import palette
 from slipgrasp.recordings.file.foxglove.template import Blanks, Template, once
 from slipgrasp.scene import parts, rotations
@@ -48,7 +48,7 @@ _COLOURS: dict[Role, palette.Rgb] = {
     Role.MOUNT: palette.MOUNT,
     Role.CONE: palette.CONE,
 }
-_GLASS = {PLANAR: 1.0, SPATIAL: 0.35, SUPPORT: 1.0}
+_GLASS = {PLANAR: 1.0, SPATIAL: 0.35, SUPPORT: 1.0, RAIL: 1.0}
 """Opacity of an object and of its cones, which shows forces inside a spatial object."""
 
 _PHASE_COLOURS = np.zeros((1 + max(palette.PHASES) - min(palette.PHASES), 3))
