@@ -8,10 +8,11 @@ from matplotlib.figure import Figure
 
 from slipgrasp.core.run.premises import has_premises
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.core.scenario import PLANAR, SPATIAL, SUPPORT, PlanarScenario, Scenario, Space
+from slipgrasp.core.scenario import PLANAR, RAIL, SPATIAL, SUPPORT, PlanarScenario, Scenario, Space
 from slipgrasp.core.scenario.loading import load_scenario
 from slipgrasp.figures.panels import Panel, estimate_panels, force_panels, tracking_panels
 from slipgrasp.figures.panels_in_space import spatial_force_panels, spatial_tracking_panels
+from slipgrasp.figures.panels_on_rail import rail_force_panels, rail_motion_panels
 from slipgrasp.figures.panels_on_support import friction_panels, motion_panels
 from slipgrasp.figures.premises import premise_panels
 from slipgrasp.figures.schematic import draw_schematic
@@ -26,8 +27,14 @@ _TRACKING = {
     PLANAR: tracking_panels,
     SPATIAL: spatial_tracking_panels,
     SUPPORT: motion_panels,
+    RAIL: rail_motion_panels,
 }
-_FORCES = {PLANAR: force_panels, SPATIAL: spatial_force_panels, SUPPORT: friction_panels}
+_FORCES = {
+    PLANAR: force_panels,
+    SPATIAL: spatial_force_panels,
+    SUPPORT: friction_panels,
+    RAIL: rail_force_panels,
+}
 
 
 def _draw_hand(result: RunResult) -> Figure:
@@ -52,10 +59,11 @@ def figure_names(scenario: Scenario) -> dict[str, str]:
         Full name by kind, in order: ``schematic``, ``tracking``, ``estimates`` (if anything is
         estimated), ``forces`` and ``premises`` (assumptions of the theorems, if these apply); in a
         scenario equal to one of the paper's presets ``fig-4-schematic`` and so on, if the paper has
-        such a figure. Only planar hands have a schematic, others ``slips``.
+        such a figure. Only planar hands have a schematic, others ``slips``,
+        rails neither.
     """
-    first, _ = _FIRST[scenario.space]
-    names = {kind: kind for kind in (first, *_panels(scenario))}
+    first = [name for name, _ in _first(scenario)]
+    names = {kind: kind for kind in (*first, *_panels(scenario))}
     for preset, numbers in _PAPER_NUMBERS.items():
         if scenario == load_scenario(preset):
             numbered = zip(_PAPER_KINDS, numbers, strict=True)
@@ -74,11 +82,15 @@ def draw_figures(result: RunResult) -> dict[str, Figure]:
     """
     names = figure_names(result.scenario)
     with paper_style():
-        first, draw = _FIRST[result.scenario.space]
-        figures = {names[first]: draw(result)}
+        figures = {names[first]: draw(result) for first, draw in _first(result.scenario)}
         for kind, panels in _panels(result.scenario).items():
             figures[names[kind]] = draw_sheet(result, panels(result))
     return figures
+
+
+def _first(scenario: Scenario) -> list[tuple[str, Callable[[RunResult], Figure]]]:
+    """The figure without panels; a rail has none."""
+    return [_FIRST[scenario.space]] if scenario.space in _FIRST else []
 
 
 def _panels(scenario: Scenario) -> _Panels:

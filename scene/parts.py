@@ -337,7 +337,9 @@ def cone_rim(contact: Contact, rim: Values, i: int, states: States) -> Values:
     return contact.inward + states.friction[:, i, None, None] * contact.across(rim)
 
 
-def _finger(i: int, scenario: HandScenario | RailScenario, sizes: Sizes, up: Values) -> Iterator[Entity]:
+def _finger(
+    i: int, scenario: HandScenario | RailScenario, sizes: Sizes, up: Values
+) -> Iterator[Entity]:
     """The mount, and every link with the axle of its joint; the last one ends at the tip."""
     radius, lengths = sizes.link_radius, scenario.fingers[i].link_lengths
     wide, narrow = 2.7 * radius, 1.3 * radius
@@ -405,7 +407,7 @@ def _contact(scenario: Scenario, contact: Contact, i: int, sizes: Sizes) -> Iter
 
     front = np.array([0.0, 0.0, sizes.front])
     if contact.dimensions == 2:
-        front *= contact.axes[2, 2]
+        front *= contact.front
     pad = contact.pad
     thickness = 0.0 if pad is None else PAD_THICKNESS * sizes.tip_radius
     yield Ball(phase, -(sizes.tip_radius + thickness) * contact.inward, sizes.tip_radius)

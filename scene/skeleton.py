@@ -107,6 +107,11 @@ class Contact(NamedTuple):
         return tangential @ _AXES[: self.dimensions - 1]
 
     @property
+    def front(self) -> float:
+        """Direction of the viewer of a planar contact along z of its frame: 1 or -1."""
+        return float(self.axes[2, 2])
+
+    @property
     def is_curved(self) -> bool:
         """Whether the contact frame turns when the fingertip slips."""
         return any(self.curvatures)
@@ -234,7 +239,10 @@ def _on_top(height: float, states: States) -> Values:
 def _rail_contact(scenario: RailScenario) -> Contact:
     """The contact of the fingertip; its frame has z into the plane, so that it is right-handed."""
     angle = scenario.finger.angle
-    along, normal = (math.sin(angle), math.cos(angle), 0.0), (math.cos(angle), -math.sin(angle), 0.0)
+    along, normal = (
+        (math.sin(angle), math.cos(angle), 0.0),
+        (math.cos(angle), -math.sin(angle), 0.0),
+    )
     axes = np.column_stack([along, normal, -_Z])
     return Contact(np.array([*scenario.contact_offset, 0.0]), axes, 2)
 

@@ -37,7 +37,7 @@ class PremisesError(SlipgraspError, ValueError):
 
     def __init__(self, scenario: Scenario) -> None:
         if not scenario.space.has_hand:
-            super().__init__("the theorems apply to hands; this run is a body on a support")
+            super().__init__("the theorems apply to hands; this run has none")
             return
         super().__init__(
             f"the theorems apply to {' and '.join(KINDS)} without timed changes and patches; this "

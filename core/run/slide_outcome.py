@@ -1,4 +1,4 @@
-"""How a body on a support moved, as text."""
+"""How a body on a support or a rail moved, as text."""
 
 from __future__ import annotations
 
@@ -6,20 +6,55 @@ import math
 from collections.abc import Iterator
 
 from slipgrasp.core.run.metrics import Metrics
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.rail import RailScenario
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.words.phrases import joined, length_words
 
 _LEAST_TURN = 1e-6  # [rad]
+_FINGER, _RAIL = range(2)
 
 
-def headline_of_slide(metrics: Metrics) -> str:
+def headline_of_slide(scenario: Scenario, metrics: Metrics) -> str:
     """How far a body slid and turned in a complete run, and when it stopped."""
+    if isinstance(scenario, RailScenario):
+        return _headline_on_rail(metrics)
     slid, turned = metrics.slip_path[0], metrics.spin_path[0]
     moves = [f"slid {length_words(slid)}"] * (slid > 0.0)
     moves += [f"turned {math.degrees(turned):.3g}°"] * (turned > _LEAST_TURN)
     if not moves:
         return "The body stayed at rest"
     return f"The body {joined([*moves, *_stop(metrics)])}"
+
+
+def _headline_on_rail(metrics: Metrics) -> str:
+    """How far an object slid along a rail, and the fingertip along the object."""
+    moved, slipped = metrics.slip_path[_RAIL], metrics.slip_path[_FINGER]
+    if moved == slipped == 0.0:
+        return "The object stayed at rest"
+    along = f"Moved {length_words(moved)}" if moved > 0.0 else "The object did not move"
+    finger = f"the fingertip slid {length_words(slipped)}" if slipped > 0.0 else ""
+    finger = finger or "the fingertip did not slip"
+    slides = ["still slips at the end"] * metrics.slipping_at_end
+    return ", ".join([along, finger, *slides])
+
+
+def describe_motion(metrics: Metrics, trace: Trace) -> Iterator[str]:
+    """Facts about a run on a rail in sentences: errors, forces, estimate and energy."""
+    error, largest = metrics.final_tracking_error[0], metrics.peak_normal_force[_FINGER]
+    yield (
+        f"The error at the end is {length_words(abs(error))}, "
+        f"{length_words(metrics.rms_tracking_error[0])} rms; the largest normal force of the "
+        f"fingertip was {largest:.3g} N."
+    )
+    if trace.estimates.size:
+        first, last = float(trace.estimates[0, 0]), float(trace.estimates[-1, 0])
+        true = float(trace.true_parameters[-1, 0])
+        yield f"The estimate of the mass went from {first:.3g} to {last:.3g} kg; it is {true:.3g} kg."
+    margin = metrics.minimum_friction_margin[_FINGER]
+    if margin is not None and metrics.slip_path[_FINGER] == 0.0:
+        yield f"The fingertip could bear at least {margin:.3g} N more along its face."
+    yield f"Friction dissipated {float(trace.dissipated_energy[-1]):.3g} J."
 
 
 def _stop(metrics: Metrics) -> Iterator[str]:

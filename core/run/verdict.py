@@ -14,7 +14,12 @@ import numpy as np
 
 from slipgrasp.core.run.metrics import HOLD_WINDOW
 from slipgrasp.core.run.result import RunResult, RunSummary
-from slipgrasp.core.run.slide_outcome import describe_slide, headline_of_slide, slows_down
+from slipgrasp.core.run.slide_outcome import (
+    describe_motion,
+    describe_slide,
+    headline_of_slide,
+    slows_down,
+)
 from slipgrasp.core.scenario import FingerParameters, Scenario
 from slipgrasp.core.scenario.custom_laws import law_of
 from slipgrasp.core.scenario.loading import all_preset_names, load_scenario
@@ -113,15 +118,24 @@ def describe_run(result: RunResult) -> Verdict:
 
 
 def _describe_slide(result: RunResult) -> Verdict:
-    """Describes a run of a body on a support; suggests a longer run if it slows down."""
+    """Describes a run on a support or a rail; suggests a longer run if a body slows down."""
     reason = result.reason
     cause = [sentence(reason.message)] if reason and reason.message else []
-    longer = slows_down(result.trace) and result.metrics.slipping_at_end and not reason
+    has_control = result.scenario.space.has_control
+    longer = (
+        not has_control
+        and slows_down(result.trace)
+        and result.metrics.slipping_at_end
+        and not reason
+    )
     options = raise_(result.scenario, "simulation.duration") if longer else ()
     hint = Hint((Option(reason.hint),)) if reason and reason.hint else Hint((*options,))
     completed = result.outcome is Outcome.COMPLETED
     rests = "good" if not result.metrics.slipping_at_end else "warning"
-    sentences = (*cause, *describe_slide(result.trace, result.metrics))
+    if has_control:
+        sentences = (*cause, *describe_motion(result.metrics, result.trace))
+    else:
+        sentences = (*cause, *describe_slide(result.trace, result.metrics))
     return Verdict(rests if completed else "bad", headline_of(result), sentences, hint)
 
 
@@ -139,7 +153,7 @@ def headline_of(run: RunResult | RunSummary) -> str:
     if run.outcome is not Outcome.COMPLETED:
         return headline_of_end(run.outcome, run.reason.code if run.reason else "")
     if not run.scenario.space.has_hand:
-        return headline_of_slide(metrics)
+        return headline_of_slide(run.scenario, metrics)
     if metrics.held:
         body = of_hand(scenario_at(run.scenario, run.end_time)).object
         slipped = max(metrics.slip_path)

@@ -6,9 +6,10 @@ from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from slipgrasp.core.scenario import HandScenario, Scenario, SupportScenario
+from slipgrasp.core.scenario import HandScenario, Scenario
 from slipgrasp.core.scenario.chosen_laws import kinds_in
 from slipgrasp.core.scenario.custom_laws import law_of
+from slipgrasp.core.scenario.scenario import FreeScenario
 from slipgrasp.core.scenario.unknowns import mass_keys
 
 Varied = Mapping[str, Collection[Any]]
@@ -60,7 +61,7 @@ def knowledge_of(scenario: Scenario, varied: Varied | None = None) -> Knowledge:
         varied: Other values of parameters by key, in the runs of a study; a parameter is unknown if
             it is unknown in any run.
     """
-    if isinstance(scenario, SupportScenario):
+    if isinstance(scenario, FreeScenario):
         return Knowledge(estimated=(), mistaken=(), uses_friction=False, uses_object=False)
     values = _Values(scenario, varied or {})
     estimated = dict.fromkeys(

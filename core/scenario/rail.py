@@ -341,8 +341,6 @@ def full_rail_scenario() -> RailScenario:
     """A scenario with an item in every list; not for simulation."""
     return RailScenario(
         finger=RailFinger(base=(0.0, 0.0)),
-        trajectory=RailTrajectory(
-            set_points=(RailSetPoint(time=0.0, duration=1.0, pose=(0.0,)),)
-        ),
+        trajectory=RailTrajectory(set_points=(RailSetPoint(time=0.0, duration=1.0, pose=(0.0,)),)),
         changes=(Change(time=1.0, parameter="object.mass", value=1.0),),
     )

@@ -7,10 +7,11 @@ from dataclasses import replace
 from itertools import groupby
 
 from slipgrasp.core.exceptions import FieldError, ScenarioError
-from slipgrasp.core.scenario import Scenario, SupportScenario
+from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.chosen_laws import custom_kind_in, is_of_unknown_law
 from slipgrasp.core.scenario.field_errors import nearest, shortened
 from slipgrasp.core.scenario.parameters import describe, find_parameter
+from slipgrasp.core.scenario.scenario import FreeScenario
 
 
 def check_changes(
@@ -43,7 +44,7 @@ def check_changes(
 
 def _with_custom_law(scenario: Scenario) -> Scenario:
     """The scenario without its changes, with the law whose parameters they may change."""
-    if isinstance(scenario, SupportScenario):
+    if isinstance(scenario, FreeScenario):
         return replace(scenario, changes=())
     kind = custom_kind_in(scenario) or scenario.controller.kind
     return replace(scenario, changes=(), controller=replace(scenario.controller, kind=kind))

@@ -354,7 +354,12 @@ class Samples:
     joint_velocity: Annotated[
         Floats,
         Signal(
-            "joints", "joint", "rad/s", "Their first derivative.", slides_unit="m/s", of_control=True
+            "joints",
+            "joint",
+            "rad/s",
+            "Their first derivative.",
+            slides_unit="m/s",
+            of_control=True,
         ),
     ]
     joint_torque: Annotated[
@@ -402,7 +407,9 @@ class Samples:
             of_control=True,
         ),
     ]
-    lyapunov_value: Annotated[Floats, Signal("controller", "", "1", "V of Eq. 44.", of_control=True)]
+    lyapunov_value: Annotated[
+        Floats, Signal("controller", "", "1", "V of Eq. 44.", of_control=True)
+    ]
     grasp_violation: Annotated[
         Floats,
         Signal(

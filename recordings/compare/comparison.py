@@ -12,6 +12,7 @@ import numpy as np
 from slipgrasp.core.run.claims import Contradiction, contradictions_of
 from slipgrasp.core.run.metrics import METRICS
 from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.scenario import RAIL, SUPPORT
 from slipgrasp.core.scenario.parameters import ParameterDifference, parameter_differences
 from slipgrasp.core.trace.columns import columns_of
 from slipgrasp.core.trace.frames import import_optional
@@ -243,11 +244,14 @@ def check_tolerance(tolerance: float) -> float:
     return tolerance
 
 
+_KINDS = {SUPPORT: "a body on a support", RAIL: "a body on a rail"}
+
+
 def _check_hands(a: RunResult, b: RunResult) -> None:
-    if a.scenario.space.has_hand is not b.scenario.space.has_hand:
-        raise IncomparableError(
-            "a hand and a body on a support cannot be compared; choose two runs of the same kind"
-        )
+    alike = a.scenario.space is b.scenario.space
+    if not (alike or (a.scenario.space.has_hand and b.scenario.space.has_hand)):
+        kinds = " and ".join(_KINDS.get(each.scenario.space, "a hand") for each in (a, b))
+        raise IncomparableError(f"{kinds} cannot be compared; choose two runs of the same kind")
     if a.scenario.space is not b.scenario.space:
         # Equal names have different meanings: y points up for planar hands, z for spatial ones.
         raise IncomparableError(

@@ -97,7 +97,7 @@ class Description:
         scenario = result.scenario
         document = {
             "title": scenario.title,
-            "controller": scenario.controller.kind if scenario.space.has_hand else NO_CONTROLLER,
+            "controller": scenario.controller.kind if scenario.space.has_control else NO_CONTROLLER,
             "summary": result.summary(),
         }
         try:

@@ -8,8 +8,9 @@ from pathlib import Path
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.trying import TriedHint
 from slipgrasp.core.run.verdict import describe_run, title_of
-from slipgrasp.core.scenario import Scenario, SupportScenario
+from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import parameter_definitions
+from slipgrasp.core.scenario.scenario import FreeScenario
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.core.words.phrases import sentence
 
@@ -83,13 +84,13 @@ def _contacts(result: RunResult) -> Iterator[str]:
 
 
 def _contact_names(scenario: Scenario) -> list[str]:
-    if isinstance(scenario, SupportScenario):
-        return ["support"]
+    if isinstance(scenario, FreeScenario):
+        return [*scenario.finger_names]
     return [f"contact {i} {finger.face}" for i, finger in enumerate(scenario.fingers)]
 
 
 def _errors(result: RunResult) -> Iterator[str]:
-    if not result.scenario.space.has_hand:
+    if not result.scenario.space.has_control:
         return
     yield _line("error at the end", _pose(result.metrics.final_tracking_error))
     yield _line("error rms", _pose(result.metrics.rms_tracking_error))
@@ -101,6 +102,8 @@ def _pose(error: Sequence[float]) -> str:
         said = [f"{axis} {_millimetres(value)}" for axis, value in ways]
         said += [f"turn {axis} {_thousandths(value)} mrad" for axis, value in turns]
         return ", ".join(said)
+    if len(error) == 1:
+        return f"x {_millimetres(error[0])}"
     x, y, theta = error
     return f"x {_millimetres(x)}, y {_millimetres(y)}, theta {_thousandths(theta)} mrad"
 

@@ -204,7 +204,11 @@ def drawn(seed: int) -> RailScenario:
         moves.append({"time": time, "duration": duration, "pose": pose})
         time += duration
     return rail(
-        object={"mass": float(draw.uniform(0.3, 2.0)), "half_width": 0.25, "face_half_length": 0.25},
+        object={
+            "mass": float(draw.uniform(0.3, 2.0)),
+            "half_width": 0.25,
+            "face_half_length": 0.25,
+        },
         finger={
             "base": [float(draw.uniform(-1.5, -1.3)), float(draw.uniform(0.9, 1.1))],
             "angle": angle,
@@ -345,7 +349,12 @@ def test_rows_solve_the_seven_equations(seed: int) -> None:
 @pytest.mark.parametrize("seed", SEEDS)
 def test_friction_stays_in_its_cone_and_never_returns_energy(seed: int) -> None:
     result = run_of(seed)
-    assert result.outcome in (Outcome.COMPLETED, Outcome.SEPARATED, Outcome.LEFT_FACE, Outcome.SINGULAR)
+    assert result.outcome in (
+        Outcome.COMPLETED,
+        Outcome.SEPARATED,
+        Outcome.LEFT_FACE,
+        Outcome.SINGULAR,
+    )
     trace = result.trace
     # A finger that slips until it is straight moves very fast.
     scale = max(1.0, trace.kinetic_energy.max())

@@ -142,7 +142,7 @@ def test_card_caption_and_events_speak_of_a_body(slide: RunResult) -> None:
     shown = Shown(1, slide, 0.01)
     card = outcome_html(RunStatus(RunStage.SAVED), shown)
     assert "The body slid 100 mm, turned 90.6° and stopped at 0.356 s" in card
-    words = [card, caption_html(shown, None, 0.0), welcome_html(has_hand=False)]
+    words = [card, caption_html(shown, None, 0.0), welcome_html(SUPPORT)]
     words += [event.text for event in events_of(slide)]
     assert not any(word in text.lower() for text in words for word in UNWANTED)
 

@@ -12,11 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.core.scenario import PLANAR, SPATIAL
+from slipgrasp.core.scenario import PLANAR, RAIL, SPATIAL
 from slipgrasp.core.scenario.loading import parameter_definitions
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.words.parameter_words import key_words, unit_words
 from slipgrasp.recordings.palette import FINGERS
+from slipgrasp.web.charts import rail_charts
 from slipgrasp.web.charts.chart import LEAST_LENGTH, Chart, Line, energy_ledger, moment_limits
 from slipgrasp.web.charts.slide_charts import balance_charts, motion_charts, slide_charts
 
@@ -280,11 +281,14 @@ def energy_charts(result: RunResult) -> tuple[Chart, ...]:
 _Charts = Callable[[RunResult], tuple[Chart, ...]]
 
 
-def _either(charts: _Charts, of_slide: _Charts) -> _Charts:
-    """Charts of a hand, or those of a body on a support."""
+def _either(charts: _Charts, of_slide: _Charts, on_rail: _Charts) -> _Charts:
+    """Charts of a hand, or those of a body on a support or a rail."""
 
     def charts_of_run(result: RunResult) -> tuple[Chart, ...]:
-        return (charts if result.scenario.space.has_hand else of_slide)(result)
+        space = result.scenario.space
+        if space is RAIL:
+            return on_rail(result)
+        return (charts if space.has_hand else of_slide)(result)
 
     return charts_of_run
 
@@ -292,10 +296,10 @@ def _either(charts: _Charts, of_slide: _Charts) -> _Charts:
 ESTIMATES_TAB = "Estimates"
 
 CHART_TABS: dict[str, _Charts] = {
-    "Contact": _either(contact_charts, slide_charts),
-    "Motion": _either(tracking_charts, motion_charts),
+    "Contact": _either(contact_charts, slide_charts, rail_charts.contact_charts),
+    "Motion": _either(tracking_charts, motion_charts, rail_charts.motion_charts),
     ESTIMATES_TAB: charts_of_estimates,
-    "Energy": _either(energy_charts, balance_charts),
+    "Energy": _either(energy_charts, balance_charts, rail_charts.balance_charts),
 }
 """The charts of a run by tab."""
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario import RAIL, Scenario
 from slipgrasp.core.scenario.spatial_geometry import friction_outline
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.recordings.palette import FINGERS, MUTED
@@ -52,6 +52,8 @@ def xy_charts(result: RunResult) -> tuple[XyChart, ...]:
     """Slip, contact forces and path of the object, each against a related quantity."""
     trace, scenario = result.trace, result.scenario
     names = scenario.finger_names
+    if scenario.space is RAIL:
+        return (_speed_over_slip(trace, names), _force_in_cone(trace, names))
     if not scenario.space.has_hand:
         return _slide_path(trace), _slide_speed(trace)
     charts = [_speed_over_slip(trace, names), _object_path(trace)]

@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass, replace
 from enum import StrEnum
 from typing import Any, Literal
 
-from slipgrasp.core.scenario import PLANAR, Patch, Scenario, Space, SpatialScenario
+from slipgrasp.core.scenario import PLANAR, RAIL, Patch, Scenario, Space, SpatialScenario
 from slipgrasp.core.scenario.field_errors import template_key, template_keys
 from slipgrasp.core.scenario.parameters import Parameter
 from slipgrasp.core.scenario.scenario import AnyPatch, AnyPulse, full_scenario, need_hand
@@ -20,6 +20,13 @@ class DisturbanceKind(StrEnum):
     PUSH = "push"
     LOW_FRICTION_PATCH = "wet patch"
     POUR = "pour"
+
+
+def is_offered(kind: DisturbanceKind, space: Space) -> bool:
+    """Whether a kind of scenario has a disturbance: patches are on faces, a rail has no pushes."""
+    if kind is DisturbanceKind.PUSH:
+        return space is not RAIL
+    return space.has_hand or kind is DisturbanceKind.POUR
 
 
 DisturbanceList = Literal["pulses", "patches"]

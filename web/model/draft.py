@@ -193,7 +193,7 @@ class Draft:
             return dict(disturbance_values(self.disturbances)).get(key)
         if key in self.edits:
             return self.edits[key]
-        if key == LAW and not self.base.space.has_hand:
+        if key == LAW and not self.base.space.has_control:
             return NO_CONTROLLER
         if is_of_law(key):
             return self._law_parameter(time, key)

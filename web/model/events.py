@@ -3,14 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
 
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.core.scenario import Scenario, SpatialScenario, SupportScenario
+from slipgrasp.core.scenario import (
+    RAIL,
+    SUPPORT,
+    RailScenario,
+    Scenario,
+    Space,
+    SpatialScenario,
+    SupportScenario,
+)
 from slipgrasp.core.scenario.geometry import contact_frame
 from slipgrasp.core.scenario.law_choice import LAW
 from slipgrasp.core.trace.types import (
@@ -48,11 +56,20 @@ PHASE_HINTS = {
         "The fingertip slides along both tangents of its face, with independent friction",
     ),
 }
-# Phases by friction model; the pyramid has one phase of each kind.
-SUPPORT_HINTS = {
+_SUPPORT_HINTS = {
     ContactPhase.STICK: "The body rests on the support",
     ContactPhase.SLIP: "The body slides on the support",
 }
+_RAIL_HINTS = {
+    ContactPhase.STICK: "The fingertip sticks to the object, or the object to the rail",
+    ContactPhase.SLIP_FORWARD: "It slips; the object moves along the rail",
+    ContactPhase.SLIP_BACKWARD: "It slips; the object moves back along the rail",
+}
+HINTS = {SUPPORT: _SUPPORT_HINTS, RAIL: _RAIL_HINTS}
+"""Hints of phases where fingertips are not the only contacts."""
+# Contacts where they are not named after fingers.
+_NAMES: Mapping[Space, tuple[str, ...]] = {SUPPORT: ("body",), RAIL: ("fingertip", "object")}
+# Phases by friction model; the pyramid has one phase of each kind.
 _PHASES = {
     "line": (ContactPhase.STICK, ContactPhase.SLIP_FORWARD, ContactPhase.SLIP_BACKWARD),
     "cone": (ContactPhase.STICK, ContactPhase.SLIP),
@@ -137,10 +154,9 @@ def next_slip_time(result: RunResult, time: float) -> float | None:
 
 
 def _phase_events(result: RunResult) -> Iterator[RunEvent]:
-    names = result.scenario.finger_names
-    has_hand = result.scenario.space.has_hand
+    names = _NAMES.get(result.scenario.space, result.scenario.finger_names)
     for change in result.phase_changes:
-        name = names[change.contact] if has_hand else "body"
+        name = names[change.contact]
         text = f"{name} {_what_it_does(result, change)}"
         sticks = change.to_phase is ContactPhase.STICK
         kind = EventKind.STICK if sticks else EventKind.SLIP
@@ -160,6 +176,11 @@ def _way(result: RunResult, change: PhaseChange) -> str:
     scenario = result.scenario
     if isinstance(scenario, SupportScenario):
         return ""
+    if isinstance(scenario, RailScenario):
+        sign, angle = int(change.to_phase), scenario.finger.angle
+        if change.contact > 0:
+            return _direction_words(sign, 0.0)
+        return _direction_words(-sign * math.sin(angle), -sign * math.cos(angle))
     if isinstance(scenario, SpatialScenario):
         return _way_on_face(result, change, row)
     frame = contact_frame(scenario.object, scenario.fingers[change.contact])

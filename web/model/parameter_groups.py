@@ -6,11 +6,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
-from slipgrasp.core.scenario import PLANAR, SUPPORT, Scenario, Space
+from slipgrasp.core.scenario import PLANAR, RAIL, SUPPORT, Scenario, Space
 from slipgrasp.core.scenario.custom_laws import LAW_PARAMETERS, custom_laws
 from slipgrasp.core.scenario.field_errors import find_template
 from slipgrasp.core.scenario.parameters import Parameter, iterate_parameters
-from slipgrasp.core.scenario.space import SPACES
+from slipgrasp.core.scenario.space import HANDS
 from slipgrasp.core.words.parameter_words import key_words, unit_after, unit_words
 from slipgrasp.web.model.disturbances import Disturbance, disturbance_parameters
 from slipgrasp.web.model.draft import is_of_law
@@ -21,7 +21,7 @@ LAW_TITLE = "Control law"
 
 MOST_MAIN = 6
 """Largest number of controls that are shown of a selected part."""
-_MAIN = ("object", "fingers", "support", "motion", "controller")
+_MAIN = ("object", "fingers", "finger", "support", "rail", "motion", "controller")
 _AT_START = "motion"
 """A main part although none of its parameters can change during a run."""
 
@@ -58,6 +58,8 @@ _FOLDED_TITLES = {
     "object": "Object in detail",
     "estimates": "Estimated parameters and their bounds",
     "support": "Support in detail",
+    "finger": "Finger in detail",
+    "rail": "Rail in detail",
     "motion": "Start",
     "trajectory": "Desired motion",
     "sensing": "Sensing",
@@ -273,7 +275,9 @@ def _space_of(definitions: Mapping[str, Parameter]) -> Space:
     """The kind of scenario of parameters, from its support or the moments of inertia."""
     if "support.friction" in definitions:
         return SUPPORT
-    return next((space for space in SPACES if space.inertias[0] in definitions), PLANAR)
+    if "rail.friction" in definitions:
+        return RAIL
+    return next((space for space in HANDS if space.inertias[0] in definitions), PLANAR)
 
 
 def value_words(scenario: Scenario, key: str, value: str) -> str:

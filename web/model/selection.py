@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from slipgrasp.core.scenario import RAIL
 from slipgrasp.core.scenario.custom_laws import LAW_PARAMETERS
 from slipgrasp.web.model.draft import Draft
 
@@ -41,7 +42,9 @@ def finger_part(index: int) -> str:
 def parts_of(draft: Draft) -> Iterator[tuple[str, str]]:
     """Every part that can be selected, and its name on the page."""
     yield OBJECT, "object"
-    if draft.base.space.has_hand:
+    if draft.base.space is RAIL:
+        yield from (("finger", "finger"), ("rail", "rail"), (LAW_PART, "law"))
+    elif draft.base.space.has_hand:
         for i, name in enumerate(draft.base.finger_names):
             yield finger_part(i), name
         yield LAW_PART, "law"

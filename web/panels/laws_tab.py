@@ -21,7 +21,7 @@ _ABOUT = (
 )
 
 
-_NO_HAND = "Control laws need a hand, but this is a body on a support; choose another scenario."
+_NO_HAND = "Control laws need a hand, but this scenario has none; choose another scenario."
 
 
 class LawsTab:

@@ -12,7 +12,7 @@ import viser
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.trying import TriedHint, TriedOption
 from slipgrasp.core.run.verdict import Verdict, describe_run
-from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario import PLANAR, RAIL, Scenario, Space
 from slipgrasp.core.trace.types import ContactPhase
 from slipgrasp.core.words.hints import Goal
 from slipgrasp.core.words.knowledge_words import describe_knowledge
@@ -41,7 +41,7 @@ class OutcomePanel:
     """
 
     def __init__(self, gui: viser.GuiApi) -> None:
-        self._welcome, self._has_hand = gui.add_html(welcome_html()), True
+        self._welcome, self._space = gui.add_html(welcome_html()), PLANAR
         self._card = gui.add_html("")
         self._busy = gui.add_progress_bar(100.0, animated=True, visible=False)
         self._shown: tuple[RunStatus, int, str, ShownPremises | None, TriedHint | None] | None = (
@@ -60,10 +60,10 @@ class OutcomePanel:
         self._busy.visible = view.status.stage in _BUSY
         card = outcome_html(view.status, view.shown, how_heavy, premises_html(view), tried)
         self._card.content = card
-        has_hand = view.shown is None or view.shown.result.scenario.space.has_hand
-        if has_hand != self._has_hand:
-            self._has_hand = has_hand
-            self._welcome.content = welcome_html(has_hand=has_hand)
+        space = PLANAR if view.shown is None else view.shown.result.scenario.space
+        if space is not self._space:
+            self._space = space
+            self._welcome.content = welcome_html(space)
 
     def remove(self) -> None:
         """Removes all widgets."""
@@ -72,11 +72,11 @@ class OutcomePanel:
         self._busy.remove()
 
 
-def welcome_html(*, has_hand: bool = True) -> str:
+def welcome_html(space: Space = PLANAR) -> str:
     """A short introduction for new users; the page's script hides it for others.
 
     Args:
-        has_hand: Whether the run has a hand; otherwise it is a body on a support.
+        space: Kind of scenario.
     """
     sticks, forward, backward = (
         f"<b style='color:{word(PHASES[phase])}'>{name}</b>"
@@ -89,12 +89,18 @@ def welcome_html(*, has_hand: bool = True) -> str:
     about = (
         "A hand holds an object by friction alone. The close-ups show its contacts: "
         f"{sticks} sticks, {forward} and {backward} slip."
-        if has_hand
+        if space.has_hand
         else f"A body slides on a support: {sticks} sticks, {forward} slips."
     )
+    what = "<b>Push the object</b> with the mouse or move a slider"
+    if space is RAIL:
+        about = (
+            "A finger pushes or drags an object along a rail. The colours of fingertip and rail: "
+            f"{sticks} sticks, {forward} and {backward} slip."
+        )
+        what = "<b>Move a slider</b>"
     return (
-        f"<div class='sg-welcome'>{about} "
-        "<b>Push the object</b> with the mouse or move a slider: "
+        f"<div class='sg-welcome'>{about} {what}: "
         "the run is simulated again at once. "
         "<button type='button' data-sg-welcomed title='Hides this text permanently'>Got it</button>"
         "</div>"
@@ -148,8 +154,10 @@ def _card_html(result: RunResult, how_heavy: str, premises: str, tried: TriedHin
 
 def _details_of(result: RunResult) -> str:
     """The content of the details."""
-    has_hand = result.scenario.space.has_hand
-    return "Knowledge, forces, margins, tracking" if has_hand else "Friction and margins"
+    if result.scenario.space.has_hand:
+        return "Knowledge, forces, margins, tracking"
+    has_control = result.scenario.space.has_control
+    return "Forces, margins, tracking" if has_control else "Friction and margins"
 
 
 def _knowledge_html(known: str, result: RunResult) -> str:
@@ -298,7 +306,7 @@ def _times(count: int) -> str:
 def _metrics_html(result: RunResult) -> str:
     """A table with one row per finger, and the tracking error of the object."""
     has_hand = result.scenario.space.has_hand
-    who = "the fingertip slid on its face" if has_hand else "the body slid"
+    who = "the fingertip slid on its face" if has_hand else "the contact slid"
     head = "".join(
         f"<th title='{hint}'>{title}</th>"
         for title, hint in (
@@ -310,6 +318,8 @@ def _metrics_html(result: RunResult) -> str:
     rows = "".join(f"<tr>{row}</tr>" for row in _finger_rows(result))
     table = f"<table><tr><th></th>{head}</tr>{rows}</table>"
     if not has_hand:
+        return table
+    if result.scenario.space is RAIL:
         return table
     final, ways = result.metrics.final_tracking_error, result.scenario.space.num_positions
     rms = math.hypot(*result.metrics.rms_tracking_error[:ways])

@@ -9,12 +9,13 @@ from typing import Any
 import viser
 
 from slipgrasp.core.run.verdict import describe_run, scenario_title
+from slipgrasp.core.scenario import RAIL
 from slipgrasp.core.scenario.custom_laws import law_names
 from slipgrasp.core.scenario.law_choice import LAW
 from slipgrasp.core.scenario.laws import law_alias, law_label
 from slipgrasp.web.charts.law_charts import law_run_words
 from slipgrasp.web.model.colours import tone
-from slipgrasp.web.model.disturbances import DisturbanceKind, disturbance_words
+from slipgrasp.web.model.disturbances import DisturbanceKind, disturbance_words, is_offered
 from slipgrasp.web.model.draft import Draft, TimedEdit, change_time, offered_presets
 from slipgrasp.web.model.editing import Reach
 from slipgrasp.web.model.intents.compare import EndComparison
@@ -155,13 +156,14 @@ class ScenarioPanel:
             self.laws.content = law_buttons_html(law, runs)
 
     def _offer_disturbances(self, draft: Draft) -> None:
-        """Offers low-friction patches only to hands."""
-        has_hand = draft.base.space.has_hand
-        patch = DisturbanceKind.LOW_FRICTION_PATCH
-        offered = tuple(each.value for each in DisturbanceKind if has_hand or each is not patch)
+        """Offers low-friction patches only to hands, and pushes not on a rail."""
+        space = draft.base.space
+        has_hand = space.has_hand
+        offered = tuple(each.value for each in DisturbanceKind if is_offered(each, space))
         if self.disturbances.options != offered:
             self.disturbances.options = offered
-            self.disturbances.hint = _DISTURBING if has_hand else _DISTURBING_SLIDES
+            slides = _POURING if space is RAIL else _DISTURBING_SLIDES
+            self.disturbances.hint = _DISTURBING if has_hand else slides
 
     def _show_origin(self, view: ViewState) -> None:
         """Shows the origin of the controls."""

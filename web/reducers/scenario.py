@@ -9,6 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from slipgrasp.core.exceptions import ScenarioError
+from slipgrasp.core.scenario import RAIL
 from slipgrasp.core.scenario.custom_laws import law_names
 from slipgrasp.core.scenario.field_errors import shortened
 from slipgrasp.core.scenario.law_choice import LAW
@@ -16,6 +17,7 @@ from slipgrasp.core.scenario.loading import scenario_from_toml
 from slipgrasp.web.model.disturbances import (
     Disturbance,
     DisturbanceKind,
+    is_offered,
     low_friction_patch,
     push_at,
 )
@@ -137,7 +139,8 @@ def _simplified(draft: Draft, intent: Intent) -> Draft:
 
 def _disturbed(view: ViewState, intent: AddDisturbance) -> Draft:
     """The draft with a disturbance at the play head."""
-    if view.shown is None or view.playback is None:
+    offered = is_offered(intent.what, view.draft.base.space)
+    if view.shown is None or view.playback is None or not offered:
         return view.draft
     draft, moment = view.draft, change_time(view.playback.time)
     match intent.what:
@@ -160,7 +163,7 @@ def _dragged(view: ViewState, force: tuple[float, ...]) -> ViewState:
     if shown is None or playback is None:
         return view
     space = shown.result.scenario.space
-    if view.draft.base.space is not space or len(force) != space.num_positions:
+    if view.draft.base.space is not space or len(force) != space.num_positions or space is RAIL:
         return view
     began = view.drag or Drag(force, playback, view.draft, view.editing)
     drag = began._replace(force=force)

@@ -80,7 +80,8 @@ def facts_of(
         object_node: Node that moves with the object.
     """
     scenario = result.scenario
-    own, front = contacts_of(scenario), np.array([0.0, 0.0, sizes_of(scenario).front])
+    own = contacts_of(scenario) if scenario.space.has_hand else ()
+    front = np.array([0.0, 0.0, sizes_of(scenario).front])
     pale = () if ghost is None else contacts_of(ghost.scenario)
     alike = [i < len(pale) and np.allclose(pale[i].axes, each.axes) for i, each in enumerate(own)]
     return {

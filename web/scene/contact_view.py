@@ -168,7 +168,7 @@ class ContactView:
 
     def _raised(self, points: NDArray[np.floating], depth: float = 0.0) -> NDArray[np.float32]:
         """Points in front of a planar hand; unchanged for a spatial one, which is transparent."""
-        out = self._sizes.depth + depth if self._flat else 0.0
+        out = self._contact.front * (self._sizes.depth + depth) if self._flat else 0.0
         return (points + np.array([0.0, 0.0, out])).astype(np.float32)
 
     def _on_face(self, points: Points) -> NDArray[np.float32]:

@@ -39,7 +39,8 @@ class GhostView:
         has_hand: bool,
     ) -> None:
         self._frames = skeleton.frames_of(scenario)
-        self._count = len(scenario.fingers) if has_hand else 0
+        fingers = len(scenario.fingers) - scenario.space.bare_contacts
+        self._count = fingers if has_hand else 0
         sizes = parts.sizes_of(scenario)
         # Behind the edges of the desired pose.
         self._corners = parts.solid(scenario, 1.02 * sizes.half_depth).points

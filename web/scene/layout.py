@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.core.scenario import PLANAR, SPATIAL, SUPPORT, Scenario
+from slipgrasp.core.scenario import PLANAR, RAIL, SPATIAL, SUPPORT, Scenario
 from slipgrasp.scene import parts, rotations, skeleton
 from slipgrasp.scene.states import States, states_of
 from slipgrasp.web.scene.boxes import box_around, with_close_ups
@@ -25,7 +25,7 @@ _ELEVATION, _ASIDE = math.radians(24.0), math.radians(14.0)
 _AZIMUTH, _FROM_ABOVE = math.radians(-80.0), math.radians(42.0)
 _MARGIN_LOW = np.array([0.24, 0.26])
 _MARGIN_HIGH = np.array([0.24, 0.1])
-_SLIP_SHARES = {PLANAR: 0.64, SPATIAL: 0.4, SUPPORT: 0.4}
+_SLIP_SHARES = {PLANAR: 0.64, SPATIAL: 0.4, SUPPORT: 0.4, RAIL: 0.4}
 """Fraction of the radius of a close-up for the largest slip of a run."""
 _PAD_SHARE = 0.9  # fraction if the pad of a soft fingertip is drawn around the slip
 _LEAST_REACH = 2e-5
@@ -86,7 +86,7 @@ def lay_out(result: RunResult, *, whole_hand: bool = False) -> SceneLayout:
     scenario, trace, full = result.scenario, result.trace, full_scale(result)
     count = len(scenario.fingers)
     plane = _first_look(scenario, states_of(trace[:1]))
-    box = _hand_box if whole_hand and scenario.space.has_hand else _grasp_box
+    box = _hand_box if whole_hand and scenario.space.has_control else _grasp_box
     hand_low, hand_high = box(result, plane)
     low, high = hand_low, hand_high
     if scenario.space.has_hand:
@@ -127,8 +127,8 @@ def full_scale(result: RunResult) -> FullScale:
     Round numbers, so that arrows of similar runs are comparable; short peaks may be longer.
     """
     trace = result.trace
-    has_hand = trace.shape.space.has_hand
-    forces = np.abs(trace.normal_force if has_hand else trace.tangential_size)
+    has_control = trace.shape.space.has_control
+    forces = np.abs(trace.normal_force if has_control else trace.tangential_size)
     usual = max(float(np.median(forces, axis=0).max()), 0.4 * float(forces.max()))
     speed = float(np.abs(result.trace.slip_velocity).max())
     return FullScale(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from contextlib import AbstractContextManager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -13,9 +13,11 @@ from numpy.typing import NDArray
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario import (
     PLANAR,
+    RAIL,
     SPATIAL,
     SUPPORT,
     HandScenario,
+    RailScenario,
     Scenario,
     SupportScenario,
 )
@@ -72,7 +74,7 @@ class _Look(NamedTuple):
     Attributes:
         root: Name of the node of the hand.
         ghost_root: Name of the node of the ghost.
-        drag_axes: Axes of the world along which the object can be dragged.
+        drag_axes: Axes of the world along which the object can be dragged; none on a rail.
         glass: Whether the object is transparent.
     """
 
@@ -86,6 +88,7 @@ _LOOKS = {
     PLANAR: _Look("/hand", "/ghost", (0, 2), glass=False),
     SPATIAL: _Look("/space", "/pale-space", (0, 1, 2), glass=True),
     SUPPORT: _Look("/support", "/pale-support", (0, 1), glass=False),
+    RAIL: _Look("/rail", "/pale-rail", (), glass=False),
 }
 _FLOOR_MARGIN = 0.6
 _GRID_CELLS = 40.0  # size of the grid of a support, in half heights of the body
@@ -155,7 +158,7 @@ class Scene:
                 facts_of(result, slipping, layout, self._appearance, self.object_node),
                 arrays_of(result, slipping, layout),
             )
-        if self._drag is not None:
+        if self._drag is not None and _LOOKS[result.scenario.space].drag_axes:
             scale = views.push.newtons_per_metre(self._run.full)
             axes = _LOOKS[result.scenario.space].drag_axes
             self._drag.follow(Draggable(views.hand.block, scale, axes))
@@ -232,7 +235,7 @@ class Scene:
             if self._ghost is not None:
                 self._ghost.show(False)
             return
-        has_hand = ghost.scenario.space.has_hand and _is_known(ghost.trace.joint_position)
+        has_hand = ghost.scenario.space.has_control and _is_known(ghost.trace.joint_position)
         shape = (shape_of(ghost.scenario), has_hand)
         if self._ghost is None or self._ghost_shape != shape:
             if self._ghost is not None:
@@ -278,6 +281,11 @@ def shape_of(scenario: Scenario) -> object:
     body = scenario.object.shape, corners, parts.sizes_of(scenario).half_depth
     if isinstance(scenario, SupportScenario):
         return (body, scenario.motion.start, scenario.support.incline)
+    if isinstance(scenario, RailScenario):
+        finger = replace(
+            scenario.finger, friction=0.0, static_friction=None, link_masses=(1.0, 1.0)
+        )
+        return (body, finger, scenario.trajectory.start, parts.rail_ends(scenario))
     fingers = tuple(
         (f.kind, f.link_lengths, f.base, f.face, f.contact_offset, f.elbow, _spatial_parts(f))
         for f in scenario.fingers
@@ -308,6 +316,7 @@ def _make_views(
     own = {skeleton.contact_name(i) for i in range(len(scenario.fingers))}
     frames = [frame for frame in skeleton.frames_of(scenario) if frame.name not in own]
     entities = [each for each in parts.entities_of(scenario) if each.name not in own]
+    picking = picking if scenario.space.has_hand or isinstance(scenario, SupportScenario) else None
     hand = HandDrawer(
         scene, name, frames, entities, surfaces, detail, glass=look.glass, picking=picking
     )
@@ -333,6 +342,10 @@ def _make_views(
         )
         for i, contact in enumerate(contacts)
     )
+    if isinstance(scenario, RailScenario):
+        place = np.array([scenario.trajectory.start[0], 0.0, sizes.front])
+        slide = SlideView(scene, f"{parent}/slide", place, 0.0, marks, detail, upright=True)
+        return _Views(root, hand, push, (*views, slide))
     if look.glass:
         _add_floor(scene, f"{name}/floor", scenario, surfaces)
     else:

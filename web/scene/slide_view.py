@@ -1,4 +1,4 @@
-"""A body on a support: friction force, velocity and path, in the axes of the support."""
+"""A body on a support or a rail: force, velocity and path, in the axes of support or plane."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _ABOVE = 0.004  # of lines above the support [m]
 
 
 class SlideView:
-    """Draws the marks of a body on a support with a fixed set of nodes below a common one.
+    """Draws the marks of a body on a support or a rail with a fixed set of nodes below a common one.
 
     Args:
         scene: Scene of the nodes.
@@ -29,6 +29,7 @@ class SlideView:
         height: Height of the body [m].
         sizes: Sizes of the marks.
         detail: Level of detail.
+        upright: Whether the plane is that of a rail, whose normal force is drawn too.
     """
 
     def __init__(
@@ -39,8 +40,14 @@ class SlideView:
         height: float,
         sizes: MarkSizes,
         detail: Detail,
+        *,
+        upright: bool = False,
     ) -> None:
-        self._sizes, self._down = sizes, np.array([0.0, 0.0, _ABOVE - height])
+        self._upright, self._sizes, self._down = (
+            upright,
+            sizes,
+            np.array([0.0, 0.0, _ABOVE - height]),
+        )
         scene.add_frame(name, show_axes=False, position=place)
         self._trail = scene.add_line_segments(
             f"{name}/trail", np.zeros((1, 2, 3)), CONE, thickness=0.6 * sizes.trail_width
@@ -68,7 +75,7 @@ class SlideView:
 
         Args:
             states: The state.
-            i: Index of the contact: 0.
+            i: Index of the contact.
             full: Quantities with an arrow of full length.
             trail: Path of the body.
         """
@@ -80,7 +87,10 @@ class SlideView:
         self._path = trail
         self._follow_top.follow(_flat(states.slip[0, i]))
         self._follow_trail.follow(trail.extent)
-        force = self._sizes.force_length / full.force * _flat(states.tangential_force[0, i])
+        on_body = states.tangential_force[0, i]
+        if self._upright:
+            on_body = np.append(on_body, states.normal_force[0, i])
+        force = self._sizes.force_length / full.force * _flat(on_body)
         motion = self._sizes.speed_length / full.speed * _flat(states.slip_velocity[0, i])
         ends = np.stack([force, force if phase is ContactPhase.STICK else motion])
         self._follow_arrows.follow(np.stack([np.zeros_like(ends), ends], axis=1))
@@ -103,5 +113,6 @@ class SlideView:
 
 
 def _flat(values: Points) -> Points:
-    """Vectors in the plane ``(..., 2)`` with z = 0."""
-    return np.concatenate([values, np.zeros_like(values[..., :1])], axis=-1)
+    """Vectors in the plane ``(..., 2)``, or along x ``(..., 1)``, with the other numbers 0."""
+    rest = np.zeros((*values.shape[:-1], 3 - values.shape[-1]))
+    return np.concatenate([values, rest], axis=-1)

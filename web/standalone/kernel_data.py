@@ -59,7 +59,8 @@ def check_for_page(result: RunResult) -> None:
     scenario = result.scenario
     if not scenario.space.has_hand:
         raise PageError(
-            "pages simulate hands, but this is a body on a support; open its recording instead: "
+            f"pages simulate hands, but this is a body on a {scenario.space.name}; open its "
+            "recording instead: "
             "slipgrasp replay RUN"
         )
     if result.trace.absent:

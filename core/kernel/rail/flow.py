@@ -8,7 +8,6 @@ sigma and d of s' and x'.
 
 from __future__ import annotations
 
-import numpy as np
 from numba import types
 
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
@@ -161,7 +160,10 @@ def rail_plant(model: Record, discrete: Record, work: Record) -> None:
     tx, ty = ax - sine * slip, -cosine * slip
     fx = gx - work.inertia[0] * tx - work.inertia[1] * ty
     fy = gy - work.inertia[1] * tx - work.inertia[2] * ty
-    work.forces[FINGER, 0], work.forces[FINGER, 1] = fx * sine + fy * cosine, fx * cosine - fy * sine
+    work.forces[FINGER, 0], work.forces[FINGER, 1] = (
+        fx * sine + fy * cosine,
+        fx * cosine - fy * sine,
+    )
     work.forces[RAIL_CONTACT, 1] = weight - fy
     work.forces[RAIL_CONTACT, 0] = -ay * (weight - fy) if rail != 0 else -fx
     if finger != 0:
@@ -169,9 +171,7 @@ def rail_plant(model: Record, discrete: Record, work: Record) -> None:
 
 
 @compiled_apart(types.int64, MODEL, DISCRETE, types.float64, STATE, WORKSPACE)
-def rail_evaluate(
-    model: Record, discrete: Record, t: float, state: Record, work: Record
-) -> int:
+def rail_evaluate(model: Record, discrete: Record, t: float, state: Record, work: Record) -> int:
     """Evaluates the closed loop at a state: torques, accelerations, forces, rate of the estimate.
 
     Returns:

@@ -75,9 +75,7 @@ def _update_values(
         if discrete.phases[i] != 0:
             guards.values[PER_CONTACT * i + PHASE] = discrete.phases[i] * state.x[speed_at(i)]
     slip = state.x[SLIP]
-    guards.values[FACE] = min(
-        model.hand.slip_maximum[0] - slip, slip - model.hand.slip_minimum[0]
-    )
+    guards.values[FACE] = min(model.hand.slip_maximum[0] - slip, slip - model.hand.slip_minimum[0])
 
 
 @compiled

@@ -1,0 +1,102 @@
+"""Content of the charts of a finger on a rail."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.recordings.palette import FINGERS
+from slipgrasp.web.charts.chart import LEAST_LENGTH, Chart, Line, energy_ledger
+
+Values = NDArray[np.float64]
+
+_NAMES = ("fingertip", "object on rail")
+
+
+def contact_charts(result: RunResult) -> tuple[Chart, ...]:
+    """Slips, slip velocities, friction against its limits, and normal forces."""
+    trace = result.trace
+    limits = trace.friction_coefficient * trace.normal_force
+    forces = _both("force", "|F|", trace.tangential_size)
+    return (
+        Chart(
+            "slip",
+            "Slip of the fingertip",
+            "mm",
+            "Displacement of the fingertip along the face of the object.",
+            (Line("slip-0", _NAMES[0], FINGERS[0], 1e3 * trace.slip[:, 0]),),
+            least=LEAST_LENGTH,
+        ),
+        Chart(
+            "slip-velocity",
+            "Slip velocities",
+            "mm/s",
+            "Of the fingertip on the object, and of the object on the rail; zero in stick.",
+            _both("velocity", "velocity", 1e3 * trace.slip_velocity),
+            least=LEAST_LENGTH,
+        ),
+        Chart(
+            "forces",
+            "Friction forces |F| and their limits μN",
+            "N",
+            "The band between a force and its limit is the margin; where it closes, the contact "
+            "slips.",
+            (*forces, *_both("limit", "μN", limits, dashed=True)),
+            (("limit-0", "force-0"), ("limit-1", "force-1")),
+        ),
+        Chart(
+            "normal-forces",
+            "Normal forces",
+            "N",
+            "Of the fingertip and of the rail on the object; the rail can only push.",
+            _both("normal", "N", trace.normal_force),
+        ),
+    )
+
+
+def motion_charts(result: RunResult) -> tuple[Chart, ...]:
+    """Position and desired position, tracking error, and joint torques."""
+    trace = result.trace
+    torques = enumerate(trace.joint_torque.T)
+    return (
+        Chart(
+            "position",
+            "Position along the rail",
+            "mm",
+            "Position of the object, and its desired position.",
+            (
+                Line("x", "x", FINGERS[0], 1e3 * trace.object_pose[:, 0]),
+                Line("desired", "desired", FINGERS[0], 1e3 * trace.desired_pose[:, 0], dashed=True),
+            ),
+            least=LEAST_LENGTH,
+        ),
+        Chart(
+            "position-error",
+            "Tracking error",
+            "mm",
+            "Desired minus actual position.",
+            (Line("error", "x", FINGERS[1], 1e3 * trace.tracking_error[:, 0]),),
+            least=LEAST_LENGTH,
+        ),
+        Chart(
+            "torques",
+            "Joint torques",
+            "N m",
+            "Commands of the controller.",
+            tuple(Line(f"joint-{k + 1}", f"joint {k + 1}", FINGERS[k], v) for k, v in torques),
+        ),
+    )
+
+
+def balance_charts(result: RunResult) -> tuple[Chart, ...]:
+    """The energy balance."""
+    return (energy_ledger(result),)
+
+
+def _both(key: str, symbol: str, values: Values, dashed: bool = False) -> tuple[Line, ...]:
+    """A quantity of both contacts."""
+    return tuple(
+        Line(f"{key}-{i}", f"{name} {symbol}", FINGERS[i], values[:, i], dashed=dashed)
+        for i, name in enumerate(_NAMES)
+    )
