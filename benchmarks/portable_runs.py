@@ -9,7 +9,7 @@ from dataclasses import replace
 
 from benchmarks.hands import holding_hand
 from slipgrasp.core.run.simulator import prepare_kernel, simulate
-from slipgrasp.core.scenario import CONTROL_LAWS, SUPPORT, Scenario
+from slipgrasp.core.scenario import CONTROL_LAWS, RAIL, SUPPORT, Scenario
 from slipgrasp.core.scenario.loading import (
     load_scenario,
     preset_names,
@@ -37,8 +37,9 @@ def preset_hashes() -> dict[str, str]:
 
 
 def support_hashes() -> dict[str, str]:
-    """The hash of the run of every preset with a support."""
-    return {name: run_hash(load_scenario(name)) for name in preset_names(SUPPORT)}
+    """The hash of the run of every preset with a support or a rail."""
+    names = (*preset_names(SUPPORT), *preset_names(RAIL))
+    return {name: run_hash(load_scenario(name)) for name in names}
 
 
 def all_hashes(num_random: int = NUM_RANDOM) -> dict[str, str]:

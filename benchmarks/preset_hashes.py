@@ -18,7 +18,7 @@ def run(_docs: Path | None = None) -> list[Table]:
 
 
 def tabulate_presets(hashes: Mapping[str, str]) -> Table:
-    """The complete hashes of the presets, from all hashes; those with a support are added."""
+    """The complete hashes of the presets, from all hashes; those without a hand are added."""
     rows = tuple((name, hashes[name]) for name in preset_names())
     rows += tuple(support_hashes().items())
     return Table(NAME, ("preset", "SHA-256"), rows, (), PORTABILITY)

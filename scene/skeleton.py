@@ -238,12 +238,8 @@ def _on_top(height: float, states: States) -> Values:
 
 def _rail_contact(scenario: RailScenario) -> Contact:
     """The contact of the fingertip; its frame has z into the plane, so that it is right-handed."""
-    angle = scenario.finger.angle
-    along, normal = (
-        (math.sin(angle), math.cos(angle), 0.0),
-        (math.cos(angle), -math.sin(angle), 0.0),
-    )
-    axes = np.column_stack([along, normal, -_Z])
+    sine, cosine = math.sin(scenario.finger.angle), math.cos(scenario.finger.angle)
+    axes = np.column_stack([(sine, cosine, 0.0), (cosine, -sine, 0.0), -_Z])
     return Contact(np.array([*scenario.contact_offset, 0.0]), axes, 2)
 
 

@@ -50,7 +50,7 @@ def describe_motion(metrics: Metrics, trace: Trace) -> Iterator[str]:
     if trace.estimates.size:
         first, last = float(trace.estimates[0, 0]), float(trace.estimates[-1, 0])
         true = float(trace.true_parameters[-1, 0])
-        yield f"The estimate of the mass went from {first:.3g} to {last:.3g} kg; it is {true:.3g} kg."
+        yield f"The estimated mass went from {first:.3g} to {last:.3g} kg; it is {true:.3g} kg."
     margin = metrics.minimum_friction_margin[_FINGER]
     if margin is not None and metrics.slip_path[_FINGER] == 0.0:
         yield f"The fingertip could bear at least {margin:.3g} N more along its face."

@@ -122,12 +122,8 @@ def _describe_slide(result: RunResult) -> Verdict:
     reason = result.reason
     cause = [sentence(reason.message)] if reason and reason.message else []
     has_control = result.scenario.space.has_control
-    longer = (
-        not has_control
-        and slows_down(result.trace)
-        and result.metrics.slipping_at_end
-        and not reason
-    )
+    slides = result.metrics.slipping_at_end and not (has_control or reason)
+    longer = slides and slows_down(result.trace)
     options = raise_(result.scenario, "simulation.duration") if longer else ()
     hint = Hint((Option(reason.hint),)) if reason and reason.hint else Hint((*options,))
     completed = result.outcome is Outcome.COMPLETED

@@ -267,6 +267,7 @@ class Samples:
             "Displacement of the fingertip along the face.",
             spatial_text="Displacement of the fingertip along t_x and t_y of its face.",
             support_text="Displacement of the body on the support, along x and y.",
+            rail_text="Of the fingertip along -t of its face, and of the object along the rail.",
         ),
     ]
     slip_velocity: Annotated[Floats, Signal("contacts", "tangent", "m/s", "Rate of the slip.")]
@@ -305,6 +306,7 @@ class Samples:
             "F_x of the fingertip on the object.",
             spatial_text="F_x and F_y of the fingertip on the object, along -t_x and -t_y.",
             support_text="Friction force of the support on the body, along x and y.",
+            rail_text="Of the fingertip on the object along t, and of the rail along x.",
         ),
     ]
     normal_force: Annotated[
@@ -315,6 +317,7 @@ class Samples:
             "N",
             "F_n of the fingertip on the object, positive in compression.",
             support_text="Force of the support on the body along its normal.",
+            rail_text="Of the fingertip and of the rail on the object.",
         ),
     ]
     friction_margin: Annotated[
@@ -408,7 +411,15 @@ class Samples:
         ),
     ]
     lyapunov_value: Annotated[
-        Floats, Signal("controller", "", "1", "V of Eq. 44.", of_control=True)
+        Floats,
+        Signal(
+            "controller",
+            "",
+            "1",
+            "V of Eq. 44.",
+            rail_text="V of Eq. 44 for the position and the mass; 0 unless the law is theorem-3.",
+            of_control=True,
+        ),
     ]
     grasp_violation: Annotated[
         Floats,

@@ -37,6 +37,8 @@ _INSIDE = re.compile(
     r"^(object|controller(?!\.parameters)|trajectory|sensing|actuation|simulation|support|rail|motion)\."
 )
 
+_THINGS = ("object.", "support.", "rail.", "finger.", "motion.")
+
 
 class _Fact(NamedTuple):
     """A difference of a run; the most informative ones have the lowest rank."""
@@ -124,11 +126,7 @@ def _facts(preset: Scenario, scenario: Scenario) -> list[_Fact]:
 
 def _all_facts(preset: Scenario, scenario: Scenario) -> Iterator[_Fact]:
     for key, value in _differences(preset, scenario):
-        rank = (
-            _THING
-            if key.startswith(("object.", "support.", "rail.", "finger.", "motion."))
-            else _DETAIL
-        )
+        rank = _THING if key.startswith(_THINGS) else _DETAIL
         yield _Fact(_LAW if key == "controller.kind" else rank, _value_fact(scenario, key, value))
     if scenario.space.has_hand:
         yield from (_Fact(_THING, words) for words in _finger_facts(preset, scenario))

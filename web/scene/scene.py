@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from contextlib import AbstractContextManager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -282,9 +282,8 @@ def shape_of(scenario: Scenario) -> object:
     if isinstance(scenario, SupportScenario):
         return (body, scenario.motion.start, scenario.support.incline)
     if isinstance(scenario, RailScenario):
-        finger = replace(
-            scenario.finger, friction=0.0, static_friction=None, link_masses=(1.0, 1.0)
-        )
+        f = scenario.finger
+        finger = (f.link_lengths, f.base, f.angle, f.elbow)
         return (body, finger, scenario.trajectory.start, parts.rail_ends(scenario))
     fingers = tuple(
         (f.kind, f.link_lengths, f.base, f.face, f.contact_offset, f.elbow, _spatial_parts(f))

@@ -20,7 +20,7 @@ _ABOVE = 0.004  # of lines above the support [m]
 
 
 class SlideView:
-    """Draws the marks of a body on a support or a rail with a fixed set of nodes below a common one.
+    """Draws the marks of a body on a support or a rail with a fixed set of nodes.
 
     Args:
         scene: Scene of the nodes.
@@ -43,11 +43,8 @@ class SlideView:
         *,
         upright: bool = False,
     ) -> None:
-        self._upright, self._sizes, self._down = (
-            upright,
-            sizes,
-            np.array([0.0, 0.0, _ABOVE - height]),
-        )
+        self._upright, self._sizes = upright, sizes
+        self._down = np.array([0.0, 0.0, _ABOVE - height])
         scene.add_frame(name, show_axes=False, position=place)
         self._trail = scene.add_line_segments(
             f"{name}/trail", np.zeros((1, 2, 3)), CONE, thickness=0.6 * sizes.trail_width
