@@ -9,8 +9,8 @@ pytestmark = pytest.mark.slow
 PUSH = {
     "rail": {"friction": 0.1},
     "finger": {"base": [-1.2, 0.6]},
-    "trajectory": {"set_points": [{"time": 0.0, "duration": 1.0, "pose": [0.1]}]},
-    "simulation": {"duration": 1.5},
+    "trajectory": {"set_points": [{"time": 0.0, "duration": 1.2, "pose": [0.1]}]},
+    "simulation": {"duration": 2.0},
 }
 
 

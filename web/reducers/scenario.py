@@ -86,7 +86,8 @@ class ScenarioReducer(Reducer):
         if isinstance(intent, ChoosePreset | ResetScenario) and view.editing.file_errors:
             view = replace(view, editing=replace(view.editing, file_errors=()))
         match intent:
-            case SetParameter(key, value) if key == LAW:
+            # On a rail, the law is a parameter like any other.
+            case SetParameter(key, value) if key == LAW and view.draft.base.space is not RAIL:
                 return _with_law(view, value)
             case ChooseLaw(law):
                 return _with_law(view, law, on_all=True)
