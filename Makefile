@@ -45,8 +45,8 @@ programs: $(VENV)/.develop
 
 # Compiles the simulation of all hands, which otherwise the first run does.
 PREPARE := from slipgrasp.core.run.simulator import prepare_kernel; \
-  from slipgrasp.core.scenario.space import SPATIAL, SUPPORT; \
-  prepare_kernel(space=SPATIAL); prepare_kernel(space=SUPPORT)
+  from slipgrasp.core.scenario.space import SPACES; \
+  [prepare_kernel(space=space) for space in SPACES]
 kernel: $(VENV)/.develop
 	$(BIN)/python -c "$(PREPARE)"
 

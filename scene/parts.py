@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from slipgrasp.core.scenario import HandScenario, RailScenario, Scenario, SupportScenario
 from slipgrasp.core.scenario.chain import chain_length
 from slipgrasp.core.scenario.geometry import inner_radius, outline
+from slipgrasp.core.scenario.scenario import of_hand
 from slipgrasp.core.scenario.spatial import SpatialFinger
 from slipgrasp.core.scenario.spatial_geometry import friction_outline
 from slipgrasp.core.trace.types import ContactPhase
@@ -191,12 +192,12 @@ def _sizes_on_support(scenario: SupportScenario, unit: float) -> Sizes:
 
 def _lengths(scenario: HandScenario | RailScenario, i: int) -> tuple[float, ...]:
     """Length of the links of a finger, or distance of its tip from the origin of its slides."""
-    finger = scenario.fingers[i]
+    finger = skeleton.mechanism_of(scenario, i)
     if i in scenario.slides:
-        return (float(np.linalg.norm(skeleton.tip_at_start(scenario, i))),)
+        return (float(np.linalg.norm(skeleton.tip_at_start(of_hand(scenario), i))),)
     if isinstance(finger, SpatialFinger) and finger.kind == "chain":
         return (0.5 * chain_length(finger.joints, finger.tip),)
-    return scenario.fingers[i].link_lengths
+    return finger.link_lengths
 
 
 def outline_of(scenario: Scenario) -> Values:
@@ -220,9 +221,9 @@ def entities_of(scenario: Scenario) -> list[Entity]:
         name = skeleton.contact_name(0)
         return [entities[0], Entity(name, name, tuple(_friction(scenario, sizes)))]
     for i, contact in enumerate(skeleton.contacts_of(scenario)):
-        finger = scenario.fingers[i]
+        finger = skeleton.mechanism_of(scenario, i)
         if contact.on_slides:
-            entities += _slides(i, scenario, sizes, contact)
+            entities += _slides(i, of_hand(scenario), sizes, contact)
         elif isinstance(finger, SpatialFinger) and finger.kind == "chain":
             entities += _chain(i, finger, sizes)
         else:
@@ -341,7 +342,7 @@ def _finger(
     i: int, scenario: HandScenario | RailScenario, sizes: Sizes, up: Values
 ) -> Iterator[Entity]:
     """The mount, and every link with the axle of its joint; the last one ends at the tip."""
-    radius, lengths = sizes.link_radius, scenario.fingers[i].link_lengths
+    radius, lengths = sizes.link_radius, skeleton.mechanism_of(scenario, i).link_lengths
     wide, narrow = 2.7 * radius, 1.3 * radius
     foot = Rod(Role.MOUNT, -2.9 * radius * up, -2.4 * radius * up, (wide, wide))
     neck = Rod(Role.MOUNT, foot.end, -0.7 * radius * up, (wide, narrow))

@@ -33,6 +33,7 @@ from slipgrasp.core.scenario import (
     RAIL,
     SPATIAL,
     SUPPORT,
+    FingerParameters,
     HandScenario,
     RailScenario,
     Scenario,
@@ -41,6 +42,7 @@ from slipgrasp.core.scenario import (
 from slipgrasp.core.scenario.chain import all_positions
 from slipgrasp.core.scenario.curved_faces import slide, turned_by
 from slipgrasp.core.scenario.geometry import contact_frame, inner_radius, planar_tip_at_start
+from slipgrasp.core.scenario.rail import RailFinger
 from slipgrasp.core.scenario.spatial import SpatialFinger, SpatialScenario
 from slipgrasp.core.scenario.spatial_geometry import spatial_contact
 from slipgrasp.core.scenario.spatial_geometry import tip_at_start as spatial_tip_at_start
@@ -267,10 +269,17 @@ def _following(contact: Contact, i: int, turn: Values, states: States) -> Values
     return rotations.product(turn, contact.turned(states.slip[:, i]))
 
 
+def mechanism_of(
+    scenario: HandScenario | RailScenario, i: int
+) -> FingerParameters | SpatialFinger | RailFinger:
+    """Finger i; on a rail, the second contact has none."""
+    return scenario.finger if isinstance(scenario, RailScenario) else scenario.fingers[i]
+
+
 def _finger(scenario: HandScenario | RailScenario, root: str, i: int) -> Iterator[Frame]:
     """Base, joints and tip: every link turns about the end of the previous one."""
-    finger = scenario.fingers[i]
-    if finger.kind == "chain":
+    finger = mechanism_of(scenario, i)
+    if isinstance(finger, SpatialFinger) and finger.kind == "chain":
         yield from _chain(finger, root, i)
         return
     base = (*finger.base, 0.0)[:3]

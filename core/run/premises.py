@@ -200,7 +200,7 @@ def _hand_of(scenario: HandScenario) -> TheoremHand:
 
 def _pull(result: RunResult) -> Floats:
     """sigma_s of Eq. 29, by row."""
-    controller = result.scenario.controller
+    controller = of_hand(result.scenario).controller
     if controller.kind == "theorem-3":
         return np.zeros(len(result.trace.times))
     sizes = np.linalg.norm(result.trace.estimates, axis=1)

@@ -231,11 +231,11 @@ class RailController:
         Quantity(
             "Gamma: speed of adaptation.",
             "1",
-            typical=(0.05, 10.0),
+            typical=(1.0, 1000.0),
             changeable=True,
             used_by=("theorem-3",),
         ),
-    ] = 1.28
+    ] = 100.0
     lyapunov_weight: Annotated[
         Gain,
         Quantity(

@@ -225,7 +225,8 @@ def _describe_weakness(end: _End) -> str:
 
 def _describe_delay(end: _End) -> str:
     """A clause about the delay of torques; empty if it is short."""
-    controller, sensing = end.controller, end.scenario.sensing
+    scenario = of_hand(end.scenario)
+    controller, sensing = scenario.controller, scenario.sensing
     if controller.control_period == 0.0:
         return ""
     late = []
@@ -239,7 +240,7 @@ def _describe_delay(end: _End) -> str:
 
 def _describe_distribution(end: _End) -> str:
     """A clause about the large force of a law near a singularity of its distribution."""
-    if not end.law.uses_friction or end.controller.distribution != "exact":
+    if not end.law.uses_friction or of_hand(end.scenario).controller.distribution != "exact":
         return ""
     force = float(end.last.normal_force[0].max())
     if not end.last.phase.any() or force < _HUGE * end.scenario.object.mass * _GRAVITY:

@@ -29,7 +29,7 @@ class HelpWithParameters(argparse.Action):
         option_string: str | None = None,
     ) -> None:
         """Prints the help and ends the program."""
-        from slipgrasp.core.scenario import SPATIAL, SUPPORT
+        from slipgrasp.core.scenario import RAIL, SPATIAL, SUPPORT
         from slipgrasp.core.scenario.field_errors import template_keys
 
         print(parser.format_help())
@@ -37,7 +37,11 @@ class HelpWithParameters(argparse.Action):
         shown = {_described(key, parameter) for key, parameter in planar.items()}
         print("parameters for --set (indices of lists start at 0):\n")
         _print_parameters(planar)
-        for space, what in ((SPATIAL, "spatial hands"), (SUPPORT, "a body on a support")):
+        for space, what in (
+            (SPATIAL, "spatial hands"),
+            (SUPPORT, "a body on a support"),
+            (RAIL, "a finger on a rail"),
+        ):
             print(f"\nparameters of {what} that differ from these:\n")
             own = template_keys(space).items()
             _print_parameters({key: new for key, new in own if _described(key, new) not in shown})

@@ -7,7 +7,7 @@ import pytest
 from benchmarks.portable_runs import run_hash
 from benchmarks.preset_hashes import read_presets
 from slipgrasp.core.scenario.loading import load_scenario, preset_names
-from slipgrasp.core.scenario.space import SUPPORT
+from slipgrasp.core.scenario.space import RAIL, SUPPORT
 
 PAGE = Path(__file__).parents[2] / "docs" / "portability.md"
 KEPT = read_presets(PAGE)
@@ -23,7 +23,7 @@ write the new table with
 """
 
 
-NAMES = (*preset_names(), *preset_names(SUPPORT))
+NAMES = (*preset_names(), *preset_names(SUPPORT), *preset_names(RAIL))
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -73,6 +73,8 @@ def test_every_preset_and_every_lesson_has_a_live_page(site):
         "wet-patch",
         "sliding-block",
         "spinning-slide",
+        "drag-slider",
+        "push-slider",
     }  # patches, and bodies without a hand
     assert presets - shown == without_page
     lessons = (site / "docs/lessons.html").read_text(encoding="utf-8")
