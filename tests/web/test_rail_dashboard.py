@@ -109,7 +109,8 @@ def test_controls_make_another_run_and_pushes_do_not(drag: RunResult) -> None:
         moved = after(view, SetParameter(key, value))
         assert moved.draft.scenario() != view.draft.scenario()
     law = after(view, SetParameter("controller.kind", "pd-gravity"))
-    assert law.draft.scenario().controller.kind == "pd-gravity"
+    laws = [c.value for c in law.draft.scenario().changes if c.parameter == "controller.kind"]
+    assert laws == ["pd-gravity"]
     poured = after(view, AddDisturbance(DisturbanceKind.POUR, None))
     assert "object.mass" in {change.parameter for change in poured.draft.scenario().changes}
     for unoffered in (DisturbanceKind.PUSH, DisturbanceKind.LOW_FRICTION_PATCH):
