@@ -35,7 +35,7 @@ from slipgrasp.core.scenario.field_errors import (
 )
 from slipgrasp.core.scenario.laws import LAW_ALIASES, law_kind
 from slipgrasp.core.scenario.loading import parameter_definitions, with_values
-from slipgrasp.core.scenario.scenario import need_hand
+from slipgrasp.core.scenario.scenario import need_hand, of_hand
 from slipgrasp.core.scenario.unknowns import PHYSICAL_BOUNDS, parse_unknown
 
 _GRIP_FORCE = "controller.grip_force"
@@ -169,7 +169,8 @@ def _grip(law: ControlLaw, scenario: Scenario) -> Iterator[tuple[str, float]]:
     """A grip force within its limit that, if required, supports the object."""
     if law.uses_friction:
         return
-    present, most = scenario.controller.grip_force, scenario.controller.maximum_normal_force
+    controller = of_hand(scenario).controller
+    present, most = controller.grip_force, controller.maximum_normal_force
     wanted = max(present, _carrying_grip(scenario)) if law.firm else present
     wanted = min(wanted, _LARGEST_GRIP if most is None else most)
     if wanted != present:

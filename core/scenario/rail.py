@@ -102,6 +102,11 @@ class RailParameters:
         ),
     ] = None
 
+    @property
+    def link_masses(self) -> tuple[float, ...]:
+        """There are no links."""
+        return ()
+
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
 class RailFinger:

@@ -12,7 +12,6 @@ from slipgrasp.core.scenario.held_object import ObjectParameters
 from slipgrasp.core.scenario.motion import SetPoint, TrajectoryParameters
 from slipgrasp.core.scenario.planar import PlanarScenario, full_planar_scenario
 from slipgrasp.core.scenario.rail import (
-    RailController,
     RailObject,
     RailScenario,
     RailSetPoint,
@@ -44,7 +43,7 @@ AnyScenario = TypeVar("AnyScenario", bound=Scenario)
 AnyObject = ObjectParameters | SpatialObject | SupportedObject | RailObject
 AnyTrajectory = TrajectoryParameters | SpatialTrajectory | InitialMotion | RailTrajectory
 AnySetPoint = SetPoint | SpatialSetPoint | RailSetPoint
-AnyController = ControllerParameters | SpatialController | RailController
+AnyController = ControllerParameters | SpatialController
 AnyPulse = Pulse | SpatialPulse
 AnyPatch = Patch | SpatialPatch
 

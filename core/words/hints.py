@@ -17,7 +17,7 @@ import numpy as np
 from slipgrasp.core.scenario import ControlLaw, HandScenario, Scenario
 from slipgrasp.core.scenario.custom_laws import law_of
 from slipgrasp.core.scenario.loading import with_values
-from slipgrasp.core.scenario.scenario import AnyController
+from slipgrasp.core.scenario.scenario import AnyController, of_hand
 from slipgrasp.core.scenario.spatial import SpatialScenario
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.words.options import Option
@@ -102,7 +102,7 @@ class Situation:
     @property
     def controller(self) -> AnyController:
         """The controller at that time."""
-        return self.scenario.controller
+        return of_hand(self.scenario).controller
 
     @property
     def law(self) -> ControlLaw:

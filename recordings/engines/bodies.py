@@ -210,6 +210,7 @@ def _held_object(scenario: Scenario) -> Chain:
 
     Engines compute contacts of a sphere with a box in closed form, those with a prism iteratively.
     """
+    scenario = of_hand(scenario)
     body, start = scenario.object, scenario.trajectory.start
     if isinstance(scenario, SpatialScenario):
         links = [Link(OBJECT, "free", mass=body.mass, inertias=scenario.object.inertias)]

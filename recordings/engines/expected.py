@@ -16,6 +16,7 @@ from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import with_values
+from slipgrasp.core.scenario.scenario import of_hand
 from slipgrasp.core.trace.trace import Trace
 
 Floats = NDArray[np.float64]
@@ -48,7 +49,7 @@ def mean_torques(result: RunResult, step: float) -> Floats:
     trace, ticks = result.trace, result.ticks
     if ticks:
         # A held torque acts after the latency and within the limits, as in the rows.
-        acting = ticks.times + result.scenario.controller.latency
+        acting = ticks.times + of_hand(result.scenario).controller.latency
         times = np.array(
             [0.0, *acting[(acting > 0.0) & (acting < trace.times[-1])], trace.times[-1]]
         )

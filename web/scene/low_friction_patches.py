@@ -10,9 +10,9 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from slipgrasp.core.scenario import Patch, PlanarScenario, Scenario, SupportScenario
+from slipgrasp.core.scenario import Patch, PlanarScenario, Scenario
 from slipgrasp.core.scenario.geometry import contact_frame, inner_radius
-from slipgrasp.core.scenario.scenario import is_there
+from slipgrasp.core.scenario.scenario import FreeScenario, is_there
 from slipgrasp.core.scenario.spatial import SpatialPatch, SpatialScenario
 from slipgrasp.core.scenario.spatial_geometry import edges_of, spatial_contact
 from slipgrasp.scene import parts, rotations
@@ -73,7 +73,7 @@ def add_low_friction_patches(
     if isinstance(scenario, SpatialScenario):
         round_spots = zip(names, scenario.patches, strict=True)
         drawn = [_round_spot(scene, name, scenario, patch) for name, patch in round_spots]
-    elif isinstance(scenario, SupportScenario):
+    elif isinstance(scenario, FreeScenario):
         drawn = []
     else:
         bands = zip(names, scenario.patches, strict=True)

@@ -65,7 +65,7 @@ def check_least_gain(scenario: Scenario) -> Iterator[FieldError]:
 
 def check_lyapunov_matrix(scenario: Scenario) -> Iterator[FieldError]:
     """Checks that a full Q of Eq. 25 has the size of (e, e') and is symmetric positive definite."""
-    rows, key = scenario.controller.lyapunov_matrix, "controller.lyapunov_matrix"
+    rows, key = of_hand(scenario).controller.lyapunov_matrix, "controller.lyapunov_matrix"
     if not rows:
         return
     size = 2 * scenario.space.num_coordinates(len(scenario.fingers))
@@ -174,7 +174,7 @@ def check_control(scenario: Scenario) -> Iterator[FieldError]:
 
 def check_normal_forces(scenario: Scenario) -> Iterator[FieldError]:
     """Checks that no commanded force exceeds the allowed normal force."""
-    controller = scenario.controller
+    controller = of_hand(scenario).controller
     most = controller.maximum_normal_force
     names = ["minimum_normal_force"]
     if not law_of(controller.kind).uses_friction:
@@ -232,7 +232,7 @@ def _needs_ticks(scenario: HandScenario) -> Iterator[tuple[str, float | bool | s
 
 def check_latency(scenario: Scenario) -> Iterator[FieldError]:
     """Checks that the latency fits into the command queue."""
-    controller = scenario.controller
+    controller = of_hand(scenario).controller
     longest = MAX_LATENCY_PERIODS * controller.control_period
     if 0.0 < longest < controller.latency * (1.0 - ROUNDING):
         yield FieldError(
