@@ -63,7 +63,7 @@ def states_of(samples: Trace) -> States:
         object_pose=actual,
         desired_pose=desired,
         joint_positions=samples.joint_position.reshape(
-            n, shape.num_fingers, shape.joints_per_finger
+            n, shape.num_jointed, shape.joints_per_finger
         ),
         slip=samples.slip.reshape(n, contacts, tangents),
         slip_velocity=samples.slip_velocity.reshape(n, contacts, tangents),

@@ -95,7 +95,7 @@ def labels_of(signal: Signal, shape: TraceShape) -> tuple[str, ...]:
     if signal.per in ("contact", "path", "pad"):
         return tuple(str(contact) for contact in contacts[: shape.width(signal)])
     if signal.per == "joint":
-        joints, fingers = range(shape.joints_per_finger), contacts[: shape.num_fingers]
+        joints, fingers = range(shape.joints_per_finger), contacts[: shape.num_jointed]
         return tuple(f"{finger}_{joint}" for finger in fingers for joint in joints)
     if signal.per == "diagnostic":
         return tuple(diagnostic.name for diagnostic in shape.diagnostics)

@@ -122,10 +122,10 @@ class TraceShape:
     @property
     def width_of_joints(self) -> int:
         """Number of joints of the hand."""
-        return self.joints_per_finger * self.num_fingers
+        return self.joints_per_finger * self.num_jointed
 
     @property
-    def num_fingers(self) -> int:
+    def num_jointed(self) -> int:
         """Number of contacts with joints."""
         return self.num_contacts - self.space.bare_contacts
 

@@ -139,7 +139,7 @@ class Sampler:
             normal_force=spot.read(trace.normal_force),
             friction=trace.friction_coefficient[spot.row],
             joint_positions=spot.read(trace.joint_position).reshape(
-                shape.num_fingers, shape.joints_per_finger
+                shape.num_jointed, shape.joints_per_finger
             ),
             estimates=spot.read(trace.estimates),
             spin=spot.read(trace.spin),
