@@ -68,4 +68,6 @@ TOUR = (
     Stop("spatial-box", "What if the thumb's face is smooth?", "fingers.0.friction"),
     Stop("sliding-block", "Which friction halves the distance?", "support.friction"),
     Stop("spinning-slide", "Does it spin longer on a smoother support?", "support.friction"),
+    Stop("push-slider", "Does a rougher rail delay the start?", "rail.friction"),
+    Stop("drag-slider", "How rough must the object be?", "finger.friction"),
 )
