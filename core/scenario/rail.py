@@ -18,7 +18,7 @@ from pydantic.dataclasses import dataclass
 from slipgrasp.core.scenario.common import Changes, FrictionCone, Title, without_none
 from slipgrasp.core.scenario.controller import Estimate
 from slipgrasp.core.scenario.field_types import CONFIG, Coordinate, FrozenMapping
-from slipgrasp.core.scenario.finger import Friction, LinkLengths, StaticFriction
+from slipgrasp.core.scenario.finger import Friction, LinkLength, StaticFriction
 from slipgrasp.core.scenario.held_object import SIDES, Corner, ObjectMass
 from slipgrasp.core.scenario.laws import law_kind
 from slipgrasp.core.scenario.motion import MAX_SET_POINTS, MoveDuration, MoveTime
@@ -116,7 +116,10 @@ class RailFinger:
         tuple[Annotated[float, Ge(1e-6), Le(1e3)], Annotated[float, Ge(1e-6), Le(1e3)]],
         Quantity("Mass of a link.", "kg", typical=(0.2, 3.0), changeable=True),
     ] = (1.0, 1.0)
-    link_lengths: LinkLengths = (1.0, 1.0)
+    link_lengths: Annotated[tuple[LinkLength, LinkLength], Quantity("Length of a link.", "m")] = (
+        1.0,
+        1.0,
+    )
     base: Annotated[
         tuple[Coordinate, Coordinate],
         Quantity("Position (x, y) of the first joint; the rail is at y = 0.", "m"),

@@ -99,6 +99,10 @@ def test_parts_and_controls_are_those_of_a_rail() -> None:
     assert "rail.friction" in keys["rail"]
     assert "finger.friction" in keys["finger"]
     assert {"controller.kind", "controller.grip_force"} <= set(keys["controller"])
+    for group in groups:
+        for each in group.entries:
+            if each.parameter.used_by:
+                assert draft.value_at(0.0, each.kind_key) is not None
     assert law_groups(draft.base) == ()
     assert {"object.mass", "rail.friction"} <= {each.key for each in offers_of(draft.base)}
 
