@@ -220,7 +220,8 @@ class RailController:
         Ge(0.0),
         Le(1e4),
         Quantity(
-            "Smallest commanded normal force, so that the fingertip stays on the object.",
+            "Smallest commanded normal force, so that the fingertip stays on the object; without "
+            "effect at an angle of pi/2.",
             "N",
             typical=(0.0, 20.0),
             changeable=True,

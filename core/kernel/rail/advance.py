@@ -68,7 +68,7 @@ def rail_jump(model: Record, run: Record, outlet: Record, fired: int) -> int:
     rail_evaluate(model, run.old, run.now, run.step.start, run.work)
     status = rail_select(model, run.discrete, run.old, run.step.start, run.work, fired)
     if status != RUNNING:
-        run.concerned = opened_contact(model, run.discrete, run.step.start, run.work)
+        run.concerned = opened_contact(model, run.step.start, run.work)
         return SEPARATED if run.concerned >= 0 else status
     chatters = log_changes(model, run, outlet)
     leave_slip(model, run, outlet, 0)

@@ -34,6 +34,10 @@ from slipgrasp.core.kernel.rail.state import (
     WORKSPACE,
 )
 
+LEAST_COSINE = 1e-9  # below which a force along the rail does not press on the face
+# Adaptation fades, because a switch at the limit of the force could chatter.
+FADING = 0.1  # [N]
+
 
 @compiled
 def update_mechanics(model: Record, state: Record, work: Record) -> None:
@@ -62,8 +66,8 @@ def assumed_mass(model: Record, state: Record) -> float:
 
 
 @compiled
-def _command(model: Record, discrete: Record, t: float, state: Record, work: Record) -> int:
-    """Computes the torques of the law; returns 1, or 0 where its normal force is limited.
+def _command(model: Record, discrete: Record, t: float, state: Record, work: Record) -> float:
+    """Computes the torques of the law; returns 1, or less down to 0 where its force is limited.
 
     The force along the rail is that of the desired acceleration, with the friction of a motion in
     the desired direction.
@@ -80,15 +84,13 @@ def _command(model: Record, discrete: Record, t: float, state: Record, work: Rec
         demand = acceleration + feedback
         direction = law.directions[discrete.piece]
         # e + d mu_r w, times the commanded force, accelerates the object.
-        pressed = law.grip_force * (model.cosine - direction * mu * model.sine)
-        along = mass * (demand + direction * mu * gravity) - pressed
-    tracks = 1
-    if law.grip_force + along * model.cosine < law.minimum_normal_force and model.cosine > 0.0:
-        least = (law.minimum_normal_force - law.grip_force) / model.cosine
-        if abs(least) < 1e9:
-            tracks = 0
-            along = least
-    normal = law.grip_force
+        braked = law.grip_force * (model.cosine - direction * mu * model.sine)
+        along = mass * (demand + direction * mu * gravity) - braked
+    normal, tracks = law.grip_force, 1.0
+    lacking = law.minimum_normal_force - (normal + along * model.cosine)
+    if model.cosine > LEAST_COSINE and lacking > 0.0:
+        along = (law.minimum_normal_force - normal) / model.cosine
+        tracks = max(0.0, 1.0 - lacking / FADING)
     fx, fy = normal * model.cosine + along, -normal * model.sine
     work.tip_force[0] = work.bias[0] + work.inertia[0] * demand + fx
     work.tip_force[1] = work.bias[1] + work.inertia[1] * demand + fy
@@ -102,12 +104,13 @@ def _command(model: Record, discrete: Record, t: float, state: Record, work: Rec
 
 @compiled
 def _adapt(
-    model: Record, discrete: Record, t: float, state: Record, work: Record, tracks: int
+    model: Record, discrete: Record, t: float, state: Record, work: Record, tracks: float
 ) -> None:
     """Rate of the estimate of the mass (Eq. 46-47), and V of Eq. 44.
 
-    The estimate changes while the fingertip sticks and the object slides in the desired direction;
-    elsewhere the error does not follow from the mass alone.
+    The estimate changes while the fingertip sticks and the object slides in the desired direction,
+    times ``tracks``, 1 without a limit of the force; elsewhere the mass is not the only cause of an
+    error.
     """
     law, mu = model.law, model.truth.friction[RAIL_CONTACT]
     work.rate = work.lyapunov = 0.0
@@ -121,12 +124,12 @@ def _adapt(
     work.lyapunov += square(missing) / law.adaptation_gain
     direction = law.directions[discrete.piece]
     slides = discrete.phases[RAIL_CONTACT] != 0 and discrete.phases[RAIL_CONTACT] == direction
-    if not (tracks == 1 and slides and discrete.phases[FINGER] == 0):
+    if not (slides and discrete.phases[FINGER] == 0):
         return
     inertia = state.x[MASS] + _between(work, 1.0, direction * mu, 1.0, 0.0)
     weighted = p12 * error + p22 * rate
     regressor = work.acceleration[0] + direction * mu * model.hand.gravity
-    work.rate = law.adaptation_gain * weighted * regressor / inertia
+    work.rate = tracks * law.adaptation_gain * weighted * regressor / inertia
 
 
 @compiled_apart(types.void, MODEL, DISCRETE, WORKSPACE)
@@ -170,18 +173,13 @@ def rail_plant(model: Record, discrete: Record, work: Record) -> None:
         work.forces[FINGER, 0] = -slope * work.forces[FINGER, 1]
 
 
-@compiled_apart(types.int64, MODEL, DISCRETE, types.float64, STATE, WORKSPACE)
-def rail_evaluate(model: Record, discrete: Record, t: float, state: Record, work: Record) -> int:
-    """Evaluates the closed loop at a state: torques, accelerations, forces, rate of the estimate.
-
-    Returns:
-        1 if the law determines the desired acceleration, 0 where its force is limited.
-    """
+@compiled_apart(types.void, MODEL, DISCRETE, types.float64, STATE, WORKSPACE)
+def rail_evaluate(model: Record, discrete: Record, t: float, state: Record, work: Record) -> None:
+    """Evaluates the closed loop: torques, accelerations, forces, rate of the estimate."""
     update_mechanics(model, state, work)
     tracks = _command(model, discrete, t, state, work)
     rail_plant(model, discrete, work)
     _adapt(model, discrete, t, state, work, tracks)
-    return tracks
 
 
 @compiled

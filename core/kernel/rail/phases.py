@@ -138,11 +138,11 @@ def _after(old: Record, state: Record, work: Record, i: int, fired: int) -> tupl
 
 
 @compiled
-def opened_contact(model: Record, discrete: Record, state: Record, work: Record) -> int:
+def opened_contact(model: Record, state: Record, work: Record) -> int:
     """Contact that opens if no phases are consistent; -1 if none does.
 
     The fingertip comes off if without contact force it accelerates away from the object; the
-    object lifts off if it is pulled from the rail while both stick.
+    object lifts off if it accelerates upwards with a sticking fingertip and without a rail.
     """
     gx, gy = work.tip_force[0] - work.bias[0], work.tip_force[1] - work.bias[1]
     xx, xy, yy = work.inertia[0], work.inertia[1], work.inertia[2]
@@ -153,6 +153,6 @@ def opened_contact(model: Record, discrete: Record, state: Record, work: Record)
         ax += brakes if speed > 0.0 else -brakes
     if ax * model.cosine - ay * model.sine < 0.0:
         return FINGER
-    discrete.phases[0] = discrete.phases[1] = 0
-    rail_plant(model, discrete, work)
-    return RAIL_CONTACT if work.forces[RAIL_CONTACT, 1] < 0.0 else -1
+    mass = model.truth.object_inertia[0]
+    lift = (xx + mass) * (gy - mass * model.hand.gravity) - xy * gx
+    return RAIL_CONTACT if lift > 0.0 else -1

@@ -52,6 +52,7 @@ LEAST_STEP = 1e-13
 MAX_GROWTH = 10.0
 LARGEST_ZERO = 1e-10
 MAX_CUTS = 50
+CLOSER = 4.0  # energy, than the ledger of hands, which is checked less often
 
 
 @compiled
@@ -89,7 +90,7 @@ def _imbalance(model: Record, run: Record, h: float) -> float:
     end, kinetic = _energy(model, run, run.now + h, step.end)
     supplied = step.end.x[supplied_at(model)]
     largest = max(abs(end - start), abs(middle - start))
-    return largest / allowed_imbalance(model.numerics, kinetic, supplied)
+    return CLOSER * largest / allowed_imbalance(model.numerics, kinetic, supplied)
 
 
 @compiled
