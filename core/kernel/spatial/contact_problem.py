@@ -141,6 +141,23 @@ def inverse_of(m: np.ndarray) -> tuple[float, float, float, float, float, float]
 
 
 @compiled
+def solve_positive(m: Floats, x: float, y: float, z: float) -> tuple[float, float, float]:
+    """Product of the inverse of a positive definite 3x3 matrix and a vector, by L D L^T.
+
+    Unlike with `inverse_of`, the residual is a rounding error even if the matrix and the vector are
+    very large in one direction.
+    """
+    yx, zx = m[1] / m[0], m[2] / m[0]
+    second, coupling = m[3] - yx * m[1], m[4] - yx * m[2]
+    zy = coupling / second
+    third = m[5] - zx * m[2] - zy * coupling
+    y -= yx * x
+    z = (z - zx * x - zy * y) / third
+    y = y / second - zy * z
+    return x / m[0] - yx * y - zx * z, y, z
+
+
+@compiled
 def times(
     m: tuple[float, float, float, float, float, float], x: float, y: float, z: float
 ) -> tuple[float, float, float]:

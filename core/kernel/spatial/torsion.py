@@ -10,11 +10,10 @@ from numba import types
 
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import Floats, Record
-from slipgrasp.core.kernel.spatial.contact_problem import times
 from slipgrasp.core.kernel.spatial.model import MODEL
 from slipgrasp.core.kernel.spatial.state import STATE, slip_velocity_at, velocity_at
 from slipgrasp.core.kernel.spatial.torsion_contacts import spatial_soft_newton
-from slipgrasp.core.kernel.spatial.torsion_equations import spatial_mobility
+from slipgrasp.core.kernel.spatial.torsion_equations import move_tip, spatial_mobility
 from slipgrasp.core.kernel.spatial.torsion_layout import FREE, MOVING, NORMAL, ROWS, STUCK, TURN
 from slipgrasp.core.kernel.spatial.torsion_modes import (
     add_moments,
@@ -445,7 +444,7 @@ def respond_to_tip_force(model: Record, discrete: Record, work: Record, i: int, 
     if discrete.phases[i] == STICK:
         pull_object(work, i, x, y, z)
     else:
-        x, y, z = times(torsion.tip_mobilities[i], x, y, z)
+        x, y, z = move_tip(model, work, i, x, y, z)
         press_object(work, i, along_normal(work.kin, i, x, y, z) / torsion.gives[i])
     solve_phases(torsion, torsion.load, torsion.motion)
     for k in range(torsion.num_holders):

@@ -17,7 +17,8 @@ from numba import types
 
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import Floats, Record
-from slipgrasp.core.kernel.spatial.contact_problem import inverse_of, times
+from slipgrasp.core.kernel.spatial.chain import ON_SLIDES
+from slipgrasp.core.kernel.spatial.contact_problem import inverse_of, solve_positive, times
 from slipgrasp.core.kernel.spatial.curved_faces import FLAT, normal_rate
 from slipgrasp.core.kernel.spatial.dynamics import world_inertia
 from slipgrasp.core.kernel.spatial.kinematics import moment_at_tip, tip_turning
@@ -102,12 +103,25 @@ def _set_columns(model: Record, work: Record, i: int) -> None:
 
 
 @compiled
+def move_tip(
+    model: Record, work: Record, i: int, x: float, y: float, z: float
+) -> tuple[float, float, float]:
+    """Acceleration Lambda^-1 f of fingertip ``i`` due to the tip force f = (x, y, z)."""
+    inertia = work.dynamics.inertia[i]
+    if model.hand.kinds[i] == ON_SLIDES:
+        return times(inverse_of(inertia), x, y, z)
+    return solve_positive(inertia, x, y, z)
+
+
+@compiled
 def _add_finger(model: Record, state: Record, work: Record, i: int) -> None:
     """Adds the mobility of finger ``i``, the inverse of Lambda, to G and c."""
     kin, torsion, dynamics = work.kin, work.torsion, work.dynamics
-    mobility, first = inverse_of(dynamics.inertia[i]), ROWS * i
-    ax, ay, az = times(
-        mobility,
+    first = ROWS * i
+    ax, ay, az = move_tip(
+        model,
+        work,
+        i,
         work.tip_forces[i, 0] - dynamics.bias[i, 0],
         work.tip_forces[i, 1] - dynamics.bias[i, 1],
         work.tip_forces[i, 2] - dynamics.bias[i, 2],
@@ -118,7 +132,7 @@ def _add_finger(model: Record, state: Record, work: Record, i: int) -> None:
         torsion.offset[a] -= (
             pull[0] * (ax - bias[0]) + pull[1] * (ay - bias[1]) + pull[2] * (az - bias[2])
         )
-        px, py, pz = times(mobility, pull[0], pull[1], pull[2])
+        px, py, pz = move_tip(model, work, i, pull[0], pull[1], pull[2])
         for other in range(ROWS):
             b = torsion.pulls[first + other]
             torsion.mobility[a, first + other] += px * b[0] + py * b[1] + pz * b[2]

@@ -26,7 +26,6 @@ TORSION = np.dtype(
         ("creep", np.float64, (MAX_FINGERS, MAX_FINGERS)),  # penalty on given moments, part of G
         ("twists", np.float64, (MAX_FINGERS, 6)),  # m, wrench per F_tau / e in stick
         ("presses", np.float64, (MAX_FINGERS, 6)),  # w, wrench per F_n in slip
-        ("tip_mobilities", np.float64, (MAX_FINGERS, 6)),  # Lambda^-1 of slipping contacts
         ("yields", np.float64, (MAX_FINGERS, 3)),  # Lambda^-1 q
         ("gives", np.float64, (MAX_FINGERS,)),  # d
         ("free", np.float64, (MAX_FINGERS, 3)),  # from joints: force (stick), acceleration (slip)

@@ -26,7 +26,7 @@ from slipgrasp.core.kernel.spatial.plant import (
     tip_inertia_columns,
     to_contact_frame,
 )
-from slipgrasp.core.kernel.spatial.torsion_equations import spin_bias
+from slipgrasp.core.kernel.spatial.torsion_equations import move_tip, spin_bias
 from slipgrasp.core.kernel.spatial.torsion_layout import NORMAL
 from slipgrasp.core.kernel.spatial.workspace import STICK
 
@@ -101,16 +101,15 @@ def _add_slip(model: Record, gamma: Floats, work: Record, i: int) -> float:
         rx * cy - ry * cx + third * nz,
     )
     along = (nx, ny, nz, ry * nz - rz * ny, rz * nx - rx * nz, rx * ny - ry * nx)
-    mobility, turning = inverse_of(work.dynamics.inertia[i]), torsion.turning[i]
-    yx, yy, yz = times(
-        mobility, cx + third * turning[0], cy + third * turning[1], cz + third * turning[2]
+    turning = torsion.turning[i]
+    yx, yy, yz = move_tip(
+        model, work, i, cx + third * turning[0], cy + third * turning[1], cz + third * turning[2]
     )
     give = nx * yx + ny * yy + nz * yz
-    plain = times(mobility, nx, ny, nz)
+    plain = move_tip(model, work, i, nx, ny, nz)
     torsion.gives[i] = give
     torsion.yields[i, 0], torsion.yields[i, 1], torsion.yields[i, 2] = yx, yy, yz
     for k in range(6):
-        torsion.tip_mobilities[i, k] = mobility[k]
         torsion.presses[i, k] = press[k]
     for a in range(6):
         part = press[a] / give
@@ -163,7 +162,7 @@ def load_phases(model: Record, discrete: Record, state: Record, work: Record) ->
             x, y, z = x - lx, y - ly, z - lz
             pull_object(work, i, x, y, z)
         else:
-            x, y, z = times(torsion.tip_mobilities[i], x, y, z)
+            x, y, z = move_tip(model, work, i, x, y, z)
             x, y, z = x - bx, y - by, z - bz
             press_object(work, i, along_normal(kin, i, x, y, z) / torsion.gives[i])
         torsion.free[i, 0], torsion.free[i, 1], torsion.free[i, 2] = x, y, z
@@ -234,7 +233,7 @@ def turn_mobility(model: Record, work: Record, i: int) -> float:
     )
     x, y, z = times(work.torsion.turn_inverse, normal[0], normal[1], normal[2])
     total = normal[0] * x + normal[1] * y + normal[2] * z
-    x, y, z = times(inverse_of(work.dynamics.inertia[i]), turning[0], turning[1], turning[2])
+    x, y, z = move_tip(model, work, i, turning[0], turning[1], turning[2])
     total += turning[0] * x + turning[1] * y + turning[2] * z
     return e * e * total
 
