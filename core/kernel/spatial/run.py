@@ -37,6 +37,7 @@ from slipgrasp.core.kernel.spatial.sensing import SENSES
 from slipgrasp.core.kernel.spatial.state import STATE, parts_of
 from slipgrasp.core.kernel.spatial.stepper import STEP, state_inside
 from slipgrasp.core.kernel.spatial.tally import TALLY, spatial_tally
+from slipgrasp.core.kernel.spatial.torsion import is_short
 from slipgrasp.core.kernel.spatial.ways import least_margin
 from slipgrasp.core.kernel.spatial.workspace import DISCRETE, WORKSPACE
 from slipgrasp.core.scenario.space import SPATIAL
@@ -138,11 +139,23 @@ def _state_inside(model: Record, run: Record, h: float, fraction: float, state: 
     state_inside(model, run.step, h, fraction, state)
 
 
+@compiled
+def _evaluate_inside(model: Record, row: Record, work: Record) -> int:
+    """As `spatial_evaluate`; also 0 if a soft contact at slip onset comes to rest in the step.
+
+    The friction of that contact is inside its limit surface, which no row of a slip can show.
+    """
+    for i in range(model.num_fingers if model.soft == 1 else 0):
+        if row.discrete.frozen[i, 0] == 1 and is_short(row.discrete.directions, i):
+            return 0
+    return spatial_evaluate(model, row, work)
+
+
 follow_slip, leave_slip = make_slip_rows(
     LAYOUTS,
     sample=_state_inside,
     copy_discrete=copy_discrete,
-    evaluate_row=spatial_evaluate,
+    evaluate_row=_evaluate_inside,
     is_past_event=is_past_event,
     fill_row=spatial_fill,
     friction_margin=least_margin,

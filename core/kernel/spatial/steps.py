@@ -255,9 +255,6 @@ def spatial_emit_inside(model: Record, run: Record, outlet: Record, h: float) ->
         found = True
     if found:
         spatial_step(model, run.discrete, h, step, run.work)
-    if begins:
-        # Rows of slips are chosen later.
-        keep_directions_at_rest(model, step.directions, step.begun, run.discrete)
 
 
 @compiled
