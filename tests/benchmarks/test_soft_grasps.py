@@ -60,6 +60,7 @@ def test_random_soft_grasps_end_truly():
         1227,  # a contact that creeps too fast for its friction
         2251,  # the same, with another contact that creeps
         341,  # a tip that is 1e9 times heavier across its face than along it, near a singular pose
+        245,  # thousands of steps of a slip that creeps beside a fast spin
         884,  # a slip that comes to rest in the step in which it begins
         269,  # a spin that the other velocities correct while a slip begins
     ],

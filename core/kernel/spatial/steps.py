@@ -41,6 +41,7 @@ from slipgrasp.core.kernel.spatial.workspace import STICK
 LEAST_STEP = 1e-14
 STIFF = 1.0  # step size times relaxation rate above which steps are implicit
 CAUTION = 30.0  # factor of the error of implicit steps, whose estimate has little margin
+LEDGER_CAUTION = 300.0  # of their energy: thousands of equal steps of a creeping slip add up
 QUIET, QUIET_STEPS, MAX_GROWTH = 0.03, 100, 10.0
 MAX_CUTS = 50
 CLOSEST_HALVINGS = 20  # of a step in which a fingertip passes the centre of a patch
@@ -68,7 +69,7 @@ def spatial_accept(model: Record, run: Record, until: float) -> float:
         if error <= 1.0 and _needs_ledger(model, run, size):
             imbalance = spatial_imbalance(model, run, size)
             if model.soft == 1 and step.rank == IMPLICIT:
-                imbalance *= CAUTION
+                imbalance *= LEDGER_CAUTION
             error = max(error, imbalance)
         if error <= 1.0:
             _follow_error(model, run, error, size, rest, sticks)
