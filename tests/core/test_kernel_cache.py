@@ -14,7 +14,8 @@ from slipgrasp.core.kernel.compilation.compiler import all_units, compiled
 from slipgrasp.core.kernel.compilation.fingerprint import fingerprint
 from slipgrasp.core.run.engine import engine_of
 from slipgrasp.core.run.simulator import prepare_kernel
-from slipgrasp.core.scenario import SPATIAL
+from slipgrasp.core.scenario import PLANAR, SPATIAL
+from slipgrasp.core.scenario.space import SPACES
 
 pytestmark = pytest.mark.slow
 
@@ -67,8 +68,9 @@ def test_a_temporary_folder_serves_where_the_cache_cannot_be_written_and_is_remo
     assert not folder.exists()
 
 
-def is_spatial(unit):
-    return "spatial" in f"{unit.symbol} {unit.function.__module__}"
+def is_planar(unit):
+    others = (space.name for space in SPACES if space is not PLANAR)
+    return not any(name in f"{unit.symbol} {unit.function.__module__}" for name in others)
 
 
 @pytest.mark.timeout(600)
@@ -77,8 +79,8 @@ def test_what_is_missing_is_compiled_while_it_tells_how_far_it_is(tmp_path):
     prepare_kernel()
     folder = tmp_path / code_path("").parent.name
     folder.mkdir()
-    # Other tests of this process may have loaded the units of spatial hands, which the run lacks.
-    planar = [unit for unit in all_units() if not is_spatial(unit)]
+    # Other tests of this process may have loaded units of other spaces, which the run lacks.
+    planar = [unit for unit in all_units() if is_planar(unit)]
     paths = [code_path(unit.name) for unit in planar]
     for path in sorted(paths, key=lambda path: path.stat().st_size)[9:]:
         shutil.copy(path, folder)
