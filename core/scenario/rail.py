@@ -25,8 +25,8 @@ from slipgrasp.core.scenario.motion import MAX_SET_POINTS, MoveDuration, MoveTim
 from slipgrasp.core.scenario.numerics import Change
 from slipgrasp.core.scenario.parameters import Quantity
 from slipgrasp.core.scenario.space import RAIL, Space
-from slipgrasp.core.scenario.supported import SupportSimulation
-from slipgrasp.core.scenario.world import Patch, Pulse
+from slipgrasp.core.scenario.supported import SupportSimulation, WithoutHand
+from slipgrasp.core.scenario.world import Pulse
 
 HalfSize = Annotated[float, Ge(1e-3), Le(10.0)]
 Gain = Annotated[float, Ge(0.0), Le(1e6)]
@@ -268,7 +268,7 @@ class RailController:
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
-class RailScenario:
+class RailScenario(WithoutHand):
     """A finger that moves an object along a rail.
 
     Equal scenarios give runs that are equal to the last bit. Common code sees two contacts, of the
@@ -311,24 +311,9 @@ class RailScenario:
         return ()
 
     @property
-    def patches(self) -> tuple[Patch, ...]:
-        """The friction of face and rail is even."""
-        return ()
-
-    @property
     def has_soft_fingers(self) -> bool:
         """Whether a contact has a spin: never."""
         return False
-
-    @property
-    def slides(self) -> tuple[int, ...]:
-        """There are no prismatic joints."""
-        return ()
-
-    @property
-    def sliding_joints(self) -> tuple[int, ...]:
-        """There are no prismatic joints."""
-        return ()
 
     @property
     def friction_cone(self) -> FrictionCone:

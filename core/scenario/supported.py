@@ -200,8 +200,29 @@ class SupportSimulation:
         return 0
 
 
+class WithoutHand:
+    """What a scenario without a hand lacks."""
+
+    __slots__ = ()
+
+    @property
+    def patches(self) -> tuple[Patch, ...]:
+        """Friction is even."""
+        return ()
+
+    @property
+    def slides(self) -> tuple[int, ...]:
+        """There are no prismatic joints."""
+        return ()
+
+    @property
+    def sliding_joints(self) -> tuple[int, ...]:
+        """There are no prismatic joints."""
+        return ()
+
+
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
-class SupportScenario:
+class SupportScenario(WithoutHand):
     """A body on a support: thrown, pushed, or on an inclined plane.
 
     Equal scenarios give runs that are equal to the last bit. The support counts as the only
@@ -247,24 +268,9 @@ class SupportScenario:
         return ()
 
     @property
-    def patches(self) -> tuple[Patch, ...]:
-        """The friction of the support is even."""
-        return ()
-
-    @property
     def has_soft_fingers(self) -> bool:
         """Whether the contact has a spin: always."""
         return True
-
-    @property
-    def slides(self) -> tuple[int, ...]:
-        """There are no joints."""
-        return ()
-
-    @property
-    def sliding_joints(self) -> tuple[int, ...]:
-        """There are no joints."""
-        return ()
 
     @property
     def friction_cone(self) -> FrictionCone:
