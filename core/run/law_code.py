@@ -35,6 +35,7 @@ _OF_MODEL = frozenset(
     (
         *("friction", "object_mass", "object_inertia", "object_inertias", "link_masses"),
         *("eccentricity", "link_lengths", "link_centres", "gravity", "torque_limit"),
+        *("joint_torque_limit", "joint_minimum", "joint_maximum"),
     )
 )
 _PER_FINGER = frozenset(
@@ -43,7 +44,8 @@ _PER_FINGER = frozenset(
         *("believed_phase", "slip_direction", "contact_force", "jacobian", "jacobian_inverse"),
         *("link_direction", "contact_arm", "contact_tangent", "contact_tangents"),
         *("contact_normal", "friction", "link_masses", "link_lengths", "link_centres"),
-        *("contact_moment", "spin", "spin_velocity", "eccentricity"),
+        *("contact_moment", "spin", "spin_velocity", "eccentricity", "weight_torque"),
+        *("joint_torque_limit", "joint_minimum", "joint_maximum"),
     )
 )
 

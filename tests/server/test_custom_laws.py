@@ -54,9 +54,10 @@ def test_a_request_with_code_a_path_or_an_unknown_name_is_refused(client, kind):
     assert client.post("/studies", json={**study, "law": kind}).status_code == 422
 
 
-def test_a_law_that_is_offered_runs_under_its_name(client, _offered):
+@pytest.mark.parametrize("preset", ["composite-case-2", "trifinger"])
+def test_a_law_that_is_offered_runs_under_its_name(client, _offered, preset):
     for asked in ({"law": "offered"}, {"set": {"controller.kind": "offered"}}):
-        asked["scenario"] = "composite-case-2"
+        asked["scenario"] = preset
         run = run_to_end(client, asked)
         assert run["outcome"] == "separated" and run["law"]["name"] == "offered"
 

@@ -45,15 +45,17 @@ def test_the_examples_of_the_page_run_in_their_order():
 
 
 @pytest.mark.parametrize(
-    ("specification", "preset"),
+    ("specification", "preset", "values"),
     [
-        ("declared.py:Squeeze", "composite-case-2"),
-        ("my_law_in_space.py:CarryInSpace", "spatial-composite"),
+        ("declared.py:Squeeze", "composite-case-2", {}),
+        ("my_law_in_space.py:CarryInSpace", "spatial-composite", {}),
+        ("my_law_in_space.py:CarryInSpace", "trifinger", {"estimates.3.initial": 0.094}),
     ],
 )
-def test_the_other_laws_of_the_page_hold_the_object(specification, preset):
+def test_the_other_laws_of_the_page_hold_the_object(specification, preset, values):
     law = slipgrasp.load_law(specification)
-    scenario = slipgrasp.with_law(slipgrasp.load_scenario(preset), law.name)
+    scenario = slipgrasp.with_values(slipgrasp.load_scenario(preset), values)
+    scenario = slipgrasp.with_law(scenario, law.name)
     assert slipgrasp.simulate(scenario).outcome == "completed"
 
 

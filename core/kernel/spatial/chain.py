@@ -264,6 +264,19 @@ def limit_margin(chain: Record, now: Record) -> float:
 
 
 @compiled
+def coordinate_range(chain: Record, c: int) -> tuple[float, float]:
+    """Range of coordinate ``c`` within the limits of its joint and of those coupled to it."""
+    low, high = -np.inf, np.inf
+    for k in range(chain.links):
+        ratio = chain.ratios[k, c]
+        if ratio != 0.0:
+            first = (chain.limits[k, 0] - chain.offsets[k]) / ratio
+            second = (chain.limits[k, 1] - chain.offsets[k]) / ratio
+            low, high = max(low, min(first, second)), min(high, max(first, second))
+    return low, high
+
+
+@compiled
 def _add_angle(now: Record, k: int, step: float) -> None:
     """Updates sine and cosine of a joint for a step below 4e-6 rad, whose cube is negligible."""
     sine, cosine, less = now.sines[k], now.cosines[k], 0.5 * square(step)

@@ -11,7 +11,8 @@ from slipgrasp.core.kernel.compilation.compiler import compiled
 from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Record
 from slipgrasp.core.kernel.laws.own_law import answer_layout, own_law_layout, show_fingers
 from slipgrasp.core.kernel.loop.motion import desired_motion
-from slipgrasp.core.kernel.spatial.chain import ON_SLIDES
+from slipgrasp.core.kernel.spatial.chain import BY_CHAIN, ON_SLIDES, coordinate_range
+from slipgrasp.core.kernel.spatial.grip import weight_force
 from slipgrasp.core.kernel.spatial.kinematics import joint_position
 from slipgrasp.core.kernel.spatial.law import desired_turn
 from slipgrasp.core.kernel.spatial.state import (
@@ -51,18 +52,23 @@ SEEN = np.dtype(
         ("eccentricity", np.float64, (MAX_FINGERS,)),  # largest moment / largest force [m]
         ("jacobian", np.float64, (MAX_FINGERS, 3, 3)),
         ("jacobian_inverse", np.float64, (MAX_FINGERS, 3, 3)),
-        ("link_direction", np.float64, (MAX_FINGERS, 2, 3)),  # unit vectors along the links
+        ("weight_torque", np.float64, (MAX_FINGERS, 3)),  # supports the links, estimated [N m, N]
+        ("link_direction", np.float64, (MAX_FINGERS, 2, 3)),  # unit vectors, 0 if no links
         ("contact_arm", np.float64, (MAX_FINGERS, 3)),  # from the centre of mass [m]
         ("contact_tangents", np.float64, (MAX_FINGERS, 2, 3)),  # directions of positive slip
         ("contact_normal", np.float64, (MAX_FINGERS, 3)),  # into the object
         ("friction", np.float64, (MAX_FINGERS,)),  # estimated
         ("object_mass", np.float64),  # estimated [kg]
         ("object_inertias", np.float64, (3,)),  # estimated, about the body axes [kg m^2]
-        ("link_masses", np.float64, (MAX_FINGERS, 2)),  # estimated; of slides the first [kg]
+        # Estimated; of slides the first, of chains 0 [kg]
+        ("link_masses", np.float64, (MAX_FINGERS, 2)),
         ("link_lengths", np.float64, (MAX_FINGERS, 2)),  # [m]
         ("link_centres", np.float64, (MAX_FINGERS, 2)),  # from the proximal joint [m]
         ("gravity", np.float64),  # [m/s^2]
-        ("torque_limit", np.float64),  # inf if unlimited [N m]
+        ("torque_limit", np.float64),  # of all joints, inf if unlimited [N m]
+        ("joint_torque_limit", np.float64, (MAX_FINGERS, 3)),  # inf if unlimited [N m, N]
+        ("joint_minimum", np.float64, (MAX_FINGERS, 3)),  # -inf if unlimited [rad, m]
+        ("joint_maximum", np.float64, (MAX_FINGERS, 3)),  # inf if unlimited [rad, m]
         ("estimates", np.float64, (MAX_UNKNOWNS,)),
         ("position_gain", np.float64, (6,)),  # K_p
         ("velocity_gain", np.float64, (6,)),  # K_v
@@ -90,16 +96,22 @@ def look(model: Record, run: Record) -> None:
     seen.grip_force = model.law.grip_force
     for k in range(model.num_unknowns):
         seen.estimates[k] = own.answer.estimates[k] = run.discrete.estimates[k]
+    believed = run.work.believed
     for i in range(n):
         _show_finger(model, run, i)
         _show_jacobian(model, run.work.kin, seen, i)
+        _show_weight(model.hand, believed, run.work.kin, seen, i)
         for joint in range(3):
             own.answer.torque[i, joint] = run.discrete.commanded[i, joint]
-    believed = run.work.believed
     seen.object_mass = believed.object_mass
     for k in range(3):
         seen.object_inertias[k] = believed.inertias[k]
     show_fingers(model, model.hand, believed, seen)
+    for i in range(n):
+        _show_limits(model.hand, seen, i)
+        if model.hand.kinds[i] == BY_CHAIN:
+            # Two masses of more links are of no use without their geometry.
+            seen.link_masses[i, 0] = seen.link_masses[i, 1] = 0.0
 
 
 @compiled
@@ -150,7 +162,13 @@ def _show_finger(model: Record, run: Record, i: int) -> None:
 
 @compiled
 def _show_jacobian(model: Record, kin: Record, seen: Record, i: int) -> None:
-    """Sets the Jacobian of fingertip ``i`` (yaw, both pitches), its inverse, and the links."""
+    """Sets the Jacobian of fingertip ``i``, its inverse, and the directions of its links."""
+    if model.hand.kinds[i] == BY_CHAIN:
+        for c in range(3):
+            for k in range(3):
+                seen.jacobian[i, c, k] = kin.chains[i].jacobian[c, k]
+                seen.jacobian_inverse[i, c, k] = kin.chains[i].inverse[c, k]
+        return
     if model.hand.kinds[i] == ON_SLIDES:
         for c in range(3):
             for k in range(3):
@@ -174,3 +192,23 @@ def _show_jacobian(model: Record, kin: Record, seen: Record, i: int) -> None:
         along, up = kin.links[i, link, 0], kin.links[i, link, 1]
         direction = seen.link_direction[i, link]
         direction[0], direction[1], direction[2] = cosine * along, sine * along, up
+
+
+@compiled
+def _show_weight(hand: Record, believed: Record, kin: Record, seen: Record, i: int) -> None:
+    """Sets the joint torques that support the links of finger ``i``, for its Jacobian."""
+    jacobian = seen.jacobian[i]
+    x, y, z = weight_force(hand, believed, kin, i)
+    for k in range(3):
+        seen.weight_torque[i, k] = jacobian[0, k] * x + jacobian[1, k] * y + jacobian[2, k] * z
+
+
+@compiled
+def _show_limits(hand: Record, seen: Record, i: int) -> None:
+    """Sets the limits of the joints of finger ``i``."""
+    for k in range(3):
+        low, high = -np.inf, np.inf
+        if hand.kinds[i] == BY_CHAIN:
+            low, high = coordinate_range(hand.chains[i], k)
+        seen.joint_minimum[i, k], seen.joint_maximum[i, k] = low, high
+        seen.joint_torque_limit[i, k] = hand.torque_limits[i, k]

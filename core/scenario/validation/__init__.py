@@ -31,7 +31,6 @@ from slipgrasp.core.scenario.validation.pads import check_pads
 from slipgrasp.core.scenario.validation.rail import check_rail
 from slipgrasp.core.scenario.validation.space import (
     check_body,
-    check_chain_laws,
     check_sampled_only,
     check_spatial_contacts,
 )
@@ -78,7 +77,6 @@ _SPATIAL_CHECKS = (
     check_control,
     check_normal_forces,
     check_latency,
-    check_chain_laws,
     check_sampled_only,
     check_pads,
     check_times,

@@ -15,8 +15,6 @@ from slipgrasp.core.scenario.chain import (
     moving,
     range_of,
 )
-from slipgrasp.core.scenario.chosen_laws import kinds_in
-from slipgrasp.core.scenario.custom_laws import law_of
 from slipgrasp.core.scenario.spatial import SpatialFinger, SpatialObject, SpatialScenario
 from slipgrasp.core.scenario.spatial_geometry import (
     distance_inside,
@@ -194,22 +192,6 @@ def _check_start(scenario: SpatialScenario, i: int) -> Iterator[FieldError]:
 
 def _error(field: str, value: float | None, limit: str, message: str) -> FieldError:
     return FieldError(field=field, value=value, limit=limit, message=message)
-
-
-def check_chain_laws(scenario: SpatialScenario) -> Iterator[FieldError]:
-    """Checks that custom laws are not combined with chains."""
-    chains = [i for i, finger in enumerate(scenario.fingers) if finger.kind == "chain"]
-    own = [kind for kind in kinds_in(scenario) if law_of(kind).is_own]
-    if chains and own:
-        yield FieldError(
-            field="controller.kind",
-            value=own[0],
-            limit="a built-in law",
-            message=(
-                f"controller.kind is '{own[0]}', a custom law, and custom laws do not support the "
-                f"chain of fingers.{chains[0]} yet; choose a built-in law"
-            ),
-        )
 
 
 def check_sampled_only(scenario: SpatialScenario) -> Iterator[FieldError]:
