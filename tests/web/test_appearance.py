@@ -146,4 +146,12 @@ def test_the_playback_panel_spans_the_scene_with_a_margin() -> None:
 
 def test_a_fine_screen_is_not_taken_for_a_large_page() -> None:
     assert guess_layout(2880, 1800) == guess_layout(1440, 900)
-    assert guess_layout(1024, 700).width == 1024
+
+
+@pytest.mark.parametrize("width", [800, 1024, 1280, 1440])
+def test_the_width_of_a_page_follows_from_that_of_its_scene(width: int) -> None:
+    sizes = panel_sizes(width, 900)
+    edges = 8
+    guessed = guess_layout(width - sizes.results - sizes.scenario - edges, 900)
+    assert guessed.width == pytest.approx(width, abs=3)  # widths of columns are whole pixels
+    assert guessed.arrangement is Arrangement.TWO_COLUMNS

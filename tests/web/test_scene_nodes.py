@@ -236,8 +236,8 @@ def test_a_polygon_is_drawn_with_its_corners_and_a_ghost_of_it_too(
     layout = scene.show(polygon, polygon)
     sample = Sampler(polygon.trace).at(0.05)
     scene.update(sample, sample)
-    drawn = node(viewer_server, "/hand/plane/object/part0").vertices[: len(CORNERS)]
-    np.testing.assert_allclose(drawn[:, :2], CORNERS, atol=1e-6)
+    drawn = np.unique(node(viewer_server, "/hand/plane/object/part0").vertices[:, :2], axis=0)
+    np.testing.assert_allclose(drawn, np.unique(CORNERS, axis=0), atol=1e-6)
     x, y, angle = sample.object_pose
     turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
     pale = node(viewer_server, "/ghost/edges").points[: len(CORNERS), 0]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from dataclasses import dataclass
 from enum import Enum
 from typing import Annotated, NamedTuple
@@ -18,6 +19,7 @@ _LEAST_FOR_TWO_COLUMNS = 800
 _LEAST_PLAYBACK = 240
 _USUAL_COVER = 240
 _FEW_LINES = 48
+_EDGE = 4
 _USUAL_SIZE = (1440, 900)
 
 
@@ -120,10 +122,19 @@ def type_scale(width: int) -> float:
 def guess_layout(width: int, height: int) -> PageLayout:
     """An estimate of a page's measurements from its first image.
 
+    While a page starts, `start.css` leaves the columns free on both sides of the image.
+
     Args:
-        width: Width of the image [px]; on high-resolution screens larger than the page.
+        width: Width of the image [px]; on high-resolution screens larger than the scene.
         height: Its height.
     """
-    width, height = min(width, _USUAL_SIZE[0]), min(height, _USUAL_SIZE[1])
-    sizes = panel_sizes(width, height)
-    return PageLayout(width, height, width - sizes.results - sizes.scenario, height, _USUAL_COVER)
+    height = min(height, _USUAL_SIZE[1])
+    pages = range(_LEAST_FOR_TWO_COLUMNS, _USUAL_SIZE[0])
+    page = pages.start + bisect_left(pages, width, key=_scene_width)
+    return PageLayout(page, height, _scene_width(page), height, _USUAL_COVER)
+
+
+def _scene_width(width: int) -> int:
+    """Width of the scene between two columns of a page of a given width [px]."""
+    sizes = panel_sizes(width, _USUAL_SIZE[1])
+    return width - sizes.results - sizes.scenario - 2 * _EDGE

@@ -21,7 +21,7 @@ from slipgrasp.scene.states import States
 from slipgrasp.web.model.colours import BELIEVED_CONE, CONE_INSIDE, glow
 from slipgrasp.web.scene.detail import Detail, Follower
 from slipgrasp.web.scene.marks import FullScale, MarkSizes, Trail
-from slipgrasp.web.scene.shapes import circle, dashed_edges, fan, joined
+from slipgrasp.web.scene.shapes import Mesh, circle, dashed_edges, faceted, fan, joined, two_sided
 
 Points = NDArray[np.float64]
 
@@ -228,10 +228,8 @@ class ContactView:
         solid = prism(circle(pad.radius), 0.5 * thickness)
         self._disc = self._scene.add_mesh_simple(
             f"{self._name}/tip/pad",
-            solid.points.astype(np.float32),
-            solid.indices.astype(np.uint32),
+            *faceted(solid.points, solid.indices.astype(np.uint32)),
             color=CONE,
-            flat_shading=True,
             position=-0.5 * thickness * inward,
         )
         self._hand = self._lines("tip/pad-hand", CONE, 0.35 * sizes.tip_radius)
@@ -240,14 +238,14 @@ class ContactView:
 
     def _add_cone(self, name: str) -> None:
         """The cone that contains the force on the object, around the inward normal."""
-        count = len(self._rim)
+        faces = fan(len(self._rim), closed=not self._flat)
+        mesh = Mesh(np.zeros((len(self._rim) + 1, 3), np.float32), faces)
         self._inside = self._scene.add_mesh_simple(
             f"{name}/inside",
-            np.zeros((count + 1, 3), np.float32),
-            fan(count, closed=not self._flat),
+            *(two_sided(mesh) if self._flat else mesh),
             color=CONE_INSIDE,
             opacity=None if self._flat else _CONE_OPACITY,
-            side="double",
+            side="front" if self._flat else "double",
         )
         width = self._sizes.line_width * (1.0 if self._flat else 0.5)
         self._edges = self._lines("tip/cone/edges", CONE, width)
@@ -270,7 +268,8 @@ class ContactView:
         if before is None or before[0] != now[0]:
             edge = cone_edge(self._contact, friction, self._rim, length)
             inside = np.concatenate([np.zeros((1, 3)), edge])
-            self._inside.vertices = self._raised(inside, -0.1 * self._sizes.depth)
+            raised = self._raised(inside, -0.1 * self._sizes.depth)
+            self._inside.vertices = np.concatenate([raised, raised]) if self._flat else raised
             lines = self._rays(edge)
             if not self._flat:
                 lines = np.concatenate([lines, joined(edge, closed=True)])

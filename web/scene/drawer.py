@@ -20,7 +20,7 @@ from slipgrasp.web.model.selection import OBJECT, finger_part
 from slipgrasp.web.model.surfaces import Surfaces
 from slipgrasp.web.scene.detail import Detail
 from slipgrasp.web.scene.picking import Picking
-from slipgrasp.web.scene.shapes import dashed_edges, rounded_bar, turned_profile
+from slipgrasp.web.scene.shapes import dashed_edges, faceted, rounded_bar, turned_profile
 
 Values = NDArray[np.float64]
 
@@ -100,11 +100,9 @@ class HandDrawer:
         if isinstance(shape, parts.Triangles):
             self.block = self._scene.add_mesh_simple(
                 name,
-                shape.points.astype(np.float32),
-                shape.indices.astype(np.uint32),
+                *faceted(shape.points, shape.indices.astype(np.uint32)),
                 color=colour,
                 opacity=_GLASS if self._glass else None,
-                flat_shading=True,
                 side="double" if self._glass else "front",
             )
             if self._picking is not None:
@@ -128,12 +126,11 @@ class HandDrawer:
         along = rod.end - rod.start
         length, (first, last) = float(np.linalg.norm(along)), rod.radii
         ends = np.array([[0.0, 0.0], [0.0, first], [length, last], [length, 0.0]])
-        bar = rounded_bar(length, first, last) if rod.rounded else turned_profile(ends)
+        bar = rounded_bar(length, first, last) if rod.rounded else faceted(*turned_profile(ends))
         return self._scene.add_mesh_simple(
             name,
             *bar,
             color=colour,
-            flat_shading=not rod.rounded,
             position=rod.start,
             wxyz=rotations.from_x_to(along[None])[0],
         )

@@ -20,7 +20,7 @@ from slipgrasp.scene.skeleton import LYING
 from slipgrasp.web.model.colours import WATER, WAVES
 from slipgrasp.web.model.selection import PATCH
 from slipgrasp.web.scene.picking import Picking
-from slipgrasp.web.scene.shapes import circle, extrude, polyline
+from slipgrasp.web.scene.shapes import circle, extrude, faceted, polyline
 
 Points = NDArray[np.float64]
 
@@ -95,7 +95,7 @@ def _band(
     if _turns_right(corners):
         corners = corners[::-1]
     band = extrude(corners, depth - 0.002, depth)
-    water = scene.add_mesh_simple(f"{name}/band", *band, color=WATER, flat_shading=True)
+    water = scene.add_mesh_simple(f"{name}/band", *faceted(*band), color=WATER)
     crest = np.array(list(_waves(ends, normal, thickness)))
     scene.add_line_segments(
         f"{name}/waves", polyline(crest, depth + 0.001), WAVES, thickness=0.22 * thickness
@@ -169,7 +169,7 @@ def _draw_water(
     if len(inside := seen(1.0)) < 3:
         return None
     slab = extrude(inside, 0.0005, 0.0015)
-    water = scene.add_mesh_simple(f"{name}/water", *slab, color=WATER, flat_shading=True)
+    water = scene.add_mesh_simple(f"{name}/water", *faceted(*slab), color=WATER)
     waves = [polyline(ring, 0.002, closed=True) for ring in map(seen, _WAVES) if len(ring) >= 3]
     if waves:
         scene.add_line_segments(

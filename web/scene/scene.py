@@ -45,7 +45,7 @@ from slipgrasp.web.scene.marks import (
 )
 from slipgrasp.web.scene.picking import Picking
 from slipgrasp.web.scene.push_view import PushView
-from slipgrasp.web.scene.shapes import circle, extrude
+from slipgrasp.web.scene.shapes import circle, extrude, faceted
 from slipgrasp.web.scene.slide_view import SlideView
 
 
@@ -411,14 +411,12 @@ def _add_centre(
     scene.add_frame(name, show_axes=False, wxyz=np.array(skeleton.LYING))
     front = depth + 0.002
     disc = extrude(circle(radius, 32), depth, front)
-    scene.add_mesh_simple(f"{name}/disc", *disc, color=surfaces.lens, flat_shading=True)
+    scene.add_mesh_simple(f"{name}/disc", *faceted(*disc), color=surfaces.lens)
     for i, start in enumerate((0.0, np.pi)):
         angles = np.linspace(start, start + 0.5 * np.pi, 12)
         rim = radius * np.stack([np.cos(angles), np.sin(angles)], axis=1)
         quarter = extrude(np.concatenate([np.zeros((1, 2)), rim]), front, front + 0.001)
-        scene.add_mesh_simple(
-            f"{name}/quarter{i}", *quarter, color=surfaces.joint, flat_shading=True
-        )
+        scene.add_mesh_simple(f"{name}/quarter{i}", *faceted(*quarter), color=surfaces.joint)
 
 
 def _light(scene: viser.SceneApi) -> None:

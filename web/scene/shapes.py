@@ -53,6 +53,22 @@ def extrude(outline: Points, back: float, front: float) -> Mesh:
     return Mesh(vertices, faces.astype(np.uint32))
 
 
+def faceted(vertices: NDArray[np.floating], faces: NDArray[np.unsignedinteger]) -> Mesh:
+    """The same triangles without common corners, which the viewer then shades as flat faces.
+
+    The viewer's own flat shading would be another program to compile before the first picture.
+    """
+    corners = vertices[faces].reshape(-1, 3).astype(np.float32)
+    return Mesh(corners, np.arange(len(corners), dtype=np.uint32).reshape(-1, 3))
+
+
+def two_sided(mesh: Mesh) -> Mesh:
+    """The same triangles once more, seen from behind, with corners of their own."""
+    vertices, faces = mesh
+    behind = faces[:, ::-1] + np.uint32(len(vertices))
+    return Mesh(np.concatenate([vertices, vertices]), np.concatenate([faces, behind]))
+
+
 def polyline(points: Points, depth: float, *, closed: bool = False) -> NDArray[np.float32]:
     """The segments ``(k, 2, 3)`` that join points of a plane ``(k, 2)`` in order."""
     return joined(lift(points, depth), closed=closed)
