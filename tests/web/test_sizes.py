@@ -39,6 +39,16 @@ class Box:
         return other.left - 1.0 <= self.left and self.right <= other.right + 1.0
 
 
+# All widths of the canvas until the first picture [px].
+WATCH_WIDTHS = f"""window.widths = [];
+const look = () => {{
+  if (document.documentElement?.dataset.sgStarted !== undefined) return;
+  const {{ clientWidth: width = 0 }} = document.querySelector('{SCENE}') ?? {{}};
+  if (width > 0 && window.widths.at(-1) !== width) window.widths.push(width);
+  requestAnimationFrame(look);
+}};
+look();"""
+
 NOWHERE = Box(-1.0, -1.0, 1e6, 1e6)
 
 
@@ -70,6 +80,16 @@ def test_columns_leave_the_scene_its_place_and_the_strip_is_in_it(
         )
 
     wait_until(fits, "something lies over the scene, or there is none")
+
+
+def test_the_scene_has_its_width_from_the_start(page: Page) -> None:
+    page.set_viewport_size(ViewportSize(width=1180, height=800))
+    page.add_init_script(WATCH_WIDTHS)
+    page.reload()
+    page.wait_for_function("document.documentElement.dataset.sgStarted !== undefined")
+    (width,) = page.evaluate("window.widths")
+    scene = page.locator(SCENE)
+    wait_until(lambda: scene.evaluate("e => e.clientWidth") == width, "another width")
 
 
 def test_a_phone_has_the_picture_the_strip_how_it_went_and_the_controls(page: Page) -> None:
