@@ -69,7 +69,7 @@ def _open(browser: Browser, url: str) -> tuple[Opened, Opened]:
     page.set_default_timeout(_PATIENCE)
     page.add_init_script(_WATCH)
     sizes = _listen(context, page)
-    page.goto(f"{url}?fixedDpr=0.5")
+    page.goto(url)
     opened = _measured(page, sizes)
     page.reload()
     reloaded = _measured(page, sizes)
