@@ -226,16 +226,20 @@ def _describe_slips(result: RunResult) -> str:
 
 
 def _describe_push(result: RunResult) -> Iterator[str]:
-    """The contacts that began to slip during a push, for the first such push."""
+    """The contacts that began to slip during a push or as it ended, for the first such push."""
     onsets = [c for c in result.phase_changes if c.from_phase is ContactPhase.STICK]
     names = result.scenario.finger_names
     for push in sorted(result.scenario.pulses, key=lambda push: push.time):
-        end = push.time + push.duration
-        found = sorted({c.contact for c in onsets if push.time <= c.time <= end})
+        start, end = push.time, push.time + push.duration
+        during = sorted({c.contact for c in onsets if start <= c.time < end})
+        found = during or sorted({c.contact for c in onsets if c.time == end})
         if found:
             who = _fingertips([names[i] for i in found], len(names))
-            who = f"{who[:1].lower()}{who[1:]}"
-            yield f"During the push at t = {milliseconds(push.time)} {who} began to slip."
+            who, when = f"{who[:1].lower()}{who[1:]}", milliseconds(start)
+            if during:
+                yield f"During the push at t = {when} {who} began to slip."
+            else:
+                yield f"As the push at t = {when} ended, {who} began to slip."
             return
 
 

@@ -16,9 +16,10 @@ import numpy as np
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.verdict import Verdict, headline_of
-from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario import Pulse, Scenario
 from slipgrasp.core.scenario.law_choice import LAW
 from slipgrasp.core.scenario.loading import parameter_definitions, with_values
+from slipgrasp.core.scenario.spatial import SpatialPulse
 from slipgrasp.core.trace.types import ContactPhase, Outcome
 from tests.core.reading_knowledge import KNOWLEDGE
 
@@ -439,7 +440,7 @@ def check_slips(result: RunResult, found: re.Match[str]) -> None:
 
 
 def check_push(result: RunResult, found: re.Match[str]) -> None:
-    """The named fingertips, and no others, left stick while that push acted."""
+    """The named fingertips, and no others, left stick while that push acted, or as it ended."""
     value, unit = found["when"].split()
     rounding = 5.1e-4 if unit == "ms" else 5.1e-3
     pushes = [
@@ -448,16 +449,15 @@ def check_push(result: RunResult, found: re.Match[str]) -> None:
     names = result.scenario.finger_names
     some = re.fullmatch(r"the (.+) fingertips?", found["who"])
     told = set(re.split(", | and ", some[1])) if some else set(names)
-    assert any(
-        told
-        == {
-            names[change.contact]
-            for change in result.phase_changes
-            if change.from_phase is ContactPhase.STICK
-            and push.time <= change.time <= push.time + push.duration
-        }
-        for push in pushes
-    )
+    onsets = [c for c in result.phase_changes if c.from_phase is ContactPhase.STICK]
+
+    def is_told(push: Pulse | SpatialPulse) -> bool:
+        end = push.time + push.duration
+        during = {names[c.contact] for c in onsets if push.time <= c.time < end}
+        ended = {names[c.contact] for c in onsets if c.time == end}
+        return told == during if found["how"] == "During" else told == ended and not during
+
+    assert any(map(is_told, pushes))
 
 
 def check_least_margin(result: RunResult, found: re.Match[str]) -> None:
@@ -555,7 +555,8 @@ SENTENCES: tuple[tuple[str, Callable[[RunResult, re.Match[str]], None]], ...] = 
         check_slips,
     ),
     (
-        r"During the push at t = (?P<when>[\d.]+ m?s) (?P<who>.+) began to slip\.",
+        r"(?P<how>During|As) the push at t = (?P<when>[\d.]+ m?s)(?: ended,)? "
+        r"(?P<who>.+) began to slip\.",
         check_push,
     ),
     (r"No fingertip slipped\.", lambda _result, _found: None),

@@ -177,6 +177,15 @@ def test_bounds_are_asked_for_only_where_there_are_none() -> None:
     check_words(bound, describe_run(bound))
 
 
+def test_a_fingertip_that_slips_as_a_push_ends_did_not_slip_during_it() -> None:
+    push = {"time": 0.003181, "force": [2.8, 1.6]}
+    result = simulate(with_values(load_scenario("paper-case-1"), {"pulses": [push]}))
+    verdict = describe_run(result)
+    told = "As the push at t = 3 ms ended, the right fingertip began to slip."
+    assert told in verdict.sentences
+    check_words(result, verdict)
+
+
 def test_a_belief_at_the_start_is_no_cure_for_the_slip_of_a_push() -> None:
     push = {"time": 0.5, "force": [0.0, -15.0]}
     values = {"pulses": [push], "simulation.duration": 2.0}
