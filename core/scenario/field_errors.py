@@ -19,11 +19,15 @@ from slipgrasp.core.scenario.parameters import Parameter, describe
 from slipgrasp.core.scenario.scenario import full_scenario
 from slipgrasp.core.scenario.space import SPACES
 
+_LENGTHS = {"too_long": ("at most", "max_length"), "too_short": ("at least", "min_length")}
+
 
 def unknown_key(scenario: Scenario, key: str) -> FieldError:
-    """Returns the error for an unknown key, with the most similar one."""
-    keys = list(describe(scenario))
-    message = f"unknown parameter '{shortened(key)}'{nearest(key, keys)}"
+    """Returns the error for an unknown key, with the most similar one, or the parts there are."""
+    every = template_keys(scenario.space)
+    parts = ", ".join(dict.fromkeys(each.partition(".")[0] for each in every))
+    near = nearest(key, describe(scenario)) or f"; a {scenario.space.name} scenario has {parts}"
+    message = f"unknown parameter '{shortened(key)}'{near}"
     return FieldError(field=shortened(key), value=None, limit=None, message=message)
 
 
@@ -36,7 +40,7 @@ def nearest(word: str, words: Iterable[str]) -> str:
 def field_errors(error: pydantic.ValidationError, space: Space) -> list[FieldError]:
     """Converts the errors of Pydantic to field errors, one per field, with unit and limit."""
     found: dict[str, FieldError] = {}
-    for item in error.errors(include_url=False, include_context=False):
+    for item in error.errors(include_url=False):
         path = [str(part) for part in item["loc"] if not _is_type_label(str(part))]
         key = ".".join(path)
         if key not in found:
@@ -67,6 +71,8 @@ def _field_error(key: str, item: Any, space: Space) -> FieldError:
             limit=None,
             message=f"unknown parameter '{shortened(key)}'{near}",
         )
+    if kind in _LENGTHS:
+        return _length_error(key, item)
     parameter = template_keys(space).get(template_key(key, space))
     limit = parameter.limit if parameter else None
     shown = echo(value)
@@ -85,6 +91,15 @@ def _field_error(key: str, item: Any, space: Space) -> FieldError:
         limit=limit,
         message=f"{key or 'the scenario'}{told}{problem}{allowed}",
     )
+
+
+def _length_error(key: str, item: Any) -> FieldError:
+    """The error of a list with too many or too few items."""
+    words, bound = _LENGTHS[item["type"]]
+    count = item["ctx"]["actual_length"]
+    has = "is empty" if count == 0 else f"has {count} item{'s' if count > 1 else ''}"
+    limit = f"{words} {item['ctx'][bound]}"
+    return FieldError(field=key, value=None, limit=limit, message=f"{key} {has}; allowed: {limit}")
 
 
 def template_keys(

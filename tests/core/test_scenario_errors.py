@@ -48,6 +48,23 @@ def test_an_unknown_key_is_answered_with_the_nearest_name():
     assert "did you mean 'object.mass'?" in error.message
 
 
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        (
+            {"pulses": [{"time": 0.1, "force": [1.0, 2.0]}]},
+            "unknown parameter 'pulses'; a rail scenario has title, object, rail, finger, "
+            "trajectory, controller, simulation, changes",
+        ),
+        ({"trajectory.start": [0.0, 0.1]}, "trajectory.start has 2 items; allowed: at most 1"),
+    ],
+)
+def test_what_a_rail_lacks_is_answered_with_what_it_has(values, message):
+    with pytest.raises(ScenarioError) as caught:
+        with_values(load_scenario("push-slider"), values)
+    assert str(caught.value) == message
+
+
 def test_an_unknown_field_in_a_file_is_answered_with_the_nearest_name():
     wrong = mapping()
     wrong["controller"]["grip_safty"] = 1.2

@@ -24,7 +24,7 @@ PAGES = ("README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "SECURITY.md")
 # What each one is called now. Contracts, such as options, keys and reason codes, are no terms.
 RETIRED = {
     r"laws? of one's own|one's own laws?": "custom law",
-    r"(?<!laws[./])(\b|_)own[ _]laws?\b|OwnLaw": "custom law",
+    r"(?<!laws[./])(?<!spatial[./])(\b|_)own[ _]laws?\b|OwnLaw": "custom law",
     r"\bpale (second )?run|(?-i:\bPale:)": "ghost",
     r"\blook(s|ing)? only\b|\blets? look\b": "read-only",
     r"(?<!friction )\b(gives?|gave|given|giving) back\b": "returns, releases",
