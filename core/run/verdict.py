@@ -20,6 +20,7 @@ from slipgrasp.core.run.slide_outcome import (
     headline_of_slide,
     slows_down,
 )
+from slipgrasp.core.run.slip_sentences import describe_causes, describe_slips
 from slipgrasp.core.scenario import FingerParameters, Scenario
 from slipgrasp.core.scenario.custom_laws import law_of
 from slipgrasp.core.scenario.loading import all_preset_names, load_scenario
@@ -33,7 +34,7 @@ from slipgrasp.core.words.hints import Goal, Hint, Situation, any_of, scenario_a
 from slipgrasp.core.words.knowledge_words import describe_knowledge
 from slipgrasp.core.words.misbelief import describe_misbelief
 from slipgrasp.core.words.options import Option, believe_in_less, only_words, raise_
-from slipgrasp.core.words.phrases import joined, length_words, milliseconds, sentence
+from slipgrasp.core.words.phrases import length_words, milliseconds, sentence
 from slipgrasp.core.words.placement import (
     describe_lasting_error,
     describe_offset,
@@ -105,8 +106,8 @@ def describe_run(result: RunResult) -> Verdict:
     cause = [sentence(_describe_reason(result, reason))] if reason and reason.message else []
     estimates = map(_describe_estimate, found[:1]) if found else _describe_other_estimate(result)
     facts = (
-        _describe_slips(result),
-        *_describe_push(result),
+        describe_slips(result),
+        *describe_causes(result),
         *_describe_lasting_error(result),
         *_describe_switching(result),
         *_describe_pyramid(result),
@@ -210,39 +211,6 @@ def _tone(result: RunResult) -> Tone:
     return "good" if headline_of(result) == _HELD else "warning"
 
 
-def _describe_slips(result: RunResult) -> str:
-    """Slip distances and times of the contacts; without slip, the smallest margin."""
-    names, paths = result.scenario.finger_names, result.metrics.slip_path
-    slipped = [i for i, path in enumerate(paths) if path > 0.0]
-    if not slipped:
-        return f"No fingertip slipped{_describe_least_margin(result)}."
-    who = _fingertips([names[i] for i in slipped], len(names))
-    lengths = {names[i]: length_words(paths[i]) for i in slipped}
-    if len(set(lengths.values())) == 1:
-        slips = f"by {lengths[names[slipped[0]]]}"
-    else:
-        slips = f"({', '.join(f'{name}: {length}' for name, length in lengths.items())})"
-    return f"{who} slipped {slips}{_describe_end_of_slip(result)}."
-
-
-def _describe_push(result: RunResult) -> Iterator[str]:
-    """The contacts that began to slip during a push or as it ended, for the first such push."""
-    onsets = [c for c in result.phase_changes if c.from_phase is ContactPhase.STICK]
-    names = result.scenario.finger_names
-    for push in sorted(result.scenario.pulses, key=lambda push: push.time):
-        start, end = push.time, push.time + push.duration
-        during = sorted({c.contact for c in onsets if start <= c.time < end})
-        found = during or sorted({c.contact for c in onsets if c.time == end})
-        if found:
-            who = _fingertips([names[i] for i in found], len(names))
-            who, when = f"{who[:1].lower()}{who[1:]}", milliseconds(start)
-            if during:
-                yield f"During the push at t = {when} {who} began to slip."
-            else:
-                yield f"As the push at t = {when} ended, {who} began to slip."
-            return
-
-
 def _describe_pyramid(result: RunResult) -> Iterator[str]:
     """Limitation of a run with the friction pyramid of the paper."""
     if result.scenario.friction_cone == "pyramid":
@@ -284,43 +252,6 @@ def _describe_lasting_error(result: RunResult) -> Iterator[str]:
         yield from [
             f"At the end the object is {words} from its target, and no longer approaches it."
         ] * bool(words)
-
-
-def _fingertips(names: Sequence[str], total: int) -> str:
-    """Names of some of the fingertips, as the subject of a sentence."""
-    if len(names) == 1:
-        return f"The {names[0]} fingertip"
-    if len(names) == total:
-        return "Both fingertips" if total == 2 else "All fingertips"
-    return f"The {joined(names)} fingertips"
-
-
-def _describe_end_of_slip(result: RunResult) -> str:
-    last = result.metrics.last_slip_time
-    if last is None or result.metrics.slipping_at_end:
-        return ""
-    return f" and stopped at t = {milliseconds(last)}"
-
-
-def _describe_least_margin(result: RunResult) -> str:
-    """Smallest additional tangential force that would have caused slip, with contact and time."""
-    margins = [
-        (margin, contact)
-        for contact, margin in enumerate(result.metrics.minimum_friction_margin)
-        if margin is not None
-    ]
-    if not margins or len(result.trace) < 2:
-        return ""
-    least, contact = min(margins)
-    if least < 0.0:
-        # Only if the run ended because no phase was consistent.
-        return ""
-    trace = result.trace
-    # In the first row, the first command has no effect yet.
-    row = 1 + int(np.argmin(trace.friction_margin[1:, contact]))
-    where = result.scenario.finger_names[contact]
-    when = milliseconds(float(trace.times[row]))
-    return f"; the least margin was {least:.2g} N, {where} at t = {when}"
 
 
 class _Overestimate(NamedTuple):

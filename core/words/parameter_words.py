@@ -85,7 +85,7 @@ def value_words(value: Any, unit: str = "") -> str:
     if isinstance(value, (list, tuple)):
         return f"({', '.join(map(value_words, value))}){unit_after(unit)}"
     if isinstance(value, (int, float)):
-        return f"{value:g}{unit_after(unit)}"
+        return f"{value + 0.0:g}{unit_after(unit)}"  # without the sign of -0
     return f"{value}{unit_after(unit)}"
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -437,6 +438,10 @@ def check_slips(result: RunResult, found: re.Match[str]) -> None:
     if is_told:
         value, unit = found["stop"].split()
         assert abs(float(value) * UNITS[unit] - max(stops)) <= (5.1e-4 if unit == "ms" else 5.1e-3)
+        slips = Counter(
+            c.contact for c in result.phase_changes if c.from_phase is ContactPhase.STICK
+        )
+        assert (found["last"] is not None) == (max(slips.values()) > 1)
 
 
 def check_push(result: RunResult, found: re.Match[str]) -> None:
@@ -447,9 +452,9 @@ def check_push(result: RunResult, found: re.Match[str]) -> None:
         p for p in result.scenario.pulses if abs(p.time - float(value) * UNITS[unit]) <= rounding
     ]
     names = result.scenario.finger_names
-    some = re.fullmatch(r"the (.+) fingertips?", found["who"])
-    told = set(re.split(", | and ", some[1])) if some else set(names)
-    onsets = [c for c in result.phase_changes if c.from_phase is ContactPhase.STICK]
+    told = fingertips_in(found["who"], names)
+    changes = result.phase_changes
+    onsets = [c for c in changes if c.from_phase is ContactPhase.STICK and c.time > 0.0]
 
     def is_told(push: Pulse | SpatialPulse) -> bool:
         end = push.time + push.duration
@@ -458,6 +463,31 @@ def check_push(result: RunResult, found: re.Match[str]) -> None:
         return told == during if found["how"] == "During" else told == ended and not during
 
     assert any(map(is_told, pushes))
+
+
+def check_change(result: RunResult, found: re.Match[str]) -> None:
+    """The named fingertips, and no others, left stick within 50 ms after that change."""
+    value, unit = found["when"].split()
+    rounding = 5.1e-4 if unit == "ms" else 5.1e-3
+    names = result.scenario.finger_names
+    told = fingertips_in(found["who"], names)
+    assert any(
+        told
+        == {
+            names[c.contact]
+            for c in result.phase_changes
+            if c.from_phase is ContactPhase.STICK and 0.0 <= c.time - change.time <= 0.05
+        }
+        for change in result.scenario.changes
+        if change.parameter == found["key"]
+        and abs(change.time - float(value) * UNITS[unit]) <= rounding
+    )
+
+
+def fingertips_in(who: str, names: tuple[str, ...]) -> set[str]:
+    """Names of the fingers in the words for some fingertips."""
+    some = re.fullmatch(r"the (.+) fingertips?", who)
+    return set(re.split(", | and ", some[1])) if some else set(names)
 
 
 def check_least_margin(result: RunResult, found: re.Match[str]) -> None:
@@ -551,13 +581,18 @@ def check_switching(result: RunResult, found: re.Match[str]) -> None:
 SENTENCES: tuple[tuple[str, Callable[[RunResult, re.Match[str]], None]], ...] = (
     (
         r"(?P<who>.+) slipped (?P<lengths>by .+?|\(.+\))"
-        r"(?: and stopped at t = (?P<stop>[\d.]+ m?s))?\.",
+        r"(?: and (?P<last>last )?stopped at t = (?P<stop>[\d.]+ m?s))?\.",
         check_slips,
     ),
     (
         r"(?P<how>During|As) the push at t = (?P<when>[\d.]+ m?s)(?: ended,)? "
         r"(?P<who>.+) began to slip\.",
         check_push,
+    ),
+    (
+        r"Within 50 ms after (?P<key>[\w.]+) changed at t = (?P<when>[\d.]+ m?s), "
+        r"(?P<who>.+) began to slip\.",
+        check_change,
     ),
     (r"No fingertip slipped\.", lambda _result, _found: None),
     (

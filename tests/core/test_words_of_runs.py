@@ -186,6 +186,24 @@ def test_a_fingertip_that_slips_as_a_push_ends_did_not_slip_during_it() -> None:
     check_words(result, verdict)
 
 
+def test_a_slip_from_the_start_is_not_due_to_a_push_there() -> None:
+    push = {"time": 0.0, "force": [0.0, -2.9]}
+    result = simulate(with_values(load_scenario("paper-case-1"), {"pulses": [push]}))
+    verdict = describe_run(result)
+    assert not any("the push" in sentence for sentence in verdict.sentences)
+    check_words(result, verdict)
+
+
+def test_a_slip_after_a_change_is_told_with_it() -> None:
+    changes = [{"time": 2.165, "parameter": "object.mass", "value": 4.0}]
+    result = simulate(with_values(load_scenario("paper-case-1"), {"changes": changes}))
+    verdict = describe_run(result)
+    told = "Within 50 ms after object.mass changed at t = 2.165 s, both fingertips began to slip."
+    assert told in verdict.sentences
+    assert "and last stopped at" in verdict.sentences[0]
+    check_words(result, verdict)
+
+
 def test_a_belief_at_the_start_is_no_cure_for_the_slip_of_a_push() -> None:
     push = {"time": 0.5, "force": [0.0, -15.0]}
     values = {"pulses": [push], "simulation.duration": 2.0}

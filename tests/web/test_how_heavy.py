@@ -38,7 +38,7 @@ def test_the_border_is_that_of_the_margin_command() -> None:
     held_at, times, offset, lost_at = map(float, numbers[:4])
     assert words.startswith(
         f"Held up to {held_at} kg, {times} times its mass, there {offset:g} mm from its "
-        f"target. With {lost_at} kg: "
+        f"target. With {lost_at} kg the result is “"
     )
     assert times == held_at
     assert held_at < lost_at < 1.01 * held_at

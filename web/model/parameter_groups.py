@@ -222,7 +222,7 @@ def law_groups(base: Scenario) -> tuple[Group, ...]:
 
 def disturbance_title(disturbance: Disturbance) -> str:
     """The name of a disturbance, such as ``Push at 0.08 s``."""
-    return f"{_NOUNS[disturbance.place]} at {disturbance.time:g} s"
+    return f"{_NOUNS[disturbance.place]} at {disturbance.time:.4g} s"
 
 
 def disturbance_groups(

@@ -53,7 +53,7 @@ def parts_of(draft: Draft) -> Iterator[tuple[str, str]]:
     counts = {PUSH: 0, PATCH: 0}
     for each in draft.disturbances:
         noun = "push" if each.place == PUSH else "wet patch"
-        yield f"{each.place}.{counts[each.place]}", f"{noun} {each.time:g} s"
+        yield f"{each.place}.{counts[each.place]}", f"{noun} {each.time:.4g} s"
         counts[each.place] += 1
 
 

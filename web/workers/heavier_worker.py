@@ -83,7 +83,7 @@ def find_border(draft: Draft, run: Callable[[Draft], RunResult | None]) -> str:
             lost_at, lost = middle, result
     return (
         f"Held up to {held_at:.4g} kg, {held_at / present:.4g} times its mass{_offset_of(held)}. "
-        f"With {lost_at:.4g} kg: {_lowered(headline_of(lost))}."
+        f"With {lost_at:.4g} kg the result is “{headline_of(lost)}”."
     )
 
 
@@ -91,7 +91,3 @@ def _offset_of(held: RunResult | None) -> str:
     """Describes the distance of a held object from its target, if it is large."""
     offset = headline_of(held).partition(", ")[2] if held is not None else ""
     return f", there {offset}" if offset else ""
-
-
-def _lowered(headline: str) -> str:
-    return f"{headline[:1].lower()}{headline[1:]}"

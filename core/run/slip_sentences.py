@@ -1,0 +1,118 @@
+"""Sentences about the slips of a hand: how far, until when, and after which push or change."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+
+import numpy as np
+
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.scenario.scenario import AnyPulse
+from slipgrasp.core.trace.types import ContactPhase, PhaseChange
+from slipgrasp.core.words.phrases import joined, length_words, milliseconds
+
+_SOON = 0.05
+"""Longest time from a change to a slip that is told with it [s]."""
+
+
+def describe_slips(result: RunResult) -> str:
+    """Slip distances and times of the contacts; without slip, the smallest margin."""
+    names, paths = result.scenario.finger_names, result.metrics.slip_path
+    slipped = [i for i, path in enumerate(paths) if path > 0.0]
+    if not slipped:
+        return f"No fingertip slipped{_describe_least_margin(result)}."
+    who = _fingertips([names[i] for i in slipped], len(names))
+    lengths = {names[i]: length_words(paths[i]) for i in slipped}
+    if len(set(lengths.values())) == 1:
+        slips = f"by {lengths[names[slipped[0]]]}"
+    else:
+        slips = f"({', '.join(f'{name}: {length}' for name, length in lengths.items())})"
+    return f"{who} slipped {slips}{_describe_end_of_slip(result)}."
+
+
+def describe_causes(result: RunResult) -> Iterator[str]:
+    """The contacts that began to slip with the first such push, and after the first such change.
+
+    A slip from the very start may have other causes.
+    """
+    onsets = [c for c in _onsets(result) if c.time > 0.0]
+    yield from _first(_push_words(result, push, onsets) for push in _in_order(result))
+    for change in sorted(result.scenario.changes, key=lambda change: change.time):
+        soon = [c for c in onsets if change.time <= c.time <= change.time + _SOON]
+        if soon:
+            yield (
+                f"Within {milliseconds(_SOON)} after {change.parameter} changed at "
+                f"t = {milliseconds(change.time)}, {_tips_of(result, soon)} began to slip."
+            )
+            return
+
+
+def _in_order(result: RunResult) -> list[AnyPulse]:
+    return sorted(result.scenario.pulses, key=lambda push: push.time)
+
+
+def _first(sentences: Iterable[str]) -> Iterator[str]:
+    found = next(filter(None, sentences), "")
+    if found:
+        yield found
+
+
+def _push_words(result: RunResult, push: AnyPulse, onsets: Sequence[PhaseChange]) -> str:
+    """Who began to slip during a push, or else as it ended; empty if nobody did."""
+    start, end = push.time, push.time + push.duration
+    when = milliseconds(start)
+    if during := [c for c in onsets if start <= c.time < end]:
+        return f"During the push at t = {when} {_tips_of(result, during)} began to slip."
+    if then := [c for c in onsets if c.time == end]:
+        return f"As the push at t = {when} ended, {_tips_of(result, then)} began to slip."
+    return ""
+
+
+def _onsets(result: RunResult) -> list[PhaseChange]:
+    return [c for c in result.phase_changes if c.from_phase is ContactPhase.STICK]
+
+
+def _tips_of(result: RunResult, changes: Sequence[PhaseChange]) -> str:
+    """The fingertips of some phase changes, within a sentence."""
+    names = result.scenario.finger_names
+    who = _fingertips([names[i] for i in sorted({c.contact for c in changes})], len(names))
+    return f"{who[:1].lower()}{who[1:]}"
+
+
+def _fingertips(names: Sequence[str], total: int) -> str:
+    """Names of some of the fingertips, as the subject of a sentence."""
+    if len(names) == 1:
+        return f"The {names[0]} fingertip"
+    if len(names) == total:
+        return "Both fingertips" if total == 2 else "All fingertips"
+    return f"The {joined(names)} fingertips"
+
+
+def _describe_end_of_slip(result: RunResult) -> str:
+    last = result.metrics.last_slip_time
+    if last is None or result.metrics.slipping_at_end:
+        return ""
+    starts = [c.contact for c in _onsets(result)]
+    often = "last " if len(starts) > len(set(starts)) else ""
+    return f" and {often}stopped at t = {milliseconds(last)}"
+
+
+def _describe_least_margin(result: RunResult) -> str:
+    """Smallest additional tangential force that would have caused slip, with contact and time."""
+    margins = [
+        (margin, contact)
+        for contact, margin in enumerate(result.metrics.minimum_friction_margin)
+        if margin is not None
+    ]
+    if not margins or len(result.trace) < 2:
+        return ""
+    least, contact = min(margins)
+    if least < 0.0:
+        # Only if the run ended because no phase was consistent.
+        return ""
+    trace = result.trace
+    # In the first row, the first command has no effect yet.
+    row = 1 + int(np.argmin(trace.friction_margin[1:, contact]))
+    where = result.scenario.finger_names[contact]
+    when = milliseconds(float(trace.times[row]))
+    return f"; the least margin was {least:.2g} N, {where} at t = {when}"
