@@ -93,7 +93,7 @@ def _off_slip(run: RunResult) -> float:
 
     At its onset a slip has the friction of its step.
     """
-    force, slide = friction_of(run), slide_of(run)
+    force, slide = friction_of(run), _slide_after_creep(run)
     sizes, speeds = np.linalg.norm(force, axis=2), np.linalg.norm(slide, axis=2)
     rows = (run.trace.phase != 0) & (speeds >= SURE_SPEED) & (sizes > 0.0)
     if run.outcome.ended_by_physics:
@@ -103,6 +103,19 @@ def _off_slip(run: RunResult) -> float:
     )
     worst = float(apart.max(initial=0.0))
     return worst if worst > OFF_SLIP else 0.0
+
+
+def _slide_after_creep(run: RunResult) -> np.ndarray:
+    """Slip velocities without the creep of contacts that still stick in another row of the instant.
+
+    Undetermined moments let contacts in stick turn at up to 3e-9 m/s per N. A slip begins with this
+    velocity and the friction of stick.
+    """
+    trace, slide = run.trace, slide_of(run)
+    begins = (np.diff(trace.times) == 0.0)[:, None] & (trace.phase[:-1] == 0)
+    begins &= trace.phase[1:] != 0
+    crept = np.where(begins[:, :, None], slide[:-1], 0.0)
+    return np.concatenate((slide[:1], slide[1:] - crept))
 
 
 def _velocity_jump(run: RunResult) -> float:

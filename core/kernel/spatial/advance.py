@@ -24,6 +24,7 @@ from slipgrasp.core.kernel.loop.status import (
     RUNNING,
 )
 from slipgrasp.core.kernel.loop.ticks import next_command, next_tick
+from slipgrasp.core.kernel.numerics.elementary import square
 from slipgrasp.core.kernel.spatial.dynamics import stored_energy
 from slipgrasp.core.kernel.spatial.flow import SURE_SPEED, set_derivative, spatial_plant
 from slipgrasp.core.kernel.spatial.guards import (
@@ -66,10 +67,15 @@ from slipgrasp.core.kernel.spatial.torsion import (
     mark_resting,
 )
 from slipgrasp.core.kernel.spatial.torsion_equations import spin_of
-from slipgrasp.core.kernel.spatial.torsion_stops import spatial_keep_stick, spatial_stop_slips
+from slipgrasp.core.kernel.spatial.torsion_stops import (
+    spatial_keep_stick,
+    spatial_stop_slips,
+    spatial_turn_slip,
+)
 from slipgrasp.core.kernel.spatial.ways import friction_margin, parts_of_way, way_speed
 from slipgrasp.core.kernel.spatial.workspace import STICK
 
+TURNS = 4  # impulses that align a slip
 LEAST_TURN = 0.1  # spin part of a slip direction above which the spin determines the speed
 STOPS_TOO, STOPS_WITHIN = 1e-7, 1e-8  # speed and time to stop of simultaneous stops [m/s, s]
 
@@ -92,18 +98,41 @@ def _thaw(model: Record, run: Record) -> bool:
 
 @compiled
 def _align(model: Record, run: Record, i: int, way: int) -> None:
-    """Aligns a slip velocity with its held direction, so that no force jumps.
-
-    The spin of a soft contact has a large inertia and is not changed: the slip is aligned with it.
-    """
+    """Aligns a slip velocity with its held direction, so that no force jumps."""
     state, direction = run.step.start, run.discrete.directions[i]
-    speed = way_speed(model, state, i, way)
-    if model.soft == 1 and abs(direction[2]) > LEAST_TURN:
-        by_spin = spin_of(model, state, run.work, i) / direction[2]
-        speed = by_spin if by_spin > 0.0 else speed
+    if model.soft == 1:
+        _turn_crept(model, run, i)
+    speed = _speed_along(model, run, i, way)
     for part in parts_of_way(model, way):
         at = velocity_at(model.num_fingers, i, part)
         state.x[at] = speed * direction[part]
+
+
+@compiled
+def _turn_crept(model: Record, run: Record, i: int) -> None:
+    """Aligns a soft contact that has crept far off its direction by impulses."""
+    n, state, direction = model.num_fingers, run.step.start, run.discrete.directions[i]
+    for _ in range(TURNS):
+        speed = _speed_along(model, run, i, 0)
+        dx = speed * direction[0] - state.x[velocity_at(n, i, 0)]
+        dy = speed * direction[1] - state.x[velocity_at(n, i, 1)]
+        if dx * dx + dy * dy <= square(SURE_SPEED):
+            return
+        spatial_turn_slip(model, run.discrete, state, run.work, i, dx, dy)
+
+
+@compiled
+def _speed_along(model: Record, run: Record, i: int, way: int) -> float:
+    """Speed along the held direction with which a slip is aligned [m/s].
+
+    The spin of a soft contact has a large inertia and is not changed: it determines the speed.
+    """
+    state, direction = run.step.start, run.discrete.directions[i]
+    if model.soft == 1 and abs(direction[2]) > LEAST_TURN:
+        by_spin = spin_of(model, state, run.work, i) / direction[2]
+        if by_spin > 0.0:
+            return by_spin
+    return way_speed(model, state, i, way)
 
 
 @compiled

@@ -1,4 +1,4 @@
-"""Impulses that stop slips and spins of soft contacts."""
+"""Impulses that stop or turn slips and spins of soft contacts."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ from slipgrasp.core.kernel.spatial.torsion_phases import (
     twist_of,
 )
 from slipgrasp.core.kernel.spatial.ways import way_speed
-from slipgrasp.core.kernel.spatial.workspace import DISCRETE, STICK, WORKSPACE
+from slipgrasp.core.kernel.spatial.workspace import DISCRETE, SLIP, STICK, WORKSPACE
 
 LEAST_TURNED = 1e-6  # angle of a slip direction that changes the forces [rad]
 
@@ -112,6 +112,63 @@ def spatial_keep_stick(model: Record, discrete: Record, state: Record, work: Rec
     add_crept(model, discrete, state, 1.0)
     forget_crept(model, discrete, state)
     return changed
+
+
+@compiled_apart(
+    types.void, MODEL, DISCRETE, STATE, WORKSPACE, types.int64, types.float64, types.float64
+)
+def spatial_turn_slip(
+    model: Record, discrete: Record, state: Record, work: Record, i: int, dx: float, dy: float
+) -> None:
+    """Changes the slip velocity of contact ``i`` by an impulse between fingertip and object.
+
+    Moving the fingertip alone would change the energy in proportion to its speed.
+
+    Args:
+        model: Constants of the run.
+        discrete: Phases; ``crept`` is changed.
+        state: State; its velocities are changed.
+        work: Kinematics and mobility of this state.
+        i: Index of a slipping contact.
+        dx: Change along its first tangent [m/s].
+        dy: The same along the second.
+    """
+    n, x, torsion, frame = model.num_fingers, state.x, work.torsion, work.kin.frames[i]
+    add_crept(model, discrete, state, -1.0)
+    discrete.phases[i] = STICK
+    assemble_phases(model, discrete, torsion.no_slide, work)
+    discrete.phases[i] = SLIP
+    spatial_find_modes(model, discrete, work)
+    for k in range(6):
+        torsion.load[k] = 0.0
+    px, py, pz = multiply(
+        work.dynamics.inertia[i],
+        dx * frame[0, 0] + dy * frame[1, 0],
+        dx * frame[0, 1] + dy * frame[1, 1],
+        dx * frame[0, 2] + dy * frame[1, 2],
+    )
+    pull_object(work, i, -px, -py, -pz)
+    solve_phases(torsion, torsion.load, torsion.motion)
+    _keep_spins(torsion)
+    discrete.phases[i] = STICK
+    _take_impulse(model, discrete, state, work)
+    discrete.phases[i] = SLIP
+    x[slip_velocity_at(n, i, 0)] += dx
+    x[slip_velocity_at(n, i, 1)] += dy
+    for j in range(n):
+        if discrete.phases[j] != STICK:
+            x[spin_velocity_at(n, j)] = spin_of(model, state, work, j)
+    add_crept(model, discrete, state, 1.0)
+
+
+@compiled
+def _keep_spins(torsion: Record) -> None:
+    """Adds impulses that keep the spin of sticking contacts to the motion."""
+    for k in range(torsion.num_holders):
+        torsion.wanted[k] = twist_of(torsion, torsion.holders[k], torsion.motion)
+        torsion.amounts[k] = 0.0
+    find_moments(torsion)
+    add_moments(torsion)
 
 
 @compiled
