@@ -110,6 +110,10 @@ def spatial_keep_stick(model: Record, discrete: Record, state: Record, work: Rec
             turns_slip = abs(x[at] - spin) > LEAST_TURNED * way_speed(model, state, i, 0)
             x[at], changed = spin, max(changed, 2 if turns_slip else 1)
     add_crept(model, discrete, state, 1.0)
+    for i in range(n):
+        # Others have stopped its spin, which friction would otherwise still oppose.
+        if x[spin_velocity_at(n, i)] == 0.0:
+            discrete.crept[i, 2] = 0.0
     forget_crept(model, discrete, state)
     return changed
 
