@@ -165,6 +165,7 @@ def _let_rest(model: Record, run: Record) -> None:
 def spatial_event(model: Record, run: Record, outlet: Record) -> int:
     """Handles the guards that fired: end of the run or phase changes."""
     n, discrete, state = model.num_fingers, run.discrete, run.step.start
+    begins = begins_slip(model, discrete)
     _point_onsets(model, run)
     count_stall(run)
     keep_old(model, run)
@@ -177,7 +178,8 @@ def spatial_event(model: Record, run: Record, outlet: Record) -> int:
     if status != RUNNING:
         emit(model, run, outlet, discrete)
         return status
-    emit(model, run, outlet, discrete)
+    if not (begins and _is_invalid(model, run)):
+        emit(model, run, outlet, discrete)
     let_marked_stick(model, discrete, state)
     is_stop = _is_stop(model, run)
     for i in range(n):
@@ -292,6 +294,16 @@ def _is_overcome(model: Record, run: Record) -> bool:
         if run.discrete.phases[i] == STICK and is_outside:
             return True
     return False
+
+
+@compiled
+def _is_invalid(model: Record, run: Record) -> bool:
+    """True if a sticking contact is outside its limit surface at an event of a slip at onset.
+
+    The friction of that slip jumps if its step is too short to have a direction.
+    """
+    spatial_plant(model, run.discrete, run.step.start, run.work)
+    return _is_overcome(model, run)
 
 
 @compiled

@@ -34,6 +34,7 @@ from slipgrasp.core.kernel.spatial.torsion import (
     LEAVES,
     RESTS,
     begin_contact_problem,
+    is_short,
     let_marked_stick,
     mark_resting,
     spatial_begin_at_once,
@@ -450,6 +451,28 @@ def spatial_let_rest(
     model: Record, discrete: Record, state: Record, work: Record, room: Record
 ) -> None:
     """Starts slips of soft contacts outside their bounds, and sets those at rest to stick."""
+    _let_slip_or_rest(model, discrete, state, work, room)
+    if _rests_at_once(model, discrete, work):
+        # Rows have the friction of a slip, under which another contact may be outside its bound.
+        spatial_phases(model, discrete, state, work)
+        _let_overcome(model, discrete, work, room)
+        _take_phases(model, discrete, state, work)
+
+
+@compiled
+def _rests_at_once(model: Record, discrete: Record, work: Record) -> bool:
+    """True if a contact that has just begun to slip rests after an instant."""
+    for i in range(model.num_fingers):
+        if discrete.frozen[i, 0] == LEAVES and is_short(work.gamma, i):
+            return True
+    return False
+
+
+@compiled
+def _let_slip_or_rest(
+    model: Record, discrete: Record, state: Record, work: Record, room: Record
+) -> None:
+    """Repeats slips outside bounds and rests until neither changes a phase."""
     for _ in range(model.num_fingers):
         _let_all_overcome(model, discrete, state, work, room)
         if not mark_resting(model, discrete, discrete.directions):
