@@ -73,6 +73,12 @@ def test_runs_that_have_ended_falsely_end_truly(index):
     assert not judge_soft_grasp(draw(SOFT_GRASPS, 14, index), twice=True).missed
 
 
+def test_a_contact_without_force_separates_instead_of_pulling():
+    judgement = judge_soft_grasp(draw(SOFT_GRASPS, 15, 578), twice=True)
+    assert judgement.outcome == "separated"
+    assert not judgement.missed
+
+
 def test_draws_have_all_kinds_of_fingers_pads_and_laws():
     drawn = [draw(SOFT_GRASPS, SEED, index) for index in range(60)]
     kinds = {frozenset(finger.kind for finger in scenario.fingers) for scenario in drawn}

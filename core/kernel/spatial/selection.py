@@ -432,12 +432,7 @@ def _let_all_overcome(
 
 @compiled
 def _agrees(model: Record, work: Record, room: Record) -> bool:
-    """True if the reduced form in the selected phases gives the forces of the contact problem.
-
-    For soft contacts both are the same equations.
-    """
-    if model.soft == 1:
-        return True
+    """True if the reduced form in the selected phases gives the forces of the contact problem."""
     for i in range(model.num_fingers):
         for k in range(3):
             force = room.force[3 * i + k]
@@ -525,4 +520,7 @@ def spatial_select(
         spatial_let_rest(model, discrete, state, work, room)
     if not work.system.determinant > 0.0:
         return NONE_REGULAR
+    if model.soft == 1:
+        # A force of nearly zero has no certain direction: in its phase the contact may pull.
+        return _opens(model.num_fingers, work, room)
     return SELECTED if _agrees(model, work, room) else NONE_CONSISTENT
