@@ -64,15 +64,34 @@ def _put_determined_first(torsion: Record, count: int, least: float) -> None:
     for k in range(count):
         if not torsion.symmetric[k, k] > least:
             continue
-        for row in range(count):
-            value = torsion.modes[row, determined]
-            torsion.modes[row, determined] = torsion.modes[row, k]
-            torsion.modes[row, k] = value
-        value = torsion.symmetric[determined, determined]
-        torsion.symmetric[determined, determined] = torsion.symmetric[k, k]
-        torsion.symmetric[k, k] = value
+        _swap_modes(torsion, count, determined, k)
         determined += 1
     torsion.num_determined = determined
+
+
+@compiled
+def _swap_modes(torsion: Record, count: int, first: int, second: int) -> None:
+    """Exchanges two modes and their mobilities."""
+    for row in range(count):
+        value = torsion.modes[row, first]
+        torsion.modes[row, first] = torsion.modes[row, second]
+        torsion.modes[row, second] = value
+    value = torsion.symmetric[first, first]
+    torsion.symmetric[first, first] = torsion.symmetric[second, second]
+    torsion.symmetric[second, second] = value
+
+
+@compiled
+def limit_determined(torsion: Record, most: int) -> None:
+    """Leaves the modes of least mobility undetermined, so that at most ``most`` are determined."""
+    while torsion.num_determined > most:
+        last = torsion.num_determined - 1
+        least = last
+        for k in range(last):
+            if torsion.symmetric[k, k] < torsion.symmetric[least, least]:
+                least = k
+        _swap_modes(torsion, torsion.num_holders, last, least)
+        torsion.num_determined = last
 
 
 @compiled

@@ -23,6 +23,7 @@ from slipgrasp.core.kernel.spatial.torsion_modes import (
     creeps_in_stick,
     find_moments,
     holds_turn,
+    limit_determined,
     spatial_find_modes,
 )
 from slipgrasp.core.kernel.spatial.torsion_phases import (
@@ -179,11 +180,13 @@ def _keep_spins(torsion: Record) -> None:
 def _stop_spins(model: Record, discrete: Record, state: Record, work: Record) -> None:
     """Applies the impulse at sticking contacts and all normals that stops the determined modes.
 
-    Their energy is dissipated by friction.
+    Their energy is dissipated by friction. A mode that creeps under the friction of slips is not
+    stopped, although it may be determined without this friction.
     """
-    torsion, work_done = work.torsion, 0.0
+    torsion, work_done, determined = work.torsion, 0.0, work.torsion.num_determined
     assemble_phases(model, discrete, torsion.no_slide, work)
     spatial_find_modes(model, discrete, work)
+    limit_determined(torsion, determined)
     for k in range(torsion.num_holders):
         torsion.wanted[k] = spin_of(model, state, work, torsion.holders[k])
         torsion.amounts[k] = 0.0
