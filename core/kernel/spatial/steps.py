@@ -40,6 +40,9 @@ from slipgrasp.core.kernel.spatial.workspace import STICK
 
 LEAST_STEP = 1e-14
 STIFF = 1.0  # step size times relaxation rate above which steps are implicit
+# The implicit steps of soft contacts are rejected more often: explicit ones that are well inside
+# their stability follow earlier, and then smaller steps before implicit ones are tried again.
+SOFT_STIFF, SOFT_GROWTH = 2.0, 4.0
 CAUTION = 30.0  # factor of the error of implicit steps, whose estimate has little margin
 LEDGER_CAUTION = 300.0  # of their energy: thousands of equal steps of a creeping slip add up
 QUIET, QUIET_STEPS, MAX_GROWTH = 0.03, 100, 10.0
@@ -53,7 +56,8 @@ def spatial_accept(model: Record, run: Record, until: float) -> float:
     step, discrete, rest = run.step, run.discrete, until - run.now
     sticks = _all_stick(model, run)
     h = min(run.step_size, model.numerics.max_step, longest_step(model, discrete, step))
-    largest = model.num_methods - 1
+    largest, growth = model.num_methods - 1, MAX_GROWTH
+    limit = STIFF if model.soft == 0 else SOFT_STIFF
     if begins_slip(model, discrete):
         begin_from(model, discrete, step)
     _choose_method(model, run, h, sticks)
@@ -72,7 +76,7 @@ def spatial_accept(model: Record, run: Record, until: float) -> float:
                 imbalance *= LEDGER_CAUTION
             error = max(error, imbalance)
         if error <= 1.0:
-            _follow_error(model, run, error, size, rest, sticks)
+            _follow_error(model, run, error, size, rest, sticks, growth)
             return size
         if sticks and step.rank < largest:
             run.quiet_steps = 0
@@ -80,8 +84,9 @@ def spatial_accept(model: Record, run: Record, until: float) -> float:
             continue
         shrink = max(0.2, 0.9 / root(error, 2)) if error < np.inf else 0.1
         h = size * shrink
-        if step.rank == IMPLICIT and h * step.stiffness.rate < STIFF:
+        if step.rank == IMPLICIT and h * step.stiffness.rate < limit:
             step.rank = largest
+            growth = MAX_GROWTH if model.soft == 0 else SOFT_GROWTH
         if h < LEAST_STEP * max(1.0, run.now) and h < rest:
             return 0.0
 
@@ -110,10 +115,16 @@ def _choose_method(model: Record, run: Record, h: float, sticks: bool) -> None:
 
 @compiled
 def _follow_error(
-    model: Record, run: Record, error: float, size: float, rest: float, sticks: bool
+    model: Record,
+    run: Record,
+    error: float,
+    size: float,
+    rest: float,
+    sticks: bool,
+    growth: float,
 ) -> None:
-    """Sets the size of the next step and, in stick, the order of its method."""
-    grown = size * min(MAX_GROWTH, 0.9 / root(max(error, 1e-10), 2))
+    """Sets the size of the next step, at most ``growth`` times this one, and its order in stick."""
+    grown = size * min(growth, 0.9 / root(max(error, 1e-10), 2))
     # The size of a step shortened by a tick is no measure for the next one.
     run.step_size = max(grown, run.step_size) if grown >= size == rest else grown
     run.rank = run.step.rank
