@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
@@ -18,7 +19,8 @@ _SOON = 0.05
 def describe_slips(result: RunResult) -> str:
     """Slip distances and times of the contacts; without slip, the smallest margin."""
     names, paths = result.scenario.finger_names, result.metrics.slip_path
-    slipped = [i for i, path in enumerate(paths) if path > 0.0]
+    spins = result.metrics.spin_path or (0.0,) * len(paths)
+    slipped = [i for i, path in enumerate(paths) if path > 0.0 or spins[i] > 0.0]
     if not slipped:
         return f"No fingertip slipped{_describe_least_margin(result)}."
     who = _fingertips([names[i] for i in slipped], len(names))
@@ -27,7 +29,17 @@ def describe_slips(result: RunResult) -> str:
         slips = f"by {lengths[names[slipped[0]]]}"
     else:
         slips = f"({', '.join(f'{name}: {length}' for name, length in lengths.items())})"
-    return f"{who} slipped {slips}{_describe_end_of_slip(result)}."
+    pivots = _describe_pivots([spins[i] for i in slipped])
+    return f"{who} slipped {slips}{pivots}{_describe_end_of_slip(result)}."
+
+
+def _describe_pivots(spins: Sequence[float]) -> str:
+    """The angle that some fingertips turned on their faces [rad]; empty if less than a degree."""
+    degrees = {f"{math.degrees(spin):.0f}°" for spin in spins}
+    largest = f"{math.degrees(max(spins)):.0f}°"
+    if max(spins) < math.radians(1.0):
+        return ""
+    return f" and pivoted by {largest}" if len(degrees) == 1 else f" and pivoted by up to {largest}"
 
 
 def describe_causes(result: RunResult) -> Iterator[str]:

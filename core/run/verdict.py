@@ -250,7 +250,7 @@ def _describe_lasting_error(result: RunResult) -> Iterator[str]:
         earlier = trace.tracking_error[np.searchsorted(trace.times, result.end_time - _WATCHED)]
         words = describe_lasting_error(final, earlier.tolist())
         yield from [
-            f"At the end the object is {words} from its target, and no longer approaches it."
+            f"At the end the object is {words} from its target, and hardly approaches it."
         ] * bool(words)
 
 
@@ -370,9 +370,13 @@ def _describe_grip_force(result: RunResult) -> Iterator[str]:
     i = int(np.argmin(normal - needed))
     force, least = _distinguished(float(normal[i]), float(needed[i]))
     limit = f"less than {least} N" if force != least else "any less"
+    slipping = trace.normal_force[trace.phase[:, i] != ContactPhase.STICK, i]
+    more = "faster motion or a push can require more"
+    if slipping.size:
+        more = f"earlier it slipped at up to {slipping.max():.1f} N"
     yield (
         f"At the end the {result.scenario.finger_names[i]} fingertip presses with {force} N; with "
-        f"{limit} it would slip in this state, and faster motion or a push can require more."
+        f"{limit} it would slip in this state, and {more}."
     )
 
 

@@ -46,7 +46,7 @@ def is_large(body: ObjectParameters | SpatialObject, length: float) -> bool:
 
 
 def describe_lasting_error(error: Sequence[float], earlier: Sequence[float]) -> str:
-    """Distance of an object that no longer approaches its target; empty if small or decreasing.
+    """Distance of an object that hardly approaches its target; empty if small or decreasing.
 
     Args:
         error: Desired minus actual pose: x, y, theta [m, m, rad], or six coordinates.

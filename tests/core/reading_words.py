@@ -427,11 +427,15 @@ def check_slips(result: RunResult, found: re.Match[str]) -> None:
     else:
         told = re.findall(rf"([a-z0-9 ]+): {length}(?:, |$)", found["lengths"].strip("()"))
     assert [name for name, *_ in told] == subjects
-    assert set(subjects) == {n for n, path in zip(names, paths, strict=True) if path}
+    spins = result.metrics.spin_path or [0.0] * len(names)
+    assert set(subjects) == {
+        name for name, path, spin in zip(names, paths, spins, strict=True) if path or spin
+    }
     for name, value, unit in told:
         path = paths[names.index(name)]
         assert path < 1e-9 if value == "less than 1" else near(value, path / UNITS[unit], 2)
     assert (some is None) == (len(told) == len(names)) or len(names) == 1
+    check_pivots(result.metrics.spin_path, found)
     is_told = found["stop"] is not None
     stops = [c.time for c in result.phase_changes if c.to_phase is ContactPhase.STICK]
     assert is_told == bool(stops and not result.metrics.slipping_at_end)
@@ -442,6 +446,16 @@ def check_slips(result: RunResult, found: re.Match[str]) -> None:
             c.contact for c in result.phase_changes if c.from_phase is ContactPhase.STICK
         )
         assert (found["last"] is not None) == (max(slips.values()) > 1)
+
+
+def check_pivots(spins: tuple[float, ...], found: re.Match[str]) -> None:
+    """The largest angle is told if it is a degree at least, and whether all are so."""
+    degrees = [math.degrees(spin) for spin in spins if spin > 0.0]
+    assert (found["turned"] is not None) == (max(degrees, default=0.0) >= 1.0)
+    if found["turned"]:
+        assert found["turned"] == f"{max(degrees):.0f}"
+        alike = len({f"{each:.0f}" for each in degrees}) == 1
+        assert (found["most"] is None) == alike
 
 
 def check_push(result: RunResult, found: re.Match[str]) -> None:
@@ -561,6 +575,10 @@ def check_squeeze(result: RunResult, found: re.Match[str]) -> None:
         assert abs(float(found["least"]) - least) <= 0.051 and found["least"] != found["normal"]
     else:
         assert abs(trace.normal_force[-1, i] - least) <= 0.0011
+    slipping = trace.normal_force[trace.phase[:, i] != 0, i]
+    assert (found["most"] is not None) == bool(slipping.size)
+    if found["most"]:
+        assert abs(float(found["most"]) - max(slipping)) <= 0.051
 
 
 def check_lasting_error(result: RunResult, found: re.Match[str]) -> None:
@@ -581,6 +599,7 @@ def check_switching(result: RunResult, found: re.Match[str]) -> None:
 SENTENCES: tuple[tuple[str, Callable[[RunResult, re.Match[str]], None]], ...] = (
     (
         r"(?P<who>.+) slipped (?P<lengths>by .+?|\(.+\))"
+        r"(?: and pivoted by (?P<most>up to )?(?P<turned>\d+)°)?"
         r"(?: and (?P<last>last )?stopped at t = (?P<stop>[\d.]+ m?s))?\.",
         check_slips,
     ),
@@ -618,7 +637,7 @@ SENTENCES: tuple[tuple[str, Callable[[RunResult, re.Match[str]], None]], ...] = 
         check_other_belief,
     ),
     (
-        rf"At the end the object is {NUMBER} mm from its target, and no longer approaches it\.",
+        rf"At the end the object is {NUMBER} mm from its target, and hardly approaches it\.",
         check_lasting_error,
     ),
     (
@@ -629,8 +648,8 @@ SENTENCES: tuple[tuple[str, Callable[[RunResult, re.Match[str]], None]], ...] = 
     ),
     (
         r"At the end the (?P<finger>.+) fingertip presses with (?P<normal>[\d.]+) N; with (?:less "
-        r"than (?P<least>[\d.]+) N|any less) it would slip in this state, and faster motion or a "
-        r"push can require more\.",
+        r"than (?P<least>[\d.]+) N|any less) it would slip in this state, and (?:faster motion or "
+        r"a push can require more|earlier it slipped at up to (?P<most>[\d.]+) N)\.",
         check_squeeze,
     ),
     *KNOWLEDGE,

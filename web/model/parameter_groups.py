@@ -51,7 +51,7 @@ _DETAILS = (
     "maximum",
 )
 # The main ones of a part, the most important first; others follow in the order of the scenario.
-_FIRST = ("mass", "friction", "kind")
+_FIRST = ("mass", "friction", "kind", "grip_force")
 _NOUNS = {"pulses": "Push", "patches": "Low-friction patch"}
 _FOLDED_TITLES = {
     "controller": "Control law in detail",
