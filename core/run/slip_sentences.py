@@ -30,7 +30,8 @@ def describe_slips(result: RunResult) -> str:
     else:
         slips = f"({', '.join(f'{name}: {length}' for name, length in lengths.items())})"
     pivots = _describe_pivots([spins[i] for i in slipped])
-    return f"{who} slipped {slips}{pivots}{_describe_end_of_slip(result)}."
+    facts = (f"slipped {slips}", pivots, _describe_end_of_slip(result))
+    return f"{who} {joined([fact for fact in facts if fact])}."
 
 
 def _describe_pivots(spins: Sequence[float]) -> str:
@@ -39,7 +40,7 @@ def _describe_pivots(spins: Sequence[float]) -> str:
     largest = f"{math.degrees(max(spins)):.0f}°"
     if max(spins) < math.radians(1.0):
         return ""
-    return f" and pivoted by {largest}" if len(degrees) == 1 else f" and pivoted by up to {largest}"
+    return f"pivoted by {largest}" if len(degrees) == 1 else f"pivoted by up to {largest}"
 
 
 def describe_causes(result: RunResult) -> Iterator[str]:
@@ -106,7 +107,7 @@ def _describe_end_of_slip(result: RunResult) -> str:
         return ""
     starts = [c.contact for c in _onsets(result)]
     often = "last " if len(starts) > len(set(starts)) else ""
-    return f" and {often}stopped at t = {milliseconds(last)}"
+    return f"{often}stopped at t = {milliseconds(last)}"
 
 
 def _describe_least_margin(result: RunResult) -> str:

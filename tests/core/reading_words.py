@@ -599,7 +599,7 @@ def check_switching(result: RunResult, found: re.Match[str]) -> None:
 SENTENCES: tuple[tuple[str, Callable[[RunResult, re.Match[str]], None]], ...] = (
     (
         r"(?P<who>.+) slipped (?P<lengths>by .+?|\(.+\))"
-        r"(?: and pivoted by (?P<most>up to )?(?P<turned>\d+)°)?"
+        r"(?:(?: and|,) pivoted by (?P<most>up to )?(?P<turned>\d+)°)?"
         r"(?: and (?P<last>last )?stopped at t = (?P<stop>[\d.]+ m?s))?\.",
         check_slips,
     ),
