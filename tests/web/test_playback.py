@@ -70,6 +70,15 @@ def test_the_slip_window_holds_all_slip_and_some_rest_after_it(case_2: RunResult
     assert last * 1.2 < window.end < last * 2.0
 
 
+def test_the_slip_window_also_shows_what_follows_a_push_in_it() -> None:
+    pushes = [{"time": 0.1, "force": [1.0, 0.0]}, {"time": 3.0, "force": [1e-3, 0.0]}]
+    case = load_scenario("paper-case-1")
+    plain, pushed = (
+        slip_window(simulate(with_values(case, values))) for values in ({}, {"pulses": pushes})
+    )
+    assert plain.end < 0.15 < pushed.end < 0.3
+
+
 def test_the_slip_window_of_a_run_without_slip_is_the_whole_run(case_2: RunResult) -> None:
     at_rest = replace(case_2.trace, phase=np.zeros_like(case_2.trace.phase))
     assert slip_window(replace(case_2, trace=at_rest)) == whole_window(case_2)

@@ -163,7 +163,7 @@ def whole_window(result: RunResult) -> TimeWindow:
 
 
 def slip_window(result: RunResult) -> TimeWindow:
-    """The time range of slip in a run, with a margin after it.
+    """The time range of slip in a run, and of pushes that begin in it, with a margin after it.
 
     Args:
         result: A run; without slip the whole run is returned.
@@ -175,6 +175,9 @@ def slip_window(result: RunResult) -> TimeWindow:
     first = float(trace.times[slipping[0]])
     last = float(trace.times[min(slipping[-1] + 1, len(trace) - 1)])
     length = max((last - first) * (1.0 + _SHARE_AFTER_SLIP), _SHORTEST_WINDOW)
+    pushes = [p for p in result.scenario.pulses if first <= p.time <= first + length]
+    ends = [(p.time + p.duration - first) * (1.0 + _SHARE_AFTER_SLIP) for p in pushes]
+    length = max(length, *ends, 0.0)
     start = whole.clamp(first - _SHARE_BEFORE_SLIP * length)
     return TimeWindow(start, whole.clamp(first + _round_up(length)))
 
