@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 
 from slipgrasp.core.fit.contacts import StuckContact, contacts_until, stuck_contacts
+from slipgrasp.core.fit.neighbourhood import Neighbourhood, explore
 from slipgrasp.core.fit.objective import (
     Evaluate,
     Objective,
@@ -25,11 +26,13 @@ from slipgrasp.core.fit.problem import (
     Observations,
 )
 from slipgrasp.core.fit.profile import (
+    BETTER,
     THRESHOLD_95,
     BetterMinimumError,
+    Minimise,
     Profile,
+    contains,
     profile,
-    rise_at,
 )
 from slipgrasp.core.fit.progress import FitProgress, ProgressReports, Watch
 from slipgrasp.core.fit.report import (
@@ -115,10 +118,10 @@ def fit(
     best = scan_frictions(objective, minima, reports)
     starts = _start_report(minima, best)
     objective, best = _refine(objective, best)
-    best, profiles, threshold = _profiles(objective, best, reports)
+    best, profiles, threshold, around = _profiles(objective, best, reports)
     models = _compare(problem, objective, best, options, counted, reports)
     twin = Objective(problem, evaluate_twin, weights=objective.weights)
-    coverage = _cover(twin, best, options, threshold, reports) if options.twins else None
+    coverage = _cover(twin, best, around, options, threshold, reports) if options.twins else None
     run = run_at(problem, problem.values_at(best.shares))
     stuck = stuck_contacts(objective, best, profiles, threshold)
     return replace(
@@ -174,32 +177,52 @@ def _refine(objective: Objective, best: Minimum) -> tuple[Objective, Minimum]:
 
 def _profiles(
     objective: Objective, best: Minimum, reports: ProgressReports
-) -> tuple[Minimum, list[Profile], float]:
-    """All profiles, starting from the lowest minimum found."""
+) -> tuple[Minimum, list[Profile], float, Neighbourhood]:
+    """All profiles, starting from the lowest minimum found, with runs around it."""
     for _ in range(_MOST_BETTER):
         scale = max(1.0, best.chi_squared / max(objective.degrees_of_freedom, 1.0))
         threshold = THRESHOLD_95 * scale
-        profiles: list[Profile] = []
-        count = len(best.shares)
-        reports.improve(best, threshold)
         try:
-            for index in range(count):
-                reports.enter("profiles", index / count)
-                note = partial(reports.add_point, index)
-                profiles.append(profile(objective, best, index, threshold, note))
+            profiles = _profiles_from(objective, best, threshold, reports)
+            around = explore(objective, best, profiles, threshold)
+            if around.lines:
+                lowest = around.minimise(objective, best.shares)
+                if lowest.chi_squared < best.chi_squared - BETTER:
+                    raise BetterMinimumError(lowest)
+                best = lowest
+                profiles = _profiles_from(objective, best, threshold, reports, around.minimise)
         except BetterMinimumError as better:
             best = minimise(objective, better.minimum.shares)
             continue
-        return best, profiles, threshold
+        return best, profiles, threshold, around
     raise FitError(
         f"chi-squared has {_MOST_BETTER} minima, each lower than the last; free fewer parameters, "
         "or give narrower ranges"
     )
 
 
+def _profiles_from(
+    objective: Objective,
+    best: Minimum,
+    threshold: float,
+    reports: ProgressReports,
+    search: Minimise = minimise,
+) -> list[Profile]:
+    """All profiles from one minimum."""
+    reports.improve(best, threshold)
+    profiles: list[Profile] = []
+    count = len(best.shares)
+    for index in range(count):
+        reports.enter("profiles", index / count)
+        note = partial(reports.add_point, index)
+        profiles.append(profile(objective, best, index, threshold, note, search))
+    return profiles
+
+
 def _cover(
     objective: Objective,
     best: Minimum,
+    around: Neighbourhood,
     options: FitOptions,
     threshold: float,
     reports: ProgressReports,
@@ -215,10 +238,25 @@ def _cover(
         generator = np.random.default_rng([options.seed, number])
         data = truth + noise * generator.standard_normal(truth.shape)
         twin = objective.with_data(data)
-        found = minimise(twin, best.shares)
-        for index, key in enumerate(covered):
-            covered[key] += rise_at(twin, found, index, best.shares) <= threshold
+        for key, inside in zip(covered, _contained(twin, best, around, threshold), strict=True):
+            covered[key] += inside
     return Coverage(twins=options.twins, seed=options.seed, covered=covered)
+
+
+def _contained(
+    twin: Objective, truth: Minimum, around: Neighbourhood, threshold: float
+) -> list[bool]:
+    """For each parameter, whether its interval contains the true value."""
+    search, shares = around.minimise, truth.shares
+    found = search(twin, shares)
+    while True:
+        try:
+            return [
+                contains(twin, found, index, threshold, shares, search)
+                for index in range(len(shares))
+            ]
+        except BetterMinimumError as better:
+            found = search(twin, better.minimum.shares)
 
 
 def _compare(

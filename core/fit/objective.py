@@ -91,7 +91,10 @@ class Objective:
 
     def residuals(self, shares: Floats) -> Floats:
         """Model minus data in standard deviations, weighted, shape ``(samples * signals,)``."""
-        model = self.model(shares)
+        return self.residuals_of(self.model(shares))
+
+    def residuals_of(self, model: Floats) -> Floats:
+        """The residuals of sampled signals."""
         missing = np.isnan(model)
         if missing.all():
             return np.full(model.size, IMPOSSIBLE)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, Protocol
 
 import numpy as np
 
@@ -23,7 +24,18 @@ _MOST_REFINEMENTS = 12
 _GROWTH = 2.0
 _LEAST_STEP = 2e-4
 _LARGEST_STEP = 0.2
-_BETTER = 0.1
+BETTER = 0.1
+"""Fall of chi-squared below a minimum from which another one is lower."""
+
+
+class Minimise(Protocol):
+    """A search for a minimum."""
+
+    def __call__(
+        self, objective: Objective, start: Floats, fixed: Mapping[int, float] | None = None
+    ) -> Minimum:
+        """Finds a minimum from scaled parameters, of which some are fixed, by index."""
+        ...
 
 
 class BetterMinimumError(Exception):
@@ -63,6 +75,7 @@ def profile(
     index: int,
     threshold: float,
     note: Callable[[float, float], None] = lambda share, rise: None,
+    search: Minimise = minimise,
 ) -> Profile:
     """Computes the profile of a parameter, from the minimum to the threshold on both sides.
 
@@ -72,19 +85,22 @@ def profile(
         index: Index of the parameter.
         threshold: Rise of chi-squared at the ends of the interval.
         note: Called with every share and the rise there.
+        search: Finds the minimum at a fixed value.
 
     Raises:
         BetterMinimumError: If there is a lower minimum.
     """
     step = _first_step(best, index, threshold)
-    side = _Side(objective, best, index, threshold, note)
+    side = _Side(objective, best, index, threshold, search, note)
     high, above = side.search(step)
     low, below = side.search(-step)
     points = {float(best.shares[index]): 0.0, **above, **below}
     return Profile(points=tuple(sorted(points.items())), low=low, high=high)
 
 
-def rise_at(objective: Objective, best: Minimum, index: int, truth: Floats) -> float:
+def rise_at(
+    objective: Objective, best: Minimum, index: int, truth: Floats, search: Minimise = minimise
+) -> float:
     """Rise of chi-squared with one parameter at its true value and the others adjusted.
 
     Args:
@@ -92,9 +108,44 @@ def rise_at(objective: Objective, best: Minimum, index: int, truth: Floats) -> f
         best: Its minimum.
         index: Index of the parameter.
         truth: The true scaled values, from which the others start.
+        search: Finds the minimum at a fixed value.
     """
-    found = minimise(objective, truth, {index: float(truth[index])})
+    found = search(objective, truth, {index: float(truth[index])})
     return found.chi_squared - best.chi_squared
+
+
+def contains(
+    objective: Objective,
+    best: Minimum,
+    index: int,
+    threshold: float,
+    truth: Floats,
+    search: Minimise = minimise,
+) -> bool:
+    """Whether the interval of a parameter contains its true value.
+
+    Where chi-squared jumps, its rise may exceed the threshold at a value but not further out.
+
+    Args:
+        objective: The objective.
+        best: Its minimum.
+        index: Index of the parameter.
+        threshold: Rise of chi-squared at the ends of the interval.
+        truth: The true scaled values.
+        search: Finds the minimum at a fixed value.
+
+    Raises:
+        BetterMinimumError: If there is a lower minimum.
+    """
+    if rise_at(objective, best, index, truth, search) <= threshold:
+        return True
+    distance = float(truth[index] - best.shares[index])
+    side = _Side(objective, best, index, threshold, search)
+    _, rises = side.search(math.copysign(_first_step(best, index, threshold), distance))
+    return any(
+        rise <= threshold and abs(share - best.shares[index]) > abs(distance)
+        for share, rise in rises.items()
+    )
 
 
 def _first_step(best: Minimum, index: int, threshold: float) -> float:
@@ -119,15 +170,17 @@ class _Side:
         best: Minimum,
         index: int,
         threshold: float,
-        note: Callable[[float, float], None],
+        search: Minimise,
+        note: Callable[[float, float], None] = lambda share, rise: None,
     ) -> None:
+        self._minimise = search
         self._note = note
         self._objective = objective
         self._best = best
         self._index = index
         self._threshold = threshold
         self._origin = float(best.shares[index])
-        self._tangent = _tangent(best, index)
+        self._tangent = tangent(best, index)
 
     def search(self, step: float) -> tuple[float | None, dict[float, float]]:
         """The scaled value where the rise crosses the threshold, and the rises on the way."""
@@ -151,12 +204,12 @@ class _Side:
         """The rise at a scaled value, from the better of two starts."""
         fixed = {self._index: share}
         starts = [self._predicted(share, path), path[-1]]
-        found = minimise(self._objective, starts[0], fixed)
+        found = self._minimise(self._objective, starts[0], fixed)
         if found.chi_squared - self._best.chi_squared > self._threshold:
-            other = minimise(self._objective, starts[1], fixed)
+            other = self._minimise(self._objective, starts[1], fixed)
             found = min(found, other, key=lambda each: each.chi_squared)
         rise = found.chi_squared - self._best.chi_squared
-        if rise < -_BETTER:
+        if rise < -BETTER:
             raise BetterMinimumError(found)
         rise = max(rise, 0.0)
         self._note(share, rise)
@@ -200,7 +253,7 @@ class _Side:
         return outer[0]
 
 
-def _tangent(best: Minimum, index: int) -> Floats:
+def tangent(best: Minimum, index: int) -> Floats:
     """First-order change of the others with one parameter: -H_oo^-1 H_oi, per scaled value."""
     information = best.jacobian.T @ best.jacobian
     others = [k for k in range(len(best.shares)) if k != index]

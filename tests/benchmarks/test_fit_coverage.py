@@ -1,9 +1,14 @@
 """A sample of the twins whose intervals are counted by ``python -m benchmarks fit-coverage``."""
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 
 from benchmarks import fit_coverage
 from slipgrasp.core.fit.fit import FitOptions, fit
+from slipgrasp.core.fit.objective import Objective
+from slipgrasp.core.fit.optimiser import minimise
 
 
 @pytest.mark.slow
@@ -27,3 +32,20 @@ def test_linear_signals_have_intervals_that_hold_the_truth_in_95_percent(kernel)
 
     # Four standard deviations.
     assert covered / 4000 == pytest.approx(0.95, abs=0.014)
+
+
+@pytest.mark.slow
+def test_a_fit_leaves_the_minimum_between_two_jumps_for_a_lower_one(kernel):
+    case = next(case for case in fit_coverage.CASES if case.preset == "spatial-prism")
+    problem = fit_coverage.make_problem(case)
+    noise = np.random.default_rng([1, 7]).standard_normal(problem.data.values.shape)
+    values = problem.data.values + problem.data.sigmas * noise
+    problem = problem.with_data(replace(problem.data, values=values))
+    near = minimise(Objective(problem), problem.start)
+    report = fit(problem, FitOptions(starts=1))
+
+    assert report.chi_squared < near.chi_squared - 1.0
+    for key, truth in case.truth.items():
+        found = report.parameters[key]
+        assert found.low < truth < found.high
+        assert found.high - found.low < 0.02 * truth
