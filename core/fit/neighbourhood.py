@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from slipgrasp.core.fit.objective import Objective, huber
 from slipgrasp.core.fit.optimiser import Minimum, minimise
-from slipgrasp.core.fit.profile import Profile, tangent
+from slipgrasp.core.fit.profile import THRESHOLD_95, Profile, tangent
 from slipgrasp.core.trace.signals import Floats
 
 LINE_POINTS = 32
@@ -57,7 +57,10 @@ class Line:
         return float(self.points[1, self.index] - self.points[0, self.index])
 
     def lowest(self, objective: Objective, jacobian: Floats, fixed: Mapping[int, float]) -> Floats:
-        """The point of the lowest chi-squared, the other parameters adjusted to first order."""
+        """The point of the lowest chi-squared, the other parameters adjusted to first order.
+
+        The adjusted parameters shift the jumps, so the most promising points are simulated.
+        """
         moves = np.zeros_like(self.points)
         for k, share in fixed.items():
             moves[:, k] = share - self.points[:, k]
@@ -66,8 +69,9 @@ class Line:
         residuals += moves @ jacobian.T
         moves[:, free] = -residuals @ np.linalg.pinv(jacobian[:, free]).T
         heights = huber(residuals + moves[:, free] @ jacobian[:, free].T).sum(axis=1)
-        row = int(np.argmin(heights))
-        return np.clip(self.points[row] + moves[row], 0.0, 1.0)
+        rows = np.flatnonzero(heights <= heights.min() + THRESHOLD_95)
+        adjusted = np.clip(self.points[rows] + moves[rows], 0.0, 1.0)
+        return min(adjusted, key=objective.chi_squared)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
