@@ -44,12 +44,10 @@ def _describe_pivots(spins: Sequence[float]) -> str:
 
 
 def describe_causes(result: RunResult) -> Iterator[str]:
-    """The contacts that began to slip with the first such push, and after the first such change.
-
-    A slip from the very start may have other causes.
-    """
-    onsets = [c for c in _onsets(result) if c.time > 0.0]
-    yield from _first(_push_words(result, push, onsets) for push in _in_order(result))
+    """The contacts that began to slip with the first such push, and after the first such change."""
+    every = _onsets(result)
+    yield from _first(_push_words(result, push, every) for push in _in_order(result))
+    onsets = [c for c in every if c.time > 0.0]
     for change in sorted(result.scenario.changes, key=lambda change: change.time):
         soon = [c for c in onsets if change.time <= c.time <= change.time + _SOON]
         if soon:
@@ -74,6 +72,9 @@ def _push_words(result: RunResult, push: AnyPulse, onsets: Sequence[PhaseChange]
     """Who began to slip during a push, or else as it ended; empty if nobody did."""
     start, end = push.time, push.time + push.duration
     when = milliseconds(start)
+    if start == 0.0 and (first := [c for c in onsets if c.time == start]):
+        # They may slip without the push too.
+        return f"A push acted from the start, when {_tips_of(result, first)} began to slip."
     if during := [c for c in onsets if start <= c.time < end]:
         return f"During the push at t = {when} {_tips_of(result, during)} began to slip."
     if then := [c for c in onsets if c.time == end]:

@@ -448,6 +448,17 @@ def check_slips(result: RunResult, found: re.Match[str]) -> None:
         assert (found["last"] is not None) == (max(slips.values()) > 1)
 
 
+def check_push_at_start(result: RunResult, found: re.Match[str]) -> None:
+    """The named fingertips, and no others, left stick at once, as did a push."""
+    names = result.scenario.finger_names
+    assert any(push.time == 0.0 for push in result.scenario.pulses)
+    assert fingertips_in(found["who"], names) == {
+        names[c.contact]
+        for c in result.phase_changes
+        if c.from_phase is ContactPhase.STICK and c.time == 0.0
+    }
+
+
 def check_pivots(spins: tuple[float, ...], found: re.Match[str]) -> None:
     """The largest angle is told if it is a degree at least, and whether all are so."""
     degrees = [math.degrees(spin) for spin in spins if spin > 0.0]
@@ -467,8 +478,7 @@ def check_push(result: RunResult, found: re.Match[str]) -> None:
     ]
     names = result.scenario.finger_names
     told = fingertips_in(found["who"], names)
-    changes = result.phase_changes
-    onsets = [c for c in changes if c.from_phase is ContactPhase.STICK and c.time > 0.0]
+    onsets = [c for c in result.phase_changes if c.from_phase is ContactPhase.STICK]
 
     def is_told(push: Pulse | SpatialPulse) -> bool:
         end = push.time + push.duration
@@ -607,6 +617,10 @@ SENTENCES: tuple[tuple[str, Callable[[RunResult, re.Match[str]], None]], ...] = 
         r"(?P<how>During|As) the push at t = (?P<when>[\d.]+ m?s)(?: ended,)? "
         r"(?P<who>.+) began to slip\.",
         check_push,
+    ),
+    (
+        r"A push acted from the start, when (?P<who>.+) began to slip\.",
+        check_push_at_start,
     ),
     (
         r"Within 50 ms after (?P<key>[\w.]+) changed at t = (?P<when>[\d.]+ m?s), "
