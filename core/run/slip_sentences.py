@@ -77,7 +77,8 @@ def _push_words(result: RunResult, push: AnyPulse, onsets: Sequence[PhaseChange]
         return f"A push acted from the start, when {_tips_of(result, first)} began to slip."
     if during := [c for c in onsets if start <= c.time < end]:
         return f"During the push at t = {when} {_tips_of(result, during)} began to slip."
-    if then := [c for c in onsets if c.time == end]:
+    other = any(each.time == end for each in result.scenario.pulses)
+    if not other and (then := [c for c in onsets if c.time == end]):
         return f"As the push at t = {when} ended, {_tips_of(result, then)} began to slip."
     return ""
 

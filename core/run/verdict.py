@@ -108,10 +108,10 @@ def describe_run(result: RunResult) -> Verdict:
     facts = (
         describe_slips(result),
         *describe_causes(result),
+        *estimates,
         *_describe_lasting_error(result),
         *_describe_switching(result),
         *_describe_pyramid(result),
-        *estimates,
         *_describe_grip_force(result),
         describe_knowledge(result.scenario),
     )

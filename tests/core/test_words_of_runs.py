@@ -186,6 +186,15 @@ def test_a_fingertip_that_slips_as_a_push_ends_did_not_slip_during_it() -> None:
     check_words(result, verdict)
 
 
+def test_a_slip_between_two_pushes_is_told_with_the_later_one() -> None:
+    pushes = [{"time": 0.25, "force": [0.5, 0.0]}, {"time": 0.3, "force": [0.0, -13.0]}]
+    result = simulate(with_values(load_scenario("paper-case-1"), {"pulses": pushes}))
+    assert any(change.time == pushes[1]["time"] for change in result.phase_changes)
+    verdict = describe_run(result)
+    assert any("During the push at t = 300 ms" in sentence for sentence in verdict.sentences)
+    check_words(result, verdict)
+
+
 def test_a_slip_from_the_start_is_not_said_to_be_due_to_a_push_there() -> None:
     push = {"time": 0.0, "force": [0.0, -2.9]}
     result = simulate(with_values(load_scenario("paper-case-1"), {"pulses": [push]}))

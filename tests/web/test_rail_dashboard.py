@@ -140,7 +140,7 @@ def test_card_caption_and_events_speak_of_fingertip_and_object(drag: RunResult) 
     assert "object starts to slip to the right" in texts
     assert "fingertip starts to slip to the left" in texts
     assert "along the rail" in caption_html(shown, None, 0.0)
-    assert "along a rail" in welcome_html(RAIL) and "Push the object" not in welcome_html(RAIL)
+    assert "along a rail" in welcome_html(RAIL) and "Drag the object" not in welcome_html(RAIL)
 
 
 def test_a_page_that_simulates_is_refused_with_a_way_out(drag: RunResult) -> None:

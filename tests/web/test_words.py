@@ -202,12 +202,15 @@ def test_the_card_explains_the_first_compilation() -> None:
 
 
 def test_the_card_tells_what_matters_most_and_unfolds_the_rest(case_2: RunResult) -> None:
-    card = outcome_html(RunStatus(RunStage.PREVIEW), Shown(1, case_2, 0.02))
+    status = RunStatus(RunStage.REPLAY)  # nothing is tried
+    card = outcome_html(status, Shown(1, case_2, 0.02))
     plain, unfolded = card.split("<details data-sg-fold='outcome'>")
     assert "Both fingertips slipped" in plain
     assert "friction as 1.2; it is 0.25" in plain
     assert "First to slip: left and right, t = 0 ms" in plain
     assert "Set initial estimate of left friction below 0.25" in plain
+    soon = outcome_html(RunStatus(RunStage.PREVIEW), Shown(1, case_2, 0.02))
+    assert "simulating what could help" in soon
     # The two are alike but for rounding; told is the one with the least to spare.
     normal, across = case_2.trace.normal_force[-1], np.abs(case_2.trace.tangential_force[-1])
     side = ("left", "right")[int(np.argmin(normal - across / 0.25))]

@@ -27,11 +27,12 @@ function check(event) {
   if (!(event.target instanceof HTMLInputElement) || !event.target.matches(FIELD)) return;
   const text = event.data ?? event.dataTransfer?.getData("text/plain") ?? "";
   if (text.length > 1) return void checkWhole(event, text.trim());
+  const hasExponent = /[eE]/.test(text);
   const isMisplacedSign = text === "-" && event.target.selectionStart !== 0;
-  if (/[eE]/.test(text) || isMisplacedSign) {
-    event.preventDefault();
-    say("Write the number without an exponent, such as 0.002 for 2e-3.");
-  }
+  if (!hasExponent && !isMisplacedSign) return;
+  event.preventDefault();
+  if (hasExponent) say("Write the number without an exponent, such as 0.002 for 2e-3.");
+  else say("A minus sign belongs before the number.");
 }
 
 /** What is pasted: a number in any notation, digit for digit where it can be. */

@@ -31,6 +31,7 @@ from slipgrasp.web.page.markup import click_attribute, clickable
 _BUSY = (RunStage.COMPILING, RunStage.SIMULATING, RunStage.OPENING)
 _SMALL = "sg-small"
 _TOLD = 2
+_TRIED_SOON = (RunStage.PREVIEW, RunStage.SAVING, RunStage.SAVED)
 
 
 class OutcomePanel:
@@ -92,7 +93,7 @@ def welcome_html(space: Space = PLANAR) -> str:
         if space.has_hand
         else f"A body slides on a support: {sticks} sticks, {forward} slips."
     )
-    what = "<b>Push the object</b> with the mouse or move a slider"
+    what = "<b>Drag the object</b> with the mouse or move a slider"
     if space is RAIL:
         about = (
             "A finger pushes or drags an object along a rail. The colours of fingertip and rail: "
@@ -125,7 +126,9 @@ def outcome_html(
     """
     card = ""
     if shown is not None:
-        card = _card_html(shown.result, how_heavy, premises, tried)
+        outcome, scenario = describe_run(shown.result), shown.result.scenario
+        hint = _hint_html(outcome, tried, scenario, will_try=status.stage in _TRIED_SOON)
+        card = _card_html(shown.result, outcome, how_heavy, premises, hint)
         if status.stage is RunStage.REFUSED:
             card = f"<div style='opacity:0.55'>{card}</div>"
     note = status_html(status, shown)
@@ -134,18 +137,19 @@ def outcome_html(
     return f"<div class='sg-outcome'>{''.join(parts)}</div>"
 
 
-def _card_html(result: RunResult, how_heavy: str, premises: str, tried: TriedHint | None) -> str:
+def _card_html(
+    result: RunResult, outcome: Verdict, how_heavy: str, premises: str, hint: str
+) -> str:
     """The main facts; the details can be expanded."""
-    outcome = describe_run(result)
     known = describe_knowledge(result.scenario)
     sentences = [text for text in outcome.sentences if text != known]
     told = [in_page_words(text, result.scenario) for text in sentences]
-    first = _TOLD + bool(result.scenario.pulses)
+    scenario = result.scenario
+    first = _TOLD + bool(scenario.pulses) + bool(scenario.changes)
     return (
         f"<div class='sg-verdict' style='color:{tone(outcome.tone)}'>{escape(outcome.headline)}"
         f"</div>{_paragraph(escape(' '.join(told[:first])))}"
-        f"{_asked_html(result, how_heavy)}{_hint_html(outcome, tried, result.scenario)}"
-        f"{_warnings_html(result)}"
+        f"{_asked_html(result, how_heavy)}{hint}{_warnings_html(result)}"
         f"<details data-sg-fold='outcome'><summary>{_details_of(result)}</summary>"
         f"{_knowledge_html(known, result)}"
         f"{_paragraph(escape(' '.join(told[first:])))}{_metrics_html(result)}{premises}</details>"
@@ -190,14 +194,18 @@ def _first_slip_html(result: RunResult) -> str:
     )
 
 
-def _hint_html(outcome: Verdict, tried: TriedHint | None, scenario: Scenario) -> str:
+def _hint_html(
+    outcome: Verdict, tried: TriedHint | None, scenario: Scenario, *, will_try: bool
+) -> str:
     """Hints: a button with its effect for each option that helped when it was tried.
 
-    Before the trials, and if none is possible, the hint is a sentence.
+    If no trial is possible, the hint is a sentence.
     """
     if outcome.hint.goal is Goal.MARGIN:
         varied = "friction of all fingers" if any(f.friction for f in scenario.fingers) else "mass"
         return _paragraph(f"<b>How large is the margin?</b> Vary the {varied} in <i>Study</i>.")
+    if tried is None and will_try:
+        return _paragraph("<b>Try:</b> simulating what could help …") * bool(outcome.suggestion)
     if tried is None or not tried.helpful:
         words = sentence(str(tried)) if tried is not None else outcome.suggestion
         told = escape(in_page_words(words, scenario))
