@@ -100,6 +100,10 @@ def test_a_run_as_it_should_be_misses_no_check(run):
     assert not missed(run)
 
 
+def test_a_contact_without_force_at_the_start_may_be_pressed_later():
+    assert simulate(draw(SOFT_GRASPS, 14, 373)).end_time == 0.3
+
+
 @pytest.mark.parametrize("slips", [False, True])
 def test_a_moment_off_its_limit_surface_is_found(run, slips):
     trace, e = run.trace, eccentricities(run.scenario)

@@ -115,6 +115,19 @@ def _opens(n: int, work: Record, room: Record) -> int:
 
 
 @compiled
+def _pulls(n: int, work: Record, room: Record) -> int:
+    """OPENS if a contact pulls in the selected phases, otherwise SELECTED; stores the contact.
+
+    A force of nearly zero has no certain direction, and so no certain phase. A law may demand none.
+    """
+    for i in range(n):
+        if not work.forces[i, 2] > -FORCE_BAND:
+            room.concerned = i
+            return OPENS
+    return SELECTED
+
+
+@compiled
 def _is_near(model: Record, work: Record, room: Record, i: int, way: int) -> bool:
     """True if a free slip mode sticks with its force on the bound of friction."""
     band = FORCE_BAND * (1.0 + work.forces[i, 2])
@@ -521,6 +534,5 @@ def spatial_select(
     if not work.system.determinant > 0.0:
         return NONE_REGULAR
     if model.soft == 1:
-        # A force of nearly zero has no certain direction: in its phase the contact may pull.
-        return _opens(model.num_fingers, work, room)
+        return _pulls(model.num_fingers, work, room)
     return SELECTED if _agrees(model, work, room) else NONE_CONSISTENT
