@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bisect import bisect_left
+from bisect import bisect_right
 from dataclasses import dataclass
 from enum import Enum
 from typing import Annotated, NamedTuple
@@ -130,7 +130,7 @@ def guess_layout(width: int, height: int) -> PageLayout:
     """
     height = min(height, _USUAL_SIZE[1])
     pages = range(_LEAST_FOR_TWO_COLUMNS, _USUAL_SIZE[0])
-    page = pages.start + bisect_left(pages, width, key=_scene_width)
+    page = pages.start + bisect_right(pages, width, key=_scene_width)
     return PageLayout(page, height, _scene_width(page), height, _USUAL_COVER)
 
 
