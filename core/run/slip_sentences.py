@@ -13,7 +13,7 @@ from slipgrasp.core.trace.types import ContactPhase, PhaseChange
 from slipgrasp.core.words.phrases import joined, length_words, milliseconds
 
 _SOON = 0.05
-"""Longest time from a change to a slip that is told with it [s]."""
+"""Longest time from a change to a slip that may be due to it [s]."""
 
 
 def describe_slips(result: RunResult) -> str:

@@ -250,7 +250,7 @@ def _describe_lasting_error(result: RunResult) -> Iterator[str]:
         earlier = trace.tracking_error[np.searchsorted(trace.times, result.end_time - _WATCHED)]
         words = describe_lasting_error(final, earlier.tolist())
         yield from [
-            f"At the end the object is {words} from its target, and hardly approaches it."
+            f"At the end the object is {words} from its target, and is hardly getting closer."
         ] * bool(words)
 
 

@@ -653,7 +653,7 @@ SENTENCES: tuple[tuple[str, Callable[[RunResult, re.Match[str]], None]], ...] = 
         check_other_belief,
     ),
     (
-        rf"At the end the object is {NUMBER} mm from its target, and hardly approaches it\.",
+        rf"At the end the object is {NUMBER} mm from its target, and is hardly getting closer\.",
         check_lasting_error,
     ),
     (
