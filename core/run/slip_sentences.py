@@ -1,19 +1,21 @@
-"""Sentences about the slips of a hand: how far, until when, and after which push or change."""
+"""Sentences about the slips of a hand: how far, until when, with which push, below which force."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
+from itertools import islice
 
 import numpy as np
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario.scenario import AnyPulse
-from slipgrasp.core.trace.types import ContactPhase, PhaseChange
+from slipgrasp.core.trace.types import ContactPhase, Outcome, PhaseChange
 from slipgrasp.core.words.phrases import joined, length_words, milliseconds
 
 _SOON = 0.05
 """Longest time from a change to a slip that may be due to it [s]."""
+_LEAST_FORCE = 1e-3  # [N]
 
 
 def describe_slips(result: RunResult) -> str:
@@ -46,7 +48,8 @@ def _describe_pivots(spins: Sequence[float]) -> str:
 def describe_causes(result: RunResult) -> Iterator[str]:
     """The contacts that began to slip with the first such push, and after the first such change."""
     every = _onsets(result)
-    yield from _first(_push_words(result, push, every) for push in _in_order(result))
+    pushes = sorted(result.scenario.pulses, key=lambda push: push.time)
+    yield from islice(filter(None, (_push_words(result, push, every) for push in pushes)), 1)
     onsets = [c for c in every if c.time > 0.0]
     for change in sorted(result.scenario.changes, key=lambda change: change.time):
         soon = [c for c in onsets if change.time <= c.time <= change.time + _SOON]
@@ -56,16 +59,6 @@ def describe_causes(result: RunResult) -> Iterator[str]:
                 f"t = {milliseconds(change.time)}, {_tips_of(result, soon)} began to slip."
             )
             return
-
-
-def _in_order(result: RunResult) -> list[AnyPulse]:
-    return sorted(result.scenario.pulses, key=lambda push: push.time)
-
-
-def _first(sentences: Iterable[str]) -> Iterator[str]:
-    found = next(filter(None, sentences), "")
-    if found:
-        yield found
 
 
 def _push_words(result: RunResult, push: AnyPulse, onsets: Sequence[PhaseChange]) -> str:
@@ -131,3 +124,34 @@ def _describe_least_margin(result: RunResult) -> str:
     where = result.scenario.finger_names[contact]
     when = milliseconds(float(trace.times[row]))
     return f"; the least margin was {least:.2g} N, {where} at t = {when}"
+
+
+def describe_grip_force(result: RunResult) -> Iterator[str]:
+    """Final normal force of the contact closest to slip, and the smallest sufficient force then."""
+    trace = result.trace
+    friction, normal = trace.friction_coefficient[-1], trace.normal_force[-1]
+    tangential = trace[-1:].tangential_size[0]
+    sticks = (trace.phase[-1] == ContactPhase.STICK).all() and (friction > 0.0).all()
+    if result.outcome is not Outcome.COMPLETED or not sticks or tangential.max() < _LEAST_FORCE:
+        return
+    if result.scenario.has_soft_fingers:
+        # The moment about the normal uses part of the friction.
+        tangential = friction * normal - trace.friction_margin[-1]
+    needed = tangential / np.where(friction > 0.0, friction, 1.0)
+    i = int(np.argmin(normal - needed))
+    force, least = _distinguished(float(normal[i]), float(needed[i]))
+    limit = f"less than {least} N" if force != least else "any less"
+    slipping = trace.normal_force[trace.phase[:, i] != ContactPhase.STICK, i]
+    more = "faster motion or a push can require more"
+    if slipping.size:
+        more = f"earlier it slipped at up to {slipping.max():.1f} N"
+    yield (
+        f"At the end the {result.scenario.finger_names[i]} fingertip presses with {force} N; with "
+        f"{limit} it would slip in this state, and {more}."
+    )
+
+
+def _distinguished(one: float, other: float) -> tuple[str, str]:
+    """Formats two forces with as many decimals as distinguish them, at most three."""
+    pairs = [(f"{one:.{digits}f}", f"{other:.{digits}f}") for digits in (1, 2, 3)]
+    return next((pair for pair in pairs if pair[0] != pair[1]), pairs[-1])

@@ -20,7 +20,7 @@ from slipgrasp.core.run.slide_outcome import (
     headline_of_slide,
     slows_down,
 )
-from slipgrasp.core.run.slip_sentences import describe_causes, describe_slips
+from slipgrasp.core.run.slip_sentences import describe_causes, describe_grip_force, describe_slips
 from slipgrasp.core.scenario import FingerParameters, Scenario
 from slipgrasp.core.scenario.custom_laws import law_of
 from slipgrasp.core.scenario.loading import all_preset_names, load_scenario
@@ -66,7 +66,6 @@ _ENDED_BY = {
 }
 
 _HELD = "Held"  # with little slip, and close to its target
-_LEAST_FORCE = 1e-3
 _ROUNDING = 1e-6
 _NO_WAY = 1e-15  # [m]
 _MOST = 0.5
@@ -112,7 +111,7 @@ def describe_run(result: RunResult) -> Verdict:
         *_describe_lasting_error(result),
         *_describe_switching(result),
         *_describe_pyramid(result),
-        *_describe_grip_force(result),
+        *describe_grip_force(result),
         describe_knowledge(result.scenario),
     )
     return Verdict(_tone(result), headline_of(result), (*cause, *facts), _suggest(result, found))
@@ -353,37 +352,6 @@ def _describe_other_estimate(result: RunResult) -> Iterator[str]:
     if result.reason is None and trace.phase[trace.times == 0.0].any():
         misbelief = describe_misbelief(result.scenario, trace[:1], of_friction=False)
         yield from [sentence(f"at the start {misbelief}")] * bool(misbelief)
-
-
-def _describe_grip_force(result: RunResult) -> Iterator[str]:
-    """Final normal force of the contact closest to slip, and the smallest sufficient force then."""
-    trace = result.trace
-    friction, normal = trace.friction_coefficient[-1], trace.normal_force[-1]
-    tangential = trace[-1:].tangential_size[0]
-    sticks = (trace.phase[-1] == ContactPhase.STICK).all() and (friction > 0.0).all()
-    if result.outcome is not Outcome.COMPLETED or not sticks or tangential.max() < _LEAST_FORCE:
-        return
-    if result.scenario.has_soft_fingers:
-        # The moment about the normal uses part of the friction.
-        tangential = friction * normal - trace.friction_margin[-1]
-    needed = tangential / np.where(friction > 0.0, friction, 1.0)
-    i = int(np.argmin(normal - needed))
-    force, least = _distinguished(float(normal[i]), float(needed[i]))
-    limit = f"less than {least} N" if force != least else "any less"
-    slipping = trace.normal_force[trace.phase[:, i] != ContactPhase.STICK, i]
-    more = "faster motion or a push can require more"
-    if slipping.size:
-        more = f"earlier it slipped at up to {slipping.max():.1f} N"
-    yield (
-        f"At the end the {result.scenario.finger_names[i]} fingertip presses with {force} N; with "
-        f"{limit} it would slip in this state, and {more}."
-    )
-
-
-def _distinguished(one: float, other: float) -> tuple[str, str]:
-    """Formats two forces with as many decimals as distinguish them, at most three."""
-    pairs = [(f"{one:.{digits}f}", f"{other:.{digits}f}") for digits in (1, 2, 3)]
-    return next((pair for pair in pairs if pair[0] != pair[1]), pairs[-1])
 
 
 def _suggest(result: RunResult, found: Sequence[_Overestimate]) -> Hint:

@@ -460,7 +460,7 @@ def check_push_at_start(result: RunResult, found: re.Match[str]) -> None:
 
 
 def check_pivots(spins: tuple[float, ...], found: re.Match[str]) -> None:
-    """The largest angle is told if it is a degree at least, and whether all are so."""
+    """The sentence has the largest angle if it is at least a degree, and whether all are equal."""
     degrees = [math.degrees(spin) for spin in spins if spin > 0.0]
     assert (found["turned"] is not None) == (max(degrees, default=0.0) >= 1.0)
     if found["turned"]:
@@ -480,7 +480,7 @@ def check_push(result: RunResult, found: re.Match[str]) -> None:
     told = fingertips_in(found["who"], names)
     onsets = [c for c in result.phase_changes if c.from_phase is ContactPhase.STICK]
 
-    def is_told(push: Pulse | SpatialPulse) -> bool:
+    def agrees(push: Pulse | SpatialPulse) -> bool:
         end = push.time + push.duration
         during = {names[c.contact] for c in onsets if push.time <= c.time < end}
         ended = {names[c.contact] for c in onsets if c.time == end}
@@ -488,7 +488,7 @@ def check_push(result: RunResult, found: re.Match[str]) -> None:
             ended = set()
         return told == during if found["how"] == "During" else told == ended and not during
 
-    assert any(map(is_told, pushes))
+    assert any(map(agrees, pushes))
 
 
 def check_change(result: RunResult, found: re.Match[str]) -> None:
