@@ -30,6 +30,7 @@ PARTS = {
     "outcomes": "whether 20 000 random runs end truly, and against a truth of tight tolerance",
     "hands-in-space": "whether 10 000 random spatial hands end truly, inside their cones",
     "soft-grasps": "whether 5 000 random soft grasps end truly, inside their limit surfaces",
+    "torsion": "a box that turns between soft fingertips, beside MuJoCo and an independent model",
     "hints": "whether 600 hints of random runs, pressed, do what they say",
     "portability": "whether a run has the same bits under other machine code and in WebAssembly",
     "front-ends": "cost per tick of a law in every front end, beside MuJoCo with a controller",

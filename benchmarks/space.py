@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -34,12 +34,13 @@ _NUMPY = 2.5  # target against MuJoCo with a controller in NumPy
 _EVALUATION = 5.0  # target of one evaluation of the plant [us]
 _MOMENTS = {"slipping": 0.05, "sticking": 1.0}  # [s]
 _SOFT = 2.0  # target: soft over hard fingertips
+_CHAIN = 3.0  # target: chains over fingers in closed form
 _SOFT_MOMENTS = {"slipping": 0.002, "sticking": 0.5}  # [s]
 
 
 def run(_docs: Path | None = None) -> list[Table]:
-    """The tables ``space-speed``, ``-profile``, ``-units``, ``-soft`` and ``space-mujoco``."""
-    return [*measure_cost(), measure_units(), measure_soft(), measure_motion()]
+    """The tables ``space-speed``, ``-profile``, ``-units``, ``-soft``, ``-chain``, ``-mujoco``."""
+    return [*measure_cost(), measure_units(), measure_soft(), measure_chain(), measure_motion()]
 
 
 def measure_cost(rounds: int = ROUNDS, duration: float = 7.0) -> tuple[Table, Table]:
@@ -124,29 +125,56 @@ def _repeated(unit: Any) -> Callable[[int, tuple[Any, ...]], None]:
 
 
 def measure_soft(calls: int = CALLS // 10, rounds: int = ROUNDS) -> Table:
-    """CPU time of the plant with soft and with hard fingertips at the same states, in turns.
+    """CPU time of the plant with soft and with hard fingertips at the same states, in turns."""
+    hard = load_scenario(SOFT_CASE)
+    pads = {f"fingers.{i}.pad_radius": PAD_RADIUS for i in range(len(hard.fingers))}
+    pair = {"hard": hard, "soft": with_values(hard, pads)}
+    return _compare_plants("space-soft", pair, _SOFT, _SOFT_MOMENTS, calls, rounds)
+
+
+def measure_chain(calls: int = CALLS // 10, rounds: int = ROUNDS) -> Table:
+    """CPU time of the plant with its fingers written as chains and in closed form, in turns."""
+    from tests.core.test_chains import as_chains
+
+    closed = load_scenario(CASE)
+    pair = {"closed form": closed, "chain": as_chains(closed)}
+    return _compare_plants("space-chain", pair, _CHAIN, _MOMENTS, calls, rounds)
+
+
+def _compare_plants(
+    name: str,
+    pair: Mapping[str, Scenario],
+    target: float,
+    moments: Mapping[str, float],
+    calls: int,
+    rounds: int,
+) -> Table:
+    """A table of the CPU time of one call of the plant of two hands, and the ratio.
 
     Args:
+        name: Name of the table.
+        pair: The two scenarios; the second is compared with the first.
+        target: Largest ratio wanted.
+        moments: Times of the states, by what the contacts do then [s].
         calls: Number of calls for the mean of each turn.
         rounds: Number of turns of each.
     """
-    hard, repeat, rows, worst = load_scenario(SOFT_CASE), _repeated(spatial_plant), [], 0.0
-    pads = {f"fingers.{i}.pad_radius": PAD_RADIUS for i in range(len(hard.fingers))}
-    for words, moment in _SOFT_MOMENTS.items():
+    repeat, rows, worst = _repeated(spatial_plant), [], 0.0
+    first, second = pair
+    for words, moment in moments.items():
         works: dict[str, Callable[[], None]] = {}
-        for name, scenario in (("hard", hard), ("soft", with_values(hard, pads))):
+        for kind, scenario in pair.items():
             model, run = _at(scenario, moment)
             arguments = (model, run.discrete, run.step.start, run.work)
-            works[name] = partial(repeat, calls, arguments)
+            works[kind] = partial(repeat, calls, arguments)
         times = median_seconds(works, rounds, time.thread_time)
-        ratio = times["soft"] / times["hard"]
-        cells = (f"{1e6 * times[name] / calls:.2f}" for name in ("hard", "soft"))
-        rows.append((words, *cells, f"{ratio:.2f}"))
+        ratio = times[second] / times[first]
+        rows.append((words, *(f"{1e6 * times[kind] / calls:.2f}" for kind in pair), f"{ratio:.2f}"))
         worst = max(worst, ratio)
-    met = "met" if worst <= _SOFT else "missed"
-    note = f"Soft fingertips take {worst:.2f} times as long at most; target {_SOFT:g}: {met}."
-    heads = (f"{SOFT_CASE}, the plant, three contacts", "hard [us]", "soft [us]", "ratio")
-    return Table("space-soft", heads, tuple(rows), (note,))
+    met = "met" if worst <= target else "missed"
+    note = f"At most {worst:.2f} times as long; target {target:g}: {met}."
+    heads = ("the plant, three contacts", *(f"{kind} [us]" for kind in pair), "ratio")
+    return Table(name, heads, tuple(rows), (note,))
 
 
 def measure_motion(steps: Sequence[float] = STEPS, duration: float = DURATION) -> Table:

@@ -6,6 +6,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from slipgrasp import LawParameter
 from slipgrasp.core.scenario.law_loading import register_law
 from slipgrasp.core.scenario.loading import with_values
 from slipgrasp.core.scenario.numerics import SpatialSimulation
@@ -62,21 +63,31 @@ class SlideSprings:
     """The same for fingers on slides, which are free along x."""
 
     name = "slide-springs"
+    parameters: ClassVar = {
+        "stiffness": LawParameter(
+            value=SLIDE_STIFFNESS, unit="N/m", minimum=0.0, maximum=1e6, text="Across the grip."
+        )
+    }
     memory: ClassVar = {"start": (2, 3)}
 
     def command(self, seen, memory, out):
         if seen.tick == 0:
             memory.start[:] = seen.joint_position
-        model, damping = seen.model, 2.0 * np.sqrt(SLIDE_STIFFNESS * JAW_MASS)
+        model, stiffness = seen.model, seen.parameters.stiffness
+        damping = 2.0 * np.sqrt(stiffness * JAW_MASS)
         for i, side in enumerate((1.0, -1.0)):
             away = memory.start[i] - seen.joint_position[i]
-            out.torque[i] = SLIDE_STIFFNESS * away - damping * seen.joint_velocity[i]
+            out.torque[i] = stiffness * away - damping * seen.joint_velocity[i]
             out.torque[i, 0] = side * GRIP
             out.torque[i, 2] += (0.5 * model.object_mass + JAW_MASS) * model.gravity
 
 
 def soft_box(
-    eccentricity: float, period: float, duration: float, kind: str = "links"
+    eccentricity: float,
+    period: float,
+    duration: float,
+    kind: str = "links",
+    stiffness: float = SLIDE_STIFFNESS,
 ) -> SpatialScenario:
     """The scenario.
 
@@ -85,6 +96,7 @@ def soft_box(
         period: Of control [s].
         duration: Of the run [s].
         kind: Of the fingers.
+        stiffness: Of slides across the grip [N/m].
     """
     law = JointSprings if kind == "links" else SlideSprings
     register_law(law)
@@ -114,4 +126,6 @@ def soft_box(
         ),
     )
     chosen = {"controller.kind": law.name, "controller.control_period": period}
+    if kind == "slides":
+        chosen["controller.parameters.stiffness"] = stiffness
     return with_values(scenario, chosen)

@@ -24,6 +24,7 @@ from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.scenario.pads import LEAST_ECCENTRICITY, PAD_FACTORS
 from slipgrasp.core.trace.types import Outcome
 from tests.core.test_chains import as_chains
+from tests.references.box_on_rigid_tips import RigidTips
 from tests.references.spatial_hands import random_state
 from tests.references.spatial_scenarios import random_spatial_scenario
 from tests.soft_box import OFFSET, JointSprings, SlideSprings, soft_box
@@ -228,6 +229,15 @@ def test_a_box_turns_between_the_jaws_of_a_gripper_too():
     assert last_stops(run) == pytest.approx([1.153308] * 2, rel=1e-5)
     assert run.metrics.slip_path[1] == pytest.approx(4.13218e-3, rel=1e-5)
     assert np.abs(run.trace.energy_residual).max() < 1e-8
+
+
+def test_the_box_turns_as_on_rigid_tips_where_the_slides_are_stiff():
+    """0.733810 rad at 1.15329 s, path 4.13222 mm; at 1e5 N/m 0.7338099, 1.1532968, 4.132215."""
+    rigid = RigidTips(eccentricity=0.01).turn()
+    assert rigid[:3] == pytest.approx((0.733810, 1.15329, 4.13222e-3), rel=3e-6)
+    stiff = end_of_turn(1e5)
+    np.testing.assert_allclose(stiff, (0.7338099, 1.1532968, 4.132215e-3), rtol=3e-7)
+    np.testing.assert_allclose(stiff, rigid[:3], rtol=4e-6)
 
 
 def test_a_slip_that_turns_back_stops_and_begins_at_one_time():
