@@ -54,19 +54,26 @@ class StuckContact:
         used: Largest ratio of tangential to normal force in the run without slip.
         rise: Rise of chi-squared without slip.
         limit: Rise that would show slip.
+        with_slip: Lower end of the interval, at which the contact slips less than the data show.
     """
 
     used: float
     rise: float
     limit: float
+    with_slip: float
 
     @property
     def note(self) -> str:
         """A sentence for the report."""
+        slipping = (
+            f", or {self.with_slip:.4g} if it slipped by less than the data show"
+            if self.with_slip < self.used
+            else ""
+        )
         return (
             "as far as the data show, the contact never slipped (without slip chi-squared rises by "
             f"{self.rise:.3g}, less than {self.limit:.3g}): its friction is at least the largest "
-            "ratio of tangential to normal force"
+            f"ratio of tangential to normal force, {self.used:.4g}{slipping}"
         )
 
 
@@ -95,16 +102,21 @@ def stuck_contacts(
             run = run_at(problem, problem.values_at(found.shares))
             contacts = contacts_until(run, float(problem.data.times[-1]))
             bounds = {
-                index: StuckContact(contacts[contact].most_used_friction, rise, limit)
+                index: StuckContact(
+                    contacts[contact].most_used_friction,
+                    rise,
+                    limit,
+                    with_slip=problem.parameters[index].value_at(low),
+                )
                 for index in fixed[:count]
                 if (contact := problem.parameters[index].contact) is not None
                 and contacts[contact].slip_time == 0.0
+                and (low := profiles[index].low) is not None
             }
             return {
                 index: bound
                 for index, bound in bounds.items()
-                if (low := profiles[index].low) is not None
-                and problem.parameters[index].value_at(low) >= (1.0 - SAME_FRICTION) * bound.used
+                if bound.with_slip >= (1.0 - SAME_FRICTION) * bound.used
             }
     return {}
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import OrderedDict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -50,6 +51,9 @@ from slipgrasp.core.trace.signals import Floats
 
 MAX_EVALUATIONS = 10_000
 """Largest number of runs of a fit, except for twins; equal to that of a study."""
+
+RECENT_BYTES = 16_000_000
+"""Largest memory of the sampled signals that are kept."""
 
 _MOST_BETTER = 10
 _AT_LIMIT = 1e-6
@@ -135,12 +139,13 @@ def fit(
 
 
 class _Counted:
-    """Counts the runs, and ends a fit that needs too many."""
+    """Counts the runs, ends a fit that needs too many, and keeps recent ones: many are repeated."""
 
     def __init__(self, evaluate: Evaluate, reports: ProgressReports) -> None:
         self._evaluate = evaluate
         self._reports = reports
         self._seen: set[tuple[float, ...]] = set()
+        self._recent: OrderedDict[tuple[float, ...], Floats] = OrderedDict()
 
     @property
     def count(self) -> int:
@@ -148,6 +153,15 @@ class _Counted:
         return len(self._seen)
 
     def __call__(self, problem: FitProblem, values: tuple[float, ...]) -> Floats:
+        if values in self._recent:
+            self._recent.move_to_end(values)
+            return self._recent[values]
+        found = self._recent[values] = self._run(problem, values)
+        while len(self._recent) * found.nbytes > RECENT_BYTES:
+            self._recent.popitem(last=False)
+        return found
+
+    def _run(self, problem: FitProblem, values: tuple[float, ...]) -> Floats:
         self._seen.add(values)
         if self.count > MAX_EVALUATIONS:
             raise FitError(

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -58,8 +59,7 @@ class Column:
 
 def columns_of(trace: Samples) -> list[Column]:
     """All columns of a trace in the order of `SIGNALS`; the first is the time."""
-    present = filter(trace.shape.has, SIGNALS)
-    there = (signal for signal in present if signal.name not in trace.absent)
+    there = (signal for signal in _signals_of(trace.shape) if signal.name not in trace.absent)
     return [column for signal in there for column in _columns_of(trace, signal)]
 
 
@@ -120,10 +120,21 @@ def units_of(signal: Signal, shape: TraceShape) -> list[str]:
     return [*units[:1] * (shape.width(signal) - len(units)), *units]
 
 
+@lru_cache(maxsize=64)
+def _signals_of(shape: TraceShape) -> tuple[Signal, ...]:
+    return tuple(filter(shape.has, SIGNALS))
+
+
+@lru_cache(maxsize=1024)
+def _heads(signal: Signal, shape: TraceShape) -> tuple[tuple[str, str], ...]:
+    """Name and unit of each column of a signal."""
+    labels, units = labels_of(signal, shape), units_of(signal, shape)
+    names = ("_".join(part for part in (signal.prefix, label) if part) for label in labels)
+    return tuple(zip(names, units, strict=True))
+
+
 def _columns_of(trace: Samples, signal: Signal) -> Iterator[Column]:
-    values = getattr(trace, signal.name)
-    labels, units = labels_of(signal, trace.shape), units_of(signal, trace.shape)
-    table = values.reshape(len(values), len(labels))
-    for label, unit, column in zip(labels, units, table.T, strict=True):
-        name = "_".join(part for part in (signal.prefix, label) if part)
+    values, heads = getattr(trace, signal.name), _heads(signal, trace.shape)
+    table = values.reshape(len(values), len(heads))
+    for (name, unit), column in zip(heads, table.T, strict=True):
         yield Column(name, signal.name, unit, column)

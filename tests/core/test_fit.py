@@ -1,5 +1,6 @@
 """Fits: intervals against closed forms, classes, twins, nuisances, and what is refused."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -259,6 +260,22 @@ def test_delay_and_bias_of_forces_are_found_with_the_parameters(base, true_run):
     for key in ("force_bias.normal_force_0", "force_bias.normal_force_1"):
         assert report.parameters[key].value == pytest.approx(0.5, abs=0.05)
     assert report.parameters["object.mass"].value == pytest.approx(1.13, rel=0.02)
+
+
+def test_a_slip_too_small_for_the_data_is_allowed_for_in_the_bound_of_a_friction(kernel):
+    """The contact slips by 0.4 um at a friction below what it would use in stick."""
+    values = {"fingers.0.friction": 0.35, "simulation.duration": 0.12}
+    true = with_values(load_scenario("spatial-prism"), values)
+    run = simulate(true)
+    assert 0.0 < run.metrics.slip_path[0] < 1e-6
+    data = measured(run, {"object_pose": 2e-4, "slip": 2e-4})
+    report = fit(FitProblem.make(true, ["fingers.0.friction"], data), FitOptions(starts=1))
+
+    found = report.parameters["fingers.0.friction"]
+    assert found.kind == "only below" and found.low > 0.35
+    told = re.search(r"force, (\S+), or (\S+) if it slipped by less than the data", found.note)
+    assert float(told[1]) == pytest.approx(found.low, rel=1e-3)
+    assert float(told[2]) < 0.35
 
 
 def test_of_contacts_that_never_slipped_only_a_lower_bound_is_given(kernel):
