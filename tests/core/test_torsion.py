@@ -5,6 +5,7 @@ import re
 import numpy as np
 import pytest
 
+from benchmarks.torsion import end_of_turn
 from slipgrasp.core.exceptions import ScenarioError
 from slipgrasp.core.kernel.compilation.compiler import call
 from slipgrasp.core.kernel.compilation.records import make_record
