@@ -17,6 +17,7 @@ from slipgrasp.core.run.simulator import simulate
 from tests.references.box_on_rigid_tips import RigidTips
 from tests.soft_box import soft_box
 
+PAGE = "verification.md"
 ECCENTRICITY = 0.01  # [m]
 STIFFNESSES = (1e3, 1e4, 1e5)  # [N/m]
 PERIODS = (2e-4, 1e-4)  # of control [s]
@@ -51,7 +52,7 @@ def measure_stiffness(stiffnesses: tuple[float, ...] = STIFFNESSES) -> Table:
         for name, end in endings.items()
     )
     heads = ("a box that turns between soft tips on springs", "turn [rad]", "stop [s]", "path [mm]")
-    return Table("torsion", heads, rows)
+    return Table("torsion", heads, rows, page=PAGE)
 
 
 def end_of_turn(stiffness: float) -> Ending:
@@ -86,4 +87,4 @@ def measure_mujoco(steps: tuple[float, ...] = STEPS) -> Table:
         for name, turned in zip(names, found, strict=True)
     )
     heads = ("turn of the box in MuJoCo, step", *(f"at {time:g} s [%]" for time in TIMES))
-    return Table("torsion-mujoco", heads, rows)
+    return Table("torsion-mujoco", heads, rows, page=PAGE)

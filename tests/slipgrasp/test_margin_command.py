@@ -1,13 +1,19 @@
 import json
 import resource
 import signal
+from inspect import getsourcefile
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from slipgrasp import scenario_to_toml
+from slipgrasp.core.scenario.custom_laws import forget
+from slipgrasp.core.scenario.loading import with_values
+from slipgrasp.core.scenario.pads import PAD_FACTORS
 from slipgrasp.recordings.file.reader import read_recording
 from slipgrasp.recordings.store.store import RecordingStore
+from tests.soft_box import GRIP, OFFSET, JointSprings, soft_box
 from tests.waiting import PATIENCE
 
 pytestmark = pytest.mark.slow
@@ -186,3 +192,20 @@ def test_an_interrupted_search_ends_soon_and_saves_nothing(slipgrasp):
 
     assert process.returncode == 4
     assert slipgrasp.saved() == []
+
+
+def test_the_least_pad_that_keeps_a_box_from_turning_is_that_of_its_statics(slipgrasp, tmp_path):
+    """Each pad carries half of the weight, and the moment that friction leaves: e = 11.257 mm."""
+    box = with_values(soft_box(0.012, 1e-3, 0.8), {"controller.kind": "pd-gravity"})
+    forget(JointSprings.name)
+    (tmp_path / "box.toml").write_text(scenario_to_toml(box))
+    law = ("--law", f"{getsourcefile(JointSprings)}:{JointSprings.__name__}")
+    period = ("--set", "controller.control_period=0.001", "--slip", "1e-6", "--tolerance", "1e-4")
+    pads = ("--over", "fingers.*.pad_radius", "--from", "0.02", "--to", "0.015")
+    found = answer(slipgrasp, str(tmp_path / "box.toml"), *law, *period, *pads)
+
+    limit, carried, needed = 0.5 * GRIP, 0.5 * 9.81, 0.5 * 9.81 * OFFSET
+    least = needed / np.sqrt(limit**2 - carried**2)
+    assert least == pytest.approx(0.01126, abs=5e-6)
+    for side in ("held_at", "lost_at"):
+        assert PAD_FACTORS["even"] * found[side] == pytest.approx(least, rel=1e-3)
