@@ -58,7 +58,7 @@ def test_the_diagram_has_a_curve_for_each_and_the_rate_of_the_answers():
 
 @pytest.mark.slow
 def test_everything_is_answered_as_specified_for_some_seconds():
-    found = soak(seconds=6.0, seed=4, spell=6.0, rest=1.0)
+    found = soak(seconds=3.0, seed=4, spell=3.0, rest=0.5)
     assert found.tally.faults == []
     assert found.tracebacks == 0
     kinds = {kind for kind, _ in found.tally.counts}
