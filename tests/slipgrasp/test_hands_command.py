@@ -389,3 +389,21 @@ def test_damaged_meshes_are_refused(folder):
         np.savez(path, **arrays | wrong)
         with pytest.raises(ScenarioError, match="is damaged"):
             load_meshes(path)
+
+
+def test_a_dashboard_does_not_start_with_a_hand_that_is_no_hand(folder, capsys):
+    assert written_with(folder, SPHERE) == 0
+    load_scenario_of(folder)
+    (folder / "other.toml").write_text(scenario_to_toml(trifinger()))
+    (folder / "other.meshes.npz").write_bytes((folder / "hand.meshes.npz").read_bytes())
+    (folder / "hand.meshes.npz").write_bytes(b"")
+    for name, words in (
+        ("none.toml", "none.toml' cannot be read: No such file or directory"),
+        ("hand.urdf", "hand.urdf' cannot be read: it is not TOML"),
+        ("hand.toml", "hand.meshes.npz' is damaged; 'slipgrasp hands import' writes it again"),
+        ("grasp.toml", "hand.meshes.npz' is damaged"),
+        ("other.toml", "other.meshes.npz' has meshes of other fingers; import the hand again"),
+    ):
+        assert main(["serve", "--port", "0", "--hand", str(folder / name)]) == 2
+        told = capsys.readouterr().err
+        assert words in told and told.count("\n") == 1
