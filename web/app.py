@@ -13,16 +13,20 @@ from slipgrasp.server.settings import Settings
 from slipgrasp.server.viewer.frame_filter import FrameFilter
 from slipgrasp.server.viewer.relay import add_viewer_routes
 from slipgrasp.web.dashboard import Dashboard
+from slipgrasp.web.model.given_hand import NO_HAND, GivenHand
 from slipgrasp.web.model.replay import Source
 from slipgrasp.web.page.routes import add_page_routes, head_html
 
 
-def create_dashboard_app(settings: Settings, first: Source | None = None) -> FastAPI:
+def create_dashboard_app(
+    settings: Settings, first: Source | None = None, hand: GivenHand = NO_HAND
+) -> FastAPI:
     """Creates the application with the dashboard at ``/`` and the API below ``/api/v1``.
 
     Args:
         settings: Settings of the server.
         first: Recording that the dashboard opens; its own run if None.
+        hand: Hand with which it is started.
     """
 
     @asynccontextmanager
@@ -34,6 +38,7 @@ def create_dashboard_app(settings: Settings, first: Source | None = None) -> Fas
             app.state.study_service,
             app.state.fit_service,
             first,
+            hand,
         )
         try:
             yield

@@ -11,6 +11,7 @@ from slipgrasp.server.fits.service import FitService
 from slipgrasp.server.runs.service import RunService
 from slipgrasp.server.studies.service import StudyService
 from slipgrasp.server.viewer.server import ViewerServer
+from slipgrasp.web.model.given_hand import NO_HAND, GivenHand
 from slipgrasp.web.model.replay import Source
 from slipgrasp.web.page.session_directory import SessionDirectory
 from slipgrasp.web.reducers.frame_pacing import FramePacer
@@ -31,7 +32,8 @@ class Dashboard:
         runs: Simulates and saves.
         studies: Runs studies.
         fits: Fits recordings.
-        first: Recording that every page shows first; a run of the first preset if None.
+        first: Recording that every page shows first; a run if None.
+        hand: Hand with which the dashboard is started.
 
     Attributes:
         directory: Finds the session of a page.
@@ -44,6 +46,7 @@ class Dashboard:
         studies: StudyService,
         fits: FitService,
         first: Source | None = None,
+        hand: GivenHand = NO_HAND,
     ) -> None:
         # A viewer may disconnect within a frame; viser drops the rest and warns each time.
         warnings.filterwarnings("ignore", message="Queued a .* on a closed connection")
@@ -58,6 +61,7 @@ class Dashboard:
             self.directory,
             FramePacer(),
             write_usual_page,
+            hand,
         )
         self._first = first
         self._sessions: dict[int, Session] = {}

@@ -10,6 +10,7 @@ from typing import Protocol
 
 import viser
 
+from slipgrasp.core.scenario.hand_files.meshes import HandMeshes
 from slipgrasp.core.trace.types import ContactPhase
 from slipgrasp.recordings.palette import PHASES, Rgb
 from slipgrasp.web.model.intents.intent import Send
@@ -68,6 +69,7 @@ class Screen:
         view: Initial view.
         send: Accepts the intents of its user.
         key: The key of the session, for the page's script.
+        meshes: Meshes of a hand.
     """
 
     def __init__(
@@ -77,9 +79,11 @@ class Screen:
         view: ViewState,
         send: Send,
         key: str,
+        meshes: HandMeshes | None = None,
     ) -> None:
         gui, self._gui = client.gui, client.gui
-        self._scene, self._camera = Scene(client, ObjectDrag(send), picking=Picking(send)), camera
+        self._scene = Scene(client, ObjectDrag(send), picking=Picking(send), meshes=meshes)
+        self._camera = camera
         layout = guess_layout(client.camera.image_width, client.camera.image_height)
         sizes = panel_sizes(layout.width, layout.height)
         self._scenario = ScenarioPanel(gui, view.draft, send)

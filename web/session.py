@@ -21,6 +21,7 @@ from slipgrasp.server.studies.service import StudyService
 from slipgrasp.server.viewer.server import has_unsent
 from slipgrasp.web.model.draft import Draft
 from slipgrasp.web.model.export import ExportFile
+from slipgrasp.web.model.given_hand import GivenHand
 from slipgrasp.web.model.intents.intent import Close, Intent
 from slipgrasp.web.model.intents.mailbox import Mailbox
 from slipgrasp.web.model.playback import WindowChoice
@@ -71,6 +72,7 @@ class Services:
         directory: All sessions by their keys.
         pacer: Shares the processor among playing sessions.
         write_page: Writes a run as a page that simulates.
+        hand: The hand with which the dashboard was started.
     """
 
     runs: RunService
@@ -81,6 +83,7 @@ class Services:
     directory: SessionDirectory
     pacer: FramePacer
     write_page: WritePage
+    hand: GivenHand
 
 
 class Session:
@@ -89,7 +92,7 @@ class Session:
     Args:
         client: The viewer.
         services: Services that it shares with other sessions.
-        first: The recording to show first; a run of the first preset if None.
+        first: The recording to show first; a run if None.
     """
 
     def __init__(
@@ -101,7 +104,8 @@ class Session:
         self._directory = services.directory
         self._key = self._directory.enter(self._mailbox.send)
         self._camera = FrontCamera(client.camera)
-        self._view = _first_view(first)
+        self._hand = services.hand
+        self._view = _first_view(first, self._hand)
         self._drawn: ViewState | None = None
         self._reducers: Sequence[Reducer] = (
             ScenarioReducer(),
@@ -167,7 +171,8 @@ class Session:
                 worker.close()
 
     def _open_screen(self) -> Screen:
-        return Screen(self._client, self._camera, self._view, self._mailbox.send, self._key)
+        send, meshes = self._mailbox.send, self._hand.meshes
+        return Screen(self._client, self._camera, self._view, send, self._key, meshes)
 
     def _loop(self, screen: Screen) -> None:
         for reducer in self._reducers:
@@ -229,9 +234,9 @@ class Session:
         return min((wait for wait in waits if wait is not None), default=None)
 
 
-def _first_view(first: Source | None) -> ViewState:
+def _first_view(first: Source | None, hand: GivenHand) -> ViewState:
     return ViewState(
-        draft=Draft.from_preset(FIRST_PRESET),
+        draft=hand.draft or Draft.from_preset(FIRST_PRESET),
         status=RunStatus(RunStage.SIMULATING if first is None else RunStage.OPENING),
         choice=WindowChoice.SLIP,
     )

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from slipgrasp.cli.status import CommandError, ExitStatus
+from slipgrasp.cli.status import CommandError, ExitStatus, complain
 
 if TYPE_CHECKING:
     from slipgrasp.core.scenario.hand_files.description import (
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
         Joint,
         Pose,
     )
+    from slipgrasp.core.scenario.hand_files.visuals import Visuals
 
 _MOST_BYTES = 10_000_000
 _COUPLING = "JOINT=LEADER,RATIO[,OFFSET]"
@@ -41,7 +42,8 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         "links that are fixed to each other, and write the fingers as TOML. A scenario file in "
         "the same folder uses the result with the line 'hand = \"FILE.toml\"'; --scenario writes "
         "a complete scenario instead. Three joints of each finger are independent; lock the "
-        "others, or couple them to these.",
+        "others, or couple them to these. The visible shapes are written to FILE.meshes.npz, with "
+        "which 'slipgrasp serve --hand FILE.toml' draws them.",
     )
     command.add_argument("file", metavar="FILE", type=Path, help="URDF or MJCF file of the hand")
     command.add_argument(
@@ -85,6 +87,15 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         help="a joint that follows another one: its position is RATIO times that of LEADER, and "
         "OFFSET; as the mimic joints of a URDF file and the joint equalities of an MJCF file",
     )
+    command.add_argument(
+        "--packages",
+        metavar="FOLDER",
+        type=Path,
+        action="append",
+        default=[],
+        help="folder of the packages that the URDF file names with package://, in addition to all "
+        "folders that contain it; may be repeated",
+    )
     command.set_defaults(execute=_import)
 
 
@@ -109,6 +120,7 @@ def _import(arguments: argparse.Namespace) -> ExitStatus:
     except OSError as error:
         raise CommandError(f"'{arguments.output}' cannot be written: {error.strerror}") from error
     _report(arguments, hand, fingers)
+    _write_meshes(arguments, hand, fingers)
     return ExitStatus.COMPLETED
 
 
@@ -162,6 +174,41 @@ def _report(
         print(
             f"to use it: add 'hand = \"{name}\"' above the tables of a scenario file in its folder"
         )
+
+
+def _write_meshes(
+    arguments: argparse.Namespace, hand: Description, fingers: Sequence[ImportedFinger]
+) -> None:
+    """Writes the visible shapes beside the output; a hand is complete without them."""
+    from slipgrasp.core.exceptions import ScenarioError
+    from slipgrasp.core.scenario.hand_files.meshes import meshes_file
+    from slipgrasp.core.scenario.hand_files.visuals import meshes_of
+
+    file = meshes_file(arguments.output)
+    try:
+        meshes = meshes_of(hand, fingers, _visuals(arguments))
+        if meshes is None:
+            print("meshes: none, since the file has no visible shapes of these links")
+            return
+        meshes.save(file)
+    except ScenarioError as error:
+        complain(f"no meshes written: {error}")
+    except OSError as error:
+        complain(f"no meshes written: '{file}' cannot be written: {error.strerror}")
+    else:
+        shown = f"'slipgrasp serve --hand {arguments.output.name}' shows them"
+        print(f"meshes: {file.name}, {meshes.num_triangles} triangles; {shown}")
+
+
+def _visuals(arguments: argparse.Namespace) -> Visuals:
+    """The reader of the visible shapes of the file."""
+    from slipgrasp.core.scenario.hand_files.mjcf import read_mjcf_visuals
+    from slipgrasp.core.scenario.hand_files.visuals import read_urdf_visuals
+
+    file, text = arguments.file, _text_of(arguments.file)
+    if "<mujoco" in text:
+        return read_mjcf_visuals(file)
+    return read_urdf_visuals(text, file.parent, arguments.packages)
 
 
 def _text_of(file: Path) -> str:

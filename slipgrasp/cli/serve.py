@@ -3,8 +3,16 @@
 from __future__ import annotations
 
 import argparse
+import tomllib
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-from slipgrasp.cli.arguments import add_data_directory, data_directory, know_law
+from slipgrasp.cli.arguments import (
+    add_data_directory,
+    data_directory,
+    know_law,
+    with_installed_laws,
+)
 from slipgrasp.cli.prune import add_retention, read_retention
 from slipgrasp.cli.serving import (
     add_executor,
@@ -15,7 +23,10 @@ from slipgrasp.cli.serving import (
     add_port,
     serve_dashboard,
 )
-from slipgrasp.cli.status import ExitStatus
+from slipgrasp.cli.status import CommandError, ExitStatus, complain
+
+if TYPE_CHECKING:
+    from slipgrasp.web.model.given_hand import GivenHand
 
 
 def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -43,6 +54,13 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         help="offer this custom law to clients, which can choose no other custom laws; may be "
         "repeated",
     )
+    parser.add_argument(
+        "--hand",
+        metavar="FILE.toml",
+        type=Path,
+        help="draw the fingers of this file, written by 'slipgrasp hands import' (or of a scenario "
+        "file that names it), with the meshes beside it; a scenario file also opens first",
+    )
     parser.set_defaults(execute=_execute)
 
 
@@ -53,7 +71,38 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
     return serve_dashboard(
         arguments,
         folder,
+        hand=None if arguments.hand is None else _given_hand(arguments.hand),
         study_executor=arguments.executor,
         metrics=arguments.metrics,
         retention=read_retention(arguments),
     )
+
+
+def _given_hand(path: Path) -> GivenHand:
+    """Reads the file of ``--hand``, and the meshes; without them the fingers are drawn as bars."""
+    from slipgrasp.core.scenario.hand_files.meshes import load_meshes, meshes_file
+    from slipgrasp.core.scenario.loading import load_scenario
+    from slipgrasp.web.model.draft import Draft
+    from slipgrasp.web.model.given_hand import GivenHand
+
+    document = _document(path)
+    draft, hand = None, document.get("hand")
+    if document.keys() != {"fingers"}:
+        scenario = with_installed_laws(lambda: load_scenario(path))
+        draft = Draft.starting_from(f"file {path.name}", scenario)
+    file = meshes_file(path.parent / hand if isinstance(hand, str) else path)
+    if not file.is_file():
+        complain(f"no meshes: '{file}' does not exist; 'slipgrasp hands import' writes it")
+        return GivenHand(draft)
+    meshes = load_meshes(file)
+    if draft is not None and not meshes.fit(draft.base):
+        raise CommandError(f"'{file}' has meshes of other fingers; import the hand again")
+    return GivenHand(draft, meshes)
+
+
+def _document(path: Path) -> dict[str, Any]:
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else f"it is not TOML: {error}"
+        raise CommandError(f"'{path}' cannot be read: {reason}") from error

@@ -21,6 +21,7 @@ from slipgrasp.cli.status import CommandError, ExitStatus, complain
 if TYPE_CHECKING:
     from slipgrasp.cli.announcing_server import AnnouncingServer
     from slipgrasp.server.settings import Settings
+    from slipgrasp.web.model.given_hand import GivenHand
     from slipgrasp.web.model.replay import Source
 
 HOST = "127.0.0.1"
@@ -144,6 +145,7 @@ def serve_dashboard(
     arguments: argparse.Namespace,
     folder: Path,
     first: Source | None = None,
+    hand: GivenHand | None = None,
     **others: Any,
 ) -> ExitStatus:
     """Serves until interrupted; the first line of standard output is the URL.
@@ -152,6 +154,7 @@ def serve_dashboard(
         arguments: Arguments of `add_port`, `add_network`, `add_limits` and `add_log_format`.
         folder: Folder of the recordings.
         first: Recording that the dashboard opens; its own run if None.
+        hand: Hand with which it is started.
         others: Further settings of `slipgrasp.server.settings.Settings`.
 
     Raises:
@@ -178,7 +181,7 @@ def serve_dashboard(
         settings = _settings(address, arguments, folder, exclusive=first is None, **others)
         is_silent = settings.log_format is LogFormat.JSON
         with nullcontext() if is_silent else Progress("starting the dashboard"):
-            server = _make_server(settings, first)
+            server = _make_server(settings, first, hand)
         # Loaded modules are not garbage: collections that skip them are several times as fast.
         gc.freeze()
         for number in (signal.SIGINT, signal.SIGTERM):
@@ -247,7 +250,9 @@ def _settings(
     )
 
 
-def _make_server(settings: Settings, first: Source | None) -> AnnouncingServer:
+def _make_server(
+    settings: Settings, first: Source | None, hand: GivenHand | None
+) -> AnnouncingServer:
     from slipgrasp.cli.announcing_server import AnnouncingServer
     from slipgrasp.core.run.simulator import kernel_is_cached
     from slipgrasp.core.scenario.space import PLANAR
@@ -257,12 +262,13 @@ def _make_server(settings: Settings, first: Source | None) -> AnnouncingServer:
     from slipgrasp.server.log_format import LogFormat
     from slipgrasp.server.tokens import Tokens
     from slipgrasp.web.app import create_dashboard_app
+    from slipgrasp.web.model.given_hand import NO_HAND
 
     log_stray_errors(settings.log_format)
     is_silent = settings.log_format is LogFormat.JSON
     if not (kernel_is_cached() or is_silent):
         complain(compiling_words(PLANAR))
-    config = server_config(create_dashboard_app(settings, first), settings)
+    config = server_config(create_dashboard_app(settings, first, hand or NO_HAND), settings)
     host, port = settings.host, settings.port
     address = f"http://[{host}]:{port}" if ":" in host else f"http://{host}:{port}"
     url = f"{(*settings.public_urls, address)[0]}{settings.root_path}/"

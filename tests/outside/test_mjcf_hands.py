@@ -7,8 +7,10 @@ import pytest
 from slipgrasp.cli.main import main
 from slipgrasp.core.exceptions import ScenarioError
 from slipgrasp.core.scenario.hand_files.description import Description
-from slipgrasp.core.scenario.hand_files.mjcf import read_mjcf
+from slipgrasp.core.scenario.hand_files.mjcf import read_mjcf, read_mjcf_visuals
 from slipgrasp.core.scenario.hand_files.urdf import read_urdf
+from slipgrasp.core.scenario.hand_files.visuals import meshes_of
+from tests.drawn_meshes import assert_same_points, drawn_vertices
 from tests.outside.test_pinocchio_chains import GRAVITY, by_kernel, written
 from tests.slipgrasp.test_hands_command import TIPS, urdf
 
@@ -119,3 +121,46 @@ def test_what_mujoco_or_a_chain_cannot_have_is_refused_in_one_sentence(tmp_path)
         path.write_text(text)
         with pytest.raises(ScenarioError, match=words):
             Description(*read_mjcf(path, ["tip"])).finger("tip")
+
+
+SHAPES = (
+    '<geom type="box" size="0.3 0.2 0.1" pos="0.1 0 0.2" euler="0.3 0.2 0.1"/>',
+    '<geom type="mesh" mesh="wedge" pos="0 0.2 0" euler="0 0.5 0"/>',
+    '<geom type="box" size="1 1 1" group="3"/>',  # of collisions
+    '<geom type="plane" size="1 1 1"/>',
+)
+
+
+def shaped(rng):
+    """A random file whose base and bodies have boxes and meshes."""
+    text = random_file(rng, follows=False)
+    wedge = '<asset><mesh name="wedge" vertex="0 0 0 0.3 0 0 0 0.2 0 0 0 0.1"/></asset>'
+    text = text.replace("<worldbody>", f"{wedge}<worldbody>{''.join(SHAPES)}")
+    return text.replace("<inertial", f"{''.join(SHAPES[:3])}<inertial")
+
+
+def corners_in_mujoco(model, data):
+    found = []
+    for k in np.flatnonzero(model.geom_group < 3):
+        corners = np.zeros((0, 3))
+        if model.geom_type[k] == mujoco.mjtGeom.mjGEOM_BOX:
+            signs = np.array(np.meshgrid(*[[-1.0, 1.0]] * 3)).reshape(3, -1).T
+            corners = signs * model.geom_size[k]
+        if model.geom_type[k] == mujoco.mjtGeom.mjGEOM_MESH:
+            corners = model.mesh_vert.astype(float)
+        found.append(corners @ data.geom_xmat[k].reshape(3, 3).T + data.geom_xpos[k])
+    return np.concatenate(found)
+
+
+def test_shapes_move_as_in_mujoco_and_those_of_collisions_are_left_out(tmp_path):
+    rng = np.random.default_rng(3)
+    path = tmp_path / "hand.xml"
+    path.write_text(shaped(rng))
+    hand = Description(*read_mjcf(path, ["tip"]), {"j2": 0.4})
+    fingers, q = [hand.finger("tip")], rng.uniform(-0.5, 0.5, 3)
+    ours = drawn_vertices(fingers, meshes_of(hand, fingers, read_mjcf_visuals(path)), q[None])
+    model = mujoco.MjModel.from_xml_path(str(path))
+    data = mujoco.MjData(model)
+    data.qpos[:] = model.qpos0 + np.array([q[0], q[1], 0.4, q[2]])
+    mujoco.mj_kinematics(model, data)
+    assert_same_points(ours, corners_in_mujoco(model, data))

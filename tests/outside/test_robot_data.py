@@ -18,8 +18,10 @@ from slipgrasp.core.scenario.hand_files.description import (
     finger_mapping,
 )
 from slipgrasp.core.scenario.hand_files.urdf import read_urdf
+from slipgrasp.core.scenario.hand_files.visuals import meshes_of, read_urdf_visuals
 from slipgrasp.core.scenario.loading import load_scenario
 from slipgrasp.core.trace.types import Outcome
+from tests.drawn_meshes import assert_same_points, drawn_vertices
 from tests.outside.test_pinocchio_chains import assert_same, by_kernel, by_pinocchio
 
 EDU = "finger_edu.urdf", "finger_tip_link"
@@ -93,6 +95,66 @@ def test_all_four_joints_of_a_finger_of_allegro_are_too_many():
         Description(*read_urdf(file_of(ALLEGRO).read_text())).finger(FINGERS[0][1])
 
 
+def vertices_in_pinocchio(file, positions, left_out):
+    """All vertices of the visual meshes except those of some links, which it reads by itself."""
+    packages = [str(folder) for folder in file.parents]
+    model = pinocchio.buildModelFromUrdf(str(file))
+    kind = pinocchio.GeometryType.VISUAL
+    shapes = pinocchio.buildGeomFromUrdf(model, str(file), kind, package_dirs=packages)
+    q = pinocchio.neutral(model)
+    for name, position in positions.items():
+        q[model.joints[model.getJointId(name)].idx_q] = position
+    data, placed = model.createData(), shapes.createData()
+    pinocchio.updateGeometryPlacements(model, data, shapes, placed, q)
+    found = []
+    for each, pose in zip(shapes.geometryObjects, placed.oMg, strict=True):
+        if model.frames[each.parentFrame].name not in left_out:
+            found.append(each.geometry.vertices() @ pose.rotation.T + pose.translation)
+    return np.concatenate(found)
+
+
+def assert_drawn_alike(file, hand, fingers, names, coupling=None, left_out=()):
+    """Meshes at random positions, against Pinocchio; each row of names is of one finger."""
+    positions = np.random.default_rng(5).uniform(-0.6, 0.6, (len(fingers), 3))
+    meshes = meshes_of(hand, fingers, read_urdf_visuals(file.read_text(), file.parent))
+    named = dict(zip(np.ravel(names).tolist(), positions.ravel(), strict=True))
+    for follower, leader in (coupling or {}).items():
+        named[follower] = named[leader]
+    ours = drawn_vertices(fingers, meshes, positions)
+    assert_same_points(ours, vertices_in_pinocchio(file, named, left_out))
+
+
+def test_the_meshes_of_finger_edu_move_as_in_pinocchio():
+    name, tip = EDU
+    file = file_of(name)
+    hand = Description(*read_urdf(file.read_text()))
+    names = [n for n in pinocchio.buildModelFromUrdf(str(file)).names if n != "universe"]
+    assert_drawn_alike(file, hand, [hand.finger(tip)], [names])
+
+
+def test_the_meshes_of_allegro_with_coupled_joints_move_as_in_pinocchio():
+    """The base and three fingers; what belongs to the fourth one is not drawn."""
+    file, chosen = file_of(ALLEGRO), (0, 8, 12)
+    coupling = {f"joint_{k + 3}.0": f"joint_{k + 2}.0" for k in chosen}
+    couples = {name: Follows(leader, 1.0, 0.0) for name, leader in coupling.items()}
+    hand = Description(*read_urdf(file.read_text()), {}, couples)
+    fingers = [hand.finger(f"link_{k + 3}.0_tip") for k in chosen]
+    names = [[f"joint_{k + j}.0" for j in range(3)] for k in chosen]
+    left_out = [f"link_{k}.0" for k in range(4, 8)] + ["link_7.0_tip"]
+    assert_drawn_alike(file, hand, fingers, names, coupling, left_out)
+
+
+def test_allegro_with_locked_joints_draws_them_where_they_are_locked():
+    file = file_of(ALLEGRO)
+    locked = {"joint_0.0": 0.3} | {f"joint_{k}.0": 0.2 for k in range(4, 16)}
+    hand = Description(*read_urdf(file.read_text()), locked)
+    fingers = [hand.finger("link_3.0_tip")]
+    meshes = meshes_of(hand, fingers, read_urdf_visuals(file.read_text(), file.parent))
+    named = locked | {f"joint_{k}.0": q for k, q in ((1, 0.1), (2, 0.4), (3, 0.5))}
+    ours = drawn_vertices(fingers, meshes, np.array([[0.1, 0.4, 0.5]]))
+    assert_same_points(ours, vertices_in_pinocchio(file, named, ()))
+
+
 TRAY = """
 hand = "hand.toml"
 
@@ -154,7 +216,9 @@ def middle_of(finger):
 
 def test_allegro_carries_a_box_until_a_joint_comes_to_its_limit(tmp_path, capsys):
     scenario = tray(tmp_path)
-    assert "omitted, since they belong to no finger: link_4.0" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "omitted, since they belong to no finger: link_4.0" in said
+    assert "meshes: hand.meshes.npz, 21854 triangles" in said
     run = simulate(scenario)
     assert run.metrics.slip_path == (0.0, 0.0, 0.0)
     assert np.abs(run.trace.energy_residual).max() < 1e-9

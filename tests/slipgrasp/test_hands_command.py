@@ -4,10 +4,14 @@ import tomllib
 
 import numpy as np
 import pytest
+import trimesh
+from mcap.reader import make_reader
 
+from slipgrasp import simulate
 from slipgrasp.cli.main import main
 from slipgrasp.core.exceptions import ScenarioError
 from slipgrasp.core.scenario.chain import chain_positions
+from slipgrasp.core.scenario.hand_files.meshes import load_meshes
 from slipgrasp.core.scenario.loading import (
     load_scenario,
     scenario_from_mapping,
@@ -15,6 +19,8 @@ from slipgrasp.core.scenario.loading import (
     with_values,
 )
 from slipgrasp.core.scenario.spatial_geometry import first_seeds, tip_at_start
+from slipgrasp.recordings.file.reader import read_recording
+from slipgrasp.recordings.file.writer import write_recording
 from tests.core.test_chains import (
     AXES,
     LINKS,
@@ -231,3 +237,173 @@ def test_a_fourth_joint_is_locked_or_follows_another_one(folder, capsys):
     locks = (*given, "--lock", "q_0_2=-1")
     assert written(folder, *locks, tips=tips, name="short.toml") == 2
     assert "2 of the 2 joints" in capsys.readouterr().err
+
+
+SPHERE = '<geometry><sphere radius="0.01"/></geometry>'
+OF_PACKAGE = '<geometry><mesh filename="package://robot/link.stl" scale="0.001 0.001 0.001"/>'
+LINK_2 = '<link name="link_1_2">'
+
+
+def with_visuals(*geometries):
+    """The hand with visible shapes of the last link of the second finger, turned and moved."""
+    place = '<origin xyz="0 0.1 0" rpy="1.5707963267948966 0 0"/>'
+    visuals = "".join(f"<visual>{place}{each}</visual>" for each in geometries)
+    return urdf().replace(LINK_2, LINK_2 + visuals)
+
+
+def written_with(folder, *geometries, more=()):
+    """Exit status of an import with visible shapes, as one more name of file."""
+    (folder / "hand.urdf").write_text(with_visuals(*geometries))
+    (folder / "hand.toml").unlink(missing_ok=True)
+    return written(folder, *more, name="hand.toml")
+
+
+def test_simple_shapes_are_meshes_in_the_frame_of_their_link(folder, capsys):
+    for geometry, sizes in (
+        (SPHERE, (0.02, 0.02, 0.02)),
+        ('<geometry><box size="0.1 0.2 0.3"/></geometry>', (0.1, 0.3, 0.2)),
+        ('<geometry><cylinder radius="0.1" length="0.5"/></geometry>', (0.2, 0.5, 0.2)),
+        ('<geometry><capsule radius="0.1" length="0.5"/></geometry>', (0.2, 0.7, 0.2)),
+    ):
+        assert written_with(folder, geometry) == 0
+        assert "meshes: hand.meshes.npz" in capsys.readouterr().out
+        meshes = load_meshes(folder / "hand.meshes.npz")
+        vertices = meshes.links[1][2].vertices
+        low, high = vertices.min(axis=0), vertices.max(axis=0)
+        np.testing.assert_allclose(high - low, sizes, rtol=6e-3)
+        np.testing.assert_allclose(0.5 * (low + high), (0.0, 0.1, 0.0), atol=1e-7)
+        assert meshes.num_triangles == len(meshes.links[1][2].faces)
+
+
+def test_a_mesh_file_is_found_beside_the_hand_and_in_its_packages(folder, capsys):
+    box = trimesh.creation.box((100.0, 200.0, 300.0))
+    (folder / "elsewhere" / "robot").mkdir(parents=True)
+    box.export(folder / "elsewhere" / "robot" / "link.stl")
+    given = f"{OF_PACKAGE}</geometry>"
+    assert written_with(folder, given) == 0
+    told = capsys.readouterr().err
+    assert "no meshes written: the mesh file 'package://robot/link.stl' is in no folder" in told
+    assert "name the folder that contains 'robot' with --packages" in told
+    assert load_scenario_of(folder) and not (folder / "hand.meshes.npz").exists()
+    for more, text in (
+        (("--packages", str(folder / "elsewhere")), given),
+        ((), given.replace("package://robot", "elsewhere/robot")),
+        ((), given.replace("package://robot", f"file://{folder}/elsewhere/robot")),
+        ((), given.replace("robot", "elsewhere/robot")),
+    ):
+        assert written_with(folder, text, more=more) == 0
+        vertices = load_meshes(folder / "hand.meshes.npz").links[1][2].vertices
+        np.testing.assert_allclose(np.ptp(vertices, axis=0), (0.1, 0.3, 0.2), atol=1e-7)
+        (folder / "hand.meshes.npz").unlink()
+
+
+def load_scenario_of(folder):
+    (folder / "grasp.toml").write_text('hand = "hand.toml"\n' + scenario_to_toml(trifinger()))
+    return load_scenario(folder / "grasp.toml")
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "words"),
+    [
+        ("link.stl", b"solid", "contains no finite triangles; convert it to STL, OBJ"),
+        ("link.ply", b"solid", "cannot be read; convert it to STL, OBJ, PLY or GLB"),
+        ("link.dae", b"<COLLADA/>", "cannot be read; convert it to STL, OBJ, PLY or GLB"),
+        ("link.obj", b"v 0 0 0\n", "convert it to STL, OBJ, PLY or GLB"),
+        ("link.ply", trimesh.creation.icosphere(7), "has 327680 triangles, more than 200000"),
+    ],
+)
+def test_a_mesh_file_that_cannot_be_drawn_is_named_and_the_hand_complete(
+    folder, capsys, name, content, words
+):
+    path = folder / name
+    if isinstance(content, bytes):
+        path.write_bytes(content)
+    else:
+        content.export(path)
+    assert written_with(folder, f'<geometry><mesh filename="{name}"/></geometry>') == 0
+    told = capsys.readouterr().err
+    assert f"no meshes written: the mesh file '{path}' " in told and words in told
+    assert told.count("\n") == 1 and load_scenario_of(folder)
+
+
+def test_shapes_that_are_none_of_urdf_or_too_many_are_refused_in_one_sentence(folder, capsys):
+    trimesh.creation.icosphere(6).export(folder / "ball.stl")  # 81920 triangles
+    ball = '<geometry><mesh filename="ball.stl"/></geometry>'
+    for geometries, words in (
+        ([ball] * 3, "the meshes have 245760 triangles, more than 200000"),
+        (['<geometry><cone radius="1"/></geometry>'], "a visible shape of the file cannot"),
+        (['<geometry><sphere radius="round"/></geometry>'], "a visible shape of the file cannot"),
+        (['<geometry><box size="1 2"/></geometry>'], "a visible shape of the file cannot"),
+    ):
+        assert written_with(folder, *geometries) == 0
+        assert f"no meshes written: {words}" in capsys.readouterr().err
+    assert written_with(folder) == 0
+    assert "meshes: none, since the file has no visible shapes" in capsys.readouterr().out
+    assert not (folder / "hand.meshes.npz").exists()
+
+
+def test_meshes_are_those_of_their_fingers_whatever_they_weigh_and_wherever_they_are(folder):
+    assert written_with(folder, SPHERE) == 0
+    meshes, scenario = load_meshes(folder / "hand.meshes.npz"), load_scenario_of(folder)
+    assert meshes.fit(scenario)
+    same = {"fingers.0.joints.1.mass": 0.3, "fingers.1.friction": 0.2, "fingers.2.base.0": 0.01}
+    assert meshes.fit(with_values(scenario, same))
+    for key, value in (("fingers.0.joints.1.place.0", 0.02), ("fingers.1.tip.0", 0.02)):
+        assert not meshes.fit(with_values(scenario, {key: value}))
+    assert not meshes.fit(load_scenario("spatial-prism"))
+    assert not meshes.fit(load_scenario("paper-case-1"))
+    assert imported(folder) == 0
+    assert load_meshes(folder / "out.meshes.npz").fit(load_scenario(folder / "out.toml"))
+
+
+def test_a_scenario_and_its_recording_name_no_file_of_the_hand(folder):
+    assert written_with(folder, SPHERE) == 0
+    scenario = with_values(load_scenario_of(folder), {"simulation.duration": 0.01})
+    path = folder / "run.mcap"
+    write_recording(simulate(scenario), path)
+    assert read_recording(path).scenario == scenario
+    with path.open("rb") as stream:
+        reader = make_reader(stream)
+        contents = [message.data for _, _, message in reader.iter_messages()]
+        contents += [str(each.metadata).encode() for each in reader.iter_metadata()]
+    for text in (scenario_to_toml(scenario).encode(), *contents):
+        assert not any(name in text for name in (b"hand.toml", b".npz", b".urdf", b"meshes"))
+
+
+def test_damaged_meshes_are_refused(folder):
+    assert written_with(folder, SPHERE) == 0
+    path = folder / "hand.meshes.npz"
+    whole = path.read_bytes()
+    arrays = dict(np.load(path))
+    for content in (b"", b"PK", whole[:-100], whole[:200] + b"?" + whole[201:]):
+        path.write_bytes(content)
+        with pytest.raises(ScenarioError, match=r"is damaged; 'slipgrasp hands import' writes"):
+            load_meshes(path)
+    for wrong in (
+        {"base.faces": np.array([[0, 1, 2]], np.uint32)},
+        {"base.vertices": np.zeros((3, 2), np.float32)},
+        {"base.vertices": np.array([{}], object)},
+        {"chains": np.array("no JSON")},
+        {"chains": np.array("[1]")},
+    ):
+        np.savez(path, **arrays | wrong)
+        with pytest.raises(ScenarioError, match="is damaged"):
+            load_meshes(path)
+
+
+def test_a_dashboard_does_not_start_with_a_hand_that_is_no_hand(folder, capsys):
+    assert written_with(folder, SPHERE) == 0
+    load_scenario_of(folder)
+    (folder / "other.toml").write_text(scenario_to_toml(trifinger()))
+    (folder / "other.meshes.npz").write_bytes((folder / "hand.meshes.npz").read_bytes())
+    (folder / "hand.meshes.npz").write_bytes(b"")
+    for name, words in (
+        ("none.toml", "none.toml' cannot be read: No such file or directory"),
+        ("hand.urdf", "hand.urdf' cannot be read: it is not TOML"),
+        ("hand.toml", "hand.meshes.npz' is damaged; 'slipgrasp hands import' writes it again"),
+        ("grasp.toml", "hand.meshes.npz' is damaged"),
+        ("other.toml", "other.meshes.npz' has meshes of other fingers; import the hand again"),
+    ):
+        assert main(["serve", "--port", "0", "--hand", str(folder / name)]) == 2
+        told = capsys.readouterr().err
+        assert words in told and told.count("\n") == 1

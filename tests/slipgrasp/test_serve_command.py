@@ -8,6 +8,7 @@ from contextlib import contextmanager
 
 import pytest
 
+from slipgrasp.core.scenario.loading import load_scenario, scenario_to_toml
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.recordings.file.reader import read_recording
 from tests.waiting import PATIENCE, wait_until
@@ -146,3 +147,14 @@ def test_an_executor_that_there_is_not_is_refused(slipgrasp):
     assert done.stdout == ""
     assert "'abacus' is not an executor" in done.stderr
     assert done.stderr.count("\n") == 1
+
+
+def test_a_server_starts_with_a_hand_and_without_its_meshes(slipgrasp, tmp_path):
+    scenario = tmp_path / "hand.toml"
+    scenario.write_text(scenario_to_toml(load_scenario("trifinger")))
+    with serving(slipgrasp, "--port", "0", "--hand", scenario) as (process, url):
+        with urllib.request.urlopen(url.strip()) as page:
+            assert page.status == 200
+        process.send_signal(signal.SIGINT)
+        assert process.wait(timeout=PATIENCE) == 0
+        assert "no meshes: '" in process.stderr.read()

@@ -21,6 +21,7 @@ from slipgrasp.core.scenario import (
     Scenario,
     SupportScenario,
 )
+from slipgrasp.core.scenario.hand_files.meshes import HandMeshes
 from slipgrasp.core.scenario.spatial import SpatialFinger
 from slipgrasp.core.scenario.spatial_geometry import friction_outline
 from slipgrasp.scene import parts, rotations, skeleton
@@ -34,6 +35,7 @@ from slipgrasp.web.scene.dragging import Draggable, ObjectDrag
 from slipgrasp.web.scene.drawer import HandDrawer
 from slipgrasp.web.scene.ghost_view import GhostView
 from slipgrasp.web.scene.layout import SceneLayout, lay_out
+from slipgrasp.web.scene.link_meshes import LinkMeshes
 from slipgrasp.web.scene.low_friction_patches import LowFrictionPatches, add_low_friction_patches
 from slipgrasp.web.scene.marks import (
     MarkSizes,
@@ -103,6 +105,7 @@ class Scene:
         drag: Handles dragging of the object; None if it is not possible.
         detail: Level of detail.
         picking: Makes fingers and patches clickable; None without interaction.
+        meshes: Meshes of a hand, which replace the bars of its fingers.
     """
 
     def __init__(
@@ -111,9 +114,13 @@ class Scene:
         drag: ObjectDrag | None = None,
         detail: Detail | None = None,
         picking: Picking | None = None,
+        meshes: HandMeshes | None = None,
     ) -> None:
         self._stage, self._drag, self._picking = stage, drag, picking
         self._appearance, self._detail = Appearance(), detail or Detail()
+        self._meshes = None
+        if meshes is not None:
+            self._meshes = LinkMeshes(stage.scene, meshes, self._detail, picking)
         self._views: _Views | None = None
         self._view_shape: object = None
         self._ghost: GhostView | None = None
@@ -181,6 +188,8 @@ class Scene:
                 self._ghost.update(pale)
             self._close_ups.move(sample.time)
             self._views.update(sample, self._run)
+            if self._meshes is not None:
+                self._meshes.update(states_of(sample))
             if self._low_friction_patches is not None:
                 self._low_friction_patches.update(sample.time)
 
@@ -198,6 +207,12 @@ class Scene:
 
     def remove(self) -> None:
         """Removes every node."""
+        self._remove_views()
+        if self._meshes is not None:
+            self._meshes.remove()
+
+    def _remove_views(self) -> None:
+        """Removes the nodes that depend on the object, too."""
         if self._ghost is not None:
             self._ghost.remove()
         if self._views is not None:
@@ -207,12 +222,18 @@ class Scene:
 
     def _views_of(self, scenario: Scenario) -> _Views:
         """The nodes of the hand, created again only for another shape or other colours."""
-        shape = (shape_of(scenario), self._appearance.dark)
+        surfaces = surfaces_for(dark=self._appearance.dark)
+        has_meshes = self._meshes is not None and self._meshes.show(scenario, surfaces)
+        shape = (shape_of(scenario), self._appearance.dark, has_meshes)
         if self._views is None or self._view_shape != shape:
-            self.remove()
-            surfaces = surfaces_for(dark=self._appearance.dark)
+            self._remove_views()
             self._views = _make_views(
-                self._stage.scene, scenario, surfaces, self._detail, self._picking
+                self._stage.scene,
+                scenario,
+                surfaces,
+                self._detail,
+                self._picking,
+                has_meshes=has_meshes,
             )
             self._view_shape = shape
         return self._views
@@ -308,13 +329,18 @@ def _make_views(
     surfaces: Surfaces,
     detail: Detail,
     picking: Picking | None,
+    *,
+    has_meshes: bool,
 ) -> _Views:
     look, contacts = _LOOKS[scenario.space], skeleton.contacts_of(scenario)
     name = look.root
     root = scene.add_frame(name, show_axes=False)
     own = {skeleton.contact_name(i) for i in range(len(scenario.fingers))}
-    frames = [frame for frame in skeleton.frames_of(scenario) if frame.name not in own]
-    entities = [each for each in parts.entities_of(scenario) if each.name not in own]
+    frames, entities = skeleton.frames_of(scenario), parts.entities_of(scenario)
+    if has_meshes:
+        own |= {each.name for each in frames if skeleton.finger_of(each.name) is not None}
+    frames = [frame for frame in frames if frame.name not in own]
+    entities = [each for each in entities if each.name not in own]
     picking = picking if scenario.space.has_hand or isinstance(scenario, SupportScenario) else None
     hand = HandDrawer(
         scene, name, frames, entities, surfaces, detail, glass=look.glass, picking=picking

@@ -114,12 +114,12 @@ class ImportedFinger:
     Attributes:
         joints: Its chain.
         tip: Position of the tip in the frame of the last link [m].
-        parts: Names of the links of the file that were merged to each link.
+        parts: Poses of the links of the file that were merged to each link, by name.
     """
 
     joints: tuple[ChainJoint, ...]
     tip: tuple[float, float, float]
-    parts: tuple[tuple[str, ...], ...]
+    parts: tuple[Mapping[str, Pose], ...]
 
 
 @dataclass(slots=True)
@@ -128,7 +128,7 @@ class _Group:
 
     joint: Joint
     pose: Pose  # of the joint in the previous group
-    bodies: dict[str, Body] = field(default_factory=dict)
+    parts: dict[str, Pose] = field(default_factory=dict)
 
 
 class Description:
@@ -190,11 +190,18 @@ class Description:
             else:
                 end = end.after(joint.moved(stands))
             if groups:
-                groups[-1].bodies |= self._fixed_to(joint.child, end, on_path)
+                groups[-1].parts |= self._fixed_to(joint.child, end, on_path)
         leaders = self._leaders(tip, [group.joint for group in groups])
-        joints = tuple(map(_chain_joint, groups, leaders))
-        parts = tuple(tuple(group.bodies) for group in groups)
+        joints = tuple(map(self._chain_joint, groups, leaders))
+        parts = tuple(group.parts for group in groups)
         return ImportedFinger(joints, _numbers(end.place), parts)
+
+    def base(self) -> dict[str, Pose]:
+        """Returns the poses of the links that are fixed to the base, by name; the base is first."""
+        fixed = {*MOVING, "fixed"}
+        free = {joint.child for joint in self._joints.values() if joint.kind not in fixed}
+        root = next((name for name in self._bodies if name not in self._before), None)
+        return {} if root is None else self._fixed_to(root, AT_ORIGIN, free)
 
     def _leaders(self, tip: str, joints: Sequence[Joint]) -> list[tuple[int, float, float] | None]:
         """Coupling of each joint of a chain: index of the leader, ratio, offset; None if none."""
@@ -263,14 +270,52 @@ class Description:
                 raise refusal(joint.kind, kinds, words)
         return path[::-1]
 
-    def _fixed_to(self, link: str, pose: Pose, path: Collection[str]) -> dict[str, Body]:
+    def _fixed_to(self, link: str, pose: Pose, path: Collection[str]) -> dict[str, Pose]:
         """A link of a path and the links fixed to it outside the path, in the group's frame."""
-        found = {link: self._bodies[link].seen_from(pose)}
+        found = {link: pose}
         for joint in self._after.get(link, []):
             stands = self._standing(joint)
             if joint.child not in path and stands is not None:
                 found |= self._fixed_to(joint.child, pose.after(joint.moved(stands)), path)
         return found
+
+    def _chain_joint(self, group: _Group, leader: tuple[int, float, float] | None) -> ChainJoint:
+        """Joint and link of a group of links that move together."""
+        joint = group.joint
+        bodies = [self._bodies[name].seen_from(pose) for name, pose in group.parts.items()]
+        mass = sum(body.mass for body in bodies)
+        centre = np.zeros(3)
+        for body in bodies:
+            centre = centre + body.mass / max(mass, 1e-300) * body.centre
+        inertia = np.zeros((3, 3))
+        for body in bodies:
+            offset = body.centre - centre
+            steiner = offset @ offset * np.eye(3) - np.outer(offset, offset)
+            inertia = inertia + body.inertia + body.mass * steiner
+        follows, ratio, offset = leader or (None, 1.0, 0.0)
+        values = dict[str, Any](
+            kind=MOVING[joint.kind],
+            place=_numbers(group.pose.place),
+            attitude=quaternion_of(group.pose.turn),
+            axis=_numbers(joint.axis),
+            mass=mass,
+            centre=_numbers(centre),
+            unit_inertia=tuple((inertia / max(mass, 1e-300))[UPPER].tolist()),
+            minimum=_within(joint.minimum, _LARGEST_END),
+            maximum=_within(joint.maximum, _LARGEST_END),
+            torque_limit=None
+            if follows is not None
+            else _within(joint.torque_limit, _LARGEST_EFFORT),
+            follows=follows,
+            ratio=ratio,
+            offset=offset,
+        )
+        try:
+            return ChainJoint(**values)
+        except pydantic.ValidationError as error:
+            first = error.errors()[0]
+            words = f"joint '{joint.name}': {first['loc'][0]}: {first['msg']}"
+            raise refusal(joint.name, "a joint", words) from None
 
 
 def with_fingers(
@@ -328,42 +373,6 @@ def finger_mapping(finger: ImportedFinger, base: Pose) -> dict[str, Any]:
         "joints": [asdict(joint, dict_factory=without_none) for joint in finger.joints],
         "posture": tuple(middles),
     }
-
-
-def _chain_joint(group: _Group, leader: tuple[int, float, float] | None) -> ChainJoint:
-    """Joint and link of a group of links that move together."""
-    joint, bodies = group.joint, group.bodies.values()
-    mass = sum(body.mass for body in bodies)
-    centre = np.zeros(3)
-    for body in bodies:
-        centre = centre + body.mass / max(mass, 1e-300) * body.centre
-    inertia = np.zeros((3, 3))
-    for body in bodies:
-        offset = body.centre - centre
-        steiner = offset @ offset * np.eye(3) - np.outer(offset, offset)
-        inertia = inertia + body.inertia + body.mass * steiner
-    follows, ratio, offset = leader or (None, 1.0, 0.0)
-    values = dict[str, Any](
-        kind=MOVING[joint.kind],
-        place=_numbers(group.pose.place),
-        attitude=quaternion_of(group.pose.turn),
-        axis=_numbers(joint.axis),
-        mass=mass,
-        centre=_numbers(centre),
-        unit_inertia=tuple((inertia / max(mass, 1e-300))[UPPER].tolist()),
-        minimum=_within(joint.minimum, _LARGEST_END),
-        maximum=_within(joint.maximum, _LARGEST_END),
-        torque_limit=None if follows is not None else _within(joint.torque_limit, _LARGEST_EFFORT),
-        follows=follows,
-        ratio=ratio,
-        offset=offset,
-    )
-    try:
-        return ChainJoint(**values)
-    except pydantic.ValidationError as error:
-        first = error.errors()[0]
-        words = f"joint '{joint.name}': {first['loc'][0]}: {first['msg']}"
-        raise refusal(joint.name, "a joint", words) from None
 
 
 def _within(value: float | None, largest: float) -> float | None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,9 +18,16 @@ from slipgrasp.core.scenario.hand_files.description import (
     Pose,
     refusal,
 )
+from slipgrasp.core.scenario.hand_files.visuals import ROUND, Visuals
+
+if TYPE_CHECKING:
+    from trimesh import Trimesh
 
 _KINDS = ("free", "ball", "prismatic", "revolute")  # by mjtJoint
 _EQUAL_JOINTS, _ON_JOINT = 2, 0  # mjtEq, mjtTrn
+_SPHERE, _CAPSULE, _ELLIPSOID, _CYLINDER, _BOX, _MESH = range(2, 8)  # mjtGeom
+_SHAPES = (_SPHERE, _CAPSULE, _ELLIPSOID, _CYLINDER, _BOX, _MESH)
+_HIDDEN = 3  # first group of geoms that MuJoCo's viewer hides
 _NOTHING = Body(0.0, np.zeros(3), np.zeros((3, 3)))
 
 
@@ -37,16 +44,7 @@ def read_mjcf(path: Path, tips: Collection[str]) -> tuple[dict[str, Body], list[
     Raises:
         ScenarioError: If MuJoCo is not installed or does not accept the file.
     """
-    try:
-        mujoco: Any = import_module("mujoco")
-    except ImportError:
-        words = "MJCF files are read by the package mujoco: pip install 'slipgrasp[mjcf]'"
-        raise refusal(path.name, "URDF", words) from None
-    try:
-        model = mujoco.MjModel.from_xml_path(str(path))
-    except ValueError as error:
-        words = f"MuJoCo does not accept '{path.name}': {' '.join(str(error).split())}"
-        raise refusal(path.name, "MJCF", words) from None
+    model = _model_of(path)
     bodies, joints = {"world": _body_of(model, 0)}, list[Joint]()
     for number in range(1, model.nbody):
         joints += _joints_to(model, number)
@@ -58,6 +56,59 @@ def read_mjcf(path: Path, tips: Collection[str]) -> tuple[dict[str, Body], list[
             parent = _body_name(model, model.site_bodyid[number])
             joints.append(Joint(f"to {name}", "fixed", parent, name, pose))
     return {joint.child: _NOTHING for joint in joints} | bodies, joints
+
+
+def read_mjcf_visuals(path: Path) -> Visuals:
+    """Returns the reader of the shapes of an MJCF file that MuJoCo shows: groups 0 to 2.
+
+    Args:
+        path: The file, which `read_mjcf` accepts.
+    """
+    model = _model_of(path)
+    bodies = {_body_name(model, number): number for number in range(model.nbody)}
+
+    def read(link: str) -> Iterator[tuple[Pose, Trimesh]]:
+        for geom in np.flatnonzero(model.geom_bodyid == bodies.get(link, -1)).tolist():
+            is_shown = model.geom_group[geom] < _HIDDEN and model.geom_type[geom] in _SHAPES
+            if is_shown:
+                pose = _pose(model.geom_pos[geom], model.geom_quat[geom])
+                yield pose, _shape(model, geom)
+
+    return read
+
+
+def _shape(model: Any, geom: int) -> Trimesh:
+    """The triangles of a geom, in its frame."""
+    from trimesh import Trimesh, creation
+
+    kind, (x, y, z) = model.geom_type[geom], model.geom_size[geom].tolist()
+    if kind == _MESH:
+        mesh = model.mesh(model.geom_dataid[geom])
+        first, start = mesh.vertadr[0], mesh.faceadr[0]
+        vertices = model.mesh_vert[first : first + mesh.vertnum[0]]
+        return Trimesh(vertices, model.mesh_face[start : start + mesh.facenum[0]])
+    if kind == _BOX:
+        return creation.box((2.0 * x, 2.0 * y, 2.0 * z))
+    if kind == _CAPSULE:
+        return creation.capsule(2.0 * y, x, count=ROUND)
+    if kind == _CYLINDER:
+        return creation.cylinder(x, 2.0 * y)
+    axes = (x, x, x) if kind == _SPHERE else (x, y, z)
+    return creation.uv_sphere(1.0, count=ROUND).apply_scale(axes)
+
+
+def _model_of(path: Path) -> Any:
+    """The model that MuJoCo makes of a file."""
+    try:
+        mujoco: Any = import_module("mujoco")
+    except ImportError:
+        words = "MJCF files are read by the package mujoco: pip install 'slipgrasp[mjcf]'"
+        raise refusal(path.name, "URDF", words) from None
+    try:
+        return mujoco.MjModel.from_xml_path(str(path))
+    except ValueError as error:
+        words = f"MuJoCo does not accept '{path.name}': {' '.join(str(error).split())}"
+        raise refusal(path.name, "MJCF", words) from None
 
 
 def _joints_to(model: Any, number: int) -> Iterator[Joint]:

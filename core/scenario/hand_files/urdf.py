@@ -50,12 +50,12 @@ def _body_of(link: ElementTree.Element) -> Body:
     if given is not None:
         for (a, b), name in zip(zip(*UPPER, strict=True), _ENTRIES, strict=True):
             inertia[a, b] = inertia[b, a] = float(given.get(name, "0"))
-    return Body(mass, np.zeros(3), inertia).seen_from(_pose_of(inertial))
+    return Body(mass, np.zeros(3), inertia).seen_from(pose_in(inertial))
 
 
 def _joint_of(joint: ElementTree.Element) -> Joint:
     axis, limit = joint.find("axis"), joint.find("limit")
-    direction = np.array([1.0, 0.0, 0.0]) if axis is None else _vector(axis.get("xyz", "1 0 0"))
+    direction = np.array([1.0, 0.0, 0.0]) if axis is None else vector(axis.get("xyz", "1 0 0"))
     low = high = most = None
     if limit is not None:
         most = float(limit.get("effort", "0")) or None
@@ -66,7 +66,7 @@ def _joint_of(joint: ElementTree.Element) -> Joint:
         joint.get("type", ""),
         _attribute_of(joint, "parent", "link"),
         _attribute_of(joint, "child", "link"),
-        _pose_of(joint),
+        pose_in(joint),
         direction / np.linalg.norm(direction),
         low,
         high,
@@ -91,14 +91,24 @@ def _attribute_of(element: ElementTree.Element, name: str, attribute: str) -> st
     return value
 
 
-def _pose_of(element: ElementTree.Element) -> Pose:
+def pose_in(element: ElementTree.Element) -> Pose:
+    """The pose of an element, from its ``origin``.
+
+    Raises:
+        ValueError: If it does not consist of numbers.
+    """
     origin = element.find("origin")
     if origin is None:
         return AT_ORIGIN
-    return pose_of(_vector(origin.get("xyz", "0 0 0")), _vector(origin.get("rpy", "0 0 0")))
+    return pose_of(vector(origin.get("xyz", "0 0 0")), vector(origin.get("rpy", "0 0 0")))
 
 
-def _vector(text: str) -> Floats:
+def vector(text: str) -> Floats:
+    """Three numbers.
+
+    Raises:
+        ValueError: If the text contains others.
+    """
     numbers = np.array([float(part) for part in text.split()])
     if numbers.shape != (3,) or not np.isfinite(numbers).all():
         raise ValueError(f"'{shortened(text)}' is not three numbers")
