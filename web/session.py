@@ -47,6 +47,7 @@ from slipgrasp.web.reducers.selection import SelectionReducer
 from slipgrasp.web.reducers.study import StudyReducer
 from slipgrasp.web.scene.camera import FrontCamera
 from slipgrasp.web.screen import Screen
+from slipgrasp.web.workers.live_runs import LiveRuns
 from slipgrasp.web.workers.open_recordings import OpenRecordings
 from slipgrasp.web.workers.saved_runs import SavedRuns
 from slipgrasp.web.workers.worker import Worker
@@ -64,6 +65,7 @@ class Services:
 
     Attributes:
         runs: Simulates and stores runs.
+        live: Simulates the runs of pages, which share equal ones.
         saved: Store of the runs.
         recordings: Opens recordings, and accounts for their memory.
         studies: Runs studies, one at a time.
@@ -74,6 +76,7 @@ class Services:
     """
 
     runs: RunService
+    live: LiveRuns
     saved: SavedRuns
     recordings: OpenRecordings
     studies: StudyService
@@ -107,7 +110,7 @@ class Session:
             ScenarioReducer(),
             SelectionReducer(),
             RunReducer(
-                services.runs,
+                services.live,
                 services.saved,
                 self._mailbox.send,
                 simulates_first=first is None,

@@ -24,6 +24,7 @@ from slipgrasp.core.scenario.spatial_geometry import friction_outline
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.scene.parts import sizes_of
 from slipgrasp.scene.skeleton import Contact, contacts_of
+from slipgrasp.server.viewer.server import release_arrays
 from slipgrasp.web.model.appearance import Appearance
 from slipgrasp.web.scene.layout import SceneLayout
 from slipgrasp.web.scene.marks import beliefs_of
@@ -57,6 +58,7 @@ class CloseUps:
         packet = packed(facts, arrays)
         padding = b"\0" * (-len(packet) % _POINT)
         self._packet.points = np.frombuffer(packet + padding, np.float32).reshape(-1, 3)
+        release_arrays(self._packet)
 
     def move(self, time: float) -> None:
         """Shows an instant of the run [s]."""
