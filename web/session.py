@@ -192,15 +192,26 @@ class Session:
         playing = self._view.playback is not None and self._view.playback.playing
         if playing and self._view is self._drawn:
             return  # The next frame follows soon, and updates everything that depends on the time.
-        has_new_run, self._drawn = self._has_new_run(), self._view
+        first = self._drawn_first(screen)
+        self._drawn = self._view
         began = time.thread_time()
-        if has_new_run:
-            self._send_drawing(screen.update_run)
+        for draw in first:
+            self._send_drawing(draw)
             # The loop that sends takes the interpreter lock, before the rest is drawn.
             time.sleep(_HEAD_START)
         self._send_drawing(screen.update)
         if playing:
             self._pacer.drew(self._client.client_id, time.thread_time() - began, now)
+
+    def _drawn_first(self, screen: Screen) -> tuple[Callable[[ViewState], None], ...]:
+        """The drawings that are sent before the rest: of a new run, or of a moved play head."""
+        if self._has_new_run():
+            return screen.update_scene, screen.update_run
+        before, playback = self._drawn, self._view.playback
+        has_moved = before is not None and before.playback is not playback
+        # During playback, the next frame follows soon.
+        is_paused = playback is not None and not playback.playing
+        return (screen.update_scene,) if has_moved and is_paused else ()
 
     def _has_new_run(self) -> bool:
         """Whether a run is to be shown that was not drawn yet."""
