@@ -95,6 +95,13 @@ DRAWN = """async ([packet, index, time, folder]) => {
         wet: patches.map((patch) => patch.getAttribute("visibility") !== "hidden"),
     };
 }"""
+SLIPS = """async ([facts, arrays, times, folder]) => {
+    const {ContactRun} = await import(`${folder}/contact_run.js`);
+    const typed = Object.fromEntries(
+        Object.entries(arrays).map(([name, values]) => [name, Float64Array.from(values)]));
+    const run = new ContactRun({reach: 1, contacts: [{}], ...facts}, typed);
+    return times.map((time) => run.at(0, time).slip[0]);
+}"""
 COLOURS = """() => {
     const nodes = window.__viserSceneTree.getState();
     const titles = [...document.querySelectorAll(".sg-close-up text[font-weight]")];
@@ -134,6 +141,7 @@ def test_a_packet_of_a_long_run_has_every_change_of_phase(case_1: RunResult) -> 
     layout = lay_out(case_1)
     result = replace(case_1, trace=long)
     arrays = arrays_of(result, None, layout)
+    assert not facts_of(result, None, layout, Appearance(), "/object")["skipsChanges"]
     assert 4000 <= len(arrays["times"]) < 4200
     at = {round(float(time), 9) for time in arrays["times"]}
     changes = np.flatnonzero((np.diff(long.phase, axis=0) != 0).any(axis=1))
@@ -198,6 +206,31 @@ def test_a_planar_lens_shows_slip_force_and_cone_in_the_axes_of_the_object(
         reached = lens["paths"]["trail" if slip < 0 else "ahead"]
         np.testing.assert_allclose(reached[1] - reached[0], slip * tangent, atol=1e-3)
         assert lens["ball"][2] == f"phase {int(sample.phases[i])}"
+
+
+# Slip t³ until 2 s, and then none: the last stretch begins without a sample at the phase change.
+CUBIC = {
+    "times": [0.0, 1.0, 2.0, 3.0, 4.0],
+    "slip": [0.0, 1.0, 8.0, 9.0, 9.0],
+    "velocity": [0.0, 3.0, 12.0, 0.0, 0.0],
+    "phase": [1, 1, 1, 0, 0],
+    **{name: [0.0] * 5 for name in ("tangential", "normal", "friction", "estimate")},
+}
+
+
+@pytest.mark.browser
+def test_slip_between_samples_follows_the_slip_velocity_except_over_a_phase_change(
+    blank: Page,
+) -> None:
+    def slips(times: list[float], **facts: bool) -> list[float]:
+        return blank.evaluate(SLIPS, [facts, CUBIC, times, STATIC_PATH])
+
+    assert slips(CUBIC["times"]) == CUBIC["slip"]
+    within = [0.1, 0.5, 1.25, 1.9]
+    np.testing.assert_allclose(slips(within), np.power(within, 3), rtol=1e-12)
+    assert slips([2.25, 3.5]) == [8.25, 9.0]
+    # A thinned run may have changed its phase and back between two samples.
+    assert slips([1.5], skipsChanges=True) == [4.5]
 
 
 @pytest.mark.browser

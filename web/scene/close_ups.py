@@ -89,6 +89,7 @@ def facts_of(
     return {
         "visible": appearance.lenses and len(own) > 0,
         "cones": appearance.cones,
+        "skipsChanges": _skips_changes(result.trace),
         "object": object_node,
         "reach": layout.reach,
         "tick": layout.tick,
@@ -171,10 +172,19 @@ def _rows_to_send(trace: Trace) -> NDArray[np.intp]:
     if count <= _MOST_ROWS:
         return np.arange(count)
     evenly = np.linspace(0, count - 1, _MOST_ROWS).astype(np.intp)
-    changes = np.flatnonzero((np.diff(trace.phase, axis=0) != 0).any(axis=1))
-    if len(changes) > _MOST_ROWS:
+    if _skips_changes(trace):
         return evenly
+    changes = _rows_before_changes(trace)
     return np.unique(np.concatenate([evenly, changes, changes + 1]))
+
+
+def _skips_changes(trace: Trace) -> bool:
+    """Whether there are too many phase changes to send all."""
+    return len(trace) > _MOST_ROWS and len(_rows_before_changes(trace)) > _MOST_ROWS
+
+
+def _rows_before_changes(trace: Trace) -> NDArray[np.intp]:
+    return np.flatnonzero((np.diff(trace.phase, axis=0) != 0).any(axis=1))
 
 
 def _contact_facts(contact: Contact, front: Values) -> dict[str, Any]:
