@@ -19,6 +19,7 @@ from slipgrasp.core.words.phrases import length_words
 from slipgrasp.scene.skeleton import contacts_of
 from slipgrasp.web.model.appearance import Appearance
 from slipgrasp.web.model.sampling import Sampler
+from slipgrasp.web.model.surfaces import surfaces_for
 from slipgrasp.web.page.routes import STATIC_PATH
 from slipgrasp.web.scene.close_ups import arrays_of, facts_of, packed
 from slipgrasp.web.scene.layout import lay_out
@@ -102,6 +103,7 @@ SLIPS = """async ([facts, arrays, times, folder]) => {
     const run = new ContactRun({reach: 1, contacts: [{}], ...facts}, typed);
     return times.map((time) => run.at(0, time).slip[0]);
 }"""
+PAINTED = "(text) => ['fill', 'stroke'].map((name) => getComputedStyle(text)[name])"
 COLOURS = """() => {
     const nodes = window.__viserSceneTree.getState();
     const titles = [...document.querySelectorAll(".sg-close-up text[font-weight]")];
@@ -408,3 +410,31 @@ def test_words_of_a_close_up_can_be_selected_without_turning_the_camera(seen_pag
     page.mouse.up()
     assert "rce" in page.evaluate("getSelection().toString()")
     assert page.evaluate(place) == before
+
+
+@pytest.mark.browser
+@pytest.mark.slow
+def test_the_size_of_a_push_is_written_in_the_colours_of_the_page(seen_page: Page) -> None:
+    page = seen_page
+    shows(page, "paper-case-1", 0.05)
+    page.get_by_role("button", name="push", exact=True).click()
+    label = page.locator(".sg-labels text").filter(has_text="push 5 N")
+    label.wait_for()
+
+    def has_colours(dark: bool) -> bool:
+        ink, halo = label.evaluate(PAINTED)
+        surfaces = surfaces_for(dark=dark)
+        return (ink, halo) == (rgb(surfaces.ink), rgb(surfaces.page))
+
+    wait_until(lambda: has_colours(dark=False), "not those of a light page")
+    page.get_by_role("button", name="Picture", exact=True).click()
+    page.get_by_label("dark", exact=True).check()
+    wait_until(lambda: has_colours(dark=True), "not those of a dark page")
+    page.get_by_label("dark", exact=True).uncheck()
+    wait_until(lambda: has_colours(dark=False), "not those of a light page again")
+    page.get_by_role("button", name="End", exact=True).click()
+    wait_until(lambda: label.count() == 0, "the push has ended")
+
+
+def rgb(colour: tuple[int, int, int]) -> str:
+    return f"rgb({', '.join(map(str, colour))})"

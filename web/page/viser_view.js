@@ -5,6 +5,7 @@ import { Overlay } from "./overlay.js";
 import { multiply } from "./projection.js";
 
 const [PACKET, CLOCK] = ["/close-ups", "/clock"]; // slipgrasp.web.scene.close_ups
+const LABEL = "/push/words"; // slipgrasp.web.scene.push_view
 const MARGIN = 8;
 
 let known = null;
@@ -78,6 +79,7 @@ function readView(covered, shown) {
     // viser's world has z upwards, that of three.js has y.
     worldToClip: multiply(toClip, viser.nodeRefFromName[""].matrixWorld.elements),
     objectToClip: multiply(toClip, object.matrixWorld.elements),
+    labels: labelsOf(viser, toClip),
     size: { width, height },
     free: {
       left: MARGIN,
@@ -88,6 +90,20 @@ function readView(covered, shown) {
     dark: page.dataset.mantineColorScheme === "dark",
     font: parseFloat(getComputedStyle(page).fontSize) * Math.min(0.64 + 0.00025 * width, 1.15),
   };
+}
+
+/** The texts of the scene: {text, toClip, place: in the frame of the matrix}. */
+function labelsOf({ nodeRefFromName, nodePoseData }, toClip) {
+  const nodes = window.__viserSceneTree.getState();
+  return Object.keys(nodes).flatMap((name) => {
+    if (!name.endsWith(LABEL)) return [];
+    const parent = name.slice(0, name.lastIndexOf("/"));
+    const frame = nodeRefFromName[parent];
+    const place = nodePoseData[name]?.position;
+    if (!frame?.visible || place === undefined) return [];
+    const { text } = nodes[name].message.props;
+    return [{ text, toClip: multiply(toClip, frame.matrixWorld.elements), place }];
+  });
 }
 
 /** The run and the time that the scene shows; null until there are any. */
