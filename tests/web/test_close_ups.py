@@ -24,6 +24,7 @@ from slipgrasp.web.page.routes import STATIC_PATH
 from slipgrasp.web.scene.close_ups import arrays_of, facts_of, packed
 from slipgrasp.web.scene.layout import lay_out
 from tests.waiting import wait_until
+from tests.web.conftest import Visitors
 from tests.web.driving import FRAMES, choose_scenario, pause_at
 from tests.web.packets import unpacked
 
@@ -102,6 +103,24 @@ SLIPS = """async ([facts, arrays, times, folder]) => {
         Object.entries(arrays).map(([name, values]) => [name, Float64Array.from(values)]));
     const run = new ContactRun({reach: 1, contacts: [{}], ...facts}, typed);
     return times.map((time) => run.at(0, time).slip[0]);
+}"""
+# For every picture: the time, and of the first fingertip the colours of its close-up and its ball.
+WATCH_PICTURES = """() => {
+    const {scene, nodeRefFromName, nodePoseData} = window.__viserMutable;
+    const ball = Object.keys(nodeRefFromName).find((name) => name.endsWith("/contact0/tip/ball"));
+    const rim = document.querySelector(".sg-close-up .sg-lens > circle:last-child");
+    let draw = scene.onAfterRender;
+    window.sgPictures = [];
+    const watched = () => {
+        draw();
+        let hex = "";
+        nodeRefFromName[ball].traverse(({material}) => (hex ||= material?.color.getHexString()));
+        const parts = hex.match(/../g).map((each) => parseInt(each, 16));
+        const time = nodePoseData["/clock"].position[0];
+        window.sgPictures.push([time, rim.getAttribute("stroke"), `rgba(${parts},1)`]);
+    };
+    Object.defineProperty(scene, "onAfterRender", {
+        configurable: true, get: () => watched, set: (given) => (draw = given)});
 }"""
 PAINTED = "(text) => ['fill', 'stroke'].map((name) => getComputedStyle(text)[name])"
 COLOURS = """() => {
@@ -371,6 +390,25 @@ def test_captions_are_those_of_the_view_while_the_run_plays(seen_page: Page) -> 
         return told == {"sticks", "SLIPS"}
 
     wait_until(both_were_shown, lambda: told)
+
+
+@pytest.mark.browser
+@pytest.mark.slow
+def test_fingertips_and_close_ups_change_colour_in_the_same_picture(visitors: Visitors) -> None:
+    page = visitors.open_to_look()
+    pause_at(page, 0.0)
+    page.evaluate(WATCH_PICTURES)
+    page.get_by_role("button", name="Play", exact=True).dispatch_event("click")
+
+    def has_restarted() -> bool:
+        times = [time for time, _, _ in page.evaluate("window.sgPictures")]
+        return bool((np.diff(times) < 0.0).any())
+
+    wait_until(has_restarted, "the run does not start again")
+    page.evaluate(FRAMES)
+    pictures = page.evaluate("window.sgPictures")
+    assert len({close_up for _, close_up, _ in pictures}) == 2
+    assert [each for each in pictures if each[1] != each[2]] == []
 
 
 @pytest.mark.browser

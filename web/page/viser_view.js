@@ -6,6 +6,7 @@ import { multiply } from "./projection.js";
 
 const [PACKET, CLOCK] = ["/close-ups", "/clock"]; // slipgrasp.web.scene.close_ups
 const LABEL = "/push/words"; // slipgrasp.web.scene.push_view
+const MARK = /\/contact\d+\/tip\/(ball|pad|halo)$/; // slipgrasp.web.scene.contact_view
 const MARGIN = 8;
 
 let known = null;
@@ -32,6 +33,7 @@ export function drawCloseUps(covered, given = null) {
     overlay.draw(view);
     return view !== null;
   };
+  scene.onBeforeRender = paintMarks;
   // What comes with a picture is drawn with it; all else that may change, before the next one.
   scene.onAfterRender = () => {
     pictured = given ?? shownByScene();
@@ -39,6 +41,22 @@ export function drawCloseUps(covered, given = null) {
     toldOfPicture();
   };
   draw(given ?? pictured);
+}
+
+/**
+ * Gives the marks of contacts the colours of the instant that is about to be drawn. viser does so
+ * with the next picture, but moves nodes at once: they would have the colours of another instant.
+ */
+function paintMarks() {
+  const { nodeRefFromName } = window.__viserMutable;
+  for (const [name, { message }] of Object.entries(window.__viserSceneTree.getState())) {
+    if (!MARK.test(name)) continue;
+    const [red, green, blue] = message.props.color ?? message.props.colors;
+    const colour = (red << 16) | (green << 8) | blue;
+    nodeRefFromName[name]?.traverse(({ material }) => {
+      if (material?.color && material.color.getHex() !== colour) material.color.setHex(colour);
+    });
+  }
 }
 
 /** The time of the last picture [s]; null before the first. */
