@@ -55,7 +55,7 @@ from slipgrasp.web.workers.worker import Worker
 FIRST_PRESET = "paper-case-1"
 """The preset of new sessions; its object stays held when a visitor pulls it."""
 _TIME_TO_LEAVE = 1.0
-_HEAD_START = 0.005  # [s]
+_HEAD_START = 0.002  # [s]
 _logger = logging.getLogger(__name__)
 
 
