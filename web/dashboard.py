@@ -19,6 +19,7 @@ from slipgrasp.web.scene.camera import FIELD_OF_VIEW, OPENING
 from slipgrasp.web.screen import apply_theme
 from slipgrasp.web.session import Services, Session
 from slipgrasp.web.standalone.page_file import write_usual_page
+from slipgrasp.web.workers.live_runs import LiveRuns
 from slipgrasp.web.workers.open_recordings import OpenRecordings
 from slipgrasp.web.workers.saved_runs import SavedRuns
 
@@ -54,6 +55,7 @@ class Dashboard:
         self.recordings = OpenRecordings(runs.store, runs.memory)
         self._services = Services(
             runs,
+            LiveRuns(runs),
             SavedRuns(runs),
             self.recordings,
             studies,

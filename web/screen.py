@@ -124,10 +124,13 @@ class Screen:
         self._dark = view.appearance.dark
         client.camera.on_update(lambda camera: send(_report(camera)))
 
-    def update_run(self, view: ViewState) -> None:
-        """Draws what a new run changes in sight; `update` then draws the rest."""
+    def update_scene(self, view: ViewState) -> None:
+        """Draws the run at the play head; `update_run` and `update` then draw the rest."""
         if view.shown is not None:
             self._draw(view.shown, view)
+
+    def update_run(self, view: ViewState) -> None:
+        """Draws what else a new run changes in sight; `update` then draws the rest."""
         for panel in self._of_run:
             panel.update(view)
 
@@ -147,8 +150,7 @@ class Screen:
         if view.appearance.dark != self._dark:
             self._dark = view.appearance.dark
             apply_theme(self._gui, dark=self._dark)
-        if view.shown is not None:
-            self._draw(view.shown, view)
+        self.update_scene(view)
         if self._late and (view.page_layout is not None or time.monotonic() > self._latest):
             self._panels += self._late(view)
             self._late = None

@@ -48,6 +48,7 @@ from slipgrasp.web.reducers.selection import SelectionReducer
 from slipgrasp.web.reducers.study import StudyReducer
 from slipgrasp.web.scene.camera import FrontCamera
 from slipgrasp.web.screen import Screen
+from slipgrasp.web.workers.live_runs import LiveRuns
 from slipgrasp.web.workers.open_recordings import OpenRecordings
 from slipgrasp.web.workers.saved_runs import SavedRuns
 from slipgrasp.web.workers.worker import Worker
@@ -55,7 +56,7 @@ from slipgrasp.web.workers.worker import Worker
 FIRST_PRESET = "paper-case-1"
 """The preset of new sessions; its object stays held when a visitor pulls it."""
 _TIME_TO_LEAVE = 1.0
-_HEAD_START = 0.005  # [s]
+_HEAD_START = 0.002  # [s]
 _logger = logging.getLogger(__name__)
 
 
@@ -65,6 +66,7 @@ class Services:
 
     Attributes:
         runs: Simulates and stores runs.
+        live: Simulates the runs of pages, which share equal ones.
         saved: Store of the runs.
         recordings: Opens recordings, and accounts for their memory.
         studies: Runs studies, one at a time.
@@ -76,6 +78,7 @@ class Services:
     """
 
     runs: RunService
+    live: LiveRuns
     saved: SavedRuns
     recordings: OpenRecordings
     studies: StudyService
@@ -111,7 +114,7 @@ class Session:
             ScenarioReducer(),
             SelectionReducer(),
             RunReducer(
-                services.runs,
+                services.live,
                 services.saved,
                 self._mailbox.send,
                 simulates_first=first is None,
@@ -194,15 +197,26 @@ class Session:
         playing = self._view.playback is not None and self._view.playback.playing
         if playing and self._view is self._drawn:
             return  # The next frame follows soon, and updates everything that depends on the time.
-        has_new_run, self._drawn = self._has_new_run(), self._view
+        first = self._drawn_first(screen)
+        self._drawn = self._view
         began = time.thread_time()
-        if has_new_run:
-            self._send_drawing(screen.update_run)
+        for draw in first:
+            self._send_drawing(draw)
             # The loop that sends takes the interpreter lock, before the rest is drawn.
             time.sleep(_HEAD_START)
         self._send_drawing(screen.update)
         if playing:
             self._pacer.drew(self._client.client_id, time.thread_time() - began, now)
+
+    def _drawn_first(self, screen: Screen) -> tuple[Callable[[ViewState], None], ...]:
+        """The drawings that are sent before the rest: of a new run, or of a moved play head."""
+        if self._has_new_run():
+            return screen.update_scene, screen.update_run
+        before, playback = self._drawn, self._view.playback
+        has_moved = before is not None and before.playback is not playback
+        # During playback, the next frame follows soon.
+        is_paused = playback is not None and not playback.playing
+        return (screen.update_scene,) if has_moved and is_paused else ()
 
     def _has_new_run(self) -> bool:
         """Whether a run is to be shown that was not drawn yet."""

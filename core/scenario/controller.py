@@ -174,10 +174,12 @@ SpatialVelocityGain = Annotated[
 AdaptationGain = Annotated[
     PositiveGain | tuple[PositiveGain, ...],
     Quantity(
-        "Gamma: speed of adaptation, one number or one per unknown.",
+        "Gamma: speed of adaptation, one number or one per unknown. The recorded Lyapunov function "
+        "of every law contains it.",
         "1",
         typical=(0.05, 10.0),
         changeable=True,
+        used_by=tuple(law.kind for law in _LAWS if law.follows_gradient),
     ),
 ]
 PlanarLyapunovWeight = Annotated[
@@ -205,6 +207,7 @@ GraspForce = Annotated[
     Quantity(
         "Internal force: minimum inside the estimated friction cones, or none (y = 0).",
         changeable=True,
+        used_by=tuple(law.kind for law in _LAWS if law.uses_friction),
     ),
 ]
 PlanarDistribution = Annotated[
@@ -236,6 +239,7 @@ GripSafety = Annotated[
         "1",
         typical=(1.0, 2.0),
         changeable=True,
+        used_by=tuple(law.kind for law in _LAWS if law.uses_friction),
     ),
 ]
 MinimumNormalForce = Annotated[

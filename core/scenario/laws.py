@@ -107,6 +107,11 @@ class ControlLaw:
         return "controller.position_gain", "controller.velocity_gain"
 
     @property
+    def follows_gradient(self) -> bool:
+        """Whether its estimates follow a gradient, at ``controller.adaptation_gain``."""
+        return self.learns and not self.has_memory
+
+    @property
     def holds_with(self) -> str:
         """Key of the parameter whose larger values increase its grip force."""
         return "controller.grip_safety" if self.uses_friction else "controller.grip_force"

@@ -12,6 +12,7 @@ from functools import cache
 from types import ModuleType
 from typing import Any, get_type_hints
 
+import numpy as np
 import rich
 import viser
 from viser import _assignable_props_api, _gui_api, _gui_handles, _icons, _scene_api, _viser
@@ -138,6 +139,17 @@ def _svg_of(icon: viser.IconName) -> str:
 def has_unsent(client: viser.ClientHandle) -> bool:
     """Whether data for a viewer is still waiting to be sent."""
     return bool(client._websock_connection.get_message_buffer().message_from_id)
+
+
+def release_arrays(node: viser.SceneNodeHandle) -> None:
+    """Frees viser's own copy of the arrays of a node; the message to the viewer keeps its arrays.
+
+    viser compares later values with this copy, so that equal ones are then sent again.
+    """
+    props = node._impl.props
+    for name, value in vars(props).items():
+        if isinstance(value, np.ndarray):
+            setattr(props, name, value[:0].copy())
 
 
 def _log_in_one_line(loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from slipgrasp.core.exceptions import ScenarioError
@@ -22,6 +23,7 @@ from slipgrasp.core.scenario.loading import (
     scenario_from_mapping,
     with_values,
 )
+from slipgrasp.core.trace.signals import SIGNALS
 from slipgrasp.core.trace.types import Outcome
 
 CASE_2 = load_scenario("paper-case-2")
@@ -216,3 +218,26 @@ def test_what_only_some_kinds_use_names_kinds_that_there_are():
         assert set(parameter.used_by) <= set(kinds)
         assert parameter.text.startswith(f"{', '.join(parameter.used_by)}: ")
     assert of_kinds["controller.grip_force"].used_by == ("pd-gravity", "grip-reflex", "gripper")
+
+
+OTHER_VALUES = {"adaptation_gain": 0.37, "grasp_force": "none", "grip_safety": 1.37}
+
+
+@pytest.mark.parametrize("kind", CONTROL_LAWS)
+@pytest.mark.parametrize("preset", ["paper-case-2", "spatial-prism"])
+def test_a_law_reads_exactly_the_parameters_that_are_declared_for_it(preset, kind):
+    begun = with_values(load_scenario(preset), {"simulation.duration": 0.1})
+    scenario = with_law(begun, kind)
+    usual, parameters = simulate(scenario).trace, template_keys(scenario.space)
+    for name, value in OTHER_VALUES.items():
+        key = f"controller.{name}"
+        other = simulate(with_values(scenario, {key: value})).trace
+        changed = {
+            signal.name
+            for signal in SIGNALS
+            if not np.array_equal(
+                getattr(usual, signal.name), getattr(other, signal.name), equal_nan=True
+            )
+        }
+        # Of the function, every run has the value, whether its law knows it or not.
+        assert bool(changed - {"lyapunov_value"}) == (kind in parameters[key].used_by), key

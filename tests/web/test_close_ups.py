@@ -19,10 +19,12 @@ from slipgrasp.core.words.phrases import length_words
 from slipgrasp.scene.skeleton import contacts_of
 from slipgrasp.web.model.appearance import Appearance
 from slipgrasp.web.model.sampling import Sampler
+from slipgrasp.web.model.surfaces import surfaces_for
 from slipgrasp.web.page.routes import STATIC_PATH
 from slipgrasp.web.scene.close_ups import arrays_of, facts_of, packed
 from slipgrasp.web.scene.layout import lay_out
 from tests.waiting import wait_until
+from tests.web.conftest import Visitors
 from tests.web.driving import FRAMES, choose_scenario, pause_at
 from tests.web.packets import unpacked
 
@@ -95,6 +97,32 @@ DRAWN = """async ([packet, index, time, folder]) => {
         wet: patches.map((patch) => patch.getAttribute("visibility") !== "hidden"),
     };
 }"""
+SLIPS = """async ([facts, arrays, times, folder]) => {
+    const {ContactRun} = await import(`${folder}/contact_run.js`);
+    const typed = Object.fromEntries(
+        Object.entries(arrays).map(([name, values]) => [name, Float64Array.from(values)]));
+    const run = new ContactRun({reach: 1, contacts: [{}], ...facts}, typed);
+    return times.map((time) => run.at(0, time).slip[0]);
+}"""
+# For every picture: the time, and of the first fingertip the colours of its close-up and its ball.
+WATCH_PICTURES = """() => {
+    const {scene, nodeRefFromName, nodePoseData} = window.__viserMutable;
+    const ball = Object.keys(nodeRefFromName).find((name) => name.endsWith("/contact0/tip/ball"));
+    const rim = document.querySelector(".sg-close-up .sg-lens > circle:last-child");
+    let draw = scene.onAfterRender;
+    window.sgPictures = [];
+    const watched = () => {
+        draw();
+        let hex = "";
+        nodeRefFromName[ball].traverse(({material}) => (hex ||= material?.color.getHexString()));
+        const parts = hex.match(/../g).map((each) => parseInt(each, 16));
+        const time = nodePoseData["/clock"].position[0];
+        window.sgPictures.push([time, rim.getAttribute("stroke"), `rgba(${parts},1)`]);
+    };
+    Object.defineProperty(scene, "onAfterRender", {
+        configurable: true, get: () => watched, set: (given) => (draw = given)});
+}"""
+PAINTED = "(text) => ['fill', 'stroke'].map((name) => getComputedStyle(text)[name])"
 COLOURS = """() => {
     const nodes = window.__viserSceneTree.getState();
     const titles = [...document.querySelectorAll(".sg-close-up text[font-weight]")];
@@ -134,6 +162,7 @@ def test_a_packet_of_a_long_run_has_every_change_of_phase(case_1: RunResult) -> 
     layout = lay_out(case_1)
     result = replace(case_1, trace=long)
     arrays = arrays_of(result, None, layout)
+    assert not facts_of(result, None, layout, Appearance(), "/object")["skipsChanges"]
     assert 4000 <= len(arrays["times"]) < 4200
     at = {round(float(time), 9) for time in arrays["times"]}
     changes = np.flatnonzero((np.diff(long.phase, axis=0) != 0).any(axis=1))
@@ -198,6 +227,31 @@ def test_a_planar_lens_shows_slip_force_and_cone_in_the_axes_of_the_object(
         reached = lens["paths"]["trail" if slip < 0 else "ahead"]
         np.testing.assert_allclose(reached[1] - reached[0], slip * tangent, atol=1e-3)
         assert lens["ball"][2] == f"phase {int(sample.phases[i])}"
+
+
+# Slip t³ until 2 s, and then none: the last stretch begins without a sample at the phase change.
+CUBIC = {
+    "times": [0.0, 1.0, 2.0, 3.0, 4.0],
+    "slip": [0.0, 1.0, 8.0, 9.0, 9.0],
+    "velocity": [0.0, 3.0, 12.0, 0.0, 0.0],
+    "phase": [1, 1, 1, 0, 0],
+    **{name: [0.0] * 5 for name in ("tangential", "normal", "friction", "estimate")},
+}
+
+
+@pytest.mark.browser
+def test_slip_between_samples_follows_the_slip_velocity_except_over_a_phase_change(
+    blank: Page,
+) -> None:
+    def slips(times: list[float], **facts: bool) -> list[float]:
+        return blank.evaluate(SLIPS, [facts, CUBIC, times, STATIC_PATH])
+
+    assert slips(CUBIC["times"]) == CUBIC["slip"]
+    within = [0.1, 0.5, 1.25, 1.9]
+    np.testing.assert_allclose(slips(within), np.power(within, 3), rtol=1e-12)
+    assert slips([2.25, 3.5]) == [8.25, 9.0]
+    # A thinned run may have changed its phase and back between two samples.
+    assert slips([1.5], skipsChanges=True) == [4.5]
 
 
 @pytest.mark.browser
@@ -340,6 +394,25 @@ def test_captions_are_those_of_the_view_while_the_run_plays(seen_page: Page) -> 
 
 @pytest.mark.browser
 @pytest.mark.slow
+def test_fingertips_and_close_ups_change_colour_in_the_same_picture(visitors: Visitors) -> None:
+    page = visitors.open_to_look()
+    pause_at(page, 0.0)
+    page.evaluate(WATCH_PICTURES)
+    page.get_by_role("button", name="Play", exact=True).dispatch_event("click")
+
+    def has_restarted() -> bool:
+        times = [time for time, _, _ in page.evaluate("window.sgPictures")]
+        return bool((np.diff(times) < 0.0).any())
+
+    wait_until(has_restarted, "the run does not start again")
+    page.evaluate(FRAMES)
+    pictures = page.evaluate("window.sgPictures")
+    assert len({close_up for _, close_up, _ in pictures}) == 2
+    assert [each for each in pictures if each[1] != each[2]] == []
+
+
+@pytest.mark.browser
+@pytest.mark.slow
 def test_a_close_up_enlarges_by_mouse_or_keyboard_and_says_more(seen_page: Page) -> None:
     page = seen_page
     shows(page, "parallel-gripper", 0.5)
@@ -375,3 +448,31 @@ def test_words_of_a_close_up_can_be_selected_without_turning_the_camera(seen_pag
     page.mouse.up()
     assert "rce" in page.evaluate("getSelection().toString()")
     assert page.evaluate(place) == before
+
+
+@pytest.mark.browser
+@pytest.mark.slow
+def test_the_size_of_a_push_is_written_in_the_colours_of_the_page(seen_page: Page) -> None:
+    page = seen_page
+    shows(page, "paper-case-1", 0.05)
+    page.get_by_role("button", name="push", exact=True).click()
+    label = page.locator(".sg-labels text").filter(has_text="push 5 N")
+    label.wait_for()
+
+    def has_colours(dark: bool) -> bool:
+        ink, halo = label.evaluate(PAINTED)
+        surfaces = surfaces_for(dark=dark)
+        return (ink, halo) == (rgb(surfaces.ink), rgb(surfaces.page))
+
+    wait_until(lambda: has_colours(dark=False), "not those of a light page")
+    page.get_by_role("button", name="Picture", exact=True).click()
+    page.get_by_label("dark", exact=True).check()
+    wait_until(lambda: has_colours(dark=True), "not those of a dark page")
+    page.get_by_label("dark", exact=True).uncheck()
+    wait_until(lambda: has_colours(dark=False), "not those of a light page again")
+    page.get_by_role("button", name="End", exact=True).click()
+    wait_until(lambda: label.count() == 0, "the push has ended")
+
+
+def rgb(colour: tuple[int, int, int]) -> str:
+    return f"rgb({', '.join(map(str, colour))})"

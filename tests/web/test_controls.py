@@ -159,6 +159,7 @@ def test_a_field_beside_a_slider_takes_more_digits_than_the_slider_has_steps(
 ) -> None:
     panel, sent = panel_of(viewer_server, load_scenario("paper-case-1"))
     slider = panel.control(MASS).input
+    assert "The field also accepts values beyond the ends of the slider" in (slider.hint or "")
     assert isinstance(slider, viser.GuiSliderHandle)
     assert (slider.step, slider.precision) == (0.01, 12)
     assert panel.control(MASS).read(1.2345) == 1.2345

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from typing import Any
 
+import pytest
+
 from benchmarks.headless_viewer import HeadlessViewer, session_state
+from slipgrasp.server.viewer.server import MessageBuffer
 from tests.server.serving import RunningServer
 
-SCENE, CARD, CHARTS, COMPARISON = "scene", "card", "charts", "comparison"
+SCENE, CARD, CHARTS, COMPARISON, SENT = "scene", "card", "charts", "comparison", "sent"
+CLOCK, STATE = "clock", "state"
 
 
 def subject_of(message: dict[str, Any]) -> str:
@@ -15,6 +20,10 @@ def subject_of(message: dict[str, Any]) -> str:
     content = str(updates.get("content", ""))
     if message.get("name") == "/close-ups":
         return SCENE
+    if message.get("name") == "/clock":
+        return CLOCK
+    if "sg-session-state" in content:
+        return STATE
     if "sg-verdict" in content:
         return CARD
     if "sg-compare" in content:
@@ -42,8 +51,58 @@ def test_view_card_and_charts_of_a_run_come_before_what_is_out_of_sight(
 
         viewer.set("mass [kg]", 1.3)
         viewer.wait_for(is_compared)
-    order = [each for each in drawn if each]
-    assert {SCENE, CARD, CHARTS} <= set(order[:-1])
+    assert {SCENE, CARD, CHARTS} <= set(drawn[:-1])
+
+
+@pytest.fixture
+def order(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """What is drawn and sent, in this order."""
+    done, push, flush = list[str](), MessageBuffer.push, MessageBuffer.flush
+
+    def watched_push(buffer: MessageBuffer, message: Any) -> None:
+        if subject := subject_of(asdict(message)):
+            done.append(subject)
+        push(buffer, message)
+
+    def watched_flush(buffer: MessageBuffer) -> None:
+        done.append(SENT)
+        flush(buffer)
+
+    monkeypatch.setattr(MessageBuffer, "push", watched_push)
+    monkeypatch.setattr(MessageBuffer, "flush", watched_flush)
+    return done
+
+
+def test_the_view_of_a_run_is_sent_before_its_words_and_charts_are_drawn(
+    dashboard: RunningServer, order: list[str]
+) -> None:
+    with HeadlessViewer(f"ws://127.0.0.1:{dashboard.port}/") as viewer:
+        viewer.measure_page()
+        viewer.wait_for(is_saved)
+        order.clear()
+        viewer.set("mass [kg]", 1.3)
+        viewer.wait_for(lambda message: subject_of(message) == CHARTS)
+    assert SENT in order[order.index(SCENE) : order.index(CARD)]
+    assert SENT in order[order.index(SCENE) : order.index(CHARTS)]
+
+
+def test_the_view_at_a_moved_play_head_is_sent_before_the_values_there(
+    dashboard: RunningServer, order: list[str]
+) -> None:
+    with HeadlessViewer(f"ws://127.0.0.1:{dashboard.port}/") as viewer:
+        viewer.measure_page()
+        viewer.wait_for(is_saved)
+        viewer.post(kind="toggle-play")
+        viewer.wait_for(lambda message: is_paused_at(message, None))
+        order.clear()
+        viewer.post(kind="seek", time=0.123)
+        viewer.wait_for(lambda message: is_paused_at(message, 0.123))
+    assert SENT in order[order.index(CLOCK) : order.index(STATE)]
+
+
+def is_paused_at(message: dict[str, Any], time: float | None) -> bool:
+    state = session_state(str(message.get("updates", {}).get("content", "")))
+    return state is not None and not state["playing"] and time in (None, state["time"])
 
 
 def is_comparison(message: dict[str, Any]) -> bool:

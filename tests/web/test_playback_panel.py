@@ -19,7 +19,7 @@ from slipgrasp.web.model.replay import Replay
 from slipgrasp.web.model.view import Ghost, RunStage, RunStatus, Shown, ViewState
 from slipgrasp.web.page.intents_schema import PageGestures, posted
 from slipgrasp.web.page.keys import KEYS, keys_html, keys_of
-from slipgrasp.web.panels.playback_panel import PlaybackPanel, transport_html
+from slipgrasp.web.panels.playback_panel import PlaybackPanel, caption_html, transport_html
 from slipgrasp.web.panels.session_state_panel import SessionStatePanel, linked_run
 
 
@@ -90,6 +90,14 @@ def test_where_the_run_comes_from_and_the_pale_run_are_named_and_escaped(
     assert "<img" not in panel.strip.content
     assert panel.strip.content.count("&lt;img") == 2
     panel.remove()
+
+
+def test_the_legend_names_the_directions_of_slip_by_what_is_seen(
+    case_1: RunResult,
+) -> None:
+    legend = caption_html(Shown(1, case_1, 0.0), None, 0.0)
+    assert "</i> slips clockwise</span>" in legend
+    assert "</i> slips counterclockwise</span>" in legend
 
 
 @pytest.mark.parametrize("playing", [True, False])

@@ -19,7 +19,8 @@ from slipgrasp.recordings.store.store import RecordingStore
 from slipgrasp.server.runs.service import RunService
 from slipgrasp.web.model.intents.intent import Intent
 from slipgrasp.web.model.intents.runs import RunFinished, RunSaved, SaveFailed
-from slipgrasp.web.workers import preview_worker
+from slipgrasp.web.workers import live_runs
+from slipgrasp.web.workers.live_runs import LiveRuns
 from slipgrasp.web.workers.preview_worker import PreviewWorker
 from slipgrasp.web.workers.saved_runs import SavedRuns
 from tests.server.serving import patient_settings
@@ -58,7 +59,7 @@ def service(tmp_path: Path) -> RunService:
 def bench(service: RunService, monkeypatch: pytest.MonkeyPatch) -> Iterator[Bench]:
     answers: queue.SimpleQueue[Intent] = queue.SimpleQueue()
     others = threading.enumerate()
-    worker = PreviewWorker(service, SavedRuns(service), answers.put)
+    worker = PreviewWorker(LiveRuns(service), SavedRuns(service), answers.put)
     (thread,) = (each for each in threading.enumerate() if each not in others)
     bench = Bench(worker, answers, service.store, thread, threading.Event())
     preview = service.preview
@@ -87,7 +88,7 @@ def test_what_is_told_as_computing_leaves_compiling_out(
 ) -> None:
     clock = SimpleNamespace(now=0.0)
     monkeypatch.setattr(service, "prepare", lambda: vars(clock).update(now=30.0))
-    monkeypatch.setattr(preview_worker, "time", SimpleNamespace(monotonic=lambda: clock.now))
+    monkeypatch.setattr(live_runs, "time", SimpleNamespace(monotonic=lambda: clock.now))
     bench.worker.simulate(1, CASE)
     answer = bench.answer()
     assert isinstance(answer, RunFinished)

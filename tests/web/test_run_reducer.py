@@ -27,6 +27,7 @@ from slipgrasp.web.model.replay import open_replay
 from slipgrasp.web.model.view import Ghost, RunStage, RunStatus, Shown, ViewState, show_replay
 from slipgrasp.web.reducers.runs import RunReducer
 from slipgrasp.web.reducers.scenario import ScenarioReducer
+from slipgrasp.web.workers.live_runs import LiveRuns
 from slipgrasp.web.workers.saved_runs import SavedRuns
 from tests.server.serving import patient_settings
 from tests.waiting import PATIENCE
@@ -92,7 +93,7 @@ def bench(tmp_path: Path) -> Iterator[Bench]:
     store = RecordingStore(settings.data_directory)
     service = RunService(store, settings)
     answers: queue.SimpleQueue[Intent] = queue.SimpleQueue()
-    runs = RunReducer(service, SavedRuns(service), answers.put, simulates_first=True)
+    runs = RunReducer(LiveRuns(service), SavedRuns(service), answers.put, simulates_first=True)
     first = ViewState(
         draft=Draft.from_preset("paper-case-1"),
         status=RunStatus(RunStage.SIMULATING),

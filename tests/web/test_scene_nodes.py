@@ -61,7 +61,11 @@ def counting(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[Any]]:
 
 def sent_for_close_ups(server: ViewerServer) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     """What the page is sent for its close-ups."""
-    return unpacked(node(server, PACKET).points.tobytes())
+    sent = server._websock_server.get_message_buffer().message_from_id.values()
+    updates = [
+        m.updates for m in sent if getattr(m, "name", "") == PACKET and hasattr(m, "updates")
+    ]
+    return unpacked(updates[-1]["points"].tobytes())
 
 
 def force_length(server: ViewerServer) -> float:
@@ -316,3 +320,14 @@ def test_a_fingertip_is_drawn_turned_where_it_is_on_a_round_object(
     assert tip.position[inward] == pytest.approx(radius * (1.0 - np.cos(angle)))
     trail = node(viewer_server, f"{mark.removesuffix('/tip')}/trail").points
     assert np.isfinite(trail).all()
+
+
+def test_the_server_keeps_no_copy_of_the_close_ups_and_the_links(
+    viewer_server: ViewerServer,
+) -> None:
+    """Each session of a spatial hand would hold some 350 kB."""
+    Scene(viewer_server).show(simulate(load_scenario("spatial-prism")))
+    assert node(viewer_server, PACKET).points.nbytes == 0
+    handles = viewer_server.scene._handle_from_node_name.values()
+    meshes = [each for each in handles if isinstance(each, viser.MeshHandle)]
+    assert sum(mesh.vertices.nbytes + mesh.faces.nbytes for mesh in meshes) < 20_000

@@ -205,6 +205,7 @@ def test_the_card_tells_what_matters_most_and_unfolds_the_rest(case_2: RunResult
     status = RunStatus(RunStage.REPLAY)  # nothing is tried
     card = outcome_html(status, Shown(1, case_2, 0.02))
     plain, unfolded = card.split("<details data-sg-fold='outcome'>")
+    assert "title='Green: held near its target" in plain
     assert "Both fingertips slipped" in plain
     assert "friction as 1.2; it is 0.25" in plain
     assert "First to slip: left and right, t = 0 ms" in plain

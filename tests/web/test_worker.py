@@ -44,3 +44,17 @@ def test_what_must_be_done_is_done_before_the_thread_ends(worker: QueueWorker) -
     go_on.set()
     worker.join(10.0)
     assert told == ["written"]
+
+
+def test_a_worker_without_tasks_has_no_thread() -> None:
+    before = threading.active_count()
+    worker = QueueWorker("never used")
+    assert threading.active_count() == before
+    worker.close()
+    worker.join(10.0)
+
+
+def test_a_closed_worker_has_no_thread_either(worker: QueueWorker) -> None:
+    worker.close()
+    worker.ask(lambda: pytest.fail("closed"))
+    worker.join(10.0)

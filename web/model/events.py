@@ -36,8 +36,8 @@ from slipgrasp.web.model.selection import PATCH, PUSH
 
 PHASE_WORDS = {
     ContactPhase.STICK: "sticks",
-    ContactPhase.SLIP_FORWARD: "slips forward",
-    ContactPhase.SLIP_BACKWARD: "slips backward",
+    ContactPhase.SLIP_FORWARD: "slips clockwise",
+    ContactPhase.SLIP_BACKWARD: "slips counterclockwise",
     ContactPhase.SLIP: "slips",
     **dict.fromkeys(SLIPS_ALONG_ONE_TANGENT, "slips along one tangent"),
     **dict.fromkeys(SLIPS_ALONG_BOTH_TANGENTS, "slips along both"),
@@ -65,6 +65,13 @@ _RAIL_HINTS = {
     ContactPhase.SLIP_FORWARD: "It slips; the object moves along the rail",
     ContactPhase.SLIP_BACKWARD: "It slips; the object moves back along the rail",
 }
+_RAIL_WORDS = {
+    ContactPhase.STICK: "sticks",
+    ContactPhase.SLIP_FORWARD: "slips: forward along the rail",
+    ContactPhase.SLIP_BACKWARD: "slips: back along the rail",
+}
+WORDS = {RAIL: _RAIL_WORDS}
+"""Names of phases where fingertips are not the only contacts."""
 HINTS = {SUPPORT: _SUPPORT_HINTS, RAIL: _RAIL_HINTS}
 """Hints of phases where fingertips are not the only contacts."""
 # Contacts where they are not named after fingers.

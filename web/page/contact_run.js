@@ -31,11 +31,11 @@ export class ContactRun {
     return new ContactRun(facts, arrays);
   }
 
-  /** Contact i at a time: as the view shows it, on straight lines between two samples. */
+  /** Contact i at a time: on straight lines between two samples, except for the slip. */
   at(i, time) {
     const spot = locate(this.arrays.times, time);
     const phase = this.arrays.phase[spot.row * this.count + i];
-    const slip = this.read("slip", i, spot);
+    const slip = this.slipAt(i, spot);
     return {
       phase,
       slips: phase !== STICK,
@@ -58,6 +58,23 @@ export class ContactRun {
     const values = this.arrays[name];
     if (values === undefined) return [0];
     return between(values, values.length / this.rows / this.count, this.count, i, spot);
+  }
+
+  /** The slip on the cubic with the slip velocities of both samples; straight over a phase change. */
+  slipAt(i, spot) {
+    const { times, phase } = this.arrays;
+    const slip = this.read("slip", i, spot);
+    const isSamePhase = phase[spot.row * this.count + i] === phase[spot.next * this.count + i];
+    if (this.facts.skipsChanges || !isSamePhase) return slip;
+    const [from, to] = [0, 1].map((weight) => ({ ...spot, weight }));
+    const [[start, end], [before, after]] = ["slip", "velocity"].map((name) =>
+      [from, to].map((side) => this.read(name, i, side)),
+    );
+    return slip.map((straight, k) => {
+      const [way, span, w] = [end[k] - start[k], times[spot.next] - times[spot.row], spot.weight];
+      const bend = (1 - w) * (span * before[k] - way) - w * (span * after[k] - way);
+      return straight + w * (1 - w) * bend;
+    });
   }
 
   /** The friction coefficient that the controller estimates; null where it is known. */

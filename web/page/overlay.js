@@ -18,6 +18,7 @@ const STYLE = `
 .sg-overlay text { fill: var(--sg-ink); stroke: var(--sg-page); stroke-width: 3px;
   stroke-linejoin: round; paint-order: stroke; text-anchor: middle; white-space: pre;
   font-variant-numeric: tabular-nums; pointer-events: auto; user-select: text; cursor: text; }
+.sg-overlay .sg-labels text { pointer-events: none; }
 .sg-overlay .sg-first { display: none; }
 .sg-overlay .sg-first text { text-anchor: end; pointer-events: none; }
 .sg-overlay [role=button] { pointer-events: auto; cursor: pointer; outline-offset: 3px; }
@@ -32,6 +33,7 @@ export class Overlay {
     make("style", {}, this.element).textContent = STYLE;
     addDefinitions(this.element);
     host.append(this.element);
+    this.labels = make("g", { class: "sg-labels", visibility: "visible" }, this.element);
     this.explanation = new Explanation(this);
     this.drawn = "";
     this.run = null;
@@ -44,19 +46,20 @@ export class Overlay {
   }
 
   /**
-   * Draws an instant of a run; null hides the close-ups.
+   * Draws an instant of a run; null hides everything.
    *
-   * picture: {run, time [s], worldToClip, objectToClip, size: {width, height},
+   * picture: {run, time [s], worldToClip, objectToClip, labels: [{text, toClip, place}], size: {width, height},
    * free: {left, top, right, bottom}, dark, font: size of the text} in pixels of the page.
    */
   draw(picture) {
     const isVisible = picture !== null && picture.run.facts.visible;
     set(this.element, { visibility: isVisible ? null : "hidden" });
+    if (picture !== null) setColours(this.element, picture.dark ? this.colours.dark : this.colours.light, picture.font);
+    this.label(picture);
     if (!isVisible || !this.hasChanged(picture)) return;
     if (picture.run !== this.run) this.take(picture.run);
     const { worldToClip, objectToClip, size, free } = picture;
     const { contacts, reach } = this.run.facts;
-    setColours(this.element, picture.dark ? this.colours.dark : this.colours.light, picture.font);
     const states = contacts.map((_, i) => this.run.at(i, picture.time));
     const points = contacts.map(({ anchor }) => project(objectToClip, anchor, size));
     const held = boxOf(worldToClip, this.run.arrays.held, size) ?? middleOf(free);
@@ -70,6 +73,19 @@ export class Overlay {
     });
     this.explanation.draw(this.placed, held, free, picture.font);
     if (this.large !== null) this.large.draw(states[this.large.index], picture.time, free, picture.font);
+  }
+
+  /** Writes the texts of the scene, also without close-ups. */
+  label(picture) {
+    const seen = (picture?.labels ?? []).flatMap(({ text: words, toClip, place: at }) => {
+      const point = project(toClip, at, picture.size);
+      return point === null ? [] : [{ words, point }];
+    });
+    while (this.labels.childElementCount < seen.length) text(this.labels, "bold");
+    [...this.labels.children].forEach((element, k) => {
+      const { words, point } = seen[k] ?? { words: "", point: [0, 0] };
+      write(element, words, ...point, picture?.font ?? 0);
+    });
   }
 
   hasChanged({ run, time, worldToClip, objectToClip, size, free, dark, font }) {

@@ -5,6 +5,8 @@ import { Overlay } from "./overlay.js";
 import { multiply } from "./projection.js";
 
 const [PACKET, CLOCK] = ["/close-ups", "/clock"]; // slipgrasp.web.scene.close_ups
+const LABEL = "/push/words"; // slipgrasp.web.scene.push_view
+const MARK = /\/contact\d+\/tip\/(ball|pad|halo)$/; // slipgrasp.web.scene.contact_view
 const MARGIN = 8;
 
 let known = null;
@@ -31,6 +33,7 @@ export function drawCloseUps(covered, given = null) {
     overlay.draw(view);
     return view !== null;
   };
+  scene.onBeforeRender = paintMarks;
   // What comes with a picture is drawn with it; all else that may change, before the next one.
   scene.onAfterRender = () => {
     pictured = given ?? shownByScene();
@@ -38,6 +41,22 @@ export function drawCloseUps(covered, given = null) {
     toldOfPicture();
   };
   draw(given ?? pictured);
+}
+
+/**
+ * Gives the marks of contacts the colours of the instant that is about to be drawn. viser does so
+ * with the next picture, but moves nodes at once: they would have the colours of another instant.
+ */
+function paintMarks() {
+  const { nodeRefFromName } = window.__viserMutable;
+  for (const [name, { message }] of Object.entries(window.__viserSceneTree.getState())) {
+    if (!MARK.test(name)) continue;
+    const [red, green, blue] = message.props.color ?? message.props.colors;
+    const colour = (red << 16) | (green << 8) | blue;
+    nodeRefFromName[name]?.traverse(({ material }) => {
+      if (material?.color && material.color.getHex() !== colour) material.color.setHex(colour);
+    });
+  }
 }
 
 /** The time of the last picture [s]; null before the first. */
@@ -78,6 +97,7 @@ function readView(covered, shown) {
     // viser's world has z upwards, that of three.js has y.
     worldToClip: multiply(toClip, viser.nodeRefFromName[""].matrixWorld.elements),
     objectToClip: multiply(toClip, object.matrixWorld.elements),
+    labels: labelsOf(viser, toClip),
     size: { width, height },
     free: {
       left: MARGIN,
@@ -88,6 +108,20 @@ function readView(covered, shown) {
     dark: page.dataset.mantineColorScheme === "dark",
     font: parseFloat(getComputedStyle(page).fontSize) * Math.min(0.64 + 0.00025 * width, 1.15),
   };
+}
+
+/** The texts of the scene: {text, toClip, place: in the frame of the matrix}. */
+function labelsOf({ nodeRefFromName, nodePoseData }, toClip) {
+  const nodes = window.__viserSceneTree.getState();
+  return Object.keys(nodes).flatMap((name) => {
+    if (!name.endsWith(LABEL)) return [];
+    const parent = name.slice(0, name.lastIndexOf("/"));
+    const frame = nodeRefFromName[parent];
+    const place = nodePoseData[name]?.position;
+    if (!frame?.visible || place === undefined) return [];
+    const { text } = nodes[name].message.props;
+    return [{ text, toClip: multiply(toClip, frame.matrixWorld.elements), place }];
+  });
 }
 
 /** The run and the time that the scene shows; null until there are any. */

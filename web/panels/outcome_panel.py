@@ -32,6 +32,10 @@ _BUSY = (RunStage.COMPILING, RunStage.SIMULATING, RunStage.OPENING)
 _SMALL = "sg-small"
 _TOLD = 2
 _TRIED_SOON = (RunStage.PREVIEW, RunStage.SAVING, RunStage.SAVED)
+_TONES = (
+    "Green: held near its target after little slip (a length is large above a tenth of the size of "
+    "the object); amber: any other completed run; red: ended early."
+)
 
 
 class OutcomePanel:
@@ -146,9 +150,10 @@ def _card_html(
     told = [in_page_words(text, result.scenario) for text in sentences]
     scenario = result.scenario
     first = _TOLD + bool(scenario.pulses) + bool(scenario.changes)
+    tones = _TONES if scenario.space.has_hand else ""
     return (
-        f"<div class='sg-verdict' style='color:{tone(outcome.tone)}'>{escape(outcome.headline)}"
-        f"</div>{_paragraph(escape(' '.join(told[:first])))}"
+        f"<div class='sg-verdict' style='color:{tone(outcome.tone)}' title='{tones}'>"
+        f"{escape(outcome.headline)}</div>{_paragraph(escape(' '.join(told[:first])))}"
         f"{_asked_html(result, how_heavy)}{hint}{_warnings_html(result)}"
         f"<details data-sg-fold='outcome'><summary>{_details_of(result)}</summary>"
         f"{_knowledge_html(known, result)}"

@@ -29,6 +29,7 @@ Input = (
     | viser.GuiTextHandle
 )
 
+_BEYOND = " The field also accepts values beyond the ends of the slider, and widens it."
 # Delay until the page has applied the wider range of a slider [s].
 _WIDENING = 2.0
 # Decimals of a field, enough for any typed number.
@@ -264,7 +265,7 @@ def _add_slider(
     low, high, step = slider_range(entry.parameter, definitions, first)
     is_single = not isinstance(value, tuple)
     slider = gui.add_slider(
-        entry.label, low, high, step, first, hint=_hint(entry), visible=is_single
+        entry.label, low, high, step, first, hint=f"{_hint(entry)}{_BEYOND}", visible=is_single
     )
     return _SliderControl(entry.parameter, definitions, slider, send)
 

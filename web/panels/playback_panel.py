@@ -10,7 +10,7 @@ import viser
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.recordings.palette import CONE, GHOST, PHASES, Rgb
 from slipgrasp.web.model.colours import BELIEVED_CONE, PUSH, WATER, css, sign
-from slipgrasp.web.model.events import HINTS, PHASE_HINTS, PHASE_WORDS, phases_in
+from slipgrasp.web.model.events import HINTS, PHASE_HINTS, PHASE_WORDS, WORDS, phases_in
 from slipgrasp.web.model.intents.intent import Intent, Send
 from slipgrasp.web.model.intents.playback import (
     ChangeSpeed,
@@ -111,9 +111,10 @@ def caption_html(shown: Shown, ghost: Ghost | None, time: float) -> str:
         for sign, colour, word in (*of_hand, *_disturbance_signs(scenario))
     )
     hints = HINTS.get(scenario.space, PHASE_HINTS)
+    words = WORDS.get(scenario.space, PHASE_WORDS)
     phases = "".join(
         f'<span title="{hints[phase]}"><i style="color:{sign(PHASES[phase])}">■</i> '
-        f"{PHASE_WORDS[phase]}</span>"
+        f"{words[phase]}</span>"
         for phase in phases_in(scenario)
     )
     pale = (

@@ -9,7 +9,6 @@ from typing import ClassVar
 from slipgrasp.core.exceptions import ScenarioError
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.server.runs.preparation import Preparation
-from slipgrasp.server.runs.service import RunService
 from slipgrasp.web.model.draft import Draft
 from slipgrasp.web.model.intents.intent import Intent, Send
 from slipgrasp.web.model.intents.runs import RunFinished, RunRefused, RunSaved, SaveFailed
@@ -24,6 +23,7 @@ from slipgrasp.web.model.view import (
     with_status,
 )
 from slipgrasp.web.reducers.reducer import Reducer
+from slipgrasp.web.workers.live_runs import LiveRuns
 from slipgrasp.web.workers.preview_worker import PreviewWorker
 from slipgrasp.web.workers.saved_runs import SavedRuns
 
@@ -49,7 +49,7 @@ class RunReducer(Reducer):
     """Turns the draft into a run.
 
     Args:
-        service: Service that simulates.
+        live: Simulates scenarios.
         saved: Stores runs.
         send: Accepts the worker's answers.
         simulates_first: Whether it starts with the run of the first draft.
@@ -59,15 +59,15 @@ class RunReducer(Reducer):
 
     def __init__(
         self,
-        service: RunService,
+        live: LiveRuns,
         saved: SavedRuns,
         send: Send,
         *,
         simulates_first: bool,
     ) -> None:
-        self._worker = PreviewWorker(service, saved, send)
+        self._worker = PreviewWorker(live, saved, send)
         self.workers = (self._worker,)
-        self._preparation = service.preparation
+        self._preparation = live.preparation
         self._simulates_first = simulates_first
         self._asked: Draft | None = None
         self._base: Scenario | None = None

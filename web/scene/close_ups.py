@@ -24,6 +24,7 @@ from slipgrasp.core.scenario.spatial_geometry import friction_outline
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.scene.parts import sizes_of
 from slipgrasp.scene.skeleton import Contact, contacts_of
+from slipgrasp.server.viewer.server import release_arrays
 from slipgrasp.web.model.appearance import Appearance
 from slipgrasp.web.scene.layout import SceneLayout
 from slipgrasp.web.scene.marks import beliefs_of
@@ -57,6 +58,7 @@ class CloseUps:
         packet = packed(facts, arrays)
         padding = b"\0" * (-len(packet) % _POINT)
         self._packet.points = np.frombuffer(packet + padding, np.float32).reshape(-1, 3)
+        release_arrays(self._packet)
 
     def move(self, time: float) -> None:
         """Shows an instant of the run [s]."""
@@ -87,6 +89,7 @@ def facts_of(
     return {
         "visible": appearance.lenses and len(own) > 0,
         "cones": appearance.cones,
+        "skipsChanges": _skips_changes(result.trace),
         "object": object_node,
         "reach": layout.reach,
         "tick": layout.tick,
@@ -169,10 +172,19 @@ def _rows_to_send(trace: Trace) -> NDArray[np.intp]:
     if count <= _MOST_ROWS:
         return np.arange(count)
     evenly = np.linspace(0, count - 1, _MOST_ROWS).astype(np.intp)
-    changes = np.flatnonzero((np.diff(trace.phase, axis=0) != 0).any(axis=1))
-    if len(changes) > _MOST_ROWS:
+    if _skips_changes(trace):
         return evenly
+    changes = _rows_before_changes(trace)
     return np.unique(np.concatenate([evenly, changes, changes + 1]))
+
+
+def _skips_changes(trace: Trace) -> bool:
+    """Whether there are too many phase changes to send all."""
+    return len(trace) > _MOST_ROWS and len(_rows_before_changes(trace)) > _MOST_ROWS
+
+
+def _rows_before_changes(trace: Trace) -> NDArray[np.intp]:
+    return np.flatnonzero((np.diff(trace.phase, axis=0) != 0).any(axis=1))
 
 
 def _contact_facts(contact: Contact, front: Values) -> dict[str, Any]:

@@ -16,6 +16,7 @@ from slipgrasp.scene import parts, rotations, skeleton
 from slipgrasp.scene.parts import Role
 from slipgrasp.scene.skeleton import Frame, Moving
 from slipgrasp.scene.states import States
+from slipgrasp.server.viewer.server import release_arrays
 from slipgrasp.web.model.selection import OBJECT, finger_part
 from slipgrasp.web.model.surfaces import Surfaces
 from slipgrasp.web.scene.detail import Detail
@@ -127,13 +128,15 @@ class HandDrawer:
         length, (first, last) = float(np.linalg.norm(along)), rod.radii
         ends = np.array([[0.0, 0.0], [0.0, first], [length, last], [length, 0.0]])
         bar = rounded_bar(length, first, last) if rod.rounded else faceted(*turned_profile(ends))
-        return self._scene.add_mesh_simple(
+        node = self._scene.add_mesh_simple(
             name,
             *bar,
             color=colour,
             position=rod.start,
             wxyz=rotations.from_x_to(along[None])[0],
         )
+        release_arrays(node)  # A chain has many rods, which keep their shape.
+        return node
 
 
 def colour_of(role: Role, surfaces: Surfaces) -> Rgb:

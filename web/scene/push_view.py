@@ -59,9 +59,8 @@ class PushView:
         self._arc = scene.add_line_segments(
             f"{name}/moment", np.zeros((1, 2, 3)), PUSH, thickness=1.3 * shaft
         )
-        self._words = scene.add_label(
-            f"{name}/words", "", anchor="center-center", font_screen_scale=1.0
-        )
+        # The page writes it over the view (overlay.js): viser's labels are white on a dark page.
+        self._words = scene.add_label(f"{name}/words", "", visible=False)
         self._follow_object = Follower(detail, self._move)
         self._follow_wrench = Follower(detail, self._draw)
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import logging
 import threading
-import time
 from dataclasses import dataclass
 
 from slipgrasp.core.exceptions import ScenarioError
@@ -13,9 +12,9 @@ from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.recordings.exceptions import RecordingError
 from slipgrasp.server.exceptions import MemoryLimitError, ServiceBusyError
-from slipgrasp.server.runs.service import RunService
 from slipgrasp.web.model.intents.intent import Send
 from slipgrasp.web.model.intents.runs import RunFinished, RunRefused, RunSaved, SaveFailed
+from slipgrasp.web.workers.live_runs import LiveRuns
 from slipgrasp.web.workers.saved_runs import SavedRuns
 from slipgrasp.web.workers.worker import Worker
 
@@ -40,13 +39,13 @@ class PreviewWorker(Worker):
     """Simulates the latest requested scenario, and stores runs on request.
 
     Args:
-        service: Simulates scenarios.
+        live: Simulates scenarios.
         saved: Stores runs.
         send: Receives the results.
     """
 
-    def __init__(self, service: RunService, saved: SavedRuns, send: Send) -> None:
-        self._service = service
+    def __init__(self, live: LiveRuns, saved: SavedRuns, send: Send) -> None:
+        self._live = live
         self._saved = saved
         self._send = send
         self._wake = threading.Condition()
@@ -102,14 +101,11 @@ class PreviewWorker(Worker):
             return job
 
     def _run(self, job: _Simulate) -> None:
-        self._service.prepare()  # compilation does not count as computing time
-        started = time.monotonic()
-
         def should_stop() -> bool:
             return self._closed or self._simulation is not None
 
         try:
-            result = self._service.preview(job.scenario, should_stop)
+            result, elapsed = self._live.simulate(job.scenario, should_stop)
         except ScenarioError as error:
             self._send(RunRefused(job.ticket, error))
             return
@@ -117,7 +113,7 @@ class PreviewWorker(Worker):
             self._send(SaveFailed(job.ticket, str(error)))
             return
         if result.outcome is not Outcome.STOPPED:
-            self._send(RunFinished(job.ticket, result, time.monotonic() - started))
+            self._send(RunFinished(job.ticket, result, elapsed))
 
     def _keep(self, job: _Save) -> None:
         try:

@@ -35,6 +35,9 @@ class _Waiting(NamedTuple):
 class QueueWorker(Worker):
     """Runs tasks one after the other; of waiting tasks, only the latest of each subject.
 
+    Its thread starts with the first task: most sessions never use most of their workers, and the
+    stack of a thread needs memory.
+
     Args:
         name: Name of the thread.
     """
@@ -44,7 +47,7 @@ class QueueWorker(Worker):
         self._waiting: dict[object, _Waiting] = {}
         self._closed = False
         self._thread = threading.Thread(target=self._work, name=name, daemon=True)
-        self._thread.start()
+        self._is_started = False
 
     def ask(self, task: Task, subject: object = None, *, must: bool = False) -> None:
         """Adds a task to the queue and returns immediately.
@@ -60,6 +63,9 @@ class QueueWorker(Worker):
             self._waiting.pop(key, None)
             self._waiting[key] = _Waiting(task, must)
             self._wake.notify()
+            if not (self._is_started or self._closed):
+                self._is_started = True
+                self._thread.start()
 
     def close(self) -> None:
         """Ends the thread after the present and all mandatory tasks."""
@@ -74,7 +80,8 @@ class QueueWorker(Worker):
 
     def join(self, timeout: float) -> None:
         """Waits until the thread has ended [s]."""
-        self._thread.join(timeout)
+        if self._is_started:
+            self._thread.join(timeout)
 
     def _work(self) -> None:
         while True:
