@@ -12,10 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipgrasp.core.scenario import HandScenario, RailScenario, Scenario, SupportScenario
-from slipgrasp.core.scenario.chain import chain_length
+from slipgrasp.core.scenario.chain import Chain, chain_length
 from slipgrasp.core.scenario.geometry import inner_radius, outline
 from slipgrasp.core.scenario.scenario import of_hand
-from slipgrasp.core.scenario.spatial import SpatialFinger
 from slipgrasp.core.scenario.spatial_geometry import friction_outline
 from slipgrasp.core.trace.types import ContactPhase
 from slipgrasp.scene import rotations, skeleton
@@ -195,8 +194,8 @@ def _lengths(scenario: HandScenario | RailScenario, i: int) -> tuple[float, ...]
     finger = skeleton.mechanism_of(scenario, i)
     if i in scenario.slides:
         return (float(np.linalg.norm(skeleton.tip_at_start(of_hand(scenario), i))),)
-    if isinstance(finger, SpatialFinger) and finger.kind == "chain":
-        return (0.5 * chain_length(finger.joints, finger.tip),)
+    if (chain := skeleton.chain_of(finger)) is not None:
+        return (0.5 * chain_length(chain.joints, chain.tip),)
     return finger.link_lengths
 
 
@@ -221,11 +220,11 @@ def entities_of(scenario: Scenario) -> list[Entity]:
         name = skeleton.contact_name(0)
         return [entities[0], Entity(name, name, tuple(_friction(scenario, sizes)))]
     for i, contact in enumerate(skeleton.contacts_of(scenario)):
-        finger = skeleton.mechanism_of(scenario, i)
+        chain = skeleton.chain_of(skeleton.mechanism_of(scenario, i))
         if contact.on_slides:
             entities += _slides(i, of_hand(scenario), sizes, contact)
-        elif isinstance(finger, SpatialFinger) and finger.kind == "chain":
-            entities += _chain(i, finger, sizes)
+        elif chain is not None:
+            entities += _chain(i, chain, sizes)
         else:
             entities += _finger(i, scenario, sizes, contact.inward)
         name = skeleton.contact_name(i)
@@ -362,12 +361,12 @@ def _finger(
         radius = end
 
 
-def _chain(i: int, finger: SpatialFinger, sizes: Sizes) -> Iterator[Entity]:
+def _chain(i: int, chain: Chain, sizes: Sizes) -> Iterator[Entity]:
     """A bar along every link to the next joint or the tip, and the axle of its joint."""
     radius = sizes.link_radius
-    for k, joint in enumerate(finger.joints):
-        is_last = k == len(finger.joints) - 1
-        along = np.array(finger.tip if is_last else finger.joints[k + 1].place)
+    for k, joint in enumerate(chain.joints):
+        is_last = k == len(chain.joints) - 1
+        along = np.array(chain.tip if is_last else chain.joints[k + 1].place)
         length = float(np.linalg.norm(along))
         axis = np.array(joint.axis) / np.linalg.norm(joint.axis)
         thick = 0.7 * radius

@@ -39,7 +39,7 @@ from slipgrasp.core.scenario import (
     Scenario,
     SupportScenario,
 )
-from slipgrasp.core.scenario.chain import all_positions
+from slipgrasp.core.scenario.chain import Chain, all_positions
 from slipgrasp.core.scenario.curved_faces import slide, turned_by
 from slipgrasp.core.scenario.geometry import contact_frame, inner_radius, planar_tip_at_start
 from slipgrasp.core.scenario.rail import RailFinger
@@ -276,11 +276,18 @@ def mechanism_of(
     return scenario.finger if isinstance(scenario, RailScenario) else scenario.fingers[i]
 
 
+def chain_of(finger: FingerParameters | SpatialFinger | RailFinger) -> Chain | None:
+    """The chain of joints of a finger of this kind."""
+    if isinstance(finger, RailFinger) or finger.kind != "chain":
+        return None
+    return finger.chain
+
+
 def _finger(scenario: HandScenario | RailScenario, root: str, i: int) -> Iterator[Frame]:
     """Base, joints and tip: every link turns about the end of the previous one."""
     finger = mechanism_of(scenario, i)
-    if isinstance(finger, SpatialFinger) and finger.kind == "chain":
-        yield from _chain(finger, root, i)
+    if (chain := chain_of(finger)) is not None:
+        yield from _chain(chain, root, i)
         return
     base = (*finger.base, 0.0)[:3]
     yield Frame(base_frame(i), root, base)
@@ -301,13 +308,13 @@ def _finger(scenario: HandScenario | RailScenario, root: str, i: int) -> Iterato
     yield Frame(tip_frame(i), parent, (finger.link_lengths[-1], 0.0, 0.0))
 
 
-def _chain(finger: SpatialFinger, root: str, i: int) -> Iterator[Frame]:
+def _chain(chain: Chain, root: str, i: int) -> Iterator[Frame]:
     """Base, links and tip of a chain; each link turns about, or moves along, its joint axis."""
     parent = base_frame(i)
-    yield Frame(parent, root, finger.base, tuple(_unit(finger.attitude).tolist()))
-    for k, joint in enumerate(finger.joints):
+    yield Frame(parent, root, chain.base, tuple(_unit(chain.attitude).tolist()))
+    for k, joint in enumerate(chain.joints):
         turn, axis, name = _unit(joint.attitude), _unit(joint.axis), link_frame(i, k)
-        position = partial(_joint_position, i, finger, k)
+        position = partial(_joint_position, i, chain, k)
         if joint.kind == "prismatic":
             along = rotations.matrices(turn) @ axis
             place = partial(_shifted, position, np.array(joint.place), along)
@@ -315,14 +322,14 @@ def _chain(finger: SpatialFinger, root: str, i: int) -> Iterator[Frame]:
         else:
             yield Frame(name, parent, joint.place, partial(_swung, position, turn, axis))
         parent = name
-    yield Frame(tip_frame(i), parent, finger.tip)
+    yield Frame(tip_frame(i), parent, chain.tip)
 
 
 def _unit(vector: tuple[float, ...]) -> Values:
     return np.array(vector) / np.linalg.norm(vector)
 
 
-def _joint_position(finger: int, chain: SpatialFinger, joint: int, states: States) -> Values:
+def _joint_position(finger: int, chain: Chain, joint: int, states: States) -> Values:
     """Positions of a joint of a chain, independent or coupled, shape ``(n,)`` [rad, m]."""
     return all_positions(chain.joints, states.joint_positions[:, finger])[:, joint]
 

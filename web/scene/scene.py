@@ -16,6 +16,7 @@ from slipgrasp.core.scenario import (
     RAIL,
     SPATIAL,
     SUPPORT,
+    FingerParameters,
     HandScenario,
     RailScenario,
     Scenario,
@@ -286,20 +287,22 @@ def shape_of(scenario: Scenario) -> object:
         finger = (f.link_lengths, f.base, f.angle, f.elbow)
         return (body, finger, scenario.trajectory.start, parts.rail_ends(scenario))
     fingers = tuple(
-        (f.kind, f.link_lengths, f.base, f.face, f.contact_offset, f.elbow, _spatial_parts(f))
+        (f.kind, f.link_lengths, f.base, f.face, f.contact_offset, f.elbow, _chain_of(f), _pad(f))
         for f in scenario.fingers
     )
     return (fingers, body, scenario.trajectory.start, scenario.friction_cone == "pyramid")
 
 
-def _spatial_parts(finger: object) -> object:
-    """Appearance of a chain and a pad; empty for a planar finger."""
-    if not isinstance(finger, SpatialFinger):
-        return None
-    joints = [
-        (j.kind, j.place, j.attitude, j.axis, j.follows, j.ratio, j.offset) for j in finger.joints
-    ]
-    return finger.attitude, finger.tip, *joints, finger.pad_radius, finger.pad_pressure
+def _chain_of(finger: FingerParameters | SpatialFinger) -> object:
+    """Appearance of a chain."""
+    base, attitude, joints, tip = finger.chain
+    moves = [(j.kind, j.place, j.attitude, j.axis, j.follows, j.ratio, j.offset) for j in joints]
+    return base, attitude, tip, *moves
+
+
+def _pad(finger: FingerParameters | SpatialFinger) -> object:
+    """Appearance of a pad; empty for a planar finger."""
+    return isinstance(finger, SpatialFinger) and (finger.pad_radius, finger.pad_pressure)
 
 
 def _make_views(
