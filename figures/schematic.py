@@ -11,13 +11,7 @@ from matplotlib.patches import Polygon
 
 from slipgrasp.core.scenario import FingerParameters, PlanarScenario
 from slipgrasp.core.scenario.chain import chain_points
-from slipgrasp.core.scenario.geometry import (
-    ContactFrame,
-    contact_frame,
-    outline,
-    planar_tip_at_start,
-)
-from slipgrasp.core.scenario.planar_chain import planar_chain_start
+from slipgrasp.core.scenario.geometry import ContactFrame, contact_frame, outline
 from slipgrasp.figures.marks import Drawing, Frame, Point, new_drawing, unit
 from slipgrasp.figures.panels import finger_colour, lighter
 from slipgrasp.figures.style import PAGE_WIDTH, add_axes, new_figure, paint
@@ -32,6 +26,7 @@ from slipgrasp.recordings.palette import (
     OBJECT,
     OBJECT_EDGE,
 )
+from slipgrasp.scene.skeleton import chain_at_start
 
 # Sizes on the page [mm].
 _HEIGHT = 84.0
@@ -93,10 +88,8 @@ def start_pose(scenario: PlanarScenario, index: int) -> FingerPose:
     if finger.kind == "slides":
         return FingerPose(base, np.array([tip[0], base[1]]), tip, 0.0, 0.0)
     if finger.kind == "chain":
-        start = planar_chain_start(finger, planar_tip_at_start(scenario, index))
-        assert start is not None, "validated scenarios reach their contacts"
-        chain = finger.chain
-        points, _ = chain_points(chain.attitude, chain.joints, chain.tip, np.array(start.positions))
+        positions = chain_at_start(scenario, index)
+        points, _ = chain_points(*finger.chain[1:], positions)
         return FingerPose(base, base + points[1, :2], tip, 0.0, 0.0)
     l1, l2 = finger.link_lengths
     dx, dy = tip - base

@@ -12,7 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipgrasp.core.scenario import HandScenario, RailScenario, Scenario, SupportScenario
-from slipgrasp.core.scenario.chain import Chain, chain_length
+from slipgrasp.core.scenario.chain import (
+    Chain,
+    ChainJoint,
+    chain_length,
+    rotation_of,
+)
 from slipgrasp.core.scenario.geometry import inner_radius, outline
 from slipgrasp.core.scenario.scenario import of_hand
 from slipgrasp.core.scenario.spatial_geometry import friction_outline
@@ -224,7 +229,7 @@ def entities_of(scenario: Scenario) -> list[Entity]:
         if contact.on_slides:
             entities += _slides(i, of_hand(scenario), sizes, contact)
         elif chain is not None:
-            entities += _chain(i, chain, sizes)
+            entities += _chain(i, of_hand(scenario), chain, sizes)
         else:
             entities += _finger(i, scenario, sizes, contact.inward)
         name = skeleton.contact_name(i)
@@ -361,10 +366,15 @@ def _finger(
         radius = end
 
 
-def _chain(i: int, chain: Chain, sizes: Sizes) -> Iterator[Entity]:
-    """A bar along every link to the next joint or the tip, and the axle of its joint."""
+def _chain(i: int, scenario: HandScenario, chain: Chain, sizes: Sizes) -> Iterator[Entity]:
+    """A bar along every link to the next joint or the tip, and the axle or rail of its joint."""
     radius = sizes.link_radius
+    positions = skeleton.chain_at_start(scenario, i)
     for k, joint in enumerate(chain.joints):
+        if joint.kind == "prismatic":
+            name = skeleton.link_frame(i, k - 1) if k else skeleton.base_frame(i)
+            rail = _rail_of(joint, float(positions[k]), radius)
+            yield Entity(f"finger_{i}/rail_{k}", name, (rail,))
         is_last = k == len(chain.joints) - 1
         along = np.array(chain.tip if is_last else chain.joints[k + 1].place)
         length = float(np.linalg.norm(along))
@@ -378,6 +388,14 @@ def _chain(i: int, chain: Chain, sizes: Sizes) -> Iterator[Entity]:
             shapes.append(bar)
         yield Entity(skeleton.link_frame(i, k), skeleton.link_frame(i, k), tuple(shapes))
         radius = end if length > 0.0 else radius
+
+
+def _rail_of(joint: ChainJoint, position: float, radius: float) -> Rod:
+    """The rail of a prismatic joint, from its zero to a position, and beyond both."""
+    low, high = min(0.0, position) - 4.0 * radius, max(0.0, position) + 4.0 * radius
+    axis = rotation_of(joint.attitude) @ joint.axis / np.linalg.norm(joint.axis)
+    place = np.array(joint.place)
+    return Rod(Role.MOUNT, place + low * axis, place + high * axis, (0.5 * radius, 0.5 * radius))
 
 
 def _slides(i: int, scenario: HandScenario, sizes: Sizes, contact: Contact) -> Iterator[Entity]:

@@ -39,9 +39,10 @@ from slipgrasp.core.scenario import (
     Scenario,
     SupportScenario,
 )
-from slipgrasp.core.scenario.chain import Chain, all_positions
+from slipgrasp.core.scenario.chain import Chain, all_positions, chain_start
 from slipgrasp.core.scenario.curved_faces import slide, turned_by
 from slipgrasp.core.scenario.geometry import contact_frame, inner_radius, planar_tip_at_start
+from slipgrasp.core.scenario.planar_chain import planar_chain_start
 from slipgrasp.core.scenario.rail import RailFinger
 from slipgrasp.core.scenario.spatial import SpatialFinger, SpatialScenario
 from slipgrasp.core.scenario.spatial_geometry import spatial_contact
@@ -347,6 +348,20 @@ def tip_at_start(scenario: HandScenario, i: int) -> Values:
     if isinstance(scenario, SpatialScenario):
         return np.array(spatial_tip_at_start(scenario, i))
     return np.array([*planar_tip_at_start(scenario, i), 0.0])
+
+
+def chain_at_start(scenario: HandScenario, i: int) -> Values:
+    """Initial positions of all joints of finger i, a chain [rad, m]."""
+    finger, (x, y, z) = scenario.fingers[i], tip_at_start(scenario, i).tolist()
+    if isinstance(finger, SpatialFinger):
+        _, attitude, joints, tip = finger.chain
+        found = chain_start(attitude, joints, tip, (x, y, z), finger.posture)
+        positions = None if found is None else found[1]
+    else:
+        start = planar_chain_start(finger, (x, y))
+        positions = None if start is None else start.positions
+    assert positions is not None, "validated scenarios reach their contacts"
+    return all_positions(finger.chain.joints, np.array(positions))
 
 
 def _slid(finger: int, along: Values, states: States) -> Values:

@@ -148,7 +148,7 @@ class PlanarJoint:
     torque_limit: TorqueLimit = None
 
     @property
-    def in_space(self) -> ChainJoint:
+    def spatial(self) -> ChainJoint:
         """The same joint in the x-y plane of space."""
         slides = self.kind == "prismatic"
         return ChainJoint(

@@ -165,5 +165,6 @@ class FingerParameters:
     @property
     def chain(self) -> Chain:
         """The chain of joints of a finger of this kind, in the x-y plane of space."""
-        joints = tuple(joint.in_space for joint in self.joints)
-        return Chain((*self.base, 0.0), about_z(self.attitude), joints, (*self.tip, 0.0))
+        joints = tuple(joint.spatial for joint in self.joints)
+        base, tip = (*self.base, 0.0), (*self.tip, 0.0)
+        return Chain(base, about_z(self.attitude), joints, tip)

@@ -5,14 +5,30 @@ import math
 import numpy as np
 import pytest
 
-from slipgrasp import load_scenario, open_recording, simulate, verify, write_recording
+from slipgrasp import (
+    Simulation,
+    load_scenario,
+    open_recording,
+    register_law,
+    simulate,
+    verify,
+    with_law,
+    write_recording,
+)
 from slipgrasp.core.exceptions import ScenarioError
 from slipgrasp.core.run.verdict import describe_run
+from slipgrasp.core.scenario.chain import chain_points
 from slipgrasp.core.scenario.loading import preset_names, scenario_from_mapping, with_values
 from slipgrasp.core.scenario.space import PLANAR
 from slipgrasp.core.scenario.unknowns import name_unknown
 from slipgrasp.core.trace.columns import columns_of
 from slipgrasp.core.trace.types import Outcome
+from slipgrasp.scene import skeleton
+from slipgrasp.scene.parts import entities_of
+from slipgrasp.scene.skeleton import frames_of, world_poses
+from slipgrasp.scene.states import states_of
+from slipgrasp.web.scene.close_ups import arrays_of
+from slipgrasp.web.scene.layout import lay_out
 from tests.core.drawn_chains import with_chains
 from tests.core.drawn_scenarios import KINDS, draw_scenario
 from tests.core.reading_words import check_cause, check_headline
@@ -118,8 +134,8 @@ def test_slides_written_as_a_chain_give_the_same_run():
     assert (units["joint_position_1_1"], units["torque_0_0"]) == ("m", "N")
 
 
-@pytest.mark.parametrize("law", ["theorem-3", "composite", "pd-gravity", "grip-reflex"])
-def test_every_law_holds_an_object_with_a_telescope_and_a_rail(law, tmp_path):
+def telescope_and_rail(law="composite", duration=1.0):
+    """A left finger that turns and extends, a right one that slides below the object and turns."""
     mapping = load_scenario("composite-case-2").to_mapping()
     x, y, _ = mapping["trajectory"]["start"]
     rod = {"mass": 0.8, "centre": (0.4, 0.0), "unit_inertia": 0.05}
@@ -141,24 +157,81 @@ def test_every_law_holds_an_object_with_a_telescope_and_a_rail(law, tmp_path):
         "posture": (0.4, 2.5),
     }
     mapping["estimates"] = [
-        {"parameter": "object.mass", "initial": 1.2, "minimum": 0.05, "maximum": 10.0},
-        {"parameter": "fingers.0.joints.1.mass", "initial": 0.6, "minimum": 0.05, "maximum": 10.0},
-        {"parameter": "fingers.1.joints.0.mass", "initial": 0.5, "minimum": 0.05, "maximum": 10.0},
+        {"parameter": key, "initial": initial, "minimum": 0.05, "maximum": 10.0}
+        for key, initial in (
+            ("object.mass", 1.2),
+            ("fingers.0.joints.1.mass", 0.6),
+            ("fingers.1.joints.0.mass", 0.5),
+        )
     ]
-    values = {"controller.kind": law, "controller.grip_force": 40.0, "simulation.duration": 1.0}
-    scenario = with_values(scenario_from_mapping(mapping), values)
+    values = {"controller.kind": law, "controller.grip_force": 40.0}
+    values["simulation.duration"] = duration
+    return with_values(scenario_from_mapping(mapping), values)
+
+
+@pytest.mark.parametrize("law", ["theorem-3", "composite", "pd-gravity", "grip-reflex"])
+def test_every_law_holds_an_object_with_a_telescope_and_a_rail(law, tmp_path):
+    scenario = telescope_and_rail(law)
     run = simulate(scenario)
-    assert run.outcome is Outcome.COMPLETED
+    assert run.outcome is Outcome.COMPLETED and run.metrics.held
     assert np.abs(run.trace.energy_residual).max() < 1e-6
-    assert run.metrics.held
     units = {column.name: column.unit for column in columns_of(run.trace)}
     assert [units[f"joint_position_0_{k}"] for k in range(2)] == ["rad", "m"]
-    assert (
-        name_unknown(scenario, "fingers.1.joints.0.mass")
-        == "the mass of link 1 of the right finger"
-    )
+    name = name_unknown(scenario, "fingers.1.joints.0.mass")
+    assert name == "the mass of link 1 of the right finger"
     write_recording(run, tmp_path / "run.mcap")
     assert verify(open_recording(tmp_path / "run.mcap")).same
+
+
+def test_chains_are_drawn_at_their_joints():
+    run = simulate(telescope_and_rail(duration=0.02))
+    poses = world_poses(frames_of(run.scenario), states_of(run.trace))
+    angles = run.trace.joint_position.reshape(len(run.trace), 2, 2)
+    entities = {entity.name: entity for entity in entities_of(run.scenario)}
+    links = arrays_of(run, None, lay_out(run))["link"]
+    for i, finger in enumerate(run.scenario.fingers):
+        points, _ = chain_points(*finger.chain[1:], angles[:, i])
+        points = points[:, :, :2] + finger.base
+        names = [*(skeleton.link_frame(i, k) for k in range(2)), skeleton.tip_frame(i)]
+        for k, name in enumerate(names):
+            np.testing.assert_allclose(poses[name][0][:, [0, 2]], points[:, k], atol=1e-13)
+        contact = poses[skeleton.contact_name(i)][0]
+        np.testing.assert_allclose(contact[:, [0, 2]], points[:, 2], atol=1e-9)
+        (rail,) = entities[f"finger_{i}/rail_{1 - i}"].shapes
+        assert rail.start[0] < 0.0 and rail.end[0] > angles[0, i, 1 - i]
+        along = points[:, 2] - points[:, 1]
+        turned = np.arctan2(along[:, 1], along[:, 0]) - run.trace.object_pose[:, 2]
+        np.testing.assert_allclose(np.cos(links[:, i] - turned), 1.0, atol=1e-6)
+
+
+class Support:
+    """Carries the links, and presses."""
+
+    name = "support-the-links"
+
+    def command(self, seen, memory, out):
+        lift = np.array([0.0, seen.model.object_mass * seen.model.gravity / len(seen.slip)])
+        force = 40.0 * seen.contact_normal + lift
+        for i in range(len(seen.slip)):
+            out.torque[i] = seen.jacobian[i].T @ force[i] + seen.weight_torque[i]
+
+
+@pytest.mark.usefixtures("known_laws")
+def test_a_custom_law_sees_limits_and_weights_and_holds_the_object_still():
+    register_law(Support)
+    limits = {"fingers.0.joints.1.torque_limit": 90.0, "fingers.1.joints.0.maximum": 5.0}
+    plain = with_values(telescope_and_rail(duration=0.1), {"object.mass": 1.0, **limits})
+    masses = {f"estimates.{k}.initial": true for k, true in enumerate((1.0, 0.5, 0.6))}
+    at_rest = {"trajectory.acceleration": (0.0, 0.0, 0.0)}
+    scenario = with_values(with_law(plain, Support.name), {**masses, **at_rest})
+    run = simulate(scenario)
+    assert run.outcome is Outcome.COMPLETED
+    np.testing.assert_allclose(run.trace.object_pose[-1], run.trace.object_pose[0], atol=1e-9)
+    model = next(Simulation(scenario).ticks()).seen.model
+    inf = np.inf
+    assert model.joint_torque_limit.tolist() == [[inf, 90.0], [inf, inf]]
+    assert model.joint_maximum.tolist() == [[inf, inf], [5.0, inf]]
+    assert (model.joint_minimum == -inf).all()
 
 
 def test_a_run_ends_where_a_joint_comes_to_the_end_of_its_range(tmp_path):

@@ -243,7 +243,7 @@ class Scene:
                 self._ghost.remove()
             self._ghost = GhostView(
                 self._stage.scene,
-                _LOOKS[ghost.scenario.space].ghost_root,
+                _LOOKS[ghost.scenario.space].ghost_root + _suffix(ghost.scenario),
                 ghost.scenario,
                 surfaces_for(dark=self._appearance.dark),
                 self._detail,
@@ -297,12 +297,20 @@ def _chain_of(finger: FingerParameters | SpatialFinger) -> object:
     """Appearance of a chain."""
     base, attitude, joints, tip = finger.chain
     moves = [(j.kind, j.place, j.attitude, j.axis, j.follows, j.ratio, j.offset) for j in joints]
-    return base, attitude, tip, *moves
+    return base, attitude, tip, finger.posture, *moves
 
 
 def _pad(finger: FingerParameters | SpatialFinger) -> object:
     """Appearance of a pad; empty for a planar finger."""
     return isinstance(finger, SpatialFinger) and (finger.pad_radius, finger.pad_pressure)
+
+
+def _suffix(scenario: Scenario) -> str:
+    """End of the names of nodes, for the same reason as in `_Look`: empty without chains."""
+    if isinstance(scenario, SupportScenario | RailScenario):
+        return ""
+    kinds = [finger.kind for finger in scenario.fingers]
+    return f"-{'-'.join(kinds)}" if "chain" in kinds else ""
 
 
 def _make_views(
@@ -313,7 +321,7 @@ def _make_views(
     picking: Picking | None,
 ) -> _Views:
     look, contacts = _LOOKS[scenario.space], skeleton.contacts_of(scenario)
-    name = look.root
+    name = look.root + _suffix(scenario)
     root = scene.add_frame(name, show_axes=False)
     own = {skeleton.contact_name(i) for i in range(len(scenario.fingers))}
     frames = [frame for frame in skeleton.frames_of(scenario) if frame.name not in own]
