@@ -57,10 +57,13 @@ def with_chains(
         free: Whether its joints have no limits.
     """
     rng, mapping = Random(f"chains {seed}"), scenario.to_mapping()
+    period = "controller.control_period"
+    sampled = scenario.controller.control_period > 0.0
+    sampled = sampled and all(change.parameter != period for change in scenario.changes)
     for i, finger in enumerate(mapping["fingers"]):
         if finger["kind"] != "links" or rng.random() > share:
             continue
-        chain, positions = draw_chain(rng, scenario.controller.control_period > 0.0)
+        chain, positions = draw_chain(rng, sampled)
         for joint in chain["joints"] if free else ():
             joint["minimum"] = joint["maximum"] = joint["torque_limit"] = None
         touched = np.add(planar_tip_at_start(scenario, i), scenario.fingers[i].base)
