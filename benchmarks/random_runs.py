@@ -19,6 +19,7 @@ AT_ENDS, ON_BOUNDS, ANYWHERE = "any, at the ends of ranges", "theorem 4, on its 
 IN_SPACE = "in space, at the ends of ranges"
 PAIRS, PAIRS_IN_SPACE = "everything, in pairs", "everything in space, in pairs"
 SOFT_GRASPS = "soft grasps"
+CHAINS = "chains in the plane"
 
 MAX_STEPS = 200_000
 MASS, FRICTION = (0.5, 2.0), (0.15, 0.6)
@@ -83,6 +84,14 @@ def _in_pairs(seed: int, index: int) -> Scenario:
     from tests.core.drawn_pairs import draw_in_pairs
 
     return draw_in_pairs(seed, index, spatial=False).scenario
+
+
+def _chains(seed: int, index: int) -> Scenario:
+    """All settings of planar hands, in pairs, with chains in place of most fingers of links."""
+    from tests.core.drawn_chains import with_chains
+    from tests.core.drawn_pairs import draw_in_pairs
+
+    return with_chains(draw_in_pairs(seed, index, spatial=False).scenario, f"{seed} {index}")
 
 
 def _pairs_in_space(seed: int, index: int) -> Scenario:
@@ -160,4 +169,5 @@ POPULATIONS: dict[str, Callable[[int, int], Scenario]] = {
     ANYWHERE: _anywhere,
     IN_SPACE: _in_space,
     SOFT_GRASPS: _soft_grasps,
+    CHAINS: _chains,
 }

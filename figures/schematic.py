@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
 from slipgrasp.core.scenario import FingerParameters, PlanarScenario
+from slipgrasp.core.scenario.chain import chain_points
 from slipgrasp.core.scenario.geometry import ContactFrame, contact_frame, outline
 from slipgrasp.figures.marks import Drawing, Frame, Point, new_drawing, unit
 from slipgrasp.figures.panels import finger_colour, lighter
@@ -25,6 +26,7 @@ from slipgrasp.recordings.palette import (
     OBJECT,
     OBJECT_EDGE,
 )
+from slipgrasp.scene.skeleton import chain_at_start
 
 # Sizes on the page [mm].
 _HEIGHT = 84.0
@@ -39,7 +41,7 @@ _TIP = 2.6
 class FingerPose(NamedTuple):
     """A planar finger: base, elbow and tip [m], and its two joint angles [rad].
 
-    For slides, the elbow is the first carriage.
+    For slides, the elbow is the first carriage; for a chain, the origin of its second link.
     """
 
     base: Point
@@ -85,6 +87,10 @@ def start_pose(scenario: PlanarScenario, index: int) -> FingerPose:
     tip = _to_world(scenario, np.array(contact_frame(scenario.object, finger).anchor))
     if finger.kind == "slides":
         return FingerPose(base, np.array([tip[0], base[1]]), tip, 0.0, 0.0)
+    if finger.kind == "chain":
+        positions = chain_at_start(scenario, index)
+        points, _ = chain_points(*finger.chain[1:], positions)
+        return FingerPose(base, base + points[1, :2], tip, 0.0, 0.0)
     l1, l2 = finger.link_lengths
     dx, dy = tip - base
     bend = math.acos(min(1.0, max(-1.0, (dx * dx + dy * dy - l1**2 - l2**2) / (2.0 * l1 * l2))))
@@ -115,8 +121,8 @@ def _draw_hand(figure: Figure, frame: Frame, scenario: PlanarScenario) -> None:
 
 
 def _draw_finger(drawing: Drawing, pose: FingerPose, finger: FingerParameters, index: int) -> None:
-    if finger.kind == "slides":
-        _draw_slides(drawing, pose, index)
+    if finger.kind != "links":
+        _draw_bars(drawing, pose, index)
         return
     _draw_mount(drawing, pose.base)
     away = 0.5 * (pose.base + pose.tip)
@@ -141,8 +147,8 @@ def _draw_finger(drawing: Drawing, pose: FingerPose, finger: FingerParameters, i
     drawing.write(pose.base + drawing.mm * np.array([0.0, -7.2]), f"({x:.4g}, {y:.4g}) m")
 
 
-def _draw_slides(drawing: Drawing, pose: FingerPose, index: int) -> None:
-    """A rail along x, and the bar from its carriage to the tip."""
+def _draw_bars(drawing: Drawing, pose: FingerPose, index: int) -> None:
+    """Bars from the base to the elbow and the tip; of slides, the first is a rail along x."""
     for start, end in ((pose.base, pose.elbow), (pose.elbow, pose.tip)):
         drawing.line(start, end, colour=JOINT, width=6.4)
         drawing.line(start, end, colour=lighter(LINK, 0.3), width=5.2)

@@ -12,10 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipgrasp.core.scenario import HandScenario, RailScenario, Scenario, SupportScenario
-from slipgrasp.core.scenario.chain import chain_length
+from slipgrasp.core.scenario.chain import (
+    Chain,
+    ChainJoint,
+    chain_length,
+    rotation_of,
+)
 from slipgrasp.core.scenario.geometry import inner_radius, outline
 from slipgrasp.core.scenario.scenario import of_hand
-from slipgrasp.core.scenario.spatial import SpatialFinger
 from slipgrasp.core.scenario.spatial_geometry import friction_outline
 from slipgrasp.core.trace.types import ContactPhase
 from slipgrasp.scene import rotations, skeleton
@@ -195,8 +199,8 @@ def _lengths(scenario: HandScenario | RailScenario, i: int) -> tuple[float, ...]
     finger = skeleton.mechanism_of(scenario, i)
     if i in scenario.slides:
         return (float(np.linalg.norm(skeleton.tip_at_start(of_hand(scenario), i))),)
-    if isinstance(finger, SpatialFinger) and finger.kind == "chain":
-        return (0.5 * chain_length(finger.joints, finger.tip),)
+    if (chain := skeleton.chain_of(finger)) is not None:
+        return (0.5 * chain_length(chain.joints, chain.tip),)
     return finger.link_lengths
 
 
@@ -221,11 +225,11 @@ def entities_of(scenario: Scenario) -> list[Entity]:
         name = skeleton.contact_name(0)
         return [entities[0], Entity(name, name, tuple(_friction(scenario, sizes)))]
     for i, contact in enumerate(skeleton.contacts_of(scenario)):
-        finger = skeleton.mechanism_of(scenario, i)
+        chain = skeleton.chain_of(skeleton.mechanism_of(scenario, i))
         if contact.on_slides:
             entities += _slides(i, of_hand(scenario), sizes, contact)
-        elif isinstance(finger, SpatialFinger) and finger.kind == "chain":
-            entities += _chain(i, finger, sizes)
+        elif chain is not None:
+            entities += _chain(i, of_hand(scenario), chain, sizes)
         else:
             entities += _finger(i, scenario, sizes, contact.inward)
         name = skeleton.contact_name(i)
@@ -362,12 +366,17 @@ def _finger(
         radius = end
 
 
-def _chain(i: int, finger: SpatialFinger, sizes: Sizes) -> Iterator[Entity]:
-    """A bar along every link to the next joint or the tip, and the axle of its joint."""
+def _chain(i: int, scenario: HandScenario, chain: Chain, sizes: Sizes) -> Iterator[Entity]:
+    """A bar along every link to the next joint or the tip, and the axle or rail of its joint."""
     radius = sizes.link_radius
-    for k, joint in enumerate(finger.joints):
-        is_last = k == len(finger.joints) - 1
-        along = np.array(finger.tip if is_last else finger.joints[k + 1].place)
+    positions = skeleton.chain_at_start(scenario, i)
+    for k, joint in enumerate(chain.joints):
+        if joint.kind == "prismatic":
+            name = skeleton.link_frame(i, k - 1) if k else skeleton.base_frame(i)
+            rail = _rail_of(joint, float(positions[k]), radius)
+            yield Entity(f"finger_{i}/rail_{k}", name, (rail,))
+        is_last = k == len(chain.joints) - 1
+        along = np.array(chain.tip if is_last else chain.joints[k + 1].place)
         length = float(np.linalg.norm(along))
         axis = np.array(joint.axis) / np.linalg.norm(joint.axis)
         thick = 0.7 * radius
@@ -379,6 +388,14 @@ def _chain(i: int, finger: SpatialFinger, sizes: Sizes) -> Iterator[Entity]:
             shapes.append(bar)
         yield Entity(skeleton.link_frame(i, k), skeleton.link_frame(i, k), tuple(shapes))
         radius = end if length > 0.0 else radius
+
+
+def _rail_of(joint: ChainJoint, position: float, radius: float) -> Rod:
+    """The rail of a prismatic joint, from its zero to a position, and beyond both."""
+    low, high = min(0.0, position) - 4.0 * radius, max(0.0, position) + 4.0 * radius
+    axis = rotation_of(joint.attitude) @ joint.axis / np.linalg.norm(joint.axis)
+    place = np.array(joint.place)
+    return Rod(Role.MOUNT, place + low * axis, place + high * axis, (0.5 * radius, 0.5 * radius))
 
 
 def _slides(i: int, scenario: HandScenario, sizes: Sizes, contact: Contact) -> Iterator[Entity]:

@@ -39,9 +39,10 @@ from slipgrasp.core.scenario import (
     Scenario,
     SupportScenario,
 )
-from slipgrasp.core.scenario.chain import all_positions
+from slipgrasp.core.scenario.chain import Chain, all_positions, chain_start
 from slipgrasp.core.scenario.curved_faces import slide, turned_by
 from slipgrasp.core.scenario.geometry import contact_frame, inner_radius, planar_tip_at_start
+from slipgrasp.core.scenario.planar_chain import planar_chain_start
 from slipgrasp.core.scenario.rail import RailFinger
 from slipgrasp.core.scenario.spatial import SpatialFinger, SpatialScenario
 from slipgrasp.core.scenario.spatial_geometry import spatial_contact
@@ -276,11 +277,18 @@ def mechanism_of(
     return scenario.finger if isinstance(scenario, RailScenario) else scenario.fingers[i]
 
 
+def chain_of(finger: FingerParameters | SpatialFinger | RailFinger) -> Chain | None:
+    """The chain of joints of a finger of this kind."""
+    if isinstance(finger, RailFinger) or finger.kind != "chain":
+        return None
+    return finger.chain
+
+
 def _finger(scenario: HandScenario | RailScenario, root: str, i: int) -> Iterator[Frame]:
     """Base, joints and tip: every link turns about the end of the previous one."""
     finger = mechanism_of(scenario, i)
-    if isinstance(finger, SpatialFinger) and finger.kind == "chain":
-        yield from _chain(finger, root, i)
+    if (chain := chain_of(finger)) is not None:
+        yield from _chain(chain, root, i)
         return
     base = (*finger.base, 0.0)[:3]
     yield Frame(base_frame(i), root, base)
@@ -301,13 +309,13 @@ def _finger(scenario: HandScenario | RailScenario, root: str, i: int) -> Iterato
     yield Frame(tip_frame(i), parent, (finger.link_lengths[-1], 0.0, 0.0))
 
 
-def _chain(finger: SpatialFinger, root: str, i: int) -> Iterator[Frame]:
+def _chain(chain: Chain, root: str, i: int) -> Iterator[Frame]:
     """Base, links and tip of a chain; each link turns about, or moves along, its joint axis."""
     parent = base_frame(i)
-    yield Frame(parent, root, finger.base, tuple(_unit(finger.attitude).tolist()))
-    for k, joint in enumerate(finger.joints):
+    yield Frame(parent, root, chain.base, tuple(_unit(chain.attitude).tolist()))
+    for k, joint in enumerate(chain.joints):
         turn, axis, name = _unit(joint.attitude), _unit(joint.axis), link_frame(i, k)
-        position = partial(_joint_position, i, finger, k)
+        position = partial(_joint_position, i, chain, k)
         if joint.kind == "prismatic":
             along = rotations.matrices(turn) @ axis
             place = partial(_shifted, position, np.array(joint.place), along)
@@ -315,14 +323,14 @@ def _chain(finger: SpatialFinger, root: str, i: int) -> Iterator[Frame]:
         else:
             yield Frame(name, parent, joint.place, partial(_swung, position, turn, axis))
         parent = name
-    yield Frame(tip_frame(i), parent, finger.tip)
+    yield Frame(tip_frame(i), parent, chain.tip)
 
 
 def _unit(vector: tuple[float, ...]) -> Values:
     return np.array(vector) / np.linalg.norm(vector)
 
 
-def _joint_position(finger: int, chain: SpatialFinger, joint: int, states: States) -> Values:
+def _joint_position(finger: int, chain: Chain, joint: int, states: States) -> Values:
     """Positions of a joint of a chain, independent or coupled, shape ``(n,)`` [rad, m]."""
     return all_positions(chain.joints, states.joint_positions[:, finger])[:, joint]
 
@@ -340,6 +348,20 @@ def tip_at_start(scenario: HandScenario, i: int) -> Values:
     if isinstance(scenario, SpatialScenario):
         return np.array(spatial_tip_at_start(scenario, i))
     return np.array([*planar_tip_at_start(scenario, i), 0.0])
+
+
+def chain_at_start(scenario: HandScenario, i: int) -> Values:
+    """Initial positions of all joints of finger i, a chain [rad, m]."""
+    finger, (x, y, z) = scenario.fingers[i], tip_at_start(scenario, i).tolist()
+    if isinstance(finger, SpatialFinger):
+        _, attitude, joints, tip = finger.chain
+        found = chain_start(attitude, joints, tip, (x, y, z), finger.posture)
+        positions = None if found is None else found[1]
+    else:
+        start = planar_chain_start(finger, (x, y))
+        positions = None if start is None else start.positions
+    assert positions is not None, "validated scenarios reach their contacts"
+    return all_positions(finger.chain.joints, np.array(positions))
 
 
 def _slid(finger: int, along: Values, states: States) -> Values:

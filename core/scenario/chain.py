@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from itertools import product
-from typing import Annotated, Literal
+from typing import Annotated, Literal, NamedTuple, Protocol
 
 import numpy as np
 from annotated_types import Ge, Le
@@ -22,7 +22,9 @@ UnitInertia = Annotated[float, Ge(-100.0), Le(100.0)]
 Attitude = tuple[Part, Part, Part, Part]
 
 NUM_JOINTS = 3
-"""Number of independent joints."""
+"""Number of independent joints in space."""
+NUM_PLANAR_JOINTS = 2
+"""Number of joints in the plane."""
 MAX_LINKS = 6
 """Largest number of joints of a chain, including coupled joints."""
 
@@ -31,14 +33,44 @@ _LEAST_SINE = 1e-3
 _SHARES = (0.5, 0.25, 0.75)  # of the range of a joint
 
 
+JointKind = Annotated[
+    Literal["revolute", "prismatic"],
+    Quantity("Type of joint: revolute (about its axis) or prismatic (along its axis)."),
+]
+Mass = Annotated[
+    float,
+    Ge(0.0),
+    Le(1e3),
+    Quantity("True mass of the link.", "kg", typical=(0.01, 3.0), changeable=True),
+]
+Minimum = Annotated[
+    float | None,
+    Ge(-100.0),
+    Le(100.0),
+    Quantity("Smallest position of the joint (prismatic: in m); no limit if omitted.", "rad"),
+]
+Maximum = Annotated[
+    float | None,
+    Ge(-100.0),
+    Le(100.0),
+    Quantity("Largest position of the joint (prismatic: in m); no limit if omitted.", "rad"),
+]
+TorqueLimit = Annotated[
+    float | None,
+    Ge(1e-6),
+    Le(1e6),
+    Quantity(
+        "Largest torque of the joint (prismatic: force in N) if actuation.torque_limit is omitted.",
+        "N m",
+    ),
+]
+
+
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
 class ChainJoint:
     """A joint of a chain, and the link behind it."""
 
-    kind: Annotated[
-        Literal["revolute", "prismatic"],
-        Quantity("Type of joint: revolute (about its axis) or prismatic (along its axis)."),
-    ] = "revolute"
+    kind: JointKind = "revolute"
     place: Annotated[
         tuple[Coordinate, Coordinate, Coordinate],
         Quantity("Position of the joint in the frame of the previous link, or of the base.", "m"),
@@ -50,12 +82,7 @@ class ChainJoint:
     axis: Annotated[
         tuple[Part, Part, Part], Quantity("Direction of the axis in the joint's frame.", "1")
     ] = (0.0, 0.0, 1.0)
-    mass: Annotated[
-        float,
-        Ge(0.0),
-        Le(1e3),
-        Quantity("True mass of the link.", "kg", typical=(0.01, 3.0), changeable=True),
-    ] = 1.0
+    mass: Mass = 1.0
     centre: Annotated[
         tuple[Coordinate, Coordinate, Coordinate],
         Quantity("Centre of mass of the link in the link's frame.", "m"),
@@ -68,31 +95,9 @@ class ChainJoint:
             "m²",
         ),
     ] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    minimum: Annotated[
-        float | None,
-        Ge(-100.0),
-        Le(100.0),
-        Quantity("Smallest position of the joint (prismatic: in m); no limit if omitted.", "rad"),
-    ] = None
-    maximum: Annotated[
-        float | None,
-        Ge(-100.0),
-        Le(100.0),
-        Quantity(
-            "Largest position of the joint (prismatic: in m); no limit if omitted.",
-            "rad",
-        ),
-    ] = None
-    torque_limit: Annotated[
-        float | None,
-        Ge(1e-6),
-        Le(1e6),
-        Quantity(
-            "Largest torque of the joint (prismatic: force in N) if actuation.torque_limit is "
-            "omitted.",
-            "N m",
-        ),
-    ] = None
+    minimum: Minimum = None
+    maximum: Maximum = None
+    torque_limit: TorqueLimit = None
     follows: Annotated[
         int | None,
         Ge(0),
@@ -109,6 +114,120 @@ class ChainJoint:
         Angle,
         Quantity("Position at which the leading joint is at 0 (prismatic: in m).", "rad"),
     ] = 0.0
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
+class PlanarJoint:
+    """A joint of a chain in the plane, about z or along an axis, and the link behind it."""
+
+    kind: JointKind = "revolute"
+    place: Annotated[
+        tuple[Coordinate, Coordinate],
+        Quantity("Position of the joint in the frame of the previous link, or of the base.", "m"),
+    ] = (0.0, 0.0)
+    attitude: Annotated[
+        Angle, Quantity("Angle of the joint's frame in that of the previous link.", "rad")
+    ] = 0.0
+    axis: Annotated[
+        tuple[Part, Part],
+        Quantity("prismatic: direction of the axis in the joint's frame.", "1"),
+    ] = (1.0, 0.0)
+    mass: Mass = 1.0
+    centre: Annotated[
+        tuple[Coordinate, Coordinate],
+        Quantity("Centre of mass of the link in the link's frame.", "m"),
+    ] = (0.0, 0.0)
+    unit_inertia: Annotated[
+        float,
+        Ge(0.0),
+        Le(100.0),
+        Quantity("Inertia of the link about its centre of mass, divided by its mass.", "m²"),
+    ] = 0.0
+    minimum: Minimum = None
+    maximum: Maximum = None
+    torque_limit: TorqueLimit = None
+
+    @property
+    def spatial(self) -> ChainJoint:
+        """The same joint in the x-y plane of space."""
+        slides = self.kind == "prismatic"
+        return ChainJoint(
+            kind=self.kind,
+            place=(*self.place, 0.0),
+            attitude=about_z(self.attitude),
+            axis=(*self.axis, 0.0) if slides else (0.0, 0.0, 1.0),
+            mass=self.mass,
+            minimum=self.minimum,
+            maximum=self.maximum,
+            torque_limit=self.torque_limit,
+        )
+
+
+class Chain(NamedTuple):
+    """A chain in space, of a spatial finger or of a planar one in the x-y plane.
+
+    Attributes:
+        base: Position of its base [m].
+        attitude: Quaternion of its base.
+        joints: Its joints.
+        tip: Position of the tip in the frame of the last link [m].
+    """
+
+    base: tuple[float, float, float]
+    attitude: Attitude
+    joints: tuple[ChainJoint, ...]
+    tip: tuple[float, float, float]
+
+
+class _Finger(Protocol):
+    @property
+    def kind(self) -> str: ...
+    @property
+    def chain(self) -> Chain: ...
+
+
+def sliding_joints(fingers: Sequence[_Finger], count: int) -> tuple[int, ...]:
+    """Indices of the prismatic joints, counted through all fingers.
+
+    Args:
+        fingers: The fingers.
+        count: Number of joints of every finger.
+    """
+    found = list[int]()
+    for i, finger in enumerate(fingers):
+        slides = [finger.kind == "slides"] * count
+        if finger.kind == "chain":
+            joints = finger.chain.joints
+            slides = [joints[k].kind == "prismatic" for k in moving(joints)]
+        found += [count * i + k for k, does in enumerate(slides) if does]
+    return tuple(found)
+
+
+def torque_limits(
+    fingers: Sequence[_Finger], limit: float | None, count: int
+) -> tuple[tuple[str, float | None], ...]:
+    """Key and value of the torque limit of every joint, counted through all fingers.
+
+    Args:
+        fingers: The fingers.
+        limit: The limit of all joints, which replaces their own.
+        count: Number of joints of every finger.
+    """
+    found = list[tuple[str, float | None]]()
+    for i, finger in enumerate(fingers):
+        if limit is not None or finger.kind != "chain":
+            found += [("actuation.torque_limit", limit)] * count
+            continue
+        joints = finger.chain.joints
+        found += [
+            (f"fingers.{i}.joints.{k}.torque_limit", joints[k].torque_limit) for k in moving(joints)
+        ]
+    return tuple(found)
+
+
+def about_z(angle: float) -> Attitude:
+    """Quaternion of a rotation about z."""
+    return (math.cos(0.5 * angle), 0.0, 0.0, math.sin(0.5 * angle))
 
 
 def moving(joints: Sequence[ChainJoint]) -> tuple[int, ...]:

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from annotated_types import Ge, Le
+from annotated_types import Ge, Le, Len
 from pydantic.dataclasses import dataclass
 
+from slipgrasp.core.scenario.chain import NUM_PLANAR_JOINTS, Angle, Chain, PlanarJoint, about_z
 from slipgrasp.core.scenario.field_types import CONFIG, Coordinate, Face
 from slipgrasp.core.scenario.parameters import Quantity
 
 FingerKind = Annotated[
-    Literal["links", "slides"],
+    Literal["links", "slides", "chain"],
     Quantity(
-        "Mechanism of the finger: links (revolute joints) or slides (one along each axis, with one "
-        "moving mass; joint positions are then in m and torques in N).",
+        "Mechanism of the finger: links (revolute joints), slides (one along each axis, with one "
+        "moving mass; joint positions are then in m and torques in N) or chain (two joints with "
+        "any positions and axes).",
     ),
 ]
 SlidesMass = Annotated[
@@ -91,10 +93,25 @@ LinkLengths = Annotated[
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
 class FingerParameters:
-    """A planar finger with two links or two slides, whose tip touches one face of the object."""
+    """A planar finger with two links, slides or joints; its tip touches one face of the object."""
 
     kind: FingerKind = "links"
     mass: SlidesMass = 0.1
+    joints: Annotated[tuple[PlanarJoint, ...], Len(0, NUM_PLANAR_JOINTS)] = ()
+    tip: Annotated[
+        tuple[Coordinate, Coordinate],
+        Quantity("position of the tip in the frame of the last link.", "m", used_by=("chain",)),
+    ] = (0.0, 0.0)
+    attitude: Annotated[Angle, Quantity("angle of the base.", "rad", used_by=("chain",))] = 0.0
+    posture: Annotated[
+        tuple[Angle, Angle],
+        Quantity(
+            "approximate joint positions (prismatic: in m), which choose the branch of the inverse "
+            "kinematics.",
+            "rad",
+            used_by=("chain",),
+        ),
+    ] = (0.0, 0.0)
     link_masses: LinkMasses = (1.0, 1.0)
     link_lengths: LinkLengths = (
         1.0,
@@ -144,3 +161,10 @@ class FingerParameters:
             used_by=("links",),
         ),
     ] = (1.0 / 12.0, 1.0 / 12.0)
+
+    @property
+    def chain(self) -> Chain:
+        """The chain of joints of a finger of this kind, in the x-y plane of space."""
+        joints = tuple(joint.spatial for joint in self.joints)
+        base, tip = (*self.base, 0.0), (*self.tip, 0.0)
+        return Chain(base, about_z(self.attitude), joints, tip)

@@ -7,6 +7,7 @@ from typing import Any
 
 from pydantic.dataclasses import dataclass
 
+from slipgrasp.core.scenario.chain import PlanarJoint, sliding_joints, torque_limits
 from slipgrasp.core.scenario.common import (
     Changes,
     Estimates,
@@ -71,8 +72,12 @@ class PlanarScenario:
     @property
     def sliding_joints(self) -> tuple[int, ...]:
         """Indices of the prismatic joints, counted through all fingers."""
-        count = PLANAR.joints_per_finger
-        return tuple(count * i + k for i in self.slides for k in range(count))
+        return sliding_joints(self.fingers, PLANAR.joints_per_finger)
+
+    @property
+    def torque_limits(self) -> tuple[tuple[str, float | None], ...]:
+        """Key and value of the torque limit of every joint, counted through all fingers."""
+        return torque_limits(self.fingers, self.actuation.torque_limit, PLANAR.joints_per_finger)
 
     @property
     def friction_cone(self) -> FrictionCone:
@@ -88,7 +93,7 @@ def full_planar_scenario() -> PlanarScenario:
     """A scenario with an item in every list; not for simulation."""
     return PlanarScenario(
         object=ObjectParameters(corners=((0.0, 0.0),)),
-        fingers=(FingerParameters(base=(0.0, 0.0), face="left"),) * 2,
+        fingers=(FingerParameters(base=(0.0, 0.0), face="left", joints=(PlanarJoint(),)),) * 2,
         trajectory=TrajectoryParameters(
             set_points=(SetPoint(time=0.0, duration=1.0, pose=(0.0, 0.0, 0.0)),),
             table=((0.0, 0.0, 0.0, 0.0),),

@@ -12,7 +12,14 @@ from typing import Annotated, Any, Literal
 from annotated_types import Ge, Le, Len
 from pydantic.dataclasses import dataclass
 
-from slipgrasp.core.scenario.chain import MAX_LINKS, Attitude, ChainJoint, moving
+from slipgrasp.core.scenario.chain import (
+    MAX_LINKS,
+    Attitude,
+    Chain,
+    ChainJoint,
+    sliding_joints,
+    torque_limits,
+)
 from slipgrasp.core.scenario.chain import Angle as JointPosition
 from slipgrasp.core.scenario.common import (
     Changes,
@@ -251,6 +258,11 @@ class SpatialFinger:
     ] = (1.0 / 12.0, 1.0 / 12.0)
 
     @property
+    def chain(self) -> Chain:
+        """The chain of joints of a finger of this kind."""
+        return Chain(self.base, self.attitude, self.joints, self.tip)
+
+    @property
     def eccentricity(self) -> float:
         """Ratio of the largest moment to the largest tangential force, 0 for a point [m]."""
         return eccentricity(self.pad_radius, self.pad_pressure)
@@ -433,31 +445,13 @@ class SpatialScenario:
     @property
     def sliding_joints(self) -> tuple[int, ...]:
         """Indices of the prismatic joints, counted through all fingers."""
-        count = SPATIAL.joints_per_finger
-        return tuple(
-            count * i + k
-            for i, finger in enumerate(self.fingers)
-            for k in range(count)
-            if finger.kind == "slides"
-            or (
-                finger.kind == "chain"
-                and finger.joints[moving(finger.joints)[k]].kind == "prismatic"
-            )
-        )
+        return sliding_joints(self.fingers, SPATIAL.joints_per_finger)
 
     @property
     def torque_limits(self) -> tuple[tuple[str, float | None], ...]:
         """Key and value of the torque limit of every joint, counted through all fingers."""
-        limit, found = self.actuation.torque_limit, list[tuple[str, float | None]]()
-        for i, finger in enumerate(self.fingers):
-            if limit is not None or finger.kind != "chain":
-                found += [("actuation.torque_limit", limit)] * SPATIAL.joints_per_finger
-                continue
-            found += [
-                (f"fingers.{i}.joints.{k}.torque_limit", finger.joints[k].torque_limit)
-                for k in moving(finger.joints)
-            ]
-        return tuple(found)
+        limit = self.actuation.torque_limit
+        return torque_limits(self.fingers, limit, SPATIAL.joints_per_finger)
 
     @property
     def friction_cone(self) -> FrictionCone:

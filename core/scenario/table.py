@@ -246,8 +246,7 @@ def _writer(hint: Any) -> Writer | None:
         return _part_writer(typing.cast(type, base), list(_numbers_of(typing.cast(type, base))))
     if is_tuple(base):
         if Ellipsis in typing.get_args(base):
-            most = _most(extras)
-            return lambda value: [len(value), *value, *[0.0] * (most - len(value))]
+            return _list_writer(typing.get_args(base)[0], _most(extras))
         return lambda value: value
     if room := _length_of_list(base):
         return lambda value: _fill(value, room)
@@ -259,6 +258,17 @@ def _writer(hint: Any) -> Writer | None:
     if type(None) in alternatives_of(base):
         return lambda value: (_NAN if value is None else value,)
     return None
+
+
+def _list_writer(hint: Any, most: int) -> Writer:
+    """Creates the function that returns the numbers of a list within a part."""
+    write, room = _writer(hint), _layout(hint).itemsize // NUMBER.itemsize
+
+    def write_list(value: Any) -> list[float]:
+        numbers = value if write is None else [x for entry in value for x in write(entry)]
+        return [len(value), *numbers, *[0.0] * (room * (most - len(value)))]
+
+    return write_list
 
 
 def _fill(value: float | tuple[float, ...] | None, room: int) -> Sequence[float]:

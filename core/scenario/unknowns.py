@@ -6,7 +6,8 @@ import re
 from collections.abc import Mapping
 from typing import Literal, NamedTuple
 
-from slipgrasp.core.scenario import Scenario, SpatialScenario
+from slipgrasp.core.scenario import FingerParameters, Scenario
+from slipgrasp.core.scenario.spatial import SpatialFinger
 
 
 class Unknown(NamedTuple):
@@ -53,10 +54,11 @@ def mass_keys(scenario: Scenario, finger: int) -> tuple[str, ...]:
     """Dotted keys of the masses of a finger: of its links, or of its slides."""
     if finger in scenario.slides:
         return (f"fingers.{finger}.mass",)
-    if isinstance(scenario, SpatialScenario) and scenario.fingers[finger].kind == "chain":
-        links = range(len(scenario.fingers[finger].joints))
+    own = scenario.fingers[finger]
+    if isinstance(own, FingerParameters | SpatialFinger) and own.kind == "chain":
+        links = range(len(own.joints))
         return tuple(f"fingers.{finger}.joints.{link}.mass" for link in links)
-    masses = scenario.fingers[finger].link_masses
+    masses = own.link_masses
     return tuple(f"fingers.{finger}.link_masses.{link}" for link in range(len(masses)))
 
 

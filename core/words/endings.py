@@ -318,8 +318,7 @@ def _explain_singular(end: _End) -> _Finding:
 
 
 def _explain_joint_limit(end: _End) -> _Finding:
-    assert isinstance(end.scenario, SpatialScenario), "planar joints have no limits"
-    joints = end.scenario.fingers[end.contact].joints
+    joints = of_hand(end.scenario).fingers[end.contact].chain.joints
     count = end.last.shape.joints_per_finger
     moved = end.last.joint_position[0, count * end.contact : count * (end.contact + 1)]
     left = margins(joints, moved)

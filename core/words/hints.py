@@ -18,7 +18,6 @@ from slipgrasp.core.scenario import ControlLaw, HandScenario, Scenario
 from slipgrasp.core.scenario.custom_laws import law_of
 from slipgrasp.core.scenario.loading import with_values
 from slipgrasp.core.scenario.scenario import AnyController, of_hand
-from slipgrasp.core.scenario.spatial import SpatialScenario
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.words.options import Option
 from slipgrasp.core.words.phrases import joined
@@ -113,10 +112,7 @@ class Situation:
     def exhausted(self) -> tuple[int, str, float] | None:
         """A saturated joint with key and value of its limit; None if there is none."""
         torques = np.abs(self.last.joint_torque[0])
-        limits = [("actuation.torque_limit", self.scenario.actuation.torque_limit)] * len(torques)
-        if isinstance(self.scenario, SpatialScenario):
-            limits = self.scenario.torque_limits
-        for k, (key, limit) in enumerate(limits):
+        for k, (key, limit) in enumerate(self.scenario.torque_limits):
             if limit is not None and torques[k] >= limit:
                 return k, key, limit
         return None

@@ -11,6 +11,7 @@ import pytest
 
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import with_values
+from tests.core.drawn_chains import with_chains
 from tests.each_case import each_case
 from tests.phases import PHASES
 from tests.references.closed_loop import ClosedLoop, Evaluation
@@ -44,11 +45,13 @@ class Point(NamedTuple):
 
 
 @cache
-def point(phase, kind, torque_seed=None, general=False):
+def point(phase, kind, torque_seed=None, general=False, chains=False):
     rng = np.random.default_rng([UNKNOWN_KINDS.index(kind), *(g + 1 for g in phase)])
     scenario = random_scenario(rng, len(phase), kind)
     if general:
         scenario = with_values(scenario, general_gains(rng, 3, len(phase)))
+    if chains:
+        scenario = with_chains(scenario, phase, 1.0, free=True)
     loop = ClosedLoop.from_scenario(scenario)
     state = random_state(rng, scenario, phase)
     estimates = random_estimates(rng, scenario)
@@ -108,6 +111,15 @@ def test_law_motion_and_adaptation_agree(phase, kind):
 @each_phase
 def test_law_and_adaptation_agree_with_gains_of_the_slips_and_a_full_q(phase):
     assert_that_laws_agree(point(phase, "friction", general=True), phase)
+
+
+@each_phase
+@pytest.mark.parametrize("kind", UNKNOWN_KINDS)
+def test_law_motion_and_adaptation_of_chains_agree(phase, kind):
+    p = point(phase, kind, chains=True)
+    assert_close(p.kernel.joint_positions, p.reference.kin.q)
+    assert_close(p.kernel.finger_jacobians, p.reference.kin.jacobians)
+    assert_that_laws_agree(p, phase)
 
 
 def assert_that_laws_agree(p, phase):

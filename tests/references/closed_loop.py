@@ -7,7 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario import FingerParameters, Scenario
+from tests.references.chain import ChainFinger
 from tests.references.controller import Law, Unknowns, regressor
 from tests.references.finger import Finger
 from tests.references.hand import Hand, Kinematics, Motion, Parameters, Phase, State
@@ -47,7 +48,7 @@ class ClosedLoop(NamedTuple):
         """Reads a scenario but for what happens during the run."""
         n = len(scenario.fingers)
         truth = Parameters(
-            np.array([f.link_masses for f in scenario.fingers]),
+            np.array([_masses(f) for f in scenario.fingers]),
             scenario.object.mass,
             scenario.object.inertia,
             np.array([f.friction for f in scenario.fingers]),
@@ -156,6 +157,9 @@ def _hand(scenario: Scenario, ratio: float = 1.0) -> Hand:
             middle = depth * np.array([-tangent[1], tangent[0]])
         tangents.append(tangent)
         anchors.append(middle + f.contact_offset * tangent)
+        if f.kind == "chain":
+            fingers.append(ChainFinger(f))
+            continue
         lengths = ratio * np.array(f.link_lengths)
         fingers.append(
             Finger(
@@ -167,6 +171,12 @@ def _hand(scenario: Scenario, ratio: float = 1.0) -> Hand:
             )
         )
     return Hand(tuple(fingers), np.array(anchors), np.array(tangents), scenario.simulation.gravity)
+
+
+def _masses(finger: FingerParameters) -> tuple[float, ...]:
+    if finger.kind == "chain":
+        return tuple(joint.mass for joint in finger.joints)
+    return finger.link_masses
 
 
 def _edge(corners: Array, k: int) -> tuple[Array, Array]:

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from tests.references.chain import ChainFinger
 from tests.references.finger import Finger
 
 Array = NDArray[np.float64]
@@ -82,7 +83,7 @@ class Hand(NamedTuple):
         gravity: Gravitational acceleration along -y [m]/[s^2].
     """
 
-    fingers: tuple[Finger, ...]
+    fingers: tuple[Finger | ChainFinger, ...]
     anchors: Array
     tangents: Array
     gravity: float

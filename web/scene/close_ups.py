@@ -9,6 +9,7 @@ recorded scene contains it.
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Iterator
 from typing import Any
 
@@ -17,7 +18,7 @@ import viser
 from numpy.typing import NDArray
 
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.core.scenario import PlanarScenario, Scenario, SpatialScenario
+from slipgrasp.core.scenario import FingerParameters, PlanarScenario, Scenario, SpatialScenario
 from slipgrasp.core.scenario.geometry import contact_frame
 from slipgrasp.core.scenario.scenario import AnyPatch
 from slipgrasp.core.scenario.spatial_geometry import friction_outline
@@ -143,14 +144,31 @@ def arrays_of(result: RunResult, ghost: RunResult | None, layout: SceneLayout) -
     if trace.shape.space.has_pads and trace.spin.shape[1]:
         arrays |= {"spin": split(trace.spin), "moment": split(trace.torsional_moment)}
     if isinstance(result.scenario, PlanarScenario):
-        joints = trace.joint_position[rows].reshape(len(rows), count, -1).sum(axis=2)
-        arrays["link"] = (joints - trace.object_pose[rows, 2:3]).astype(np.float32)
+        joints = trace.joint_position[rows].reshape(len(rows), count, -1)
+        links = [link_angles(each, joints[:, i]) for i, each in enumerate(result.scenario.fingers)]
+        turned = np.stack(links, axis=1) - trace.object_pose[rows, 2:3]
+        arrays["link"] = turned.astype(np.float32)
     if ghost is not None:
         of_ghost = _rows_to_send(ghost.trace)
         slip = ghost.trace.slip[of_ghost].reshape(len(of_ghost), len(ghost.scenario.fingers), -1)
         arrays["ghostTimes"] = ghost.trace.times[of_ghost]
         arrays["ghostSlip"] = slip.astype(np.float32)
     return arrays
+
+
+def link_angles(finger: FingerParameters, joints: Values) -> Values:
+    """Directions of the last link of a planar finger, ``(n,)`` [rad].
+
+    Args:
+        finger: The finger.
+        joints: Its joint positions, ``(n, 2)`` [rad, m].
+    """
+    if finger.kind != "chain":
+        return joints.sum(axis=1)
+    turns = [float(joint.kind == "revolute") for joint in finger.joints]
+    x, y = finger.tip if any(finger.tip) else finger.joints[-1].axis
+    fixed = finger.attitude + sum(joint.attitude for joint in finger.joints) + math.atan2(y, x)
+    return (joints * np.array(turns)).sum(axis=1) + fixed
 
 
 def packed(facts: dict[str, Any], arrays: Arrays) -> bytes:

@@ -16,6 +16,7 @@ from slipgrasp.core.scenario import (
     RAIL,
     SPATIAL,
     SUPPORT,
+    FingerParameters,
     HandScenario,
     RailScenario,
     Scenario,
@@ -263,7 +264,7 @@ class Scene:
                 self._ghost.remove()
             self._ghost = GhostView(
                 self._stage.scene,
-                _LOOKS[ghost.scenario.space].ghost_root,
+                _LOOKS[ghost.scenario.space].ghost_root + _suffix(ghost.scenario),
                 ghost.scenario,
                 surfaces_for(dark=self._appearance.dark),
                 self._detail,
@@ -307,20 +308,30 @@ def shape_of(scenario: Scenario) -> object:
         finger = (f.link_lengths, f.base, f.angle, f.elbow)
         return (body, finger, scenario.trajectory.start, parts.rail_ends(scenario))
     fingers = tuple(
-        (f.kind, f.link_lengths, f.base, f.face, f.contact_offset, f.elbow, _spatial_parts(f))
+        (f.kind, f.link_lengths, f.base, f.face, f.contact_offset, f.elbow, _chain_of(f), _pad(f))
         for f in scenario.fingers
     )
     return (fingers, body, scenario.trajectory.start, scenario.friction_cone == "pyramid")
 
 
-def _spatial_parts(finger: object) -> object:
-    """Appearance of a chain and a pad; empty for a planar finger."""
-    if not isinstance(finger, SpatialFinger):
-        return None
-    joints = [
-        (j.kind, j.place, j.attitude, j.axis, j.follows, j.ratio, j.offset) for j in finger.joints
-    ]
-    return finger.attitude, finger.tip, *joints, finger.pad_radius, finger.pad_pressure
+def _chain_of(finger: FingerParameters | SpatialFinger) -> object:
+    """Appearance of a chain."""
+    base, attitude, joints, tip = finger.chain
+    moves = [(j.kind, j.place, j.attitude, j.axis, j.follows, j.ratio, j.offset) for j in joints]
+    return base, attitude, tip, finger.posture, *moves
+
+
+def _pad(finger: FingerParameters | SpatialFinger) -> object:
+    """Appearance of a pad; empty for a planar finger."""
+    return isinstance(finger, SpatialFinger) and (finger.pad_radius, finger.pad_pressure)
+
+
+def _suffix(scenario: Scenario) -> str:
+    """End of the names of nodes, for the same reason as in `_Look`: empty without chains."""
+    if isinstance(scenario, SupportScenario | RailScenario):
+        return ""
+    kinds = [finger.kind for finger in scenario.fingers]
+    return f"-{'-'.join(kinds)}" if "chain" in kinds else ""
 
 
 def _make_views(
@@ -333,7 +344,7 @@ def _make_views(
     has_meshes: bool,
 ) -> _Views:
     look, contacts = _LOOKS[scenario.space], skeleton.contacts_of(scenario)
-    name = look.root
+    name = look.root + _suffix(scenario)
     root = scene.add_frame(name, show_axes=False)
     own = {skeleton.contact_name(i) for i in range(len(scenario.fingers))}
     frames, entities = skeleton.frames_of(scenario), parts.entities_of(scenario)

@@ -7,6 +7,7 @@ import numpy as np
 from slipgrasp.core.kernel.compilation.compiler import compiled
 from slipgrasp.core.kernel.compilation.records import Floats, Record
 
+BY_LINKS, ON_SLIDES, BY_CHAIN = range(3)  # kinds of fingers
 REST_RATE = 0.01  # joint rate below which dry friction decreases smoothly [rad/s]
 LEAST_SINE = 1e-2  # least |sin q2|; closer to a straight or folded finger, rounding dominates
 

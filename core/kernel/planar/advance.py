@@ -18,8 +18,10 @@ from slipgrasp.core.kernel.loop.guards import find_end
 from slipgrasp.core.kernel.loop.motion import pass_breaks
 from slipgrasp.core.kernel.loop.status import (
     EVENT_STALL,
+    JOINT_LIMIT,
     LEFT_FACE,
     RUNNING,
+    SINGULAR,
     UNBOUNDED_FORCE,
 )
 from slipgrasp.core.kernel.loop.ticks import next_command, next_tick, restart_ticks
@@ -33,6 +35,7 @@ from slipgrasp.core.kernel.planar.jump import (
     restart_flow,
     select_again,
 )
+from slipgrasp.core.kernel.planar.kinematics import is_at_limit
 from slipgrasp.core.kernel.planar.model import MODEL
 from slipgrasp.core.kernel.planar.run import (
     LAYOUTS,
@@ -74,6 +77,10 @@ def pass_event(model: Record, run: Record, outlet: Record) -> int:
     if law_jumps:
         _keep_what_no_force_decides(model, run)
     status = find_end(model, run, PER_CONTACT)
+    if status == SINGULAR:
+        update_mechanics(model, run.step.start, run.work)
+        if is_at_limit(model.hand, run.work.kin, run.concerned):
+            status = JOINT_LIMIT
     if status in (RUNNING, LEFT_FACE) and run.stalls > MAX_STALLS:
         status = EVENT_STALL
     consume_events(model, run)

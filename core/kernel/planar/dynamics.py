@@ -12,8 +12,9 @@ import numpy as np
 
 from slipgrasp.core.kernel.compilation.compiler import compiled
 from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Floats, Record
-from slipgrasp.core.kernel.loop.links import joint_friction
-from slipgrasp.core.kernel.planar.kinematics import Finger, stored_finger
+from slipgrasp.core.kernel.loop.links import BY_LINKS, ON_SLIDES, joint_friction
+from slipgrasp.core.kernel.planar.chain import chain_heights, chain_unit
+from slipgrasp.core.kernel.planar.kinematics import Finger, posture_of, stored_finger
 from slipgrasp.core.kernel.planar.state import Y, velocity_at
 
 # Apparent inertia and bias force of the fingers at their tips.
@@ -40,8 +41,11 @@ def joint_space_unit(
     hand: Record, i: int, link: int, finger: Finger
 ) -> tuple[float, float, float, float, float]:
     """Inertia M_11, M_12, M_22 and bias h_1, h_2 of one link with a mass of 1 kg."""
-    if hand.on_slides[i] == 1:
+    if hand.kinds[i] == ON_SLIDES:
         return (1.0, 0.0, 1.0, 0.0, hand.gravity) if link == 0 else (0.0, 0.0, 0.0, 0.0, 0.0)
+    if hand.kinds[i] != BY_LINKS:
+        pose = posture_of(finger)
+        return chain_unit(hand.chains[i], link, pose, finger.rate1, finger.rate2, hand.gravity)
     centre, own = hand.link_centres[i, link], hand.link_moments[i, link]
     if link == 0:
         return own, 0.0, 0.0, hand.gravity * centre * finger.cosine1, 0.0
@@ -140,18 +144,30 @@ def stored_energy(hand: Record, truth: Record, kin: Record, state: Record) -> tu
         kinetic += 0.5 * truth.object_inertia[k] * rate * rate
     for i in range(hand.num_fingers):
         rate1, rate2 = kin.joint_velocities[i, 0], kin.joint_velocities[i, 1]
-        joint_height = hand.bases[i, 1]
-        if hand.on_slides[i] == 1:
+        if hand.kinds[i] == ON_SLIDES:
             mass = truth.link_masses[i, 0]
             kinetic += 0.5 * mass * (rate1 * rate1 + rate2 * rate2)
-            potential += hand.gravity * mass * (joint_height + kin.links[i, 0, 1])
+            potential += hand.gravity * mass * (hand.bases[i, 1] + kin.links[i, 0, 1])
             continue
+        heights = _heights(hand, kin, i)
         for link in range(2):
             mass = truth.link_masses[i, link]
             m11, m12, m22, _, _ = joint_space_unit(hand, i, link, stored_finger(kin, i))
             square = m11 * rate1 * rate1 + 2.0 * m12 * rate1 * rate2 + m22 * rate2 * rate2
-            height = joint_height + hand.link_centres[i, link] * kin.links[i, link, 1]
             kinetic += 0.5 * mass * square
-            potential += hand.gravity * mass * height
-            joint_height += hand.link_lengths[i, link] * kin.links[i, link, 1]
+            potential += hand.gravity * mass * heights[link]
     return kinetic, potential
+
+
+@compiled
+def _heights(hand: Record, kin: Record, i: int) -> tuple[float, float]:
+    """Heights of the centres of mass of the links of finger ``i`` [m]."""
+    base = hand.bases[i, 1]
+    if hand.kinds[i] != BY_LINKS:
+        first, second = chain_heights(hand.chains[i], posture_of(stored_finger(kin, i)))
+        return base + first, base + second
+    joint = base + hand.link_lengths[i, 0] * kin.links[i, 0, 1]
+    return (
+        base + hand.link_centres[i, 0] * kin.links[i, 0, 1],
+        joint + hand.link_centres[i, 1] * kin.links[i, 1, 1],
+    )

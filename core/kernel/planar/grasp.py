@@ -133,7 +133,7 @@ def minimise_forces(model: Record, work: Record) -> int:
     problem.rows = problem.equalities
     for i in range(model.num_fingers):
         _limit_force(model.law, work, i)
-        _limit_torques(model.law, work, i)
+        _limit_torques(model.hand, work, i)
     room.violation = 0.0
     if solve_quadratic(problem) == 0:
         if problem.count < problem.equalities:
@@ -173,15 +173,15 @@ def _limit_force(law: Record, work: Record, i: int) -> None:
 
 
 @compiled
-def _limit_torques(law: Record, work: Record, i: int) -> None:
+def _limit_torques(hand: Record, work: Record, i: int) -> None:
     """Adds |tau| <= limit for both joints, in newtons: divided by the lever arm of the force."""
-    if law.torque_limit == np.inf:
-        return
     for joint in range(2):
+        if hand.torque_limits[i, joint] == np.inf:
+            continue
         along, across, free = _torque_of_force(work, i, joint)
         lever = hypot(along, across)
         along, across, free = along / lever, across / lever, free / lever
-        limit = law.torque_limit / lever
+        limit = hand.torque_limits[i, joint] / lever
         _require(work.quadratic, i, along, across, -limit - free)
         _require(work.quadratic, i, -along, -across, free - limit)
 
@@ -226,6 +226,7 @@ def keep_limits(model: Record, work: Record) -> None:
             return
         for joint in range(2):
             along, across, free = _torque_of_force(work, i, joint)
-            if abs(along * forces[i, 0] + across * normal + free) > law.torque_limit:
+            torque = abs(along * forces[i, 0] + across * normal + free)
+            if torque > model.hand.torque_limits[i, joint]:
                 minimise_forces(model, work)
                 return

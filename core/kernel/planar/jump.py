@@ -28,6 +28,7 @@ from slipgrasp.core.kernel.planar.guards import (
     arm_guards,
     is_infeasible,
 )
+from slipgrasp.core.kernel.planar.kinematics import is_at_limit
 from slipgrasp.core.kernel.planar.model import MODEL
 from slipgrasp.core.kernel.planar.opening import find_opening
 from slipgrasp.core.kernel.planar.run import OUTLET, PROGRESS, emit, keep_old, leave_slip
@@ -98,7 +99,8 @@ def settle(model: Record, run: Record, instant: int, exhaustive: int) -> int:
 def _nearly_singular(model: Record, run: Record) -> int:
     """First finger that is too straight or folded for accurate forces; -1 if there is none."""
     for i in range(model.num_fingers):
-        if run.work.kin.extension[i] < LOST_FORCES:
+        kin = run.work.kin
+        if kin.extension[i] < LOST_FORCES and not is_at_limit(model.hand, kin, i):
             return i
     return -1
 

@@ -1,6 +1,7 @@
 """Planar kinematics of fingers and contacts (docs/model.md, Contact geometry).
 
-A finger on slides has J = 1; its tip position replaces the directions of links.
+A finger on slides has J = 1; its tip position replaces the directions of links. The positions of
+prismatic joints of a chain replace cosine and sine of q2.
 """
 
 from __future__ import annotations
@@ -11,13 +12,23 @@ import numpy as np
 
 from slipgrasp.core.kernel.compilation.compiler import compiled
 from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Record
-from slipgrasp.core.kernel.loop.links import LEAST_SINE
+from slipgrasp.core.kernel.loop.links import BY_LINKS, LEAST_SINE, ON_SLIDES
 from slipgrasp.core.kernel.numerics.elementary import atan2, sincos, square
+from slipgrasp.core.kernel.planar.chain import (
+    Posture,
+    chain_margin,
+    chain_position,
+    drift_of,
+    lever_of,
+    limit_margin,
+    pose_chain,
+)
 from slipgrasp.core.kernel.planar.state import ANGLE, X, Y, slip_at, slip_velocity_at, velocity_at
 
 # State of one finger: link directions, q2, J^-1, joint velocities, tip acceleration at zero joint
 # accelerations, and sin^2 q2 minus its minimum. On slides the first direction is the position of
-# the tip relative to the base [m], and the rates are the tip velocity [m/s].
+# the tip relative to the base [m], and the rates are the tip velocity [m/s]. Of chains, c2 and s2
+# are the positions of prismatic joints [m], and joint limits bound the last number.
 Finger = namedtuple(
     "Finger",
     "cosine1 sine1 cosine12 sine12 cosine2 sine2 "
@@ -28,7 +39,7 @@ Finger = namedtuple(
 KINEMATICS = np.dtype(
     [
         ("links", np.float64, (MAX_FINGERS, 2, 2)),  # unit vectors; on slides, tip position
-        ("bends", np.float64, (MAX_FINGERS, 2)),  # cosine and sine of q2
+        ("bends", np.float64, (MAX_FINGERS, 2)),  # cosine and sine of q2; slides of a chain [m]
         ("joint_velocities", np.float64, (MAX_FINGERS, 2)),  # [rad/s, m/s]
         ("jacobians", np.float64, (MAX_FINGERS, 2, 2)),  # J of the fingertip
         ("inverses", np.float64, (MAX_FINGERS, 2, 2)),  # J^-1
@@ -90,7 +101,7 @@ def mistake_lengths(nominal: Record, state: Record, kin: Record) -> None:
     """
     omega = state.x[velocity_at(ANGLE)]
     for i in range(nominal.num_fingers):
-        if nominal.on_slides[i] == 1:
+        if nominal.kinds[i] != BY_LINKS:
             continue
         finger = _mistaken_finger(nominal, kin, i)
         first, second = nominal.link_lengths[i, 0], nominal.link_lengths[i, 1]
@@ -167,8 +178,10 @@ def turn_tangent(tx: float, ty: float, angle: float) -> tuple[float, float]:
 @compiled
 def solve_finger(hand: Record, i: int, dx: float, dy: float, vx: float, vy: float) -> Finger:
     """Inverse kinematics of finger ``i`` for tip position (dx, dy) and velocity (vx, vy)."""
-    if hand.on_slides[i] == 1:
+    if hand.kinds[i] == ON_SLIDES:
         return Finger(dx, dy, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, vx, vy, 0.0, 0.0, 1.0)
+    if hand.kinds[i] != BY_LINKS:
+        return _solve_chain(hand.chains[i], dx, dy, vx, vy)
     first, second = hand.link_lengths[i, 0], hand.link_lengths[i, 1]
     squared = dx * dx + dy * dy
     c2 = (squared - first * first - second * second) / (2.0 * first * second)
@@ -206,15 +219,68 @@ def solve_finger(hand: Record, i: int, dx: float, dy: float, vx: float, vy: floa
 
 
 @compiled
+def _solve_chain(chain: Record, dx: float, dy: float, vx: float, vy: float) -> Finger:
+    """As `solve_finger`, for a chain."""
+    pose, squared = pose_chain(chain, dx, dy)
+    lever = lever_of(chain, pose, chain.tip[0], chain.tip[1])
+    scale = 1.0 / (lever.x1 * lever.y2 - lever.x2 * lever.y1)
+    i00, i01, i10, i11 = scale * lever.y2, -scale * lever.x2, -scale * lever.y1, scale * lever.x1
+    rate1, rate2 = i00 * vx + i01 * vy, i10 * vx + i11 * vy
+    ax, ay = drift_of(chain, lever, rate1, rate2)
+    margin = chain_margin(chain, pose, squared)
+    return Finger(
+        pose.cosine1,
+        pose.sine1,
+        pose.cosine12,
+        pose.sine12,
+        pose.slide1,
+        pose.slide2,
+        i00,
+        i01,
+        i10,
+        i11,
+        rate1,
+        rate2,
+        -ax,
+        -ay,
+        margin,
+    )
+
+
+@compiled
+def posture_of(finger: Finger) -> Posture:
+    """Posture of a chain."""
+    return Posture(
+        finger.cosine1,
+        finger.sine1,
+        finger.cosine12,
+        finger.sine12,
+        finger.cosine2,
+        finger.sine2,
+    )
+
+
+@compiled
+def is_at_limit(hand: Record, kin: Record, i: int) -> bool:
+    """True if a joint limit, rather than a singularity, bounds the extension of finger ``i``."""
+    if hand.kinds[i] in (BY_LINKS, ON_SLIDES) or hand.chains[i].limited == 0:
+        return False
+    pose = posture_of(stored_finger(kin, i))
+    return limit_margin(hand.chains[i], pose) <= kin.extension[i]
+
+
+@compiled
 def _store_finger(hand: Record, i: int, dx: float, dy: float, finger: Finger, kin: Record) -> None:
     """Writes a finger without its bias, and its Jacobian, to ``kin``."""
     second = hand.link_lengths[i, 1]
     kin.links[i, 0, 0], kin.links[i, 0, 1] = finger.cosine1, finger.sine1
     kin.links[i, 1, 0], kin.links[i, 1, 1] = finger.cosine12, finger.sine12
     kin.bends[i, 0], kin.bends[i, 1] = finger.cosine2, finger.sine2
-    if hand.on_slides[i] == 1:
-        kin.jacobians[i, 0, 0], kin.jacobians[i, 0, 1] = 1.0, 0.0
-        kin.jacobians[i, 1, 0], kin.jacobians[i, 1, 1] = 0.0, 1.0
+    if hand.kinds[i] != BY_LINKS:
+        i00, i01, i10, i11 = finger.inverse00, finger.inverse01, finger.inverse10, finger.inverse11
+        scale = 1.0 / (i00 * i11 - i01 * i10)
+        kin.jacobians[i, 0, 0], kin.jacobians[i, 0, 1] = scale * i11, 0.0 - scale * i01
+        kin.jacobians[i, 1, 0], kin.jacobians[i, 1, 1] = 0.0 - scale * i10, scale * i00
     else:
         kin.jacobians[i, 0, 0], kin.jacobians[i, 0, 1] = -dy, -second * finger.sine12
         kin.jacobians[i, 1, 0], kin.jacobians[i, 1, 1] = dx, second * finger.cosine12
@@ -249,8 +315,10 @@ def stored_finger(kin: Record, i: int) -> Finger:
 @compiled
 def joint_position(hand: Record, kin: Record, i: int, joint: int) -> float:
     """Joint angle, of the second joint relative to the first link [rad]; slide position [m]."""
-    if hand.on_slides[i] == 1:
+    if hand.kinds[i] == ON_SLIDES:
         return kin.links[i, 0, joint]
+    if hand.kinds[i] != BY_LINKS:
+        return chain_position(hand.chains[i], posture_of(stored_finger(kin, i)), joint)
     if joint == 0:
         return atan2(kin.links[i, 0, 1], kin.links[i, 0, 0])
     return atan2(kin.bends[i, 1], kin.bends[i, 0])

@@ -21,13 +21,14 @@ from slipgrasp.core.kernel.loop.model import (
 )
 from slipgrasp.core.kernel.loop.motion import motion_layout
 from slipgrasp.core.kernel.numerics.methods import MAX_METHODS, METHOD
+from slipgrasp.core.kernel.planar.chain import CHAIN
 from slipgrasp.core.scenario.space import PLANAR
 
 # Geometry of fingers and contacts.
 HAND = np.dtype(
     [
         ("num_fingers", np.int64),
-        ("on_slides", np.int64, (MAX_FINGERS,)),  # 1: two slides along x and y; no links
+        ("kinds", np.int64, (MAX_FINGERS,)),  # BY_LINKS, ON_SLIDES (along x and y) or BY_CHAIN
         ("link_lengths", np.float64, (MAX_FINGERS, 2)),  # [m]
         ("link_centres", np.float64, (MAX_FINGERS, 2)),  # from the proximal joint [m]
         ("link_moments", np.float64, (MAX_FINGERS, 2)),  # inertia per mass about that joint [m^2]
@@ -39,6 +40,8 @@ HAND = np.dtype(
         ("slip_minimum", np.float64, (MAX_FINGERS,)),  # ends of the face, or of its part
         ("slip_maximum", np.float64, (MAX_FINGERS,)),  # with constant friction [m]
         ("gravity", np.float64),  # [m/s^2]
+        ("chains", CHAIN, (MAX_FINGERS,)),
+        ("torque_limits", np.float64, (MAX_FINGERS, 2)),  # inf if unlimited [N m, N]
         ("joint_damping", np.float64, (MAX_FINGERS,)),  # of the plant alone [N m s, N s/m]
         ("joint_friction", np.float64, (MAX_FINGERS,)),  # of the plant alone [N m, N]
         ("joints_rub", np.bool_),  # whether any value above is nonzero
@@ -70,7 +73,6 @@ LAW = law_layout(
         ("grasp_force", np.bool_),
         ("holds", np.bool_),  # keep every contact inside its cone, slipping or not
         ("knows_lengths", np.bool_),  # whether the law uses the true link lengths
-        ("torque_limit", np.float64),  # inf if unlimited [N m]
     ],
 )
 MOTION = motion_layout(3)

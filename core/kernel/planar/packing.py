@@ -12,6 +12,7 @@ from numba import types
 from slipgrasp.core.kernel.compilation.compiler import call, compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Record, as_record, make_record
 from slipgrasp.core.kernel.laws.gripper import lag_share
+from slipgrasp.core.kernel.loop.links import BY_CHAIN, BY_LINKS, ON_SLIDES
 from slipgrasp.core.kernel.loop.model import (
     FRICTION,
     LINK_MASS,
@@ -24,6 +25,7 @@ from slipgrasp.core.kernel.numerics.dop853 import DOP853
 from slipgrasp.core.kernel.numerics.elementary import exp, log
 from slipgrasp.core.kernel.numerics.lyapunov import pack_coupling, pack_lyapunov
 from slipgrasp.core.kernel.numerics.methods import BS32, DOPRI5, METHOD, RK43
+from slipgrasp.core.kernel.planar.chain import pack_chain
 from slipgrasp.core.kernel.planar.kinematics import turn_tangent
 from slipgrasp.core.kernel.planar.model import MODEL
 from slipgrasp.core.kernel.planar.state import count_coordinates, count_states
@@ -57,7 +59,6 @@ SHORT_PERIOD = 2e-3  # longest period for which low orders are accurate enough [
 _INERTIA_DEVIATION, _DEVIATION = 0.1, 3.0
 
 _CIRCLE = choices_of(ObjectParameters, "shape").index("circle")
-_SLIDES = choices_of(FingerParameters, "kind").index("slides")
 _ELBOW_UP = choices_of(FingerParameters, "elbow").index("up")
 _HOLD = choices_of(ControllerParameters, "distribution").index("hold")
 _CUMULATIVE = choices_of(SensingParameters, "slip_detector").index("cumulative-sum")
@@ -86,6 +87,7 @@ def _list_unknowns() -> np.ndarray:
         rows.append((place_of(f"fingers.{i}.mass"), LINK_MASS, i, 0))
         for link in range(2):
             rows.append((place_of(f"fingers.{i}.link_masses.{link}"), LINK_MASS, i, link))
+            rows.append((place_of(f"fingers.{i}.joints.{link}.mass"), LINK_MASS, i, link))
     return np.array(rows, np.int64)
 
 
@@ -138,6 +140,7 @@ def pack(table: Record, stretch: Record, model: Record) -> None:
         model.load[c] = stretch.load[c]
     for i in range(n):
         _pack_finger(table.fingers.entries[i], i, model)
+        _pack_torque_limits(table.fingers.entries[i], i, table.actuation.torque_limit, model.hand)
         _pack_links(table.fingers.entries[i], i, 1.0, model.hand)
         _pack_links(table.fingers.entries[i], i, table.controller.link_length_ratio, model.nominal)
         _pack_contact(table, stretch, i, model)
@@ -178,13 +181,18 @@ def _or(value: float, otherwise: float) -> float:
 @compiled
 def _pack_finger(finger: Record, i: int, model: Record) -> None:
     hand, truth = model.hand, model.truth
-    on_slides = 1 if finger.kind == _SLIDES else 0
-    hand.on_slides[i] = model.nominal.on_slides[i] = on_slides
+    kind = int(finger.kind)
+    hand.kinds[i] = model.nominal.kinds[i] = kind
     for link in range(2):
         hand.bases[i, link] = finger["base"][link]  # `.base` is an attribute of NumPy arrays
         truth.link_masses[i, link] = finger.link_masses[link]
-    if on_slides == 1:
+    if kind == ON_SLIDES:
         truth.link_masses[i, 0], truth.link_masses[i, 1] = finger.mass, 0.0
+    elif kind == BY_CHAIN:
+        pack_chain(finger, hand.chains[i])
+        pack_chain(finger, model.nominal.chains[i])
+        for link in range(2):
+            truth.link_masses[i, link] = finger.joints.entries[link].mass
     hand.elbows[i] = -1.0 if finger.elbow == _ELBOW_UP else 1.0
     hand.joint_damping[i], hand.joint_friction[i] = finger.joint_damping, finger.joint_friction
     hand.joints_rub = hand.joints_rub or finger.joint_damping + finger.joint_friction > 0.0
@@ -192,14 +200,22 @@ def _pack_finger(finger: Record, i: int, model: Record) -> None:
 
 @compiled
 def _pack_links(finger: Record, i: int, ratio: float, hand: Record) -> None:
-    """Packs the links with lengths scaled by a ratio, same mass fractions; 0 on slides."""
-    ratio = 0.0 if finger.kind == _SLIDES else ratio
+    """Packs the links with lengths scaled by a ratio, same mass fractions; 0 for other kinds."""
+    ratio = ratio if finger.kind == BY_LINKS else 0.0
     for link in range(2):
         length, centre = ratio * finger.link_lengths[link], finger.link_centre_fractions[link]
         inertia = centre * centre + finger.link_inertia_fractions[link]
         hand.link_lengths[i, link] = length
         hand.link_centres[i, link] = centre * length
         hand.link_moments[i, link] = inertia * (length * length)
+
+
+@compiled
+def _pack_torque_limits(finger: Record, i: int, limit: float, hand: Record) -> None:
+    """Packs the limit of all joints or, if it is omitted, those of the joints of a chain."""
+    for joint in range(2):
+        own = finger.joints.entries[joint].torque_limit if finger.kind == BY_CHAIN else np.inf
+        hand.torque_limits[i, joint] = _or(_or(limit, own), np.inf)
 
 
 @compiled
@@ -273,7 +289,6 @@ def _pack_law(table: Record, n: int, law: Record) -> None:
     law.grip_safety = controller.grip_safety
     law.minimum_normal_force = controller.minimum_normal_force
     law.maximum_normal_force = _or(controller.maximum_normal_force, np.inf)
-    law.torque_limit = _or(table.actuation.torque_limit, np.inf)
     law.estimate_norm_bound = controller.estimate_norm_bound
     law.latency = controller.latency
     law.predicts = controller.prediction > 0.0 and controller.latency > 0.0

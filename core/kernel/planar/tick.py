@@ -56,8 +56,8 @@ _set_estimate, _advance_estimates = make_estimates(_get_estimate, _put_estimate)
 
 
 @compiled
-def _limit_of(model: Record, _i: int, _joint: int) -> float:
-    return model.actuators.torque_limit
+def _limit_of(model: Record, i: int, joint: int) -> float:
+    return model.hand.torque_limits[i, joint]
 
 
 @compiled

@@ -17,7 +17,6 @@ from slipgrasp.core.kernel.numerics.elementary import sincos, square
 from slipgrasp.core.kernel.numerics.linear import cross
 from slipgrasp.core.scenario.chain import MAX_LINKS
 
-BY_LINKS, ON_SLIDES, BY_CHAIN = range(3)  # kinds of fingers
 LEAST_SINE = 1e-3  # |det J| over the product of column lengths below which a chain is singular
 LONGEST_STEP = 0.3  # of Newton's method [rad]; of slides, relative to the length of the chain
 SURE_STEP, ROUNDING, MOST_STEPS, MOST_HALVINGS = 1e-9, 1e-15, 60, 10

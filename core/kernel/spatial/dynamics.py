@@ -13,14 +13,9 @@ from numba import types
 
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Floats, Record
-from slipgrasp.core.kernel.loop.links import joint_friction
+from slipgrasp.core.kernel.loop.links import BY_CHAIN, ON_SLIDES, joint_friction
 from slipgrasp.core.kernel.numerics.elementary import square
-from slipgrasp.core.kernel.spatial.chain import (
-    BY_CHAIN,
-    ON_SLIDES,
-    see_at_tip,
-    weigh_chain,
-)
+from slipgrasp.core.kernel.spatial.chain import see_at_tip, weigh_chain
 from slipgrasp.core.kernel.spatial.kinematics import KINEMATICS
 from slipgrasp.core.kernel.spatial.model import HAND, TRUTH
 from slipgrasp.core.kernel.spatial.state import POSITION, SPIN, VELOCITY

@@ -21,8 +21,9 @@ from slipgrasp.core.kernel.loop.guards import (
     guards_layout,
     make_guards,
 )
+from slipgrasp.core.kernel.loop.links import BY_CHAIN
 from slipgrasp.core.kernel.loop.status import JOINT_LIMIT, RUNNING
-from slipgrasp.core.kernel.spatial.chain import BY_CHAIN, limit_margin
+from slipgrasp.core.kernel.spatial.chain import limit_margin
 from slipgrasp.core.kernel.spatial.flow import LEAST_SPEED
 from slipgrasp.core.kernel.spatial.model import MODEL
 from slipgrasp.core.kernel.spatial.state import STATE, slip_at, velocity_at

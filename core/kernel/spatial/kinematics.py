@@ -14,13 +14,10 @@ from numpy.typing import NDArray
 
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Floats, Record
-from slipgrasp.core.kernel.loop.links import LEAST_SINE
+from slipgrasp.core.kernel.loop.links import BY_CHAIN, BY_LINKS, LEAST_SINE, ON_SLIDES
 from slipgrasp.core.kernel.numerics.elementary import atan2, square
 from slipgrasp.core.kernel.spatial.chain import (
-    BY_CHAIN,
-    BY_LINKS,
     CHAIN_STATE,
-    ON_SLIDES,
     SEED,
     chain_turning,
     moment_at_chain,

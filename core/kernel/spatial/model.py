@@ -13,6 +13,7 @@ from numba import types
 from slipgrasp.core.kernel.compilation.compiler import call, compiled_apart
 from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Record, make_record
 from slipgrasp.core.kernel.laws.gripper import lag_share
+from slipgrasp.core.kernel.loop.links import BY_CHAIN, ON_SLIDES
 from slipgrasp.core.kernel.loop.model import (
     ACTUATORS,
     FRICTION,
@@ -30,7 +31,7 @@ from slipgrasp.core.kernel.numerics.elementary import exp, log
 from slipgrasp.core.kernel.numerics.lyapunov import pack_coupling, pack_lyapunov
 from slipgrasp.core.kernel.numerics.methods import BS32, DOPRI5, METHOD, RK43
 from slipgrasp.core.kernel.numerics.rosenbrock import ROS34PW2
-from slipgrasp.core.kernel.spatial.chain import BY_CHAIN, CHAIN, ON_SLIDES
+from slipgrasp.core.kernel.spatial.chain import CHAIN
 from slipgrasp.core.kernel.spatial.chain_packing import pack_chain
 from slipgrasp.core.kernel.spatial.curved_faces import CYLINDER, SPHERE, start_on_face
 from slipgrasp.core.kernel.spatial.motion import MOTION, pack_motion

@@ -10,8 +10,9 @@ import numpy as np
 from slipgrasp.core.kernel.compilation.compiler import compiled
 from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Record
 from slipgrasp.core.kernel.laws.own_law import answer_layout, own_law_layout, show_fingers
+from slipgrasp.core.kernel.loop.links import BY_CHAIN, ON_SLIDES
 from slipgrasp.core.kernel.loop.motion import desired_motion
-from slipgrasp.core.kernel.spatial.chain import BY_CHAIN, ON_SLIDES, coordinate_range
+from slipgrasp.core.kernel.spatial.chain import coordinate_range
 from slipgrasp.core.kernel.spatial.grip import weight_force
 from slipgrasp.core.kernel.spatial.kinematics import joint_position
 from slipgrasp.core.kernel.spatial.law import desired_turn

@@ -6,6 +6,7 @@ from numba import types
 
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import Record
+from slipgrasp.core.kernel.loop.links import BY_CHAIN
 from slipgrasp.core.kernel.loop.motion import pass_breaks
 from slipgrasp.core.kernel.loop.output import phases_changed
 from slipgrasp.core.kernel.loop.progress import FREE_ROTATION, SOFTENED, warn
@@ -17,7 +18,7 @@ from slipgrasp.core.kernel.loop.ticks import (
     make_estimates,
     take_command,
 )
-from slipgrasp.core.kernel.spatial.chain import BY_CHAIN, renew_seed
+from slipgrasp.core.kernel.spatial.chain import renew_seed
 from slipgrasp.core.kernel.spatial.command import spatial_believe, spatial_command
 from slipgrasp.core.kernel.spatial.flow import spatial_plant
 from slipgrasp.core.kernel.spatial.jump import (

@@ -17,7 +17,7 @@ from numba import types
 
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import Floats, Record
-from slipgrasp.core.kernel.spatial.chain import ON_SLIDES
+from slipgrasp.core.kernel.loop.links import ON_SLIDES
 from slipgrasp.core.kernel.spatial.contact_problem import inverse_of, solve_positive, times
 from slipgrasp.core.kernel.spatial.curved_faces import FLAT, normal_rate
 from slipgrasp.core.kernel.spatial.dynamics import world_inertia

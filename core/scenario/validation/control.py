@@ -225,9 +225,11 @@ def _needs_ticks(scenario: HandScenario) -> Iterator[tuple[str, float | bool | s
     for name in ("true_accelerations", "true_phases"):
         if not getattr(sensing, name):
             yield f"sensing.{name}", False
-    for name in ("torque_limit", "torque_rate_limit"):
-        if value := getattr(scenario.actuation, name):
-            yield f"actuation.{name}", value
+    limits = dict(scenario.torque_limits)
+    limits["actuation.torque_rate_limit"] = scenario.actuation.torque_rate_limit
+    for key, limit in limits.items():
+        if limit is not None:
+            yield key, limit
 
 
 def check_latency(scenario: Scenario) -> Iterator[FieldError]:

@@ -5,9 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+import numpy as np
+
 from slipgrasp.core.exceptions import FieldError
 from slipgrasp.core.scenario import FingerParameters, PlanarScenario
-from slipgrasp.core.scenario.geometry import contact_frame, tip_distance
+from slipgrasp.core.scenario.chain import NUM_PLANAR_JOINTS, ChainJoint, has_limits, range_of
+from slipgrasp.core.scenario.geometry import contact_frame, planar_tip_at_start, tip_distance
+from slipgrasp.core.scenario.planar_chain import planar_chain_start
+from slipgrasp.core.scenario.validation.chains import check_joints, check_within_limits, error
 from slipgrasp.core.scenario.validation.outline import check_outline
 
 MIN_SINE_OF_SECOND_JOINT = 1e-3
@@ -55,6 +60,39 @@ def check_start_pose(scenario: PlanarScenario) -> Iterator[FieldError]:
             )
         if finger.kind == "links":
             yield from _check_reach(i, finger, tip_distance(scenario, i))
+        elif finger.kind == "chain":
+            yield from _check_chain(scenario, i)
+
+
+def _check_chain(scenario: PlanarScenario, i: int) -> Iterator[FieldError]:
+    """Checks that a chain has two joints and starts within its limits."""
+    finger, joints = scenario.fingers[i], scenario.fingers[i].chain.joints
+    found = [*check_joints(f"fingers.{i}.joints", joints, NUM_PLANAR_JOINTS)]
+    if found:
+        yield from found
+        return
+    for k, joint in enumerate(joints):
+        yield from _check_turn(f"fingers.{i}.joints.{k}", joint)
+    start = planar_chain_start(finger, planar_tip_at_start(scenario, i))
+    if start is None or start.sine < MIN_SINE_OF_SECOND_JOINT:
+        words = (
+            f"fingers.{i} cannot reach its contact, or is singular there; move the base, the start "
+            "pose or the joints"
+        )
+        yield error(f"fingers.{i}.base", None, "within reach", words)
+        return
+    yield from check_within_limits(i, joints, np.array(start.positions))
+
+
+def _check_turn(key: str, joint: ChainJoint) -> Iterator[FieldError]:
+    """Checks that the limits of a revolute joint define its angle, which is known up to a turn."""
+    low, high = range_of(joint)
+    if joint.kind == "revolute" and has_limits([joint]) and not high - low < 2.0 * math.pi:
+        words = (
+            f"{key} turns in the plane and has limits {low:g} and {high:g}, but both have to be "
+            "given, less than one turn apart, or none"
+        )
+        yield error(f"{key}.maximum", high, "less than 2 pi above the minimum", words)
 
 
 def _check_reach(i: int, finger: FingerParameters, distance: float) -> Iterator[FieldError]:

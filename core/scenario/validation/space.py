@@ -3,30 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 from slipgrasp.core.exceptions import FieldError
-from slipgrasp.core.scenario.chain import (
-    NUM_JOINTS,
-    ChainJoint,
-    all_positions,
-    chain_start,
-    margins,
-    moving,
-    range_of,
-)
+from slipgrasp.core.scenario.chain import NUM_JOINTS, chain_start
 from slipgrasp.core.scenario.spatial import SpatialFinger, SpatialObject, SpatialScenario
 from slipgrasp.core.scenario.spatial_geometry import (
     distance_inside,
     spatial_contact,
     tip_at_start,
 )
+from slipgrasp.core.scenario.validation.chains import check_joints, check_within_limits, error
 from slipgrasp.core.scenario.validation.hands import not_computed
 from slipgrasp.core.scenario.validation.outline import check_outline
 
 UNIT_LENGTH = 1e-6
 LEAST_SINE = 1e-3
-_ENDS, _LIMITS = ("minimum", "maximum"), ("at least", "at most")
 LEAST_RADIUS = 1e-3  # as a fraction of the links' lengths, from the yaw axis
 
 
@@ -133,38 +125,11 @@ def _check_reach(scenario: SpatialScenario, i: int) -> Iterator[FieldError]:
 def _check_chain(scenario: SpatialScenario, i: int) -> Iterator[FieldError]:
     """Checks that a chain has three independent joints and starts within its limits."""
     finger, field = scenario.fingers[i], f"fingers.{i}.joints"
-    found = [*_check_joints(field, finger.joints)]
+    found = [*check_joints(field, finger.joints, NUM_JOINTS)]
     if not any(finger.attitude):
         words = f"fingers.{i}.attitude has length 0; a quaternion of a rotation has length 1"
-        found.append(_error(f"fingers.{i}.attitude", 0.0, "not 0, 0, 0, 0", words))
+        found.append(error(f"fingers.{i}.attitude", 0.0, "not 0, 0, 0, 0", words))
     yield from found or _check_start(scenario, i)
-
-
-def _check_joints(field: str, joints: Sequence[ChainJoint]) -> Iterator[FieldError]:
-    own = moving(joints)
-    if len(own) != NUM_JOINTS:
-        words = f"{field} has {len(own)} independent joints; a chain needs {NUM_JOINTS}"
-        if len(own) > NUM_JOINTS:
-            words += (
-                ": lock the others when importing the hand (--lock JOINT=POSITION), or couple them "
-                f"to these ({field}.{own[-1]}.follows)"
-            )
-        yield _error(field, float(len(own)), f"{NUM_JOINTS} joints", words)
-    if not any(joint.mass > 0.0 for joint in joints):
-        words = f"{field} have no mass; set the mass of the last one"
-        yield _error(field, 0.0, "above 0 kg", words)
-    for k, joint in enumerate(joints):
-        key, (low, high) = f"{field}.{k}", range_of(joint)
-        if not all(map(any, (joint.axis, joint.attitude))):
-            words = f"{key} has an axis or an attitude of length 0; give it a direction"
-            yield _error(key, 0.0, "not 0, 0, 0", words)
-        if joint.follows is not None and joint.follows not in own:
-            limit = ", ".join(map(str, own))
-            words = f"{key}.follows is {joint.follows}, which is not an independent joint: {limit}"
-            yield _error(f"{key}.follows", joint.follows, limit, words)
-        if not low < high:
-            words = f"{key}.minimum is {low:g}, which is not below {key}.maximum, {high:g}"
-            yield _error(f"{key}.minimum", low, f"below {high:g}", words)
 
 
 def _check_start(scenario: SpatialScenario, i: int) -> Iterator[FieldError]:
@@ -176,22 +141,9 @@ def _check_start(scenario: SpatialScenario, i: int) -> Iterator[FieldError]:
             f"fingers.{i} cannot reach its contact from fingers.{i}.posture, or passes a "
             "singularity; move the base, the start pose or the posture"
         )
-        yield _error(f"fingers.{i}.posture", None, "near the start", words)
+        yield error(f"fingers.{i}.posture", None, "near the start", words)
         return
-    left, positions = margins(finger.joints, start[1]), all_positions(finger.joints, start[1])
-    k = int(left.min(axis=1).argmin())
-    if left[k].min() < 0.0:
-        side = int(left[k].argmin())
-        key, limit = f"fingers.{i}.joints.{k}.{_ENDS[side]}", range_of(finger.joints[k])[side]
-        words = (
-            f"fingers.{i} starts with joint {k + 1} at {positions[k]:.4g}, beyond {key}, "
-            f"{limit:g}; move the base, the start pose or the posture"
-        )
-        yield _error(key, float(positions[k]), f"{_LIMITS[side]} {limit:g}", words)
-
-
-def _error(field: str, value: float | None, limit: str, message: str) -> FieldError:
-    return FieldError(field=field, value=value, limit=limit, message=message)
+    yield from check_within_limits(i, finger.joints, start[1])
 
 
 def check_sampled_only(scenario: SpatialScenario) -> Iterator[FieldError]:

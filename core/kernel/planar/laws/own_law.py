@@ -7,8 +7,10 @@ import numpy as np
 from slipgrasp.core.kernel.compilation.compiler import compiled
 from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Record
 from slipgrasp.core.kernel.laws.own_law import answer_layout, own_law_layout, show_fingers
+from slipgrasp.core.kernel.loop.links import BY_CHAIN, BY_LINKS
 from slipgrasp.core.kernel.loop.motion import desired_motion
 from slipgrasp.core.kernel.planar.kinematics import joint_position
+from slipgrasp.core.kernel.planar.laws.pd_gravity import weight_torques
 from slipgrasp.core.kernel.planar.state import estimate_at, slip_at, slip_velocity_at, velocity_at
 from slipgrasp.core.scenario import MAX_LAW_PARAMETERS, MAX_UNKNOWNS
 
@@ -32,6 +34,7 @@ SEEN = np.dtype(
         ("contact_force", np.float64, (MAX_FINGERS, 2)),  # measured: tangent, normal [N]
         ("jacobian", np.float64, (MAX_FINGERS, 2, 2)),
         ("jacobian_inverse", np.float64, (MAX_FINGERS, 2, 2)),
+        ("weight_torque", np.float64, (MAX_FINGERS, 2)),  # that supports the links [N m, N]
         ("link_direction", np.float64, (MAX_FINGERS, 2, 2)),  # unit vectors along the links
         ("contact_arm", np.float64, (MAX_FINGERS, 2)),  # from the centre of mass [m]
         ("contact_tangent", np.float64, (MAX_FINGERS, 2)),  # direction of positive slip
@@ -43,7 +46,10 @@ SEEN = np.dtype(
         ("link_lengths", np.float64, (MAX_FINGERS, 2)),  # [m]
         ("link_centres", np.float64, (MAX_FINGERS, 2)),  # from the proximal joint [m]
         ("gravity", np.float64),  # [m/s^2]
-        ("torque_limit", np.float64),  # inf if unlimited [N m]
+        ("torque_limit", np.float64),  # of all joints, inf if unlimited [N m]
+        ("joint_torque_limit", np.float64, (MAX_FINGERS, 2)),  # inf if unlimited [N m, N]
+        ("joint_minimum", np.float64, (MAX_FINGERS, 2)),  # -inf if unlimited [rad, m]
+        ("joint_maximum", np.float64, (MAX_FINGERS, 2)),  # inf if unlimited [rad, m]
         ("estimates", np.float64, (MAX_UNKNOWNS,)),
         ("position_gain", np.float64, (3,)),  # K_p
         ("velocity_gain", np.float64, (3,)),  # K_v
@@ -79,6 +85,8 @@ def look(model: Record, run: Record) -> None:
     believed = run.work.believed
     seen.object_mass, seen.object_inertia = believed.object_inertia[0], believed.object_inertia[2]
     show_fingers(model, model.nominal, believed, seen)
+    for i in range(n):
+        _show_joints(model, run, i)
 
 
 @compiled
@@ -98,7 +106,21 @@ def _show_finger(model: Record, run: Record, i: int) -> None:
         for other in range(2):
             seen.jacobian[i, axis, other] = kin.jacobians[i, axis, other]
             seen.jacobian_inverse[i, axis, other] = kin.inverses[i, axis, other]
-            has_links = model.hand.on_slides[i] == 0
+            has_links = model.hand.kinds[i] == BY_LINKS
             seen.link_direction[i, axis, other] = kin.links[i, axis, other] if has_links else 0.0
     seen.contact_normal[i, 0] = kin.tangents[i, 1]
     seen.contact_normal[i, 1] = -kin.tangents[i, 0]
+
+
+@compiled
+def _show_joints(model: Record, run: Record, i: int) -> None:
+    """Sets the limits of the joints of finger ``i`` and the torques that support its links."""
+    hand, seen, work = model.hand, run.own.seen, run.work
+    first, second = weight_torques(model.nominal, work.believed, work.kin, i)
+    seen.weight_torque[i, 0], seen.weight_torque[i, 1] = first, second
+    for joint in range(2):
+        seen.joint_torque_limit[i, joint] = hand.torque_limits[i, joint]
+        low, high = -np.inf, np.inf
+        if hand.kinds[i] == BY_CHAIN:
+            low, high = hand.chains[i].limits[joint, 0], hand.chains[i].limits[joint, 1]
+        seen.joint_minimum[i, joint], seen.joint_maximum[i, joint] = low, high

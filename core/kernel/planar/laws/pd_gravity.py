@@ -11,8 +11,9 @@ from numba import types
 
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import Record
-from slipgrasp.core.kernel.loop.links import weight_moments
-from slipgrasp.core.kernel.planar.kinematics import to_inertial_frame
+from slipgrasp.core.kernel.loop.links import BY_LINKS, ON_SLIDES, weight_moments
+from slipgrasp.core.kernel.planar.chain import chain_weight
+from slipgrasp.core.kernel.planar.kinematics import posture_of, stored_finger, to_inertial_frame
 from slipgrasp.core.kernel.planar.model import MODEL
 from slipgrasp.core.kernel.planar.workspace import WORKSPACE
 from slipgrasp.core.kernel.planar.wrench import share_wrench
@@ -60,10 +61,19 @@ def command_grip(model: Record, work: Record, grip: float) -> int:
 @compiled
 def weight_force(hand: Record, believed: Record, kin: Record, i: int) -> tuple[float, float]:
     """Tip force of finger ``i`` that supports its moving parts."""
-    if hand.on_slides[i] == 1:
-        return 0.0, hand.gravity * believed.link_masses[i, 0]
-    inner, outer = weight_moments(hand, believed, kin, i)
+    inner, outer = weight_torques(hand, believed, kin, i)
     return (
         kin.inverses[i, 0, 0] * inner + kin.inverses[i, 1, 0] * outer,
         kin.inverses[i, 0, 1] * inner + kin.inverses[i, 1, 1] * outer,
     )
+
+
+@compiled
+def weight_torques(hand: Record, believed: Record, kin: Record, i: int) -> tuple[float, float]:
+    """Joint torques of finger ``i`` that support its moving parts [N m, N]."""
+    if hand.kinds[i] == BY_LINKS:
+        return weight_moments(hand, believed, kin, i)
+    if hand.kinds[i] == ON_SLIDES:
+        return 0.0, hand.gravity * believed.link_masses[i, 0]
+    pose = posture_of(stored_finger(kin, i))
+    return chain_weight(hand.chains[i], believed.link_masses[i], pose, hand.gravity)
