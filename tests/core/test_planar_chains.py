@@ -304,3 +304,14 @@ def test_random_runs_have_true_outcomes(index):
 
     scenario = with_chains(draw_scenario(KINDS[index % len(KINDS)], f"chains {index}"), index)
     assert judge_run(scenario, twice=index % 2 == 0).missed == {}
+
+
+def test_what_can_be_estimated_is_named_for_every_kind_of_finger_in_the_hand():
+    mapping = load_scenario("paper-case-1").to_mapping()
+    first, *others = mapping["fingers"]
+    chain = {**first, **chain_of(load_scenario("paper-case-1").fingers[0])}
+    mapping = {**mapping, "fingers": [chain, *others]}
+    with pytest.raises(ScenarioError) as refusal:
+        scenario_from_mapping(mapping)
+    told = "fingers.N.friction and fingers.N.joints.K.mass, fingers.N.link_masses.K can"
+    assert told in str(refusal.value)

@@ -15,7 +15,7 @@ from slipgrasp.core.scenario.custom_laws import LAW, custom_law, law_names, law_
 from slipgrasp.core.scenario.field_errors import nearest, shortened
 from slipgrasp.core.scenario.laws import CONTROL_LAWS
 from slipgrasp.core.scenario.scenario import of_hand
-from slipgrasp.core.scenario.unknowns import parse_unknown
+from slipgrasp.core.scenario.unknowns import mass_keys, parse_unknown
 
 MIN_CONTROL_PERIOD = 1e-4
 MIN_POSITION_GAIN = 1e-3
@@ -253,7 +253,7 @@ def check_estimates(scenario: Scenario) -> Iterator[FieldError]:
     seen: set[str] = set()
     kinds: set[str] = set()
     inertia = re.sub(r"\d$", "K", scenario.space.inertias[0])
-    masses = "fingers.N.mass" if scenario.slides else "fingers.N.link_masses.K"
+    masses = ", ".join(_forms_of_masses(scenario))
     for i, estimate in enumerate(scenario.estimates):
         key = f"estimates.{i}"
         unknown = parse_unknown(scenario, estimate.parameter)
@@ -298,3 +298,10 @@ def check_estimates(scenario: Scenario) -> Iterator[FieldError]:
                 "product makes the regression bilinear; estimate one kind and set the other"
             ),
         )
+
+
+def _forms_of_masses(scenario: Scenario) -> list[str]:
+    """Keys of the masses of fingers of every kind in the hand, with N and K for numbers."""
+    keys = (key for i in range(len(scenario.fingers)) for key in mass_keys(scenario, i))
+    forms = (re.sub(r"^fingers\.\d+", "fingers.N", key) for key in keys)
+    return list(dict.fromkeys(re.sub(r"\.\d+", ".K", form) for form in forms))
