@@ -125,12 +125,13 @@ class Screen:
         client.camera.on_update(lambda camera: send(_report(camera)))
 
     def update_scene(self, view: ViewState) -> None:
-        """Draws the run at the play head; `update_run` and `update` then draw the rest."""
+        """Draws the run at the play head; `update` then draws the rest."""
         if view.shown is not None:
             self._draw(view.shown, view)
 
     def update_run(self, view: ViewState) -> None:
-        """Draws what else a new run changes in sight; `update` then draws the rest."""
+        """Draws what a new run changes in sight; `update` then draws the rest."""
+        self.update_scene(view)
         for panel in self._of_run:
             panel.update(view)
 

@@ -211,7 +211,7 @@ class Session:
     def _drawn_first(self, screen: Screen) -> tuple[Callable[[ViewState], None], ...]:
         """The drawings that are sent before the rest: of a new run, or of a moved play head."""
         if self._has_new_run():
-            return screen.update_scene, screen.update_run
+            return (screen.update_run,)
         before, playback = self._drawn, self._view.playback
         has_moved = before is not None and before.playback is not playback
         # During playback, the next frame follows soon.
