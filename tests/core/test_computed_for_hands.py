@@ -38,6 +38,7 @@ from slipgrasp.core.scenario.parameters import describe, hints_of, split_hint
 from slipgrasp.core.scenario.space import HANDS, PLANAR, SPATIAL
 from slipgrasp.core.scenario.validation import check_scenario
 from slipgrasp.core.scenario.validation import space as validation_space
+from tests.core.drawn_chains import with_chains
 from tests.core.test_chains import trifinger, with_split_joints
 
 pytestmark = pytest.mark.slow
@@ -187,6 +188,9 @@ def other_values(parameter, scenario):
 def bases(hand):
     """Scenarios that together have an entry in every list and use every part."""
     names = preset_names(hand)
+    if hand is PLANAR:
+        hold = with_law(load_scenario("composite-case-2"), "pd-gravity")
+        yield from (with_chains(hold, seed, 1.0) for seed in range(4))
     if hand is SPATIAL:
         # No other base allows both kinds of a first joint; begun with, it keeps the search short.
         yield with_values(trifinger(), {"fingers.0.kind": "slides"})
