@@ -219,7 +219,7 @@ def test_a_fit_whose_service_is_killed_continues_with_the_same_result(
     tmp_path, done, data, serving
 ):
     run_id = measure(tmp_path)
-    body = request(run_id, twins=60)
+    body = request(run_id, twins=20)
     with service(tmp_path) as (process, client):
         fit = create(client, body)
         until(client, fit, lambda now: now["stage"] == "twins" and now["share"] > 0.2)
@@ -230,7 +230,7 @@ def test_a_fit_whose_service_is_killed_continues_with_the_same_result(
     with service(tmp_path) as (_, client):
         ended = finished(client, fit)
         report = client.get(f"/fits/{fit['id']}/report.json").json()
-    twice = finished(serving, create(serving, request(data[1], twins=60)))
+    twice = finished(serving, create(serving, request(data[1], twins=20)))
     expected = serving.get(f"/fits/{twice['id']}/report.json").json()
 
     assert lines > 40 and ended["state"] == "completed" and not journal.exists()

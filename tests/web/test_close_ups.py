@@ -396,7 +396,7 @@ def test_captions_are_those_of_the_view_while_the_run_plays(seen_page: Page) -> 
 @pytest.mark.slow
 def test_fingertips_and_close_ups_change_colour_in_the_same_picture(visitors: Visitors) -> None:
     page = visitors.open_to_look()
-    pause_at(page, 0.0)
+    pause_at(page, 0.08)  # shortly before the slips end
     page.evaluate(WATCH_PICTURES)
     page.get_by_role("button", name="Play", exact=True).dispatch_event("click")
 
