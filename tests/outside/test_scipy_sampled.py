@@ -101,7 +101,7 @@ def test_the_composite_law_follows_the_reference(name):
     check(simulate(scenario), reference)
 
 
-# A seed that does not amplify rounding: with seed 7 noise of 1e-12 more moves the estimates by 1e-8.
+# A seed that does not amplify rounding: with 7, noise of 1e-12 more moves the estimates by 1e-8.
 def test_noisy_accelerations_teach_what_the_reference_learns_from_the_same_noise():
     noise = {"sensing.acceleration_noise": 0.1, "simulation.seed": 0}
     scenario = paper_case(2, period=PERIOD, duration=0.3, **noise)
