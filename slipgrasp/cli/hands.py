@@ -63,6 +63,12 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     command.add_argument(
         "--output", metavar="FILE.toml", type=Path, required=True, help="file to write"
     )
+    _add_options(command)
+    command.set_defaults(execute=_import)
+
+
+def _add_options(command: argparse.ArgumentParser) -> None:
+    """Adds what the file does not say: pose of the base, fixed and coupled joints, packages."""
     command.add_argument(
         "--base-pose",
         "--base",
@@ -96,7 +102,6 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         help="folder of the packages that the URDF file names with package://, in addition to all "
         "folders that contain it; may be repeated",
     )
-    command.set_defaults(execute=_import)
 
 
 def _import(arguments: argparse.Namespace) -> ExitStatus:

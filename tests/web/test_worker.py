@@ -55,6 +55,9 @@ def test_a_worker_without_tasks_has_no_thread() -> None:
 
 
 def test_a_closed_worker_has_no_thread_either(worker: QueueWorker) -> None:
+    before, done = threading.active_count(), []
     worker.close()
-    worker.ask(lambda: pytest.fail("closed"))
+    worker.ask(lambda: done.append("asked after the end"))
+    assert threading.active_count() == before
     worker.join(10.0)
+    assert done == []
