@@ -16,14 +16,12 @@ from slipgrasp.core.scenario import (
     RAIL,
     SPATIAL,
     SUPPORT,
-    FingerParameters,
     HandScenario,
     RailScenario,
     Scenario,
     SupportScenario,
 )
 from slipgrasp.core.scenario.hand_files.meshes import HandMeshes
-from slipgrasp.core.scenario.spatial import SpatialFinger
 from slipgrasp.core.scenario.spatial_geometry import friction_outline
 from slipgrasp.scene import parts, rotations, skeleton
 from slipgrasp.web.model.appearance import Appearance
@@ -46,6 +44,7 @@ from slipgrasp.web.scene.marks import (
     states_of,
     trail_of,
 )
+from slipgrasp.web.scene.node_shape import shape_of
 from slipgrasp.web.scene.picking import Picking
 from slipgrasp.web.scene.push_view import PushView
 from slipgrasp.web.scene.shapes import circle, extrude, faceted
@@ -295,35 +294,6 @@ class _Views:
 def _is_known(signal: Points) -> bool:
     """Whether a signal of a ghost is known; one that was not measured is NaN in all rows."""
     return bool(np.isfinite(signal[0]).all())
-
-
-def shape_of(scenario: Scenario) -> object:
-    """Properties that determine the nodes; equal for runs with other masses or gains."""
-    corners = parts.outline_of(scenario).tobytes()
-    body = scenario.object.shape, corners, parts.sizes_of(scenario).half_depth
-    if isinstance(scenario, SupportScenario):
-        return (body, scenario.motion.start, scenario.support.incline)
-    if isinstance(scenario, RailScenario):
-        f = scenario.finger
-        finger = (f.link_lengths, f.base, f.angle, f.elbow)
-        return (body, finger, scenario.trajectory.start, parts.rail_ends(scenario))
-    fingers = tuple(
-        (f.kind, f.link_lengths, f.base, f.face, f.contact_offset, f.elbow, _chain_of(f), _pad(f))
-        for f in scenario.fingers
-    )
-    return (fingers, body, scenario.trajectory.start, scenario.friction_cone == "pyramid")
-
-
-def _chain_of(finger: FingerParameters | SpatialFinger) -> object:
-    """Appearance of a chain."""
-    base, attitude, joints, tip = finger.chain
-    moves = [(j.kind, j.place, j.attitude, j.axis, j.follows, j.ratio, j.offset) for j in joints]
-    return base, attitude, tip, finger.posture, *moves
-
-
-def _pad(finger: FingerParameters | SpatialFinger) -> object:
-    """Appearance of a pad; empty for a planar finger."""
-    return isinstance(finger, SpatialFinger) and (finger.pad_radius, finger.pad_pressure)
 
 
 def _suffix(scenario: Scenario) -> str:

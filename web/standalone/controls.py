@@ -17,7 +17,7 @@ from slipgrasp.core.scenario.table import place_of
 from slipgrasp.core.scenario.table import places as table_places
 from slipgrasp.web.model.parameter_names import ParameterNames, names_of
 from slipgrasp.web.model.slider_range import SliderRange, round_step, slider_range
-from slipgrasp.web.scene.scene import shape_of
+from slipgrasp.web.scene.node_shape import shape_of
 from slipgrasp.web.standalone.kernel_data import bytes_of
 
 _USUAL = ("object.mass", "fingers.*.friction")
