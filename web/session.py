@@ -253,4 +253,5 @@ def _first_view(first: Source | None, hand: GivenHand) -> ViewState:
         draft=hand.draft or Draft.from_preset(FIRST_PRESET),
         status=RunStatus(RunStage.SIMULATING if first is None else RunStage.OPENING),
         choice=WindowChoice.SLIP,
+        from_file=hand.draft,
     )

@@ -132,6 +132,8 @@ def test_a_file_is_loaded_with_its_timed_changes(view: ViewState) -> None:
     assert loaded.draft.origin == "file own.toml"
     assert loaded.draft.scenario() == scenario
     assert not loaded.draft.is_touched
+    elsewhere = after(loaded, SetParameter(MASS, 1.4), ChoosePreset("paper-case-2"))
+    assert after(elsewhere, ChoosePreset("file own.toml")).draft == loaded.draft
 
 
 @pytest.mark.parametrize(

@@ -119,13 +119,12 @@ def test_a_recording_and_a_file_stay_among_the_scenarios_to_choose(
     replay = Replay("mine", "today", case_1)
     draft = Draft.starting_from("file own.toml", case_1.scenario)
     panel = ScenarioPanel(viewer_server.gui, draft, lambda _: None)
-    panel.update(replace(view_of(draft), replay=replay))
-    assert panel.origin.options == (
-        "file own.toml",
-        "recording mine",
-        *all_preset_names(),
-    )
+    view = replace(view_of(draft), replay=replay, from_file=draft)
+    panel.update(view)
     assert panel.origin.value == "file own.toml"
+    panel.update(replace(view, draft=Draft.from_preset("paper-case-2")))
+    assert panel.origin.value == "paper-case-2"
+    assert set(panel.origin.options) == {"file own.toml", "recording mine", *all_preset_names()}
     panel.remove()
 
 

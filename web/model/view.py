@@ -218,6 +218,7 @@ class ViewState:
         run_list: The list of stored runs.
         comparing: The comparison of the run on the screen and the ghost.
         replay: The recording that was opened last, to which the user can return.
+        from_file: The scenario of the file that was opened last, without edits, likewise.
         notice: A message across all panels; empty if there is none.
         charts: The user's settings of the charts.
         laws: Runs with every law, while their tab is visible.
@@ -247,6 +248,7 @@ class ViewState:
     run_list: RunList = field(default_factory=RunList)
     comparing: Comparing = field(default_factory=Comparing)
     replay: Replay | None = None
+    from_file: Draft | None = None
     notice: str = ""
     charts: ChartsView = field(default_factory=ChartsView)
     laws: LawsView = field(default_factory=LawsView)

@@ -66,7 +66,10 @@ class ScenarioPanel:
     def __init__(self, gui: viser.GuiApi, draft: Draft, send: Send) -> None:
         self._send = send
         self.origin = gui.add_dropdown(
-            "scenario", _origins(draft), initial_value=draft.origin, hint=_what_it_shows(draft)
+            "scenario",
+            _origins(draft.origin),
+            initial_value=draft.origin,
+            hint=_what_it_shows(draft),
         )
         # Without a hint, which would cover the laws below; the keys are in the list of keys.
         self.steps = gui.add_button_group("changes", tuple(_STEPS))
@@ -167,8 +170,9 @@ class ScenarioPanel:
 
     def _show_origin(self, view: ViewState) -> None:
         """Shows the origin of the controls."""
-        opened = (view.replay.label,) if view.replay else ()
-        self.origin.options = _origins(view.draft, *opened)
+        opened = view.replay.label if view.replay else None
+        file = view.from_file.origin if view.from_file else None
+        self.origin.options = _origins(view.draft.origin, opened, file)
         self.origin.value = view.draft.origin
         self.origin.hint = _what_it_shows(view.draft)
 
@@ -177,10 +181,10 @@ def _what_it_shows(draft: Draft) -> str:
     return scenario_title(draft.base) or "The scenario from which the controls start."
 
 
-def _origins(draft: Draft, *opened: str) -> tuple[str, ...]:
+def _origins(*opened: str | None) -> tuple[str, ...]:
     """The scenarios to choose from: opened files, and the presets."""
-    others = dict.fromkeys((draft.origin, *opened))
-    return (*(name for name in others if name not in offered_presets()), *offered_presets())
+    presets = offered_presets()
+    return (*(name for name in dict.fromkeys(opened) if name and name not in presets), *presets)
 
 
 def _resting_time(playback: Playback | None) -> float | None:

@@ -298,11 +298,13 @@ def _turned(view: ViewState, turn: Turn | None) -> ViewState:
 
 
 def _chosen(view: ViewState, name: str) -> ViewState:
-    """The view with a preset, or with the recording that was opened last."""
+    """The view with a preset, or with the recording or file that was opened last."""
+    recording, file = view.replay, view.from_file
     try:
-        recording = view.replay
         if recording is not None and name == recording.label:
             return _with_draft(view, Draft.from_replay(recording))
+        if file is not None and name == file.origin:
+            return _with_draft(view, file)
         return _with_draft(view, Draft.from_preset(name))
     except ScenarioError as error:
         return with_status(view, RunStatus.refused(error))
@@ -324,4 +326,5 @@ def _loaded(view: ViewState, name: str, content: bytes) -> ViewState:
         draft = Draft.starting_from(label, scenario_from_toml(content, label))
     except ScenarioError as error:
         return replace(view, editing=replace(view.editing, file_errors=error.errors))
-    return _with_draft(replace(view, editing=replace(view.editing, file_errors=())), draft)
+    editing = replace(view.editing, file_errors=())
+    return _with_draft(replace(view, editing=editing, from_file=draft), draft)
