@@ -1,10 +1,12 @@
 // What the user does with elements that panels have marked:
 //   data-sg-intent='{"kind": …}'   a click, Enter or Space asks for it, or for each of a list
+//   data-sg-tab="TITLE"            a click shows this tab
 //   data-sg-change='{"kind": …}'   a new value of an input or select asks for it, "$value" replaced
 //   data-sg-track                  a strip over the whole window: press and drag puts the play
 //                                  head there, and the wheel zooms at the pointer
 //   data-sg-visible='{"kind": …}'  becoming visible sends "is_visible", and becoming invisible too
 import { hold, holdRange, onFrame, state } from "./session_state.js";
+import { showTab } from "./keyboard.js";
 import { post } from "./post.js";
 
 const LOOK_EVERY_MS = 100;
@@ -26,6 +28,8 @@ export function startGestures() {
 }
 
 function onClick(event) {
+  const way = event.target.closest?.("[data-sg-tab]");
+  if (way) showTab(way.dataset.sgTab);
   const element = event.target.closest?.("[data-sg-intent]");
   if (element && !element.disabled) ask(element);
 }

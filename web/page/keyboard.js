@@ -46,8 +46,13 @@ function onKey(event) {
 
 function run(command) {
   post(command.intent);
+  showTab(command.tab);
+}
+
+/** Shows the tab of viser with a title, if there is one. */
+export function showTab(title) {
   for (const tab of document.querySelectorAll("[role=tab]")) {
-    if (tab.title !== command.tab) continue;
+    if (tab.title !== title) continue;
     // viser's tabs can be dragged: they listen to this key, and not to a click alone.
     tab.dispatchEvent(new KeyboardEvent("keydown", { key: "Enter", bubbles: true }));
   }

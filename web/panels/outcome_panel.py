@@ -208,7 +208,9 @@ def _hint_html(
     """
     if outcome.hint.goal is Goal.MARGIN:
         varied = "friction of all fingers" if any(f.friction for f in scenario.fingers) else "mass"
-        return _paragraph(f"<b>How large is the margin?</b> Vary the {varied} in <i>Study</i>.")
+        button = "<button type='button' class='sg-try' title='Shows the tab Study'"
+        words = f"data-sg-tab='Study'>Vary the {varied}</button>"
+        return _paragraph(f"<b>How large is the margin?</b> {button} {words}")
     if tried is None and will_try:
         return _paragraph("<b>Try:</b> simulating what could help …") * bool(outcome.suggestion)
     if tried is None or not tried.helpful:
