@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from slipgrasp.core.kernel.compilation.records import Layout
+from slipgrasp.core.kernel.compilation.compiler import compiled
+from slipgrasp.core.kernel.compilation.records import Layout, Record
 from slipgrasp.core.scenario import CONTROL_LAWS, MAX_UNKNOWNS
 from slipgrasp.core.scenario.custom_laws import OUTSIDE, law_of
 from slipgrasp.core.scenario.laws import facts_read_for
@@ -27,6 +28,26 @@ UNKNOWNS = np.dtype(
     ],
     align=True,
 )
+
+
+def make_true_value(object_value: Any) -> Any:
+    """Creates the function that returns the true value of an unknown.
+
+    Args:
+        object_value: Returns the mass or the inertia of the object that an unknown estimates.
+    """
+
+    @compiled
+    def true_value(truth: Record, unknowns: Record, k: int) -> float:
+        """True value of unknown ``k``."""
+        kind, finger = unknowns.kinds[k], unknowns.fingers[k]
+        if kind == FRICTION:
+            return truth.friction[finger]
+        if kind == LINK_MASS:
+            return truth.link_masses[finger, unknowns.links[k]]
+        return object_value(truth, unknowns, k)
+
+    return true_value
 
 
 def facts_layout(space: Space) -> np.dtype:

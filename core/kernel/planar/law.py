@@ -8,7 +8,13 @@ from __future__ import annotations
 
 from slipgrasp.core.kernel.compilation.compiler import compiled
 from slipgrasp.core.kernel.compilation.records import Integers, Record
-from slipgrasp.core.kernel.loop.model import FRICTION, LINK_MASS, OBJECT_INERTIA, OBJECT_MASS
+from slipgrasp.core.kernel.loop.model import (
+    FRICTION,
+    LINK_MASS,
+    OBJECT_INERTIA,
+    OBJECT_MASS,
+    make_true_value,
+)
 from slipgrasp.core.kernel.loop.motion import desired_motion
 from slipgrasp.core.kernel.numerics.elementary import square
 from slipgrasp.core.kernel.numerics.lyapunov import error_value
@@ -100,13 +106,9 @@ def lyapunov_value(
 
 
 @compiled
-def true_value(truth: Record, unknowns: Record, k: int) -> float:
-    """True value of unknown k."""
-    kind, finger = unknowns.kinds[k], unknowns.fingers[k]
-    if kind == OBJECT_MASS:
-        return truth.object_inertia[0]
-    if kind == OBJECT_INERTIA:
-        return truth.object_inertia[2]
-    if kind == FRICTION:
-        return truth.friction[finger]
-    return truth.link_masses[finger, unknowns.links[k]]
+def _object_value(truth: Record, unknowns: Record, k: int) -> float:
+    """Mass or inertia of the object."""
+    return truth.object_inertia[0 if unknowns.kinds[k] == OBJECT_MASS else 2]
+
+
+true_value = make_true_value(_object_value)

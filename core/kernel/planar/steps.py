@@ -11,6 +11,7 @@ from slipgrasp.core.kernel.loop.ledger import (
     FAST_RATE,
     LEAST_LEDGER_STEP,
     allowed_imbalance,
+    make_energy_balance,
 )
 from slipgrasp.core.kernel.loop.location import LOCATION_SHARE, make_locate
 from slipgrasp.core.kernel.loop.output import next_output
@@ -68,6 +69,8 @@ ROUGH = 1.0
 VELOCITY_JUMP = 1e-9  # [m/s, rad/s]
 CROSSING = 1e-3  # size of a step across a jump of the law, relative to a rejected one
 POLE = 1.0  # a normal force below its located zero by more than this passed through infinity [N]
+
+_balance = make_energy_balance(stored_energy, supplied_at, dissipated_at)
 
 
 @compiled_apart(types.float64, MODEL, PROGRESS, types.float64, unrolled=True)
@@ -139,24 +142,22 @@ def _turns_fast(model: Record, run: Record) -> bool:
 def _ledger_error(model: Record, run: Record, h: float) -> float:
     """Energy imbalance at the midpoint and end of a step, relative to the tolerance; the larger."""
     step = run.step
-    start, _ = _energy(model, run, step.start)
+    start, _ = _balance_at(model, run, step.start)
     prepare_interpolant(model, run.discrete, run.now, h, step, run.work)
     interpolate(model, step, 0.5, step.stage)
-    middle, _ = _energy(model, run, step.stage)
+    middle, _ = _balance_at(model, run, step.stage)
     # Last, so that ``work`` has the forces at the end of the step.
     flow(model, run.discrete, run.now + h, step.end, run.selection.derivative, run.work)
-    end, kinetic = _energy(model, run, step.end)
+    end, kinetic = _balance_at(model, run, step.end)
     allowed = allowed_imbalance(model.numerics, kinetic, step.end.x[supplied_at(model)])
     return max(abs(end - start), abs(middle - start)) / allowed
 
 
 @compiled
-def _energy(model: Record, run: Record, state: Record) -> tuple[float, float]:
-    """Stored minus supplied plus dissipated energy, and the kinetic energy [J]."""
+def _balance_at(model: Record, run: Record, state: Record) -> tuple[float, float]:
+    """The energies that the ledger compares, and the kinetic energy [J]."""
     update_mechanics(model, state, run.work)
-    kinetic, potential = stored_energy(model.hand, model.truth, run.work.kin, state)
-    supplied, dissipated = state.x[supplied_at(model)], state.x[dissipated_at(model)]
-    return kinetic + potential - supplied + dissipated, kinetic
+    return _balance(model, state, run.work.kin)
 
 
 @compiled

@@ -10,7 +10,12 @@ import numpy as np
 
 from slipgrasp.core.kernel.compilation.compiler import compiled
 from slipgrasp.core.kernel.compilation.records import Floats, Record
-from slipgrasp.core.kernel.loop.model import FRICTION, OBJECT_INERTIA, OBJECT_MASS
+from slipgrasp.core.kernel.loop.model import (
+    FRICTION,
+    OBJECT_INERTIA,
+    OBJECT_MASS,
+    make_true_value,
+)
 from slipgrasp.core.kernel.loop.motion import desired_motion
 from slipgrasp.core.kernel.numerics.elementary import atan2, sincos, square
 from slipgrasp.core.kernel.numerics.linear import cross
@@ -61,16 +66,13 @@ def believe(model: Record, estimates: Floats, believed: Record) -> None:
 
 
 @compiled
-def true_value(truth: Record, unknowns: Record, k: int) -> float:
-    """True value of unknown k."""
-    kind, finger = unknowns.kinds[k], unknowns.fingers[k]
-    if kind == OBJECT_MASS:
-        return truth.object_mass
-    if kind == OBJECT_INERTIA:
-        return truth.inertias[unknowns.links[k]]
-    if kind == FRICTION:
-        return truth.friction[finger]
-    return truth.link_masses[finger, unknowns.links[k]]
+def _object_value(truth: Record, unknowns: Record, k: int) -> float:
+    """Mass or moment of inertia of the object."""
+    is_mass = unknowns.kinds[k] == OBJECT_MASS
+    return truth.object_mass if is_mass else truth.inertias[unknowns.links[k]]
+
+
+true_value = make_true_value(_object_value)
 
 
 @compiled

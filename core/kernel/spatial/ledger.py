@@ -6,7 +6,7 @@ from numba import types
 
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import Record
-from slipgrasp.core.kernel.loop.ledger import FAST_RATE, allowed_imbalance
+from slipgrasp.core.kernel.loop.ledger import FAST_RATE, allowed_imbalance, make_energy_balance
 from slipgrasp.core.kernel.spatial.dynamics import stored_energy
 from slipgrasp.core.kernel.spatial.kinematics import update_kinematics
 from slipgrasp.core.kernel.spatial.model import MODEL
@@ -15,6 +15,8 @@ from slipgrasp.core.kernel.spatial.state import SPIN, dissipated_at, supplied_at
 from slipgrasp.core.kernel.spatial.stepper import state_inside
 
 NEARLY_SINGULAR = 1e-2  # extension of a finger below which every step is checked
+
+_balance = make_energy_balance(stored_energy, supplied_at, dissipated_at)
 
 
 @compiled
@@ -45,20 +47,12 @@ def is_nearly_singular(model: Record, run: Record) -> bool:
 def spatial_imbalance(model: Record, run: Record, h: float) -> float:
     """Energy imbalance at the midpoint and end of a step, relative to the tolerance; the larger."""
     step, inside, kin = run.step, run.selection.probe, run.slip.work.kin
-    end, kinetic = _energy(model, step.end, run.work.kin)
+    end, kinetic = _balance(model, step.end, run.work.kin)
     update_kinematics(model.hand, run.discrete.seeds, step.start, kin)
-    start, _ = _energy(model, step.start, kin)
+    start, _ = _balance(model, step.start, kin)
     state_inside(model, step, h, 0.5, inside)
     update_kinematics(model.hand, run.discrete.seeds, inside, kin)
-    middle, _ = _energy(model, inside, kin)
+    middle, _ = _balance(model, inside, kin)
     supplied = step.end.x[supplied_at(model)]
     allowed = allowed_imbalance(model.numerics, kinetic, supplied)
     return max(abs(end - start), abs(middle - start)) / allowed
-
-
-@compiled
-def _energy(model: Record, state: Record, kin: Record) -> tuple[float, float]:
-    """Stored minus supplied plus dissipated energy, and the kinetic energy [J]."""
-    kinetic, potential = stored_energy(model.hand, model.truth, kin, state)
-    supplied, dissipated = state.x[supplied_at(model)], state.x[dissipated_at(model)]
-    return kinetic + potential - supplied + dissipated, kinetic
