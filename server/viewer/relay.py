@@ -1,7 +1,7 @@
 """The page and websocket of viser on the port of the application.
 
-The page is one self-contained file that opens its websocket at its own address, so that one path
-serves both. Messages from viewers are forwarded to viser's internal port, and back.
+The page opens its websocket at its own address, so that one path serves both. Messages from viewers
+are forwarded to viser's internal port, and back.
 """
 
 from __future__ import annotations
@@ -9,16 +9,13 @@ from __future__ import annotations
 import asyncio
 import logging
 import math
-import re
 import time
 from collections.abc import Callable
 from contextlib import suppress
-from importlib.util import find_spec
-from pathlib import Path
 
 import msgspec
 import websockets.asyncio.client
-from fastapi import FastAPI, Request
+from fastapi import FastAPI, HTTPException, Request
 from starlette.responses import RedirectResponse, Response
 from starlette.websockets import WebSocket, WebSocketDisconnect
 from websockets.asyncio.client import ClientConnection
@@ -28,6 +25,13 @@ from websockets.typing import Subprotocol
 from slipgrasp.server.http.access import RELAY_TOKEN
 from slipgrasp.server.http.page_file import PageFile
 from slipgrasp.server.tokens import Right
+from slipgrasp.server.viewer.client_page import (
+    PackingError,
+    packed_page,
+    unpack_page,
+    with_end_of_head,
+    with_head,
+)
 from slipgrasp.server.viewer.pace import Pace
 from slipgrasp.server.viewer.probation import Probation
 
@@ -40,9 +44,7 @@ LOOK_SECONDS = 0.05
 CONTENT_POLICY = "; ".join(
     (
         "default-src 'none'",
-        # The page is one file: a script that unpacks and inserts the rest, of which a WebAssembly
-        # module generates its bindings from strings. Content inserted into its head comes from here
-        # too.
+        # A WebAssembly module of its script generates its bindings from strings.
         "script-src 'self' 'unsafe-inline' 'unsafe-eval' blob:",
         "worker-src blob: data:",
         "style-src 'self' 'unsafe-inline'",
@@ -57,8 +59,15 @@ CONTENT_POLICY = "; ".join(
 )
 """Content policy of viser's page: it may execute its own content, and connect to its origin."""
 
-_HEAD = b"<head>"
-_NAME_AND_ICON = re.compile(rb"<title>.*?</title>|<link\s[^>]*rel=\"icon\"[^>]*>", re.DOTALL)
+FILES = "viser"
+"""Folder of the scripts and styles of the page, below its path."""
+# Names are relative: the page does not know its path behind a proxy.
+_LOADER = f"""<link rel="modulepreload" href="{FILES}/viser.js" />
+<link rel="stylesheet" href="{FILES}/viser.css" />
+<script type="module">
+globalThis.__viserZstdWasm = await WebAssembly.compileStreaming(fetch("{FILES}/decoder.wasm"));
+await import("./{FILES}/viser.js");
+</script>"""
 _LOOKING = ("ViewerCameraMessage",)
 _PROTOCOL_PREFIX = "viser-v"
 _GOING_AWAY, _UNSUPPORTED_DATA, _POLICY_VIOLATION, _TRY_AGAIN_LATER = 1001, 1003, 1008, 1013
@@ -102,7 +111,11 @@ def add_viewer_routes(
     bare = path.rstrip("/")
     # The page drops a trailing slash from its own address to get that of its websocket.
     app.add_api_websocket_route(bare or "/", relay.connect)
-    app.add_api_route(f"{bare}/", relay.show_page, methods=["GET"], include_in_schema=False)
+    for place, show in (
+        (f"{bare}/", relay.show_page),
+        (f"{bare}/{FILES}/{{name}}", relay.show_file),
+    ):
+        app.add_api_route(place, show, methods=["GET"], include_in_schema=False)
     if bare:
         app.add_api_route(bare, _redirect_to(f"{bare}/"), include_in_schema=False)
     return relay
@@ -135,11 +148,9 @@ class ViewerRelay:
     ) -> None:
         self._upstream_port = upstream_port
         self._find_faults = find_faults
-        self._page = PageFile(
-            with_head(viewer_page(), head),
-            "text/html",
-            {"Content-Security-Policy": CONTENT_POLICY},
-        )
+        page, self._files = _files_of(packed_page())
+        policy = {"Content-Security-Policy": CONTENT_POLICY}
+        self._page = PageFile(with_head(page, head), "text/html", policy)
         self._probation = Probation()
         self._num_viewers = 0
         self._turned_away_at = -math.inf
@@ -149,9 +160,16 @@ class ViewerRelay:
         """Whether a viewer has just been rejected because there are too many."""
         return time.monotonic() - self._turned_away_at < FULL_SECONDS
 
-    async def show_page(self, request: Request) -> Response:
+    def show_page(self, request: Request) -> Response:
         """Returns the page."""
         return self._page.answer(request)
+
+    def show_file(self, name: str, request: Request) -> Response:
+        """Returns a script or style of the page."""
+        found = self._files.get(name)
+        if found is None:
+            raise HTTPException(404, "there is no such file")
+        return found.answer(request)
 
     async def connect(self, viewer: WebSocket) -> None:
         """Relays one viewer until either side disconnects."""
@@ -189,6 +207,20 @@ class ViewerRelay:
                 self._probation.note_fault(peer)
         finally:
             await _hang_up(upstream)
+
+
+def _files_of(packed: bytes) -> tuple[bytes, dict[str, PageFile]]:
+    """The page, and by name the files that it loads; none if viser packs it in another way."""
+    try:
+        page, style, code, decoder = unpack_page(packed)
+    except PackingError:
+        return packed, {}
+    files = {
+        "viser.css": PageFile(style, "text/css"),
+        "viser.js": PageFile(code, "text/javascript"),
+        "decoder.wasm": PageFile(decoder, "application/wasm"),
+    }
+    return with_end_of_head(page, _LOADER), files
 
 
 async def _exchange(viewer: WebSocket, upstream: ClientConnection, find_fault: FindFault) -> bool:
@@ -314,19 +346,3 @@ async def _turn_away(viewer: WebSocket, reason: str) -> None:
 def _viser_protocols(viewer: WebSocket) -> list[Subprotocol]:
     offered: list[str] = viewer.scope["subprotocols"]
     return [Subprotocol(name) for name in offered if name.startswith(_PROTOCOL_PREFIX)]
-
-
-def viewer_page() -> bytes:
-    """The page of viser, found without importing viser, which takes seconds."""
-    spec = find_spec("viser")
-    assert spec is not None and spec.origin is not None
-    return (Path(spec.origin).parent / "client" / "build" / "index.html").read_bytes()
-
-
-def with_head(page: bytes, head: str) -> bytes:
-    """Inserts HTML at the start of the head of the page, in place of viser's title."""
-    if page.count(_HEAD) != 1:
-        raise RuntimeError("viser's page has no head that something can be put into")
-    if not head:
-        return page
-    return _NAME_AND_ICON.sub(b"", page).replace(_HEAD, _HEAD + head.encode())

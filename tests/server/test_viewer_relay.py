@@ -6,6 +6,7 @@ import asyncio
 import gc
 import math
 import os
+import re
 import time
 from contextlib import ExitStack, suppress
 from pathlib import Path
@@ -15,10 +16,13 @@ import pytest
 import viser
 import websockets.asyncio.client
 import websockets.asyncio.server
+from fastapi import FastAPI
+from fastapi.testclient import TestClient
 from websockets.exceptions import ConnectionClosed
 from websockets.typing import Origin, Subprotocol
 
 from slipgrasp.server.app import create_app
+from slipgrasp.server.viewer.client_page import packed_page, unpack_page
 from slipgrasp.server.viewer.relay import MAX_VIEWERS, add_viewer_routes
 from tests.server.raw_http import get
 from tests.server.serving import patient_settings, serve
@@ -76,12 +80,28 @@ class Echo:
         return server
 
 
-def test_the_page_of_viser_is_served_at_the_path(viewing) -> None:
-    host = ("Host", f"localhost:{viewing.server.port}")
-    answer = get(viewing.server.port, "/", [host])
-    shipped = Path(viser.__file__).parent / "client" / "build" / "index.html"
-    assert answer.status == 200 and answer.body == shipped.read_bytes()
-    assert answer.headers["content-type"].startswith("text/html")
+def test_the_page_of_viser_is_served_with_the_files_that_it_names(viewing) -> None:
+    port = viewing.server.port
+    host = ("Host", f"localhost:{port}")
+    answer = get(port, "/", [host])
+    assert answer.status == 200 and answer.headers["content-type"].startswith("text/html")
+    _page, style, code, decoder = unpack_page(packed_page())
+    files = {"viser.css": style, "viser.js": code, "decoder.wasm": decoder}
+    assert set(re.findall(rb"viser/([\w.]+)", answer.body)) == {name.encode() for name in files}
+    for name, content in files.items():
+        file = get(port, f"/viser/{name}", [host])
+        assert file.status == 200 and file.body == content
+        known = get(port, f"/viser/{name}", [host, ("If-None-Match", file.headers["etag"])])
+        assert known.status == 304
+    assert get(port, "/viser/other.js", [host]).status == 404
+
+
+def test_a_page_that_is_packed_in_another_way_is_served_whole(monkeypatch) -> None:
+    page = b"<html><head><script>other()</script></head></html>"
+    monkeypatch.setattr("slipgrasp.server.viewer.relay.packed_page", lambda: page)
+    app = FastAPI()
+    add_viewer_routes(app, lambda: 0)
+    assert TestClient(app).get("/").content == page
 
 
 def test_a_viewer_is_given_what_viser_has_to_say(viewing) -> None:
@@ -249,11 +269,11 @@ def test_what_is_ours_stands_first_in_the_head_of_the_page_in_place_of_viser_s_n
 ) -> None:
     port = relayed[1].port
     page = get(port, "/viewer/", [("Host", f"localhost:{port}")]).body
-    shipped = Path(viser.__file__).parent / "client" / "build" / "index.html"
     assert page.partition(b"<head>")[2].startswith(HEAD.encode())
     head, rest = page.replace(HEAD.encode(), b"").split(b"</head>", 1)
-    shipped_head, shipped_rest = shipped.read_bytes().split(b"</head>", 1)
+    shipped_head, shipped_rest = unpack_page(packed_page()).page.split(b"</head>", 1)
     assert rest == shipped_rest
+    head = head.partition(b'<link rel="modulepreload"')[0]
     left_out = [line for line in shipped_head.splitlines() if line.strip() not in head]
     assert b"<title>" not in head and b'rel="icon"' not in head
     assert [line.split()[0].partition(b">")[0] for line in left_out] == [

@@ -15,7 +15,7 @@ from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.run.verdict import headline_of
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.words.endings import end_words
-from slipgrasp.server.viewer.relay import viewer_page
+from slipgrasp.server.viewer.client_page import PackingError, packed_page, unpack_page
 from slipgrasp.server.viewer.server import ViewerServer
 from slipgrasp.web.charts.charts import contact_charts, estimate_charts, tracking_charts
 from slipgrasp.web.model.appearance import Appearance
@@ -26,7 +26,7 @@ from slipgrasp.web.scene.scene import Scene
 from slipgrasp.web.standalone.controls import ControlError, controls_of, usual_controls
 from slipgrasp.web.standalone.kernel_data import PageError, loads_of, run_data
 from slipgrasp.web.standalone.look import CHARTS, Capture, look_of
-from slipgrasp.web.standalone.packing import PackingError, pack, unpack, unpack_viewer
+from slipgrasp.web.standalone.packing import pack, unpack
 from slipgrasp.web.standalone.page_file import write_page
 from slipgrasp.web.standalone.recorded_scene import EverythingMoves, RecordingStage
 from slipgrasp.web.standalone.traced import Program
@@ -258,7 +258,7 @@ def test_packed_parts_can_be_unpacked(length):
 
 
 def test_the_code_of_viser_is_taken_from_its_page_without_what_pages_do_not_use():
-    viewer = unpack_viewer(viewer_page())
+    viewer = unpack_page(packed_page())
     assert viewer.decoder[:4] == b"\0asm"
     assert b"createRoot" in viewer.code and b".mantine" in viewer.style, CHANGED
     assert b"<script" not in viewer.page
@@ -268,7 +268,7 @@ def test_the_code_of_viser_is_taken_from_its_page_without_what_pages_do_not_use(
 
 def test_another_packing_of_viser_is_reported():
     with pytest.raises(PackingError, match="this version of viser"):
-        unpack_viewer(b"<html><head></head></html>")
+        unpack_page(b"<html><head></head></html>")
 
 
 # What the page says to viser's page in place of its worker, and what it hears.

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.server.viewer.relay import viewer_page, with_head
+from slipgrasp.server.viewer.client_page import packed_page, unpack_page, with_head
 from slipgrasp.web.model.intents.playback import (
     ChangeSpeed,
     ChooseWindow,
@@ -36,7 +36,7 @@ from slipgrasp.web.standalone.controls import Control, controls_of, usual_contro
 from slipgrasp.web.standalone.kernel_data import check_for_page, kernel_file, run_data
 from slipgrasp.web.standalone.look import look_of
 from slipgrasp.web.standalone.map_data import map_data
-from slipgrasp.web.standalone.packing import encode, pack, unpack_viewer
+from slipgrasp.web.standalone.packing import encode, pack
 from slipgrasp.web.standalone.recording_data import recording_data
 
 _DASHBOARD, _OWN = "slipgrasp.web.page", "slipgrasp.web.standalone"
@@ -109,7 +109,7 @@ def write_page(
             f"<script>{_text(_OWN, 'unpack.js')}{_text(_OWN, 'loader.js')}</script>",
         )
     )
-    before, end, after = with_head(unpack_viewer(viewer_page()).page, head).rpartition(b"</body>")
+    before, end, after = with_head(unpack_page(packed_page()).page, head).rpartition(b"</body>")
     stream.write(before + body.encode() + end + after)
 
 
@@ -147,7 +147,7 @@ def share_in(folder: Path) -> Share:
 @cache
 def _code() -> str:
     """The elements with scripts and styles, and what unpacks them."""
-    viewer = unpack_viewer(viewer_page())
+    viewer = unpack_page(packed_page())
     return "".join(
         (
             _plain("sg-worker", _worker()),

@@ -1,0 +1,120 @@
+"""The page of viser, taken apart.
+
+viser packs its page into one file, whose script unpacks the rest at each load. With separate files,
+a browser compiles the script while it arrives, keeps the result, and asks only for changes.
+"""
+
+from __future__ import annotations
+
+import gzip
+import re
+from functools import cache
+from importlib.util import find_spec
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import zstandard
+
+from slipgrasp.core.exceptions import SlipgraspError
+
+DIGITS = (
+    b"!#$%()*+,-./0123456789:;=?@ABCDEFGHIJKLMNOPQRSTUVWXYZ[\\]^_abcdefghijklmnopqrstuvwxyz{|}~"
+)
+"""Digits of base 88, in which the page holds binary data."""
+POWERS = len(DIGITS) ** np.arange(4, -1, -1)
+"""Values of the five digits of a 32-bit word."""
+
+_HEAD, _END_OF_HEAD = b"<head>", b"</head>"
+_NAME_AND_ICON = re.compile(rb"<title>.*?</title>|<link\s[^>]*rel=\"icon\"[^>]*>", re.DOTALL)
+_SCRIPT = re.compile(
+    rb'<script data-p="(?P<code>[^"]*)" data-ss="(?P<style>\d+)" data-cs="\d+".*?'
+    rb'gzWasm="(?P<decoder>[^"]*)".*?</script>',
+    re.DOTALL,
+)
+_CHANGES = (
+    # Without the environment map that the first message turns off: 40 kB, and two shaders.
+    (re.compile(rb"`data:image/jpeg;base64,[\w+/=]{1000,}`"), b"null"),
+    # Without the lights that it turns off: the first pictures would have shadows.
+    (re.compile(rb"enableDefaultLights:!0"), b"enableDefaultLights:!1"),
+)
+
+
+class PackingError(SlipgraspError):
+    """A version of viser whose page is packed in another way."""
+
+
+class ClientPage(NamedTuple):
+    """The page of viser.
+
+    Attributes:
+        page: HTML without the code.
+        style: CSS.
+        code: JavaScript module, without what our pages do not use.
+        decoder: WebAssembly module that decompresses messages.
+    """
+
+    page: bytes
+    style: bytes
+    code: bytes
+    decoder: bytes
+
+
+def packed_page() -> bytes:
+    """The page as viser has it, found without importing viser, which takes seconds."""
+    spec = find_spec("viser")
+    assert spec is not None and spec.origin is not None
+    return (Path(spec.origin).parent / "client" / "build" / "index.html").read_bytes()
+
+
+@cache
+def unpack_page(page: bytes) -> ClientPage:
+    """Takes viser's page apart.
+
+    Raises:
+        PackingError: If this version of viser packs its page in another way.
+    """
+    found = _SCRIPT.search(page)
+    if found is None:
+        raise PackingError("this version of viser packs its page in another way: use 1.1.1")
+    content = zstandard.ZstdDecompressor().decompress(_decode(found["code"]))
+    style, code = content[: int(found["style"])], content[int(found["style"]) :]
+    for pattern, replacement in _CHANGES:
+        code = pattern.sub(replacement, code)
+    decoder = _decode(found["decoder"].replace(rb"\\", b"\\"))
+    return ClientPage(_SCRIPT.sub(b"", page), style, code, gzip.decompress(decoder))
+
+
+def with_head(page: bytes, head: str) -> bytes:
+    """Inserts HTML at the start of the head of the page, in place of viser's title.
+
+    Raises:
+        RuntimeError: If the page has no suitable head.
+    """
+    if page.count(_HEAD) != 1:
+        raise RuntimeError("viser's page has no head that something can be put into")
+    if not head:
+        return page
+    return _NAME_AND_ICON.sub(b"", page).replace(_HEAD, _HEAD + head.encode())
+
+
+def with_end_of_head(page: bytes, html: str) -> bytes:
+    """Inserts HTML at the end of the head of the page."""
+    return page.replace(_END_OF_HEAD, html.encode() + _END_OF_HEAD)
+
+
+def words_of(digits: bytes) -> np.ndarray:
+    """The 32-bit words that groups of five digits encode."""
+    values = np.zeros(256, np.int64)
+    values[np.frombuffer(DIGITS, np.uint8)] = np.arange(len(DIGITS))
+    return values[np.frombuffer(digits, np.uint8)].reshape(-1, 5) @ POWERS
+
+
+def _decode(digits: bytes) -> bytes:
+    """Bytes of viser's page: big-endian words, the last one possibly shorter by some bytes."""
+    missing = -len(digits) % 5
+    if not missing:
+        return words_of(digits).astype(">u4").tobytes()
+    whole = words_of(digits[: missing - 5]).astype(">u4").tobytes()
+    (last,) = words_of(digits[missing - 5 :].rjust(5, DIGITS[:1])).tolist()
+    return whole + last.to_bytes(4 - missing, "big")
