@@ -11,6 +11,7 @@ import pytest
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.trace.types import ContactPhase
 from slipgrasp.recordings.palette import PHASES
+from slipgrasp.web.charts.charts import contact_charts
 from slipgrasp.web.model.colours import css
 from slipgrasp.web.model.playback import Playback, TimeWindow, slip_window
 from slipgrasp.web.model.view import Ghost, Shown
@@ -80,6 +81,11 @@ def test_the_strip_has_a_lane_per_contact_and_a_mark_per_event(case_2: RunResult
     assert css(PHASES[ContactPhase.SLIP_FORWARD]) in {r.get("fill") for r in root.iter("rect")}
     told = "\n".join(mark.get("title", "") for mark in root.findall(".//span[@class='sg-mark']"))
     assert "left starts to slip up" in told and "right sticks again" in told
+    lines = {line.label: line.colour for line in contact_charts(case_2)[0].lines}
+    names = root.findall(".//div[@class='sg-names']/span[@style]")
+    assert [name.text for name in names] == list(lines)
+    for name in names:
+        assert css(lines[str(name.text)]) in name.get("style", "")
 
 
 def test_crowded_events_share_a_mark_that_tells_how_many_there_are(case_2: RunResult) -> None:

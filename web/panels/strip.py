@@ -8,13 +8,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from html import escape
+from itertools import cycle
 from typing import NamedTuple
 
 import numpy as np
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.trace.types import ContactPhase
-from slipgrasp.recordings.palette import PHASES
+from slipgrasp.recordings.palette import FINGERS, PHASES
 from slipgrasp.web.model.colours import css, sign
 from slipgrasp.web.model.events import EventKind, RunEvent, events_of
 from slipgrasp.web.model.intents.playback import Seek
@@ -37,6 +38,7 @@ _SIGNS = {
     EventKind.LOW_FRICTION_PATCH: "●",
     EventKind.END: "■",
 }
+_NAME_HINT = "Shows the controls of this finger; its lines in the charts have this colour"
 _WEIGHTS = (
     EventKind.END,
     EventKind.PUSH,
@@ -71,9 +73,11 @@ def strip_html(result: RunResult, playback: Playback, ghost: Ghost | None) -> st
     pale = None if ghost is None else ghost.run
     ticks, unit = axis_ticks(window)
     names = "".join(
-        f"<span {clickable('Shows the controls of this finger', Select(finger_part(i)))}>"
-        f"{escape(name)}</span>"
-        for i, name in enumerate(result.scenario.finger_names)
+        f"<span {clickable(_NAME_HINT, Select(finger_part(i)))} "
+        f'style="--sg-line:{sign(colour)}">{escape(name)}</span>'
+        for i, (name, colour) in enumerate(
+            zip(result.scenario.finger_names, cycle(FINGERS), strict=False)
+        )
     )
     lanes = "".join(
         _lane_html(result, pale, contact, window) for contact in range(len(result.scenario.fingers))
