@@ -193,12 +193,6 @@ def test_the_same_arithmetic_gives_the_same_bits_compiled_in_python_and_from_out
     assert rows(compiled) == rows(python)
 
 
-def test_the_compiled_law_in_the_kernels_own_arithmetic_is_the_built_in_one_to_rounding():
-    load_law(f"{LAWS}:CompiledPdGravity")
-    own, built_in = simulate(of_law("my-compiled-pd")), simulate(BASE)
-    assert np.abs(own.ticks.commands - built_in.ticks.commands).max() < 1e-12
-
-
 @pytest.mark.parametrize("law", [Counting, CompiledCounting])
 def test_memory_starts_at_zero_in_every_run_and_lasts_through_it(law):
     register_law(law)

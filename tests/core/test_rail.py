@@ -14,7 +14,6 @@ from slipgrasp.core.kernel.compilation.records import make_record
 from slipgrasp.core.kernel.planar import state as planar
 from slipgrasp.core.kernel.rail import state as rail_state
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.core.run.simulation import Simulation
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario import RAIL, RailScenario
 from slipgrasp.core.scenario.loading import (
@@ -409,14 +408,6 @@ def test_tip_and_joints_agree() -> None:
         [x + dx - sine * slip, scenario.object.face_half_length + dy - cosine * slip], axis=1
     )
     assert np.abs(tip - place).max() < 1e-12
-
-
-def test_a_run_without_its_trace_has_the_same_metrics() -> None:
-    scenario = drawn(7)
-    simulation = Simulation(scenario, keep_trace=False)
-    while not simulation.finished:
-        simulation.advance()
-    assert simulation.summary().metrics == run_of(7).metrics
 
 
 def test_signals_of_hands_do_not_exist() -> None:

@@ -9,10 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from slipgrasp import register_law, simulate, with_law
 from slipgrasp.core.exceptions import ScenarioError
-from slipgrasp.core.kernel.compilation.records import make_record
-from slipgrasp.core.kernel.spatial.flow import set_derivative
 from slipgrasp.core.kernel.spatial.model import pack_model
-from slipgrasp.core.kernel.spatial.state import STATE
 from slipgrasp.core.run.claims import contradictions_of
 from slipgrasp.core.scenario.loading import load_scenario, scenario_from_mapping, with_values
 from slipgrasp.core.scenario.spatial_geometry import distance_inside, spatial_contact
@@ -23,14 +20,11 @@ from tests.references.implicit_contacts import Body, Tip, solve_motion
 from tests.references.spatial_hands import (
     at_rest_where_stuck,
     cone_phases,
-    moved,
-    pyramid_phases,
     random_state,
 )
 from tests.references.spatial_plant import State, cross_matrix, rotation_matrix
 from tests.references.spatial_scenarios import random_spatial_scenario, world_of
 from tests.spatial_evaluation import SpatialEvaluation
-from tests.state_evaluation import from_python
 
 pytestmark = pytest.mark.slow
 
@@ -38,9 +32,6 @@ SHAPES = ("cylinder", "sphere")
 HANDS = [(n, seed) for n in (2, 4) for seed in range(2)]
 SURFACES = {"cylinder": np.diag([1.0, 1.0, 0.0]), "sphere": np.eye(3)}
 AZIMUTHS = {"side-0": -0.5 * np.pi, "side-1": 0.0, "side-2": 0.5 * np.pi, "side-3": np.pi}
-STEP = 1e-6
-
-_set_derivative = from_python(set_derivative)
 
 
 def sample(shape, n, seed, **values):
@@ -138,47 +129,6 @@ def test_the_motion_is_that_of_points_on_the_equation_of_the_surface(shape, n, s
         assert_close(forces, wanted.forces)
         slips = motion.acceleration[6:].reshape(n, 2)
         assert_close((slips * phase.directions).sum(axis=1), wanted.speed_rates)
-
-
-@pytest.mark.parametrize("friction", ["cone", "pyramid"])
-@pytest.mark.parametrize("shape", SHAPES)
-@pytest.mark.parametrize(("n", "seed"), HANDS)
-def test_tips_move_as_their_velocities_and_accelerations_say(shape, n, seed, friction):
-    rng, scenario, state = sample(shape, n, seed, **{"simulation.friction": friction})
-    is_cone = friction == "cone"
-    for phase in cone_phases(state) if is_cone else pyramid_phases(rng, n, 6):
-        at = at_rest_where_stuck(state, phase)
-        torques = rng.uniform(-20.0, 20.0, (n, 3))
-        now = evaluation_of(scenario, at, phase)
-        motion = now.plant(torques)
-        kin = now.work.kin
-        rates = coordinate_rates(now)
-        ahead, behind = (
-            evaluation_of(scenario, shifted(at, motion.acceleration, rates, dt), phase)
-            for dt in (STEP, -STEP)
-        )
-        for each in (ahead, behind):
-            each.plant(torques)
-        tips = [np.array(parts.state.x[:3] + parts.work.kin.arms[:n]) for parts in (ahead, behind)]
-        assert_close((tips[0] - tips[1]) / (2.0 * STEP), kin.tip_velocities[:n], 1e-8)
-        speeds = [each.work.kin.tip_velocities[:n] for each in (ahead, behind)]
-        slips = motion.acceleration[6:].reshape(n, 2)
-        wanted = motion.acceleration[:3] + np.cross(motion.acceleration[3:6], kin.arms[:n])
-        wanted += np.einsum("nk,nkc->nc", slips, kin.frames[:n, :2]) + kin.bias[:n]
-        assert_close((speeds[0] - speeds[1]) / (2.0 * STEP), wanted, 1e-8)
-
-
-def coordinate_rates(evaluation):
-    """How the kernel lets the slips of a state that it has evaluated go on, ``(n, 2)``."""
-    derivative = make_record(STATE)
-    _set_derivative(evaluation.model, evaluation.state, derivative, evaluation.work)
-    return derivative.x[13 : 13 + 2 * evaluation.n].reshape(-1, 2).copy()
-
-
-def shifted(state, acceleration, rates, dt):
-    """The state a short time later: coordinates of slips at their own rates."""
-    later = moved(state, acceleration, dt)
-    return later._replace(slip=state.slip + dt * rates)
 
 
 RADIUS, PRESS, FRICTION, INERTIA = 0.1, 10.0, 0.3, 0.005
@@ -290,17 +240,6 @@ def test_energy_is_kept_and_what_is_stated_of_slips_follows_from_the_poses(shape
     assert contradictions_of(result) == ()
     moved = replace(result, trace=replace(result.trace, slip=1.001 * result.trace.slip))
     assert {each.what for each in contradictions_of(moved)} >= {"slip_0"}
-
-
-@pytest.mark.parametrize("shape", SHAPES)
-def test_composite_adaptation_learns_an_object_that_it_holds_by_curved_faces(shape):
-    values = {"object.shape": shape, "simulation.duration": 0.5}
-    result = simulate(with_values(BOX, values))
-    assert result.metrics.last_slip_time < 0.02
-    frictions = [finger.friction for finger in BOX.fingers]
-    estimates = result.trace.estimates[-1]
-    np.testing.assert_allclose(estimates[:4], [*frictions, 1.0], rtol=1e-4)
-    assert np.abs(result.trace.energy_residual).max() < 1e-9
 
 
 @pytest.mark.parametrize("shape", SHAPES)

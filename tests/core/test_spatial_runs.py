@@ -9,7 +9,6 @@ from numpy.testing import assert_allclose
 from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
-from slipgrasp.core.exceptions import ScenarioError
 from slipgrasp.core.run.claims import contradictions_of
 from slipgrasp.core.run.simulation import Simulation
 from slipgrasp.core.run.simulator import simulate
@@ -496,12 +495,6 @@ def test_a_quaternion_and_its_negative_give_the_same_run():
     assert np.array_equal(first.object_pose[:, 3:], -second.object_pose[:, 3:])
 
 
-def test_two_runs_are_equal_to_the_last_bit():
-    scenario = with_values(load_scenario("spatial-composite"), {"simulation.duration": 0.3})
-    first, second = simulate(scenario).trace, simulate(scenario).trace
-    assert np.array_equal(first.to_rows(), second.to_rows())
-
-
 @pytest.mark.parametrize("name", spatial_preset_names())
 def test_a_run_claims_nothing_that_its_samples_do_not_say(name):
     scenario = load_scenario(name)
@@ -549,16 +542,6 @@ def test_the_conditions_of_the_inertia_are_those_of_eq_18_as_printed(name):
         ):
             M = world.hand.reduced_form(kin, parameters, phase, motion[3:]).M
             assert_allclose(signal[row], np.linalg.cond(M, 1), rtol=1e-9)
-
-
-def test_a_summary_without_trace_is_that_of_the_run():
-    scenario = with_values(load_scenario("spatial-prism"), {"simulation.duration": 0.3})
-    simulation = Simulation(scenario, keep_trace=False)
-    while not simulation.finished:
-        simulation.advance()
-    summary, result = simulation.summary(), simulate(scenario)
-    assert summary.metrics == result.metrics
-    assert summary.estimates == result.estimates
 
 
 def test_a_push_and_a_timed_change_act_and_the_ledger_stays_closed():
@@ -664,13 +647,6 @@ def test_a_table_of_poses_is_followed_along_scipys_spline():
     # The error is the rotation vector that turns the actual attitude into the desired one.
     turned = (Rotation.from_rotvec(trace.tracking_error[:, 3:]) * actual).as_rotvec()
     assert_allclose(turned, wanted[:, 3:], rtol=0.0, atol=1e-12)
-
-
-def test_a_table_that_does_not_begin_at_the_start_pose_is_refused():
-    row = (0.0, 0.0, 0.0, 0.366, 0.0, 0.1, 0.0)
-    values = {"trajectory.kind": "table", "trajectory.table": [row]}
-    with pytest.raises(ScenarioError, match=r"table\.0\.5 is 0\.1, but .* the start pose$"):
-        with_values(KNOWING, values)
 
 
 def test_an_object_turns_as_it_should():

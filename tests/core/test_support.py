@@ -11,9 +11,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from slipgrasp.core.exceptions import ScenarioError
-from slipgrasp.core.run.batch import simulate_many
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.core.run.simulation import Simulation
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.run.verdict import describe_run
 from slipgrasp.core.scenario import SUPPORT, SupportScenario
@@ -261,20 +259,6 @@ def test_friction_stays_on_its_surface_and_never_returns_energy(seed: int) -> No
     assert (size - trace.friction_coefficient[:, 0] * trace.normal_force[:, 0])[1:].max() < EXACT
     rests = trace.phase[:, 0] == ContactPhase.STICK
     assert (trace.object_velocity[rests][1:, : 3 if radius else 2] == 0.0).all()
-
-
-def test_a_run_without_its_trace_has_the_same_metrics() -> None:
-    scenario = drawn(7)
-    simulation = Simulation(scenario, keep_trace=False)
-    while not simulation.finished:
-        simulation.advance()
-    assert simulation.summary().metrics == simulate(scenario).metrics
-
-
-def test_many_runs_on_several_threads_have_the_metrics_of_single_ones() -> None:
-    scenarios = [support(support={"friction": mu}) for mu in (0.1, 0.2, 0.3)]
-    found = [summary.metrics for summary in simulate_many(scenarios, threads=2)]
-    assert found == [simulate(each).metrics for each in scenarios]
 
 
 def test_a_run_is_described_in_words_without_a_hand() -> None:
