@@ -313,21 +313,6 @@ def test_what_interrupts_a_law_is_raised_where_it_was_called_from():
         simulate(of_law("interrupted", SHORT))
 
 
-def test_what_a_law_sees_is_the_hand_as_it_is_recorded():
-    seen = []
-    simulation = Simulation(SHORT)
-    for tick in simulation.ticks():
-        seen.append([*tick.seen.pose, *tick.seen.joint_position.ravel(), *tick.seen.slip])
-        tick.torque = carrying_torque(tick.seen)
-    trace, ticks = simulation.result().trace, simulation.result().ticks
-    recorded = np.column_stack([trace.object_pose, trace.joint_position, trace.slip])
-    common = [(k, np.flatnonzero(trace.times == t)) for k, t in enumerate(ticks.times)]
-    pairs = [(k, rows[-1]) for k, rows in common if len(rows)]
-    assert len(pairs) > 10
-    for k, row in pairs:
-        assert np.abs(np.array(seen[k]) - recorded[row]).max() < 1e-12
-
-
 @pytest.mark.parametrize("kind", CONTROL_LAWS)
 def test_the_recorded_commands_alone_give_the_plant_of_any_law_bit_for_bit(kind):
     scenario = with_values(

@@ -11,13 +11,10 @@ from slipgrasp import (
     LawParameter,
     Simulation,
     load_scenario,
-    open_recording,
     register_law,
     simulate,
-    verify,
     with_law,
     with_values,
-    write_recording,
 )
 from slipgrasp.core.scenario.custom_laws import forget
 from slipgrasp.core.trace.columns import columns_of
@@ -232,31 +229,6 @@ def test_python_compiled_code_and_torques_from_outside_give_the_same_bits():
     assert columns.keys() == again.keys()
     for name, values in columns.items():
         assert values.tobytes() == again[name].tobytes(), name
-
-
-def test_its_parameters_act_and_change_during_a_run():
-    change = {"changes.0.time": 0.1, "changes.0.parameter": "controller.parameters.damping"}
-    plain = simulate(of_law(Hold))
-    damped = simulate(of_law(Hold, **change, **{"changes.0.value": 1.0}))
-    early = plain.trace.times < 0.1
-    np.testing.assert_array_equal(
-        plain.trace.joint_torque[early], damped.trace.joint_torque[damped.trace.times < 0.1]
-    )
-    assert np.abs(plain.ticks.commands[150] - damped.ticks.commands[150]).max() > 1e-6
-
-
-def test_its_run_is_made_again_bit_for_bit_without_it(tmp_path):
-    result = simulate(
-        of_law(Hold, **{"controller.latency": 0.0015, "sensing.position_noise": 1e-5})
-    )
-    write_recording(result, tmp_path / "run.mcap")
-    forget("hold")
-    read = open_recording(tmp_path / "run.mcap")
-    assert read.provenance.law == result.provenance.law
-    found = verify(read)
-    assert (found.same, found.bit_for_bit, found.replayed) == (True, True, True)
-    register_law(Hold)
-    assert verify(read, with_law=True).same
 
 
 @pytest.mark.parametrize(

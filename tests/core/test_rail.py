@@ -10,16 +10,11 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from slipgrasp.core.exceptions import ScenarioError
-from slipgrasp.core.kernel.compilation.records import make_record
-from slipgrasp.core.kernel.planar import state as planar
-from slipgrasp.core.kernel.rail import state as rail_state
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulator import simulate
-from slipgrasp.core.scenario import RAIL, RailScenario
+from slipgrasp.core.scenario import RailScenario
 from slipgrasp.core.scenario.loading import (
     scenario_from_mapping,
-    scenario_from_toml,
-    scenario_to_toml,
 )
 from slipgrasp.core.trace.columns import columns_of
 from slipgrasp.core.trace.types import ContactPhase, Outcome
@@ -52,15 +47,6 @@ def jerk_acceleration(distance: float, duration: float, t: float) -> float:
     """Acceleration of a minimum-jerk motion."""
     s = t / duration
     return distance / duration**2 * (60.0 * s - 180.0 * s**2 + 120.0 * s**3)
-
-
-def test_indices_of_the_state_are_those_of_a_planar_hand() -> None:
-    record = make_record(planar.STATE)
-    record.x[:] = np.arange(planar.MAX_STATE)
-    parts = planar.parts_of(record, 1, 1)
-    named = rail_state.POSITION, rail_state.SPEED, rail_state.SLIP, rail_state.SLIP_SPEED
-    present = parts.pose[0], parts.velocity[0], parts.slip[0], parts.slip_velocity[0]
-    assert (*named, rail_state.MASS) == (*present, parts.estimates[0])
 
 
 @pytest.mark.parametrize(("force", "friction"), [(3.0, 0.1), (8.0, 0.3)])
@@ -415,12 +401,6 @@ def test_signals_of_hands_do_not_exist() -> None:
     assert not {"input_rank", "believed_phase_0", "spin_0", "torque_1_0"} & set(names)
     expected = {"x", "error_x", "slip_0", "slip_1", "torque_0_1", "estimate_object.mass"}
     assert expected <= set(names)
-
-
-def test_a_scenario_survives_its_file() -> None:
-    scenario = drawn(1)
-    assert scenario.space is RAIL
-    assert scenario_from_toml(scenario_to_toml(scenario).encode(), "rail") == scenario
 
 
 @pytest.mark.parametrize(

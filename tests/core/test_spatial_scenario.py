@@ -1,7 +1,6 @@
 """A scenario in space: read, written, changed and refused like one in the plane."""
 
 import math
-import tomllib
 
 import numpy as np
 import pytest
@@ -11,13 +10,9 @@ from slipgrasp.core.exceptions import ScenarioError
 from slipgrasp.core.scenario.loading import (
     load_scenario,
     parameter_definitions,
-    preset_names,
     scenario_from_mapping,
-    scenario_to_toml,
-    spatial_preset_names,
     with_values,
 )
-from slipgrasp.core.scenario.space import PLANAR, SPATIAL
 from slipgrasp.core.scenario.spatial_geometry import (
     cross,
     distance_inside,
@@ -37,18 +32,6 @@ TILTED = with_values(
         "fingers.1.contact_offset": [0.02, -0.03],
     },
 )
-
-
-@pytest.mark.parametrize("name", spatial_preset_names())
-def test_a_preset_in_space_survives_the_way_to_toml_and_back(name):
-    scenario = load_scenario(name)
-    assert scenario.space is SPATIAL
-    assert scenario_from_mapping(tomllib.loads(scenario_to_toml(scenario))) == scenario
-
-
-def test_presets_in_the_plane_are_listed_apart():
-    assert not set(preset_names()) & set(spatial_preset_names())
-    assert all(load_scenario(name).space is PLANAR for name in preset_names())
 
 
 @pytest.mark.parametrize("face", PRISM.object.face_names)

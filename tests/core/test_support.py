@@ -14,12 +14,10 @@ from slipgrasp.core.exceptions import ScenarioError
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.run.verdict import describe_run
-from slipgrasp.core.scenario import SUPPORT, SupportScenario
+from slipgrasp.core.scenario import SupportScenario
 from slipgrasp.core.scenario.loading import (
     load_scenario,
     scenario_from_mapping,
-    scenario_from_toml,
-    scenario_to_toml,
     with_values,
 )
 from slipgrasp.core.trace.columns import columns_of
@@ -300,13 +298,6 @@ def test_a_preset_agrees_with_its_closed_form(name: str) -> None:
     spin = plane.radius * result.trace.object_velocity[rows, 2]
     expected = vx * ((spin / speed) / (plane.radius * omega / vx)) ** (1.0 / (ratio - 1.0))
     assert speed == pytest.approx(expected, rel=1e-7)
-
-
-def test_a_mapping_with_a_support_is_such_a_scenario_and_survives_toml() -> None:
-    scenario = drawn(3)
-    assert scenario.space is SUPPORT
-    text = scenario_to_toml(scenario)
-    assert scenario_from_toml(text.encode(), "mine.toml") == scenario
 
 
 def test_signals_of_hands_are_no_columns() -> None:

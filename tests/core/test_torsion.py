@@ -284,14 +284,6 @@ def test_a_pad_that_is_no_larger_than_a_point_changes_no_bit():
     assert np.array_equal(hard.trace.to_rows(), point.trace.to_rows())
 
 
-def test_small_pads_slide_as_far_as_points():
-    scenario = with_values(load_scenario("spatial-composite"), {"simulation.duration": 0.2})
-    paths = [simulate(soft(scenario, radius)).metrics.slip_path for radius in (0.0, 1e-3, 2e-3)]
-    hard, small, larger = map(np.array, paths)
-    assert (np.abs(small - hard) < 0.02 * hard).all()
-    assert np.abs(small - hard).max() < np.abs(larger - hard).max()
-
-
 HALF_WEIGHT = 0.5 * 9.81
 
 
