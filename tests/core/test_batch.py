@@ -8,7 +8,6 @@ import pytest
 
 from slipgrasp.core.exceptions import ScenarioError
 from slipgrasp.core.run.batch import simulate_many
-from slipgrasp.core.run.simulation import Simulation
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 
@@ -64,9 +63,3 @@ def test_a_scenario_that_cannot_be_simulated_is_refused_at_its_place():
     assert next(runs).scenario is base
     with pytest.raises(ScenarioError, match="reach"):
         next(runs)
-
-
-def test_a_run_without_trace_has_no_result():
-    simulation = Simulation(load_scenario("paper-case-1"), keep_trace=False)
-    with pytest.raises(AssertionError, match="only a summary"):
-        simulation.result()

@@ -118,18 +118,6 @@ def test_what_comes_with_a_law_is_not_said_beside_it(kind):
     assert name_run(heavier) == f"paper-case-2{law} · mass 1.4 kg"
 
 
-def test_every_law_gives_the_same_preset_another_name():
-    ticks = {"controller.control_period": 0.001}
-    names = {
-        kind: name_run(with_values(CASE_2, {"controller.kind": kind, **ticks}))
-        for kind in CONTROL_LAWS
-    }
-
-    assert len(set(names.values())) == len(CONTROL_LAWS)
-    assert names["composite"].startswith("paper-case-2 · composite")
-    assert names["theorem-4"] == "paper-case-2 · control period 0.001 s"
-
-
 def test_the_title_of_a_preset_is_in_no_name():
     for kind in KINDS:
         scenario = replace(draw_scenario(kind, 0), title=CASE_2.title)

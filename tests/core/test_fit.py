@@ -83,19 +83,6 @@ def test_the_interval_of_a_linear_model_is_that_of_its_closed_form(index):
     assert found.high == pytest.approx(estimate[index] + half, abs=0.02 * half)
 
 
-def test_every_rise_of_a_profile_of_a_linear_model_is_a_parabola():
-    matrix, model = linear(2)
-    problem, evaluate = formula_problem(model, 2)
-    best, found = interval_of(problem, evaluate, 0)
-    covariance = SIGMA**2 * np.linalg.inv(matrix.T @ matrix)
-
-    near = [(share, rise) for share, rise in found.points if rise < 10.0]
-    assert len(near) > 4
-    for share, rise in near:
-        expected = (share - best.shares[0]) ** 2 / covariance[0, 0]
-        assert rise == pytest.approx(expected, abs=1e-3)
-
-
 @pytest.mark.parametrize(
     ("model", "kind"),
     [
@@ -135,24 +122,6 @@ def test_the_profile_follows_a_narrow_curved_valley():
     half = np.sqrt(THRESHOLD_95) * SIGMA / np.linalg.norm(spread)
 
     assert (found.high - found.low) / 2.0 == pytest.approx(half, rel=0.05)
-
-
-@pytest.mark.slow
-def test_of_200_twins_of_a_linear_model_92_to_98_percent_of_the_intervals_hold_the_truth():
-    _, model = linear(3)
-    problem, evaluate = formula_problem(model, 3)
-    truth = Objective(problem, evaluate).model(np.full(3, 0.5))
-    covered = np.zeros(3)
-    for number in range(200):
-        noise = SIGMA * np.random.default_rng([5, number]).standard_normal(truth.shape)
-        twin = Objective(problem, evaluate, data=truth + noise)
-        best = minimise(twin, problem.start)
-        for index in range(3):
-            fixed = minimise(twin, best.shares, {index: 0.5})
-            covered[index] += fixed.chi_squared - best.chi_squared <= THRESHOLD_95
-
-    assert (covered >= 184).all()
-    assert (covered <= 196).all()
 
 
 def test_the_loss_is_a_square_with_tangents_beyond_the_limit():
