@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from slipgrasp import LawParameter, register_law, simulate
-from slipgrasp.core.exceptions import ScenarioError
 from slipgrasp.core.scenario import ObjectParameters
 from slipgrasp.core.scenario.geometry import contact_frame, inner_radius, outline, smallest_extent
 from slipgrasp.core.scenario.loading import load_scenario, scenario_from_mapping, with_values
@@ -154,21 +153,6 @@ def test_sizes_of_a_circle_are_those_of_its_radius():
     assert inner_radius(body) == 0.07
     assert smallest_extent(body) == 0.14
     np.testing.assert_allclose(np.hypot(*outline(body).T), 0.07)
-
-
-@pytest.mark.parametrize(
-    ("values", "field", "words"),
-    [
-        ({"object.corners": ((-0.1, -0.1), (0.1, -0.1), (0.0, 0.1))}, "object.corners", "circle"),
-        ({"fingers.0.face": "edge-0"}, "fingers.0.face", "left, right, bottom, top"),
-        ({"patches.0.face": "left"}, "patches.0.face", "curved faces do not support patches"),
-    ],
-)
-def test_what_does_not_go_with_a_circle_is_refused(values, field, words):
-    with pytest.raises(ScenarioError) as caught:
-        with_values(CIRCLE, values)
-    assert field in {error.field for error in caught.value.errors}
-    assert words in str(caught.value)
 
 
 RADIUS, PRESS, FRICTION = 0.1, 10.0, 0.3

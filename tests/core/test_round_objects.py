@@ -8,7 +8,6 @@ from scipy.linalg import block_diag
 from scipy.spatial.transform import Rotation
 
 from slipgrasp import register_law, simulate, with_law
-from slipgrasp.core.exceptions import ScenarioError
 from slipgrasp.core.kernel.spatial.model import pack_model
 from slipgrasp.core.run.claims import contradictions_of
 from slipgrasp.core.scenario.loading import load_scenario, scenario_from_mapping, with_values
@@ -308,28 +307,6 @@ def test_a_contact_starts_where_its_arcs_lead(shape):
         np.testing.assert_allclose(hand.anchors[0], point, atol=1e-15)
         np.testing.assert_allclose(hand.frames[0], frame, atol=1e-15)
         assert distance_inside(contact.outline, (0.0, 0.0)) > 0.0
-
-
-@pytest.mark.parametrize(
-    ("values", "field", "words"),
-    [
-        ({"object.corners": ((-0.1, -0.1), (0.1, -0.1), (0.0, 0.1))}, "object.corners", "cylinder"),
-        ({"fingers.0.face": "side-4"}, "fingers.0.face", "side-0, side-1, side-2, side-3, top"),
-        ({"fingers.0.contact_offset": (0.2, 0.0)}, "fingers.0.contact_offset", "beyond the edge"),
-        ({"patches.0.face": "side-3"}, "patches.0.face", "curved faces do not support patches"),
-    ],
-)
-def test_what_does_not_go_with_a_cylinder_is_refused(values, field, words):
-    with pytest.raises(ScenarioError) as caught:
-        with_values(BOX, {"object.shape": "cylinder", **values})
-    assert field in {error.field for error in caught.value.errors}
-    assert words in str(caught.value)
-
-
-def test_a_start_beyond_a_quarter_of_a_sphere_is_refused():
-    values = {"object.shape": "sphere", "fingers.0.contact_offset": (0.15, 0.06)}
-    with pytest.raises(ScenarioError, match="beyond the edge of side-3"):
-        with_values(BOX, values)
 
 
 ENDS = {Outcome.COMPLETED, Outcome.SEPARATED, Outcome.LEFT_FACE}

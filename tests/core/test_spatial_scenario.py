@@ -75,30 +75,6 @@ def test_the_start_attitude_turns_the_contacts():
     assert_allclose(tip, np.array(TILTED.trajectory.start[:3]) + rows @ contact.anchor)
 
 
-@pytest.mark.parametrize(
-    ("key", "value", "field", "words"),
-    [
-        ("fingers.0.base.2", 5.0, "fingers.0.base", "the finger reaches 0 … 2 m"),
-        ("fingers.0.base.0", -0.1, "fingers.0.base", "from the vertical axis"),
-        ("object.inertias.0", 3.0, "object.inertias.0", "impossible for a rigid body"),
-        ("object.inertias.1", -1.0, "object.inertias.1", "allowed: 1e-06 … 1000 kg m²"),
-        ("trajectory.start.3", 0.5, "trajectory.start.3", "a rotation has length 1"),
-        ("fingers.2.face", "side-5", "fingers.2.face", "side-0, side-1, side-2, top, bottom"),
-        ("fingers.1.contact_offset.0", 0.16, "fingers.1.contact_offset", "0.01 m beyond the edge"),
-        ("controller.link_length_ratio", 1.1, "controller.link_length_ratio", "not computed for"),
-        ("controller.control_period", 0.0, "controller.control_period", "continuous control"),
-        ("controller.velocity_gain", [1.0, 2.0], "controller.velocity_gain", "one number, or 12"),
-        ("object.inertia", 0.1, "object.inertia", "did you mean 'object.inertias."),
-    ],
-)
-def test_what_cannot_be_is_refused_with_field_limit_and_way_out(key, value, field, words):
-    with pytest.raises(ScenarioError) as caught:
-        with_values(PRISM, {key: value})
-    (error,) = caught.value.errors
-    assert error.field == field
-    assert words in error.message
-
-
 def test_unknowns_in_space_have_keys_and_names():
     estimates = [{"parameter": f"object.inertias.{k}", "initial": 0.02} for k in range(3)]
     mapping = PRISM.to_mapping() | {"estimates": estimates}

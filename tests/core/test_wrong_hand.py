@@ -3,8 +3,6 @@
 import numpy as np
 import pytest
 
-from slipgrasp import ScenarioError
-from slipgrasp.core.run.simulation import Simulation
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from tests.core.test_composite import at_ticks
@@ -67,13 +65,3 @@ def test_a_law_that_mistakes_its_lengths_commands_by_the_jacobian_it_believes_in
         weight = long.bias(kin.q[i], np.zeros(2), loop.truth.link_masses[i], 9.81)
         expected = long.jacobian(kin.q[i]).T @ force + weight
         np.testing.assert_allclose(trace.joint_torque[first, 2 * i : 2 * i + 2], expected)
-
-
-def test_wrong_lengths_need_the_ticks_of_sampled_control():
-    with pytest.raises(ScenarioError, match=r"controller\.link_length_ratio is 1\.1"):
-        Simulation(
-            with_values(
-                load_scenario("paper-case-1"),
-                {"controller.control_period": 0.0, "controller.link_length_ratio": 1.1},
-            )
-        )
