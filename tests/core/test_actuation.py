@@ -38,16 +38,16 @@ def commands(scenario, trace):
     return trace.times[ticks], np.array(torques)
 
 
+@BOTH
 @pytest.mark.parametrize("latency", [0.0, 0.001, 0.002, 0.0025, 0.01])
-def test_a_torque_acts_one_latency_after_its_tick_but_the_first_at_once(latency):
-    scenario = with_values(CASE_2, {**SAMPLED, "controller.latency": latency})
-    trace = simulate(scenario).trace
-    times, torques = commands(scenario, trace)
-    due = times + latency
+def test_a_torque_acts_one_latency_after_its_tick_but_the_first_at_once(base, latency):
+    run = simulate(with_values(base, {**SAMPLED, "controller.latency": latency}))
+    rows = at_ticks(run.trace)
+    due = run.ticks.times + latency
     due[0] = 0.0
-    acting = np.searchsorted(due, times + 1e-9, side="right") - 1
-    given = trace.joint_torque[at_ticks(trace)].reshape(len(times), -1)
-    np.testing.assert_allclose(given, torques[acting], rtol=1e-9)
+    acting = np.searchsorted(due, run.trace.times[rows] + 1e-9, side="right") - 1
+    given = run.trace.joint_torque[rows].reshape(len(rows), -1)
+    np.testing.assert_array_equal(given, run.ticks.commands[acting])
     assert np.ptp(given, axis=0).max() > 1.0
 
 
