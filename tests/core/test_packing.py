@@ -6,11 +6,8 @@ import numpy as np
 import pytest
 from scipy.linalg import solve_continuous_lyapunov
 
-from slipgrasp.core.kernel.planar.model import FACTS
 from slipgrasp.core.kernel.planar.packing import make_table, pack_model, whole_faces
 from slipgrasp.core.kernel.spatial.model import pack_model as pack_spatial_model
-from slipgrasp.core.scenario import CONTROL_LAWS
-from slipgrasp.core.scenario.geometry import contact_frame
 from slipgrasp.core.scenario.loading import load_scenario, preset_names, with_values
 from slipgrasp.core.scenario.parameters import describe
 from slipgrasp.core.scenario.table import PARTS, TABLE, choices_of, place_of, places
@@ -61,15 +58,6 @@ def test_every_parameter_that_holds_at_an_instant_stands_at_its_place(name):
     assert told > 50
 
 
-def test_a_number_that_may_be_a_list_stands_in_every_place_and_a_list_in_the_first():
-    scenario = with_values(load_scenario("paper-case-1"), {"controller.velocity_gain": 7.0})
-    first, length = place_of("controller.velocity_gain.0"), len(scenario.fingers) + 3
-    assert (numbers_of(scenario)[first : first + length] == 7.0).all()
-    gains = [1.0, 2.0, 3.0, 4.0, 5.0]
-    scenario = with_values(scenario, {"controller.velocity_gain": gains})
-    assert numbers_of(scenario)[first : first + length].tolist() == gains
-
-
 def test_no_two_keys_share_a_place_and_all_places_have_a_key():
     taken = []
     for place in places().values():
@@ -84,29 +72,6 @@ def test_no_two_keys_share_a_place_and_all_places_have_a_key():
 def test_what_stands_nowhere_has_no_place():
     for key in ("title", "pulses.0.time", "fingers.9.friction", "fingers.0.colour"):
         assert place_of(key) is None
-
-
-@pytest.mark.parametrize("name", SCENARIOS)
-def test_frames_are_those_of_the_geometry_to_rounding(name):
-    scenario = SCENARIOS[name]
-    hand = packed(scenario).hand
-    for i, finger in enumerate(scenario.fingers):
-        frame = contact_frame(scenario.object, finger)
-        np.testing.assert_allclose(hand.anchors[i], frame.anchor, rtol=0.0, atol=1e-16)
-        np.testing.assert_allclose(hand.tangents[i], frame.tangent, rtol=0.0, atol=1e-15)
-        ends = hand.slip_minimum[i], hand.slip_maximum[i]
-        expected = frame.slip_minimum, frame.slip_maximum
-        np.testing.assert_allclose(ends, expected, rtol=0.0, atol=1e-16)
-
-
-@pytest.mark.parametrize("kind", CONTROL_LAWS)
-def test_the_kernel_has_all_facts_of_a_law(kind):
-    scenario = with_values(load_scenario("composite-case-2"), {"controller.kind": kind})
-    law = packed(scenario).law
-    assert FACTS.names
-    for fact in FACTS.names:
-        assert law.facts[fact] == getattr(CONTROL_LAWS[kind], fact)
-    assert law.slip_stop == (scenario.controller.slip_stop if CONTROL_LAWS[kind].has_memory else 0)
 
 
 def test_the_blocks_of_p_solve_the_lyapunov_equation():

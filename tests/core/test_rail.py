@@ -361,23 +361,6 @@ def test_random_runs_reach_all_nine_phases() -> None:
     assert met == {(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1)}
 
 
-@pytest.mark.parametrize("seed", SEEDS)
-def test_positions_are_the_integrals_of_velocities_and_accelerations(seed: int) -> None:
-    """By the corrected trapezoidal rule, between neighbouring rows without an event."""
-    trace = run_of(seed).trace
-    h = np.diff(trace.times)
-    smooth = (h > 0.0) & (np.diff(trace.phase, axis=0) == 0).all(axis=1)
-    for x, v, a in (
-        (trace.object_pose, trace.object_velocity, trace.object_acceleration),
-        (trace.slip, trace.slip_velocity, trace.slip_acceleration),
-    ):
-        place, speed, bend = x[:, 0], v[:, 0], a[:, 0]
-        moved = 0.5 * h * (speed[1:] + speed[:-1]) - h**2 / 12.0 * np.diff(bend)
-        error = np.abs(np.diff(place) - moved)[smooth]
-        # The rule is less accurate across a kink, where the law begins to limit its force.
-        assert error.max(initial=0.0) < 1e-7 * (1.0 + np.abs(bend).max())
-
-
 def test_tip_and_joints_agree() -> None:
     """J q' = e x' - t s', from the recorded joint angles."""
     scenario, trace = drawn(3), run_of(3).trace

@@ -8,10 +8,8 @@ from scipy.linalg import block_diag
 from scipy.spatial.transform import Rotation
 
 from slipgrasp import register_law, simulate, with_law
-from slipgrasp.core.kernel.spatial.model import pack_model
 from slipgrasp.core.run.claims import contradictions_of
 from slipgrasp.core.scenario.loading import load_scenario, scenario_from_mapping, with_values
-from slipgrasp.core.scenario.spatial_geometry import distance_inside, spatial_contact
 from slipgrasp.core.trace.types import Outcome
 from tests.core.drawn_hands_in_space import draw_hand_in_space
 from tests.core.drawn_round_objects import with_round_object
@@ -21,7 +19,7 @@ from tests.references.spatial_hands import (
     cone_phases,
     random_state,
 )
-from tests.references.spatial_plant import State, cross_matrix, rotation_matrix
+from tests.references.spatial_plant import cross_matrix, rotation_matrix
 from tests.references.spatial_scenarios import random_spatial_scenario, world_of
 from tests.spatial_evaluation import SpatialEvaluation
 
@@ -277,36 +275,6 @@ def test_a_fingertip_leaves_the_end_of_a_cylinder_over_its_rim():
     place = slip + scenario.fingers[contact].contact_offset
     assert np.hypot(*place) == pytest.approx(0.04, abs=1e-9)
     assert contradictions_of(result) == ()
-
-
-@pytest.mark.parametrize("shape", SHAPES)
-def test_a_contact_starts_where_its_arcs_lead(shape):
-    """By rotations about the centre, for each of the faces; the kernel starts there too."""
-    body = with_values(BOX, {"object.shape": shape, "object.radius": 0.08}).object
-    for face in body.face_names:
-        if face not in AZIMUTHS:
-            continue
-        values = {"fingers.0.kind": "slides", "fingers.0.face": face}
-        scenario = with_values(
-            BOX,
-            {
-                **values,
-                "object.shape": shape,
-                "object.radius": 0.08,
-                "fingers.0.contact_offset": (0.02, -0.03),
-            },
-        )
-        contact = spatial_contact(scenario.object, scenario.fingers[0])
-        tiny = np.full((3, 2), 1e-20)
-        start = State(np.zeros(3), np.array([1.0, 0, 0, 0]), np.zeros(6), tiny, 0.0 * tiny)
-        point, frame = placed(scenario, start, 0)
-        axes = [contact.tangent_x, contact.tangent_y, contact.normal]
-        np.testing.assert_allclose(contact.anchor, point, atol=1e-15)
-        np.testing.assert_allclose(axes, frame, atol=1e-15)
-        hand = pack_model(scenario, [0.0] * 6).hand
-        np.testing.assert_allclose(hand.anchors[0], point, atol=1e-15)
-        np.testing.assert_allclose(hand.frames[0], frame, atol=1e-15)
-        assert distance_inside(contact.outline, (0.0, 0.0)) > 0.0
 
 
 ENDS = {Outcome.COMPLETED, Outcome.SEPARATED, Outcome.LEFT_FACE}

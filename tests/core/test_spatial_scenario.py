@@ -16,7 +16,6 @@ from slipgrasp.core.scenario.loading import (
 from slipgrasp.core.scenario.spatial_geometry import (
     cross,
     distance_inside,
-    rotation_matrix,
     spatial_contact,
     tip_at_start,
 )
@@ -64,15 +63,6 @@ def test_every_finger_of_the_prism_starts_in_the_pose_of_the_paper():
     tips = [np.add(tip_at_start(PRISM, i), f.base) for i, f in enumerate(PRISM.fingers)]
     angles = hand_of_scenario(PRISM).fingers.joint_positions(np.array(tips))
     assert_allclose(np.degrees(angles[:, 1:]), np.tile([60.0, -90.0], (3, 1)), atol=5e-3)
-
-
-def test_the_start_attitude_turns_the_contacts():
-    rows = np.array(rotation_matrix(TILTED.trajectory.start[3:]))
-    assert_allclose(rows @ rows.T, np.eye(3), atol=1e-15)
-    assert math.isclose(np.linalg.det(rows), 1.0)
-    contact = spatial_contact(TILTED.object, TILTED.fingers[1])
-    tip = np.add(tip_at_start(TILTED, 1), TILTED.fingers[1].base)
-    assert_allclose(tip, np.array(TILTED.trajectory.start[:3]) + rows @ contact.anchor)
 
 
 def test_unknowns_in_space_have_keys_and_names():
