@@ -16,8 +16,6 @@ from slipgrasp.core.scenario.loading import (
 
 CASE = load_scenario("paper-case-1")
 TRIANGLE = ((-0.1, -0.1), (0.12, -0.08), (0.0, 0.15))
-# Edges of a rectangle in the order of its outline.
-EDGE_OF = {"bottom": "edge-0", "right": "edge-1", "top": "edge-2", "left": "edge-3"}
 
 
 def with_outline(corners, faces=("edge-3", "edge-1"), **trajectory):

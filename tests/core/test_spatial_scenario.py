@@ -23,14 +23,6 @@ from slipgrasp.core.scenario.unknowns import name_unknown
 from tests.references.spatial_scenarios import hand_of_scenario
 
 PRISM = load_scenario("spatial-prism")
-TILTED = with_values(
-    PRISM,
-    {
-        "trajectory.start": [0.01, -0.02, 0.4, 0.8, 0.2, -0.4, 0.4],
-        "object.mass": 1.3,
-        "fingers.1.contact_offset": [0.02, -0.03],
-    },
-)
 
 
 @pytest.mark.parametrize("face", PRISM.object.face_names)
