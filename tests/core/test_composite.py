@@ -9,8 +9,8 @@ from slipgrasp.core.run.simulation import Simulation
 from slipgrasp.core.run.simulator import run_to_end, simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.trace.types import Outcome
+from tests.core.test_closed_loop_identities import state_of
 from tests.references.closed_loop import ClosedLoop
-from tests.references.hand import State
 
 CASE_2 = load_scenario("composite-case-2")
 NOISY = load_scenario("composite-case-2-noisy")
@@ -104,8 +104,7 @@ def residuals(loop, values, state, phase, torques, acceleration):
 
 def rows_at(loop, trace, row):
     """Y and y of all equations at one row of a trace, and how inexact each is allowed to be."""
-    part = trace.object_pose[row], trace.object_velocity[row]
-    state = State(*part, trace.slip[row], trace.slip_velocity[row])
+    state = state_of(trace, row)
     acceleration = np.append(trace.object_acceleration[row], trace.slip_acceleration[row])
     phase, torques = trace.phase[row].astype(int), np.ravel(trace.joint_torque[row])
     p = len(loop.unknowns.keys)

@@ -24,9 +24,9 @@ from slipgrasp.core.run.simulator import run_to_end
 from slipgrasp.core.run.verdict import describe_run
 from slipgrasp.core.scenario import CONTROL_LAWS, Change
 from slipgrasp.core.trace.columns import columns_of
+from tests.core.test_closed_loop_identities import state_of
 from tests.core.test_composite import at_ticks
 from tests.references.closed_loop import ClosedLoop
-from tests.references.hand import State
 from tests.references.noise import normal_numbers
 
 pytestmark = pytest.mark.usefixtures("known_laws")
@@ -138,12 +138,7 @@ def felt_and_true(**values):
     felt, true = ticks.diagnostics[1:].reshape(-1, 2, 2), []
     assert np.all(trace.phase == 0)
     for row, torques in zip(at_ticks(trace)[1:], ticks.commands, strict=False):
-        state = State(
-            trace.object_pose[row],
-            trace.object_velocity[row],
-            trace.slip[row],
-            trace.slip_velocity[row],
-        )
+        state = state_of(trace, row)
         true.append(loop.solve_plant(state, (0, 0), torques).forces * [-1.0, 1.0])
     return felt, np.array(true)
 

@@ -10,6 +10,7 @@ from scipy.optimize import root_scalar
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.trace.types import ContactPhase, Outcome
+from tests.core.test_closed_forms import change
 
 CASE_1 = load_scenario("paper-case-1")
 CASE_2 = load_scenario("paper-case-2")
@@ -17,11 +18,6 @@ GRAVITY = 9.81
 
 OPEN_LOOP = {"controller.position_gain": 0.0, "controller.velocity_gain": 1e-12}
 PHASES = {-1: ContactPhase.SLIP_BACKWARD, 0: ContactPhase.STICK, 1: ContactPhase.SLIP_FORWARD}
-
-
-def change(index, t, parameter, value):
-    key = f"changes.{index}"
-    return {f"{key}.time": t, f"{key}.parameter": parameter, f"{key}.value": value}
 
 
 def told(result):

@@ -14,6 +14,8 @@ import pytest
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.trace.types import ContactPhase, Outcome
+from tests.core.test_closed_forms import change
+from tests.core.test_hybrid_events import told
 from tests.references.closed_loop import ClosedLoop
 from tests.references.hand import State
 
@@ -40,11 +42,6 @@ def case(*parts, period=0.0):
     return with_values(CASE_1, {**OPEN_LOOP, **values})
 
 
-def change(index, t, parameter, value):
-    key = f"changes.{index}"
-    return {f"{key}.time": t, f"{key}.parameter": parameter, f"{key}.value": value}
-
-
 def push(index, t, duration, lift):
     """A pulse straight up, or down where it is negative."""
     key = f"pulses.{index}"
@@ -57,10 +54,6 @@ def patch(index, face, start, end, factor, **times):
     values = {"face": face, "centre": 0.5 * (start + end), "half_length": 0.5 * (end - start)}
     values |= {"friction_factor": factor, **times}
     return {f"patches.{index}.{name}": value for name, value in values.items()}
-
-
-def told(result):
-    return [(c.contact, c.to_phase) for c in result.phase_changes]
 
 
 def crossings(trace, contact):

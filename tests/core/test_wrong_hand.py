@@ -5,6 +5,7 @@ import pytest
 
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
+from tests.core.test_closed_loop_identities import state_of
 from tests.core.test_composite import at_ticks
 from tests.references.closed_loop import ClosedLoop
 from tests.references.hand import State
@@ -30,12 +31,7 @@ def test_rubbing_joints_take_their_torque_from_every_row_of_the_trace():
     trace, loop = simulate(scenario).trace, ClosedLoop.from_scenario(scenario)
     assert np.any(trace.phase != 0)
     for k in range(0, len(trace.times), 7):
-        state = State(
-            trace.object_pose[k],
-            trace.object_velocity[k],
-            trace.slip[k],
-            trace.slip_velocity[k],
-        )
+        state = state_of(trace, k)
         motion = loop.solve_plant(state, tuple(trace.phase[k]), trace.joint_torque[k])
         np.testing.assert_allclose(motion.acceleration[:3], trace.object_acceleration[k], atol=1e-9)
         np.testing.assert_allclose(motion.forces[:, 1], trace.normal_force[k], atol=1e-8)
