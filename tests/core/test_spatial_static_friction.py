@@ -125,14 +125,6 @@ def test_a_force_that_grows_breaks_loose_where_it_reaches_static_friction(fricti
 
 
 @FRICTIONS
-def test_equal_static_and_kinetic_friction_change_no_bit(friction):
-    values = {"simulation.duration": 0.1, "simulation.friction": friction}
-    plain = with_values(load_scenario("spatial-prism"), values)
-    equal = with_values(plain, {f"fingers.{i}.static_friction": 0.25 for i in range(3)})
-    assert simulate(equal).trace.to_rows().tobytes() == simulate(plain).trace.to_rows().tobytes()
-
-
-@FRICTIONS
 @pytest.mark.parametrize("n", [2, 3])
 def test_selection_finds_one_of_the_answers_of_a_search_over_all_frictions(n, friction):
     """A contact with more friction in stick is tried with either; all sticks where it may."""

@@ -49,7 +49,7 @@ def test_slip_starts_when_friction_drops(period):
 
 
 @pytest.mark.parametrize("period", [0.0, 0.001])
-@pytest.mark.parametrize("t", [0.05, 0.0505, 3.0, 3.0004])
+@pytest.mark.parametrize("t", [0.0505, 3.0])
 def test_a_change_to_the_same_value_changes_nothing(period, t):
     values = {"controller.control_period": period}
     plain = simulate(with_values(CASE_2, values)).trace

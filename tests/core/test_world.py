@@ -172,13 +172,18 @@ def test_contact_holds_up_to_static_friction_and_slides_with_the_friction_of_sli
     assert trace.slip_acceleration[at, 0] > 1.0
 
 
-@CONTROL_PERIODS
-def test_equal_static_and_kinetic_friction_change_no_bit(period):
-    values = {"controller.control_period": period, "simulation.duration": 0.5}
-    plain = simulate(with_values(CASE_1, values))
-    equal = {f"fingers.{i}.static_friction": 0.25 for i in range(2)}
-    same = simulate(with_values(CASE_1, {**values, **equal}))
-    assert same.trace.to_rows().tobytes() == plain.trace.to_rows().tobytes()
+@pytest.mark.parametrize(
+    ("preset", "key", "value"),
+    [
+        *(("paper-case-1", "controller.control_period", period) for period in (0.0, 0.001)),
+        *(("spatial-prism", "simulation.friction", kind) for kind in ("cone", "pyramid")),
+    ],
+)
+def test_equal_static_and_kinetic_friction_change_no_bit(preset, key, value):
+    plain = with_values(load_scenario(preset), {key: value, "simulation.duration": 0.3})
+    equal = {f"fingers.{i}.static_friction": f.friction for i, f in enumerate(plain.fingers)}
+    same, other = (simulate(each).trace for each in (with_values(plain, equal), plain))
+    assert same.to_rows().tobytes() == other.to_rows().tobytes()
 
 
 HEAVY = {"estimates.4.initial": 0.5}
