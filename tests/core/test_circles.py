@@ -7,7 +7,7 @@ import pytest
 
 from slipgrasp import LawParameter, register_law, simulate
 from slipgrasp.core.scenario import ObjectParameters
-from slipgrasp.core.scenario.geometry import inner_radius, outline, smallest_extent
+from slipgrasp.core.scenario.geometry import contact_frame, inner_radius, outline, smallest_extent
 from slipgrasp.core.scenario.loading import load_scenario, scenario_from_mapping, with_values
 from tests.core.drawn_round_objects import with_round_object
 from tests.core.drawn_scenarios import KINDS, draw_scenario
@@ -130,6 +130,22 @@ def test_the_regressor_knows_the_curvature(phase, unknown):
     )
     scale = 1.0 + np.abs(one.acceleration).max()
     np.testing.assert_allclose(one.known, other.known, rtol=0.0, atol=1e-11 * scale)
+
+
+@pytest.mark.parametrize("face", ANGLES)
+@pytest.mark.parametrize("offset", [-0.3, 0.0, 0.04])
+def test_a_contact_on_a_circle_starts_at_the_end_of_its_arc(face, offset):
+    body = ObjectParameters(shape="circle", radius=0.12)
+    values = {"fingers.0.face": face, "fingers.0.contact_offset": offset}
+    frame = contact_frame(body, with_values(BASE, {"fingers.0.face": face}).fingers[0])
+    start = ANGLES[face]
+    np.testing.assert_allclose(frame.anchor, 0.12 * unit(start), atol=1e-16)
+    finger = with_values(CIRCLE, {**values, "fingers.0.kind": "slides"}).fingers[0]
+    frame = contact_frame(body, finger)
+    np.testing.assert_allclose(frame.anchor, 0.12 * unit(start - offset / 0.12), atol=1e-15)
+    np.testing.assert_allclose(frame.normal, -np.array(frame.anchor) / 0.12, atol=1e-15)
+    assert frame.normal == pytest.approx((frame.tangent[1], -frame.tangent[0]), abs=1e-15)
+    assert (frame.slip_minimum, frame.slip_maximum) == (-np.inf, np.inf)
 
 
 def test_sizes_of_a_circle_are_those_of_its_radius():
