@@ -1,5 +1,6 @@
 """What the controller measures of a spatial hand, and what the joints make of its commands."""
 
+from itertools import repeat
 from typing import NamedTuple
 
 import numpy as np
@@ -11,6 +12,7 @@ from slipgrasp.core.kernel.spatial.state import parts_of
 from slipgrasp.core.run.simulation import Simulation
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
+from tests.core.test_sensing import detected
 from tests.references.noise import normal_numbers
 from tests.references.spatial_composite import Composite, Instant
 from tests.references.spatial_law import regressor, tracking_errors
@@ -280,19 +282,6 @@ def slip_velocities(moments):
     return np.array([moment.measured.slip_velocity for moment in moments])
 
 
-def by_time(velocities, times, threshold, delay):
-    """Belief of one contact at every tick: a contradiction counts from the tick before it."""
-    belief, agreed, beliefs = False, 0.0, []
-    for t, velocity in zip(times, velocities, strict=True):
-        seen = np.linalg.norm(velocity) > threshold
-        if seen == belief:
-            agreed = t
-        elif t - agreed > delay - 1e-9:
-            belief, agreed = seen, t
-        beliefs.append(belief)
-    return beliefs
-
-
 def by_sums(velocities, threshold, bound, share):
     """Crosier's sum of vectors in stick, Page's along the filtered velocity in slip."""
     level, slips, total, end = 0.5 * threshold, False, np.zeros(2), 0.0
@@ -331,7 +320,8 @@ def test_slip_is_detected_in_the_plane_of_the_face(detector, monkeypatch):
     believed = np.array([~moment.phase.sticks[:, 0] for moment in moments])
     for i in range(3):
         if detector == "threshold":
-            wanted = by_time(velocities[:, i], times, 0.005, 0.002)
+            speeds = np.append(0.0, np.linalg.norm(velocities[:, i], axis=1))
+            wanted = detected(speeds, [0.0, *times], 0.005, repeat(0.002))[1:]
         else:
             bound = max(10.0 * 1e-3**2 / 0.0025, 0.0025 * 0.002 / PERIOD)
             wanted = by_sums(velocities[:, i], 0.005, bound, PERIOD / (0.006 + PERIOD))
