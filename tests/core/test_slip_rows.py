@@ -94,7 +94,10 @@ def _apart_from_events(run: RunResult) -> np.ndarray:
     return np.isin(run.trace.times, times[counts == 1])
 
 
-@pytest.mark.parametrize("name", ["unequal-fingers", "spatial-composite", "spatial-pyramid"])
+@pytest.mark.parametrize(
+    "name",
+    ["unequal-fingers", "spatial-composite", "spatial-pyramid", "spinning-slide", "push-slider"],
+)
 def test_metrics_are_those_of_the_run_that_keeps_no_rows(name: str) -> None:
     scenario = load_scenario(name)
     run = simulate(scenario)
