@@ -33,6 +33,19 @@ def drawn():
     return {where: [draw_in_pairs(3, i, where) for i in range(BLOCK)] for where in (False, True)}
 
 
+@pytest.fixture(scope="module")
+def described(drawn):
+    """The parameters of each of them, by the names of their factors."""
+    return {
+        where: [
+            (pattern_of(key), parameter)
+            for each in drawn[where]
+            for key, parameter in describe(each.scenario).items()
+        ]
+        for where in (False, True)
+    }
+
+
 def is_refused(in_space, levels):
     """Whether validation refuses levels with which all else is at its first level."""
     row = [0] * len(factors(in_space))
@@ -65,11 +78,10 @@ def test_every_two_levels_meet_within_1000_runs_unless_validation_refuses_them(d
 
 
 @PLANE_AND_SPACE
-def test_whatever_can_be_set_takes_several_values(drawn, in_space):
+def test_whatever_can_be_set_takes_several_values(described, in_space):
     found = defaultdict(set)
-    for each in drawn[in_space]:
-        for key, parameter in describe(each.scenario).items():
-            found[pattern_of(key)].add(parameter.value)
+    for name, parameter in described[in_space]:
+        found[name].add(parameter.value)
     definitions = {pattern_of(key) for key in describe(full_scenario(SPACES[in_space]))}
     same = {name for name in definitions if len(found[name]) < 2}
     apart = {name for name in same if any(fnmatchcase(name, each) for each in APART)}
@@ -77,13 +89,12 @@ def test_whatever_can_be_set_takes_several_values(drawn, in_space):
 
 
 @PLANE_AND_SPACE
-def test_numbers_are_drawn_at_both_ends_of_the_range_of_their_slider(drawn, in_space):
+def test_numbers_are_drawn_at_both_ends_of_the_range_of_their_slider(described, in_space):
     found, typical = defaultdict(set), {}
-    for each in drawn[in_space]:
-        for key, parameter in describe(each.scenario).items():
-            if isinstance(parameter.value, float) and parameter.typical is not None:
-                found[pattern_of(key)].add(parameter.value)
-                typical[pattern_of(key)] = parameter.typical
+    for name, parameter in described[in_space]:
+        if isinstance(parameter.value, float) and parameter.typical is not None:
+            found[name].add(parameter.value)
+            typical[name] = parameter.typical
     bare = typical.keys() - RANGES.keys() - SAME[in_space]
     assert len(bare) > 30
     for name in bare - set(TOGETHER):
