@@ -8,7 +8,6 @@ import pytest
 
 from slipgrasp.core.exceptions import ScenarioError
 from slipgrasp.core.run.batch import simulate_many
-from slipgrasp.core.run.simulation import Simulation
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 
@@ -31,7 +30,7 @@ def varied(count):
         yield with_values(load_scenario(f"paper-case-{1 + k % 2}"), values)
 
 
-@pytest.mark.parametrize("threads", [1, 2, 5])
+@pytest.mark.parametrize("threads", [1, 3])
 def test_each_run_of_a_batch_is_the_run_alone(threads):
     scenarios = list(varied(24))
     summaries = list(simulate_many(scenarios, threads=threads))
@@ -64,9 +63,3 @@ def test_a_scenario_that_cannot_be_simulated_is_refused_at_its_place():
     assert next(runs).scenario is base
     with pytest.raises(ScenarioError, match="reach"):
         next(runs)
-
-
-def test_a_run_without_trace_has_no_result():
-    simulation = Simulation(load_scenario("paper-case-1"), keep_trace=False)
-    with pytest.raises(AssertionError, match="only a summary"):
-        simulation.result()

@@ -97,13 +97,6 @@ class Faulty:
     command = staticmethod(command)
 
 
-class FaultyInPython(Faulty):
-    """The same in Python."""
-
-    name = "faulty"
-    command = staticmethod(command.py_func)
-
-
 def run_of(preset, fault, law=Faulty):
     register_law(law)
     try:
@@ -122,11 +115,6 @@ def test_an_index_outside_an_array_ends_the_run_and_is_named(fault, preset):
     assert "is out of bounds for axis 0 with size" in result.reason.message
     assert "test_checked_laws.py, line" in result.reason.message
     assert len(result.ticks) == BEFORE
-
-
-def test_a_compiled_law_and_the_same_in_python_fail_with_one_message():
-    one, other = (run_of("composite-case-2", 0, law) for law in (Faulty, FaultyInPython))
-    assert one.reason == other.reason
 
 
 @pytest.mark.parametrize("preset", ["composite-case-2", "spatial-composite"])

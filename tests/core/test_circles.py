@@ -6,17 +6,15 @@ import numpy as np
 import pytest
 
 from slipgrasp import LawParameter, register_law, simulate
-from slipgrasp.core.exceptions import ScenarioError
 from slipgrasp.core.scenario import ObjectParameters
 from slipgrasp.core.scenario.geometry import contact_frame, inner_radius, outline, smallest_extent
 from slipgrasp.core.scenario.loading import load_scenario, scenario_from_mapping, with_values
-from slipgrasp.core.trace.types import Outcome
 from tests.core.drawn_round_objects import with_round_object
 from tests.core.drawn_scenarios import KINDS, draw_scenario
 from tests.each_case import each_case
 from tests.phases import PHASES
 from tests.references.closed_loop import ClosedLoop
-from tests.references.hand import TURN, State
+from tests.references.hand import TURN
 from tests.references.hands import random_estimates, random_scenario, random_state
 from tests.references.implicit_contacts import Body, Tip, solve_motion
 from tests.references.sliding_polygon import Slide
@@ -28,7 +26,6 @@ BASE = load_scenario("composite-case-2")
 CIRCLE = with_values(BASE, {"object.shape": "circle"})
 ANGLES = {"left": np.pi, "right": 0.0, "bottom": -0.5 * np.pi, "top": 0.5 * np.pi}
 FEW = [phase for phase in PHASES if len(phase) < 4]
-STEP = 1e-6
 
 each_phase = each_case("phase", FEW)
 
@@ -122,31 +119,6 @@ def test_the_motion_is_that_of_points_on_the_equation_of_the_circle(phase):
 
 
 @each_phase
-def test_joints_move_as_the_tip_follows_the_circle(phase):
-    rng, scenario, state = sample(phase)
-    kernel = evaluated(scenario, state, phase, rng.uniform(-20.0, 20.0, 2 * len(phase)))
-    later = [
-        evaluated(scenario, moved(state, kernel.acceleration, dt), phase, np.zeros(2 * len(phase)))
-        for dt in (STEP, -STEP)
-    ]
-    scale = 1.0 + np.abs(kernel.joint_accelerations).max()
-    rates = (later[0].joint_positions - later[1].joint_positions) / (2.0 * STEP)
-    np.testing.assert_allclose(rates, kernel.joint_velocities, atol=1e-8)
-    rates = (later[0].joint_velocities - later[1].joint_velocities) / (2.0 * STEP)
-    np.testing.assert_allclose(rates, kernel.joint_accelerations, rtol=0.0, atol=1e-7 * scale)
-
-
-def moved(state, acceleration, dt):
-    """The state a short time later at a constant acceleration."""
-    return State(
-        state.pose + dt * state.velocity + 0.5 * dt**2 * acceleration[:3],
-        state.velocity + dt * acceleration[:3],
-        state.slip + dt * state.slip_velocity + 0.5 * dt**2 * acceleration[3:],
-        state.slip_velocity + dt * acceleration[3:],
-    )
-
-
-@each_phase
 @pytest.mark.parametrize("unknown", ["masses", "friction"])
 def test_the_regressor_knows_the_curvature(phase, unknown):
     """M x'' + h = U phi + known: what is known does not depend on what is believed."""
@@ -181,21 +153,6 @@ def test_sizes_of_a_circle_are_those_of_its_radius():
     assert inner_radius(body) == 0.07
     assert smallest_extent(body) == 0.14
     np.testing.assert_allclose(np.hypot(*outline(body).T), 0.07)
-
-
-@pytest.mark.parametrize(
-    ("values", "field", "words"),
-    [
-        ({"object.corners": ((-0.1, -0.1), (0.1, -0.1), (0.0, 0.1))}, "object.corners", "circle"),
-        ({"fingers.0.face": "edge-0"}, "fingers.0.face", "left, right, bottom, top"),
-        ({"patches.0.face": "left"}, "patches.0.face", "curved faces do not support patches"),
-    ],
-)
-def test_what_does_not_go_with_a_circle_is_refused(values, field, words):
-    with pytest.raises(ScenarioError) as caught:
-        with_values(CIRCLE, values)
-    assert field in {error.field for error in caught.value.errors}
-    assert words in str(caught.value)
 
 
 RADIUS, PRESS, FRICTION = 0.1, 10.0, 0.3
@@ -289,18 +246,6 @@ def test_polygons_of_more_and_more_corners_come_to_the_motion_on_a_circle():
         errors.append(np.abs(polygon.run(start, 0.1)[:7] - ends)[3:].max())
     assert errors[0] < 0.05
     assert errors[0] > 2.0 * errors[1] > 4.0 * errors[2]
-
-
-@pytest.mark.parametrize("period", [0.0, 0.001])
-def test_energy_is_kept_where_tips_slip_on_a_circle(period):
-    """The case of the paper with friction unknown, bounds on what is learnt, and a round object."""
-    values = {"object.shape": "circle", "controller.control_period": period}
-    values |= {f"estimates.{k}.minimum": 0.05 for k in range(2)}
-    values |= {"simulation.duration": 0.06, "controller.kind": "theorem-4"}
-    result = simulate(with_values(load_scenario("paper-case-2"), values))
-    assert result.outcome is Outcome.COMPLETED
-    assert min(result.metrics.slip_path) > 0.02
-    assert np.abs(result.trace.energy_residual).max() < 1e-9
 
 
 def test_composite_adaptation_learns_a_circle():

@@ -170,14 +170,6 @@ def test_slips_in_space_that_the_poses_do_not_give_are_named(spatial_run, factor
     assert claims_against(forged) == ["slip_0", "slip_1", "slip_2"]
 
 
-def test_slips_of_one_contact_that_are_those_of_another_are_named(spatial_run):
-    slip = spatial_run.trace.slip.copy()
-    slip[:, 2:4] = slip[:, :2]
-
-    (found,) = contradictions_of(replace(spatial_run, trace=replace(spatial_run.trace, slip=slip)))
-    assert found.what == "slip_1" and found.stated != found.computed
-
-
 def test_a_path_in_space_that_is_shorter_than_its_slips_is_named(spatial_run):
     path = 0.9 * spatial_run.trace.slip_path
     metrics = replace(spatial_run.metrics, slip_path=tuple(path[-1].tolist()))

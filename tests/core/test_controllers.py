@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from slipgrasp.core.run.simulator import simulate
-from slipgrasp.core.run.verdict import describe_run
 from slipgrasp.core.scenario.loading import load_scenario, scenario_from_mapping, with_values
 from slipgrasp.core.trace.types import Outcome
 from tests.core.test_composite import at_ticks
@@ -17,24 +16,6 @@ AT_REST = {
     "simulation.duration": 10.0,
 }
 GRAVITY = 9.81
-UNEQUAL = {"fingers.0.friction": 0.25, "fingers.1.friction": 0.30}
-KINDS = (
-    "theorem-3",
-    "theorem-4",
-    "certainty-equivalence",
-    "pd-gravity",
-    "grip-reflex",
-    "composite",
-)
-
-
-def bounded(scenario):
-    """The bounds of docs/model.md."""
-    bounds = [(0.05, 2.0), (0.05, 2.0), (0.05, 10.0), (0.002, 0.2)]
-    values = {}
-    for i, (low, high) in enumerate(bounds):
-        values |= {f"estimates.{i}.minimum": low, f"estimates.{i}.maximum": high}
-    return with_values(scenario, values)
 
 
 @pytest.mark.parametrize("period", [0.0, 0.001])
@@ -124,30 +105,6 @@ def test_composite_with_nothing_to_learn_is_certainty_equivalence():
     oracle = scenario_from_mapping(mapping)
     certain = with_values(oracle, {"controller.kind": "certainty-equivalence"})
     assert np.array_equal(simulate(oracle).trace.to_rows(), simulate(certain).trace.to_rows())
-
-
-def test_the_paper_s_law_breaks_down_at_once_with_unequal_friction_and_says_why():
-    result = simulate(with_values(CASE_2, {**UNEQUAL, "controller.control_period": 0.0}))
-    assert result.outcome is Outcome.DIVERGED
-    assert result.end_time < 0.02
-    assert result.reason.code == "model_estimate_singular"
-    assert "estimate of the reduced inertia became singular" in result.reason.message
-    assert any("bounds" in trial.words for trial in describe_run(result).hint.trials)
-
-
-def test_sampled_it_is_held_by_luck_with_a_nonsense_inertia():
-    result = simulate(with_values(CASE_2, {**UNEQUAL, "controller.control_period": 0.001}))
-    assert result.metrics.held
-    assert result.trace.true_parameters[-1, 3] == 0.01042
-    assert result.trace.estimates[-1, 3] == pytest.approx(0.5, abs=0.1)
-    assert max(result.metrics.slip_path) == pytest.approx(0.05, abs=0.01)
-
-
-def test_with_physical_bounds_it_drops_the_object():
-    result = simulate(bounded(with_values(CASE_2, {**UNEQUAL, "controller.control_period": 0.001})))
-    assert result.outcome is Outcome.SEPARATED
-    assert result.end_time == pytest.approx(0.12, abs=0.02)
-    assert "separated the right fingertip from the object" in result.reason.message
 
 
 # Scenario, law: outcome, end of the slip that starts at 3 s [s], longest slip path [mm].

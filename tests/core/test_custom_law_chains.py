@@ -216,19 +216,6 @@ def test_limits_of_joints_are_shown_as_those_of_the_coordinates():
     assert np.isposinf(seen.model.joint_maximum[2]).all()
 
 
-def test_a_joint_of_a_chain_gives_no_more_of_a_custom_command_than_its_limit():
-    free = simulate(of_law(Hold, trifinger()))
-    wanted = free.ticks.commands.reshape(-1, 3, 3)
-    limit = 0.9 * float(np.abs(wanted[:, 1, 2]).max())
-    weak = simulate(of_law(Hold, trifinger(), **{"fingers.1.joints.2.torque_limit": limit}))
-    assert "torque_limited" in [warning.code for warning in weak.warnings]
-    torques, asked = weak.trace.joint_torque[:, 5], weak.ticks.commands[:, 5]
-    assert np.abs(asked).max() > limit == np.abs(torques).max()
-    others = np.delete(np.arange(9), 5)
-    np.testing.assert_array_equal(weak.ticks.commands[0], wanted[0].ravel())
-    np.testing.assert_array_equal(weak.trace.joint_torque[0, others], wanted[0].ravel()[others])
-
-
 def test_python_and_compiled_code_give_the_same_bits_and_a_recording_verifies(tmp_path):
     noisy = {"controller.latency": 0.0015, "sensing.position_noise": 1e-6}
     python = simulate(of_law(Hold, trifinger(), **noisy))

@@ -1,23 +1,18 @@
-"""Custom laws for spatial hands: what they see, their front ends, and how they fail."""
+"""Custom laws for spatial hands: what they see."""
 
 from typing import ClassVar
 
-import numba
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
 from slipgrasp import (
     LawParameter,
-    Simulation,
     load_scenario,
-    open_recording,
     register_law,
     simulate,
-    verify,
     with_law,
     with_values,
-    write_recording,
 )
 from slipgrasp.core.scenario.custom_laws import forget
 from slipgrasp.core.trace.columns import columns_of
@@ -99,41 +94,6 @@ class Reflex(Pd):
             memory.added[0] += seen.parameters.rate * seen.period
 
 
-def hold(seen, memory, out):
-    """Forces that carry the object, damped joints, and how often it was asked."""
-    memory.count[0] += 1
-    lift = seen.model.object_mass * seen.model.gravity / len(seen.slip)
-    for i in range(len(seen.slip)):
-        for joint in range(3):
-            carried = seen.jacobian[i, 2, joint] * lift
-            for axis in range(3):
-                carried += 20.0 * seen.contact_normal[i, axis] * seen.jacobian[i, axis, joint]
-            damped = seen.parameters.damping * seen.joint_velocity[i, joint]
-            out.torque[i, joint] = carried - damped
-    out.asked[0] = memory.count[0]
-
-
-class Hold:
-    """Holds the object, and tells how often it was asked."""
-
-    name = "hold"
-    parameters: ClassVar = {
-        "damping": LawParameter(value=0.1, unit="N m s", minimum=0.0, maximum=1.0, text="Joints.")
-    }
-    diagnostics: ClassVar = {"asked": ("1", "How often.")}
-    memory: ClassVar = {"count": 1}
-
-    def command(self, seen, memory, out):
-        hold(seen, memory, out)
-
-
-class CompiledHold(Hold):
-    """The same, compiled."""
-
-    name = "compiled-hold"
-    command = staticmethod(numba.njit(hold))
-
-
 class Look(Pd):
     """Grips the object, and checks what it is shown against closed forms."""
 
@@ -175,28 +135,6 @@ class Feel(Pd):
         out.first[0], out.second[0], out.normal[0] = seen.contact_force[1]
 
 
-class Late(Hold):
-    """Works until it raises."""
-
-    name = "late"
-
-    def command(self, seen, memory, out):
-        super().command(seen, memory, out)
-        if seen.tick == 5:
-            raise ValueError("no torque left")
-
-
-class Unbounded(Hold):
-    """Answers with a number that is not finite."""
-
-    name = "unbounded"
-
-    def command(self, seen, memory, out):
-        super().command(seen, memory, out)
-        if seen.tick == 3:
-            out.torque[1, 2] = np.inf
-
-
 @pytest.mark.parametrize(("law", "grip"), [(Pd, GRIP), (Reflex, 8.0)])
 @pytest.mark.parametrize("friction", ["cone", "pyramid"])
 def test_grip_laws_from_what_is_shown_do_what_the_built_in_laws_do(law, grip, friction):
@@ -218,55 +156,6 @@ def test_what_is_shown_agrees_with_itself_in_stick_and_slip(friction):
     result = simulate(of_law(Look, **slippery, **{"simulation.friction": friction}))
     assert result.reason is None or result.reason.code != "law_failed", result.reason
     assert (result.trace.phase != 0).any() and len(result.ticks) > 50
-
-
-def test_python_compiled_code_and_torques_from_outside_give_the_same_bits():
-    python, compiled = simulate(of_law(Hold)), simulate(of_law(CompiledHold))
-    assert python.trace.to_rows().tobytes() == compiled.trace.to_rows().tobytes()
-    stepped = Simulation(BASE)
-    for tick, command in zip(stepped.ticks(), python.ticks.commands, strict=True):
-        tick.torque = command.reshape(3, 3)
-    again = {c.name: c.values for c in columns_of(stepped.result().trace)}
-    columns = {c.name: c.values for c in columns_of(python.trace)}
-    assert columns.pop("law_asked")[-1] == len(python.ticks)
-    assert columns.keys() == again.keys()
-    for name, values in columns.items():
-        assert values.tobytes() == again[name].tobytes(), name
-
-
-def test_its_parameters_act_and_change_during_a_run():
-    change = {"changes.0.time": 0.1, "changes.0.parameter": "controller.parameters.damping"}
-    plain = simulate(of_law(Hold))
-    damped = simulate(of_law(Hold, **change, **{"changes.0.value": 1.0}))
-    early = plain.trace.times < 0.1
-    np.testing.assert_array_equal(
-        plain.trace.joint_torque[early], damped.trace.joint_torque[damped.trace.times < 0.1]
-    )
-    assert np.abs(plain.ticks.commands[150] - damped.ticks.commands[150]).max() > 1e-6
-
-
-def test_its_run_is_made_again_bit_for_bit_without_it(tmp_path):
-    result = simulate(
-        of_law(Hold, **{"controller.latency": 0.0015, "sensing.position_noise": 1e-5})
-    )
-    write_recording(result, tmp_path / "run.mcap")
-    forget("hold")
-    read = open_recording(tmp_path / "run.mcap")
-    assert read.provenance.law == result.provenance.law
-    found = verify(read)
-    assert (found.same, found.bit_for_bit, found.replayed) == (True, True, True)
-    register_law(Hold)
-    assert verify(read, with_law=True).same
-
-
-@pytest.mark.parametrize(
-    ("law", "end", "words"),
-    [(Late, 0.005, "ValueError: no torque left"), (Unbounded, 0.003, "out.torque is not finite")],
-)
-def test_a_law_that_fails_ends_its_run_with_a_reason(law, end, words):
-    result = simulate(of_law(law))
-    assert (result.outcome, result.reason.code) == (Outcome.FAILED, "law_failed")
-    assert result.end_time == end and words in result.reason.message
 
 
 def felt(**values):

@@ -2,25 +2,19 @@
 
 from collections import defaultdict
 from fnmatch import fnmatchcase
-from itertools import islice, pairwise
-from random import Random
+from itertools import pairwise
 
 import pytest
 
-from slipgrasp.core.scenario.parameters import Parameter, describe
+from slipgrasp.core.scenario.parameters import describe
 from slipgrasp.core.scenario.scenario import full_scenario
 from slipgrasp.core.scenario.space import SPACES
-from tests.core import drawn_draft
-from tests.core.covering_array import cover, find_conflicts, minimal_conflict, missing_pairs
-from tests.core.drawn_draft import STRUCTURE, Draft, changeable
+from tests.core.covering_array import missing_pairs
+from tests.core.drawn_draft import changeable
 from tests.core.drawn_levels import (
     APART,
     RANGES,
     TOGETHER,
-    Where,
-    all_factors,
-    factors_of,
-    is_together,
     pattern_of,
 )
 from tests.core.drawn_pairs import BLOCK, draw_in_pairs, draw_levels, factors, rows_of_block, sizes
@@ -39,6 +33,19 @@ def drawn():
     return {where: [draw_in_pairs(3, i, where) for i in range(BLOCK)] for where in (False, True)}
 
 
+@pytest.fixture(scope="module")
+def described(drawn):
+    """The parameters of each of them, by the names of their factors."""
+    return {
+        where: [
+            (pattern_of(key), parameter)
+            for each in drawn[where]
+            for key, parameter in describe(each.scenario).items()
+        ]
+        for where in (False, True)
+    }
+
+
 def is_refused(in_space, levels):
     """Whether validation refuses levels with which all else is at its first level."""
     row = [0] * len(factors(in_space))
@@ -48,35 +55,6 @@ def is_refused(in_space, levels):
 
 
 # Covering arrays
-
-
-def test_rows_cover_all_pairs_and_hold_no_conflict():
-    conflicts = {
-        frozenset({(0, 1), (2, 2)}),
-        frozenset({(1, 3)}),
-        frozenset({(3, 1), (4, 1), (5, 1)}),
-    }
-    rows = list(islice(cover([3, 4, 5, 2, 2, 2], conflicts, Random(1)), 40))
-    held = [set(enumerate(row)) for row in rows]
-    assert not any(conflict <= levels for conflict in conflicts for levels in held)
-    missing = missing_pairs([3, 4, 5, 2, 2, 2], rows)
-    assert all((1, 3) in pair or pair in conflicts for pair in missing)
-    assert missing_pairs([3, 4, 5, 2, 2, 2], rows[:15]) > missing
-
-
-def test_conflicts_are_found_by_trying():
-    planted = {
-        frozenset({(0, 1), (5, 2)}),
-        frozenset({(3, 2)}),
-        frozenset({(1, 1), (2, 1), (4, 1)}),
-    }
-
-    def is_allowed(row):
-        return not any(conflict <= set(enumerate(row)) for conflict in planted)
-
-    assert find_conflicts([3] * 6, is_allowed, Random(2)) == planted
-    refused = (1, 0, 2, 1, 0, 2)
-    assert minimal_conflict(refused, is_allowed) == {(0, 1), (5, 2)}
 
 
 # Draws
@@ -100,11 +78,10 @@ def test_every_two_levels_meet_within_1000_runs_unless_validation_refuses_them(d
 
 
 @PLANE_AND_SPACE
-def test_whatever_can_be_set_takes_several_values(drawn, in_space):
+def test_whatever_can_be_set_takes_several_values(described, in_space):
     found = defaultdict(set)
-    for each in drawn[in_space]:
-        for key, parameter in describe(each.scenario).items():
-            found[pattern_of(key)].add(parameter.value)
+    for name, parameter in described[in_space]:
+        found[name].add(parameter.value)
     definitions = {pattern_of(key) for key in describe(full_scenario(SPACES[in_space]))}
     same = {name for name in definitions if len(found[name]) < 2}
     apart = {name for name in same if any(fnmatchcase(name, each) for each in APART)}
@@ -112,13 +89,12 @@ def test_whatever_can_be_set_takes_several_values(drawn, in_space):
 
 
 @PLANE_AND_SPACE
-def test_numbers_are_drawn_at_both_ends_of_the_range_of_their_slider(drawn, in_space):
+def test_numbers_are_drawn_at_both_ends_of_the_range_of_their_slider(described, in_space):
     found, typical = defaultdict(set), {}
-    for each in drawn[in_space]:
-        for key, parameter in describe(each.scenario).items():
-            if isinstance(parameter.value, float) and parameter.typical is not None:
-                found[pattern_of(key)].add(parameter.value)
-                typical[pattern_of(key)] = parameter.typical
+    for name, parameter in described[in_space]:
+        if isinstance(parameter.value, float) and parameter.typical is not None:
+            found[name].add(parameter.value)
+            typical[name] = parameter.typical
     bare = typical.keys() - RANGES.keys() - SAME[in_space]
     assert len(bare) > 30
     for name in bare - set(TOGETHER):
@@ -150,46 +126,3 @@ def test_events_happen_at_equal_times_on_ticks_and_just_beside(drawn, in_space):
 
 
 # New parameters
-
-
-def test_a_new_parameter_joins_by_itself(monkeypatch):
-    new = [
-        Parameter(
-            key=f"fingers.{i}.softness",
-            value=1.0,
-            kind="number",
-            unit="",
-            text="",
-            minimum=0.5,
-            maximum=3.0,
-            typical=(0.75, 2.0),
-            changeable=True,
-        )
-        for i in range(2)
-    ]
-    new += [
-        Parameter(key="weather.kind", value="dry", kind="choice", unit="", text="",
-                  choices=("dry", "rain"))
-    ]  # fmt: skip
-    definitions = [*describe(full_scenario()).values(), *new]
-    joined = {factor.name: factor for factor in factors_of(definitions)}
-    assert joined["fingers.*.softness"].levels == (
-        *(Where.DEFAULT, Where.INSIDE, Where.LOW, Where.HIGH),
-    )
-    assert joined["weather.kind"].levels == ("dry", "rain")
-    monkeypatch.setattr(drawn_draft, "all_factors", lambda _: tuple(joined.values()))
-    levels = {factor.name: factor.levels[0] for factor in (*STRUCTURE, *joined.values())}
-    levels |= {"fingers.*.softness": Where.INSIDE, "weather.kind": "rain"}
-    levels |= {drawn_draft.CHANGED: "fingers.*.softness"}
-    mapping = Draft(False, levels, Random(1)).mapping
-    assert all(0.75 < finger["softness"] < 2.0 for finger in mapping["fingers"])
-    assert mapping["weather"] == {"kind": "rain"}
-    assert mapping["changes"][0]["parameter"] in ("fingers.0.softness", "fingers.1.softness")
-    assert "fingers.*.softness" in changeable(False)
-
-
-@PLANE_AND_SPACE
-def test_every_definition_is_a_factor_or_drawn_with_others(in_space):
-    names = {factor.name for factor in all_factors(in_space)}
-    for key in describe(full_scenario(SPACES[in_space])):
-        assert (pattern_of(key) in names) != is_together(pattern_of(key))

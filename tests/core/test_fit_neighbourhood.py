@@ -8,9 +8,8 @@ import pytest
 from slipgrasp.core.fit.neighbourhood import explore
 from slipgrasp.core.fit.objective import Objective
 from slipgrasp.core.fit.optimiser import DIFFERENCE_STEP, minimise
-from slipgrasp.core.fit.problem import FitProblem, FreeParameter, Observations
 from slipgrasp.core.fit.profile import BETTER, THRESHOLD_95, contains, profile
-from slipgrasp.core.scenario.loading import load_scenario
+from tests.core.formula_fits import evaluation_of, formula_problem
 
 SAMPLES = 50
 SLOPE = 100.0
@@ -32,19 +31,7 @@ def signals(values):
 
 
 def formula_objective(model, truth=TRUTH):
-    parameters = tuple(
-        FreeParameter(key=f"p{k}", unit="1", low=0.0, high=1.0, start=float(share))
-        for k, share in enumerate(truth)
-    )
-    data = Observations(
-        names=("x",),
-        units=("m",),
-        times=np.arange(SAMPLES) * 0.01,
-        values=model(truth)[:, None],
-        sigmas=np.ones(1),
-    )
-    problem = FitProblem(scenario=load_scenario("paper-case-1"), parameters=parameters, data=data)
-    return Objective(problem, lambda _, values: model(np.array(values))[:, None])
+    return Objective(formula_problem(truth, model(truth)), evaluation_of(model))
 
 
 def explored(objective):
@@ -121,7 +108,7 @@ def test_the_minimum_with_a_fixed_parameter_is_also_the_lowest_of_all(objective,
 
 @pytest.mark.slow
 def test_as_many_intervals_hold_the_truth_as_the_closed_form_says(objective, around):
-    count, inside, expected = 200, 0, 0
+    count, inside, expected = 100, 0, 0
     for number in range(count):
         twin, noise = twin_of(objective, number)
         found = around.minimise(twin, TRUTH)

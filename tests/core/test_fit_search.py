@@ -8,13 +8,14 @@ import pytest
 from slipgrasp.core.fit.fit import FitOptions, fit
 from slipgrasp.core.fit.objective import Objective
 from slipgrasp.core.fit.optimiser import minimise
-from slipgrasp.core.fit.problem import FitProblem, FreeParameter, Observations
+from slipgrasp.core.fit.problem import FitProblem, Observations
 from slipgrasp.core.fit.progress import ProgressReports
 from slipgrasp.core.fit.report import StartReport
 from slipgrasp.core.fit.search import SCAN_POINTS, scan_frictions, search_from_starts
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.trace.columns import columns_of
+from tests.core.formula_fits import formula_problem
 
 SIGMA = 2e-4
 SAMPLES = 50
@@ -27,16 +28,7 @@ def reports(problem):
 
 def formula_objective(model, key, start=0.8):
     """An objective of one parameter: its data are 0 with noise 1, its model is a formula."""
-    data = Observations(
-        names=("x",),
-        units=("m",),
-        times=np.arange(SAMPLES) * 0.01,
-        values=np.zeros((SAMPLES, 1)),
-        sigmas=np.ones(1),
-    )
-    parameter = FreeParameter(key=key, unit="1", low=0.0, high=1.0, start=start)
-    scenario = load_scenario("paper-case-1")
-    problem = FitProblem(scenario=scenario, parameters=(parameter,), data=data)
+    problem = formula_problem([start], np.zeros(SAMPLES), key=key)
     return Objective(problem, lambda _, values: np.full((SAMPLES, 1), model(*values)))
 
 

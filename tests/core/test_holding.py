@@ -5,6 +5,7 @@ import pytest
 
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
+from tests.core.test_closed_loop_identities import state_of
 from tests.core.test_composite import at_ticks
 from tests.references.closed_loop import ClosedLoop
 from tests.references.hand import State
@@ -42,12 +43,7 @@ def test_the_torque_is_that_of_the_reference_whatever_slips(scenario):
     trace, loop = simulate(scenario).trace, ClosedLoop.from_scenario(scenario)
     seen = set()
     for row in at_ticks(trace):
-        state = State(
-            trace.object_pose[row],
-            trace.object_velocity[row],
-            trace.slip[row],
-            trace.slip_velocity[row],
-        )
+        state = state_of(trace, row)
         belief = tuple(trace.believed_phase[row].astype(int))
         estimates = trace.estimates[row]
         desired = loop.trajectory.desired(trace.times[row])

@@ -10,6 +10,7 @@ from scipy.optimize import root_scalar
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.trace.types import ContactPhase, Outcome
+from tests.core.test_closed_forms import change
 
 CASE_1 = load_scenario("paper-case-1")
 CASE_2 = load_scenario("paper-case-2")
@@ -17,11 +18,6 @@ GRAVITY = 9.81
 
 OPEN_LOOP = {"controller.position_gain": 0.0, "controller.velocity_gain": 1e-12}
 PHASES = {-1: ContactPhase.SLIP_BACKWARD, 0: ContactPhase.STICK, 1: ContactPhase.SLIP_FORWARD}
-
-
-def change(index, t, parameter, value):
-    key = f"changes.{index}"
-    return {f"{key}.time": t, f"{key}.parameter": parameter, f"{key}.value": value}
 
 
 def told(result):
@@ -63,15 +59,6 @@ def test_contacts_exactly_on_their_cones_stay_there_through_every_corner():
     assert result.warnings == ()
     # On the cone but for the tracking error, which the tolerance leaves near 1e-11.
     np.testing.assert_allclose(result.trace.friction_margin, 0.0, atol=1e-8)
-
-
-@pytest.mark.parametrize("preset", [CASE_1, CASE_2], ids=["masses", "friction"])
-def test_slip_that_starts_at_zero_speed_does_not_end_at_once(preset):
-    result = simulate(with_values(preset, {"simulation.duration": 0.3}))
-    for contact in (0, 1):
-        times = [c.time for c in result.phase_changes if c.contact == contact]
-        assert times[0] == 0.0
-        assert min(b - a for a, b in pairwise(times)) > 0.05
 
 
 # The object held by half its weight slides under constant forces: 1 kg makes it faster and

@@ -1,4 +1,7 @@
-"""What must hold in every run: energy, friction's sign, exact stick, finite numbers, symmetry."""
+"""Invariants of chosen runs: Coulomb's law, the phases told, equal bits, mirror symmetry.
+
+What must hold in every run is asserted of these in `tests.core.test_random_scenarios`, too.
+"""
 
 from functools import cache
 
@@ -62,34 +65,9 @@ def is_assumed(trace):
     return rows
 
 
-@pytest.mark.parametrize("name", RUNS)
-def test_no_number_of_a_trace_is_infinite_or_missing(name):
-    result = run(name)
-    assert np.all(np.isfinite(result.trace.to_rows()))
-    assert np.all(np.diff(result.trace.times) >= 0.0)
-    assert result.end_time <= 7.0
-
-
-@pytest.mark.parametrize("name", RUNS)
-def test_energy_ledger_closes(name):
-    trace = run(name).trace
-    scale = max(1.0, np.abs(trace.kinetic_energy).max())
-    assert np.abs(trace.energy_residual).max() <= 1e-6 * scale
-
-
 @pytest.mark.parametrize("name", [n for n in RUNS if not n.startswith("unequal")])
 def test_energy_ledger_of_a_sane_run_closes_to_a_microjoule(name):
     assert np.abs(run(name).trace.energy_residual).max() <= 1e-6
-
-
-@pytest.mark.parametrize("name", RUNS)
-def test_friction_only_takes_energy(name):
-    trace = run(name).trace
-    slipping = (trace.phase != ContactPhase.STICK) & ~is_assumed(trace)[:, None]
-    # Force along t is -F_x; its power on the object relative to the tip is F_x times ds/dt.
-    power = trace.tangential_force * trace.slip_velocity
-    assert np.all(power[slipping] <= 1e-9)
-    assert np.all(np.diff(trace.dissipated_energy) >= -1e-12)
 
 
 @pytest.mark.parametrize("name", RUNS)
@@ -111,23 +89,6 @@ def test_forces_obey_coulomb_s_law(name):
 
 
 @pytest.mark.parametrize("name", RUNS)
-def test_a_sticking_contact_does_not_creep_at_all(name):
-    trace = run(name).trace
-    stick = trace.phase == ContactPhase.STICK
-    assert np.all(trace.slip_velocity[stick] == 0.0)
-    assert np.all(trace.slip_acceleration[stick] == 0.0)
-    both = stick[1:] & stick[:-1]
-    assert np.all(np.diff(trace.slip, axis=0)[both] == 0.0)
-
-
-@pytest.mark.parametrize("name", RUNS)
-def test_a_slipping_contact_moves_in_the_direction_of_its_phase(name):
-    trace = run(name).trace
-    # At a located end of slip the velocity is zero to rounding.
-    assert np.all(trace.slip_velocity * trace.phase >= -1e-12)
-
-
-@pytest.mark.parametrize("name", RUNS)
 def test_phase_changes_are_the_changes_of_the_trace(name):
     result = run(name)
     phases = [ContactPhase.STICK] * result.trace.shape.num_contacts
@@ -140,7 +101,7 @@ def test_phase_changes_are_the_changes_of_the_trace(name):
     assert phases == result.trace.phase[-1].tolist()
 
 
-@pytest.mark.parametrize("name", RUNS)
+@pytest.mark.parametrize("name", [*RUNS][::4])
 def test_two_identical_runs_are_identical_to_the_bit(name):
     scenario, values = RUNS[name]
     again = simulate(with_values(scenario, values))

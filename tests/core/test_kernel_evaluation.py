@@ -202,32 +202,6 @@ def test_motion_satisfies_the_four_blocks_of_the_equations(phase):
 
 
 @each_phase
-def test_power_balance_closes(phase):
-    """Identity 3: d/dt (kinetic + potential) = torque power - friction power."""
-    torque = given_torque(5, len(phase))
-    p = point(phase, "nothing", torque_seed=5)
-    k, truth = p.kernel, p.loop.truth
-    dt = 1e-6
-
-    def energy_after(step):
-        a, s = k.acceleration, p.state
-        moved = State(
-            s.pose + step * s.velocity + 0.5 * step**2 * a[:3],
-            s.velocity + step * a[:3],
-            s.slip + step * s.slip_velocity + 0.5 * step**2 * a[3:],
-            s.slip_velocity + step * a[3:],
-        )
-        later = evaluate_state(p.scenario, p.t, *moved, phase, p.estimates, torque=torque)
-        return later.kinetic_energy + later.potential_energy
-
-    rate = (energy_after(dt) - energy_after(-dt)) / (2.0 * dt)
-    supplied = float(k.torques @ k.joint_velocities.ravel())
-    lost = float(truth.friction @ (k.contact_forces[:, 1] * np.abs(p.state.slip_velocity)))
-    scale = max(1.0, abs(supplied), abs(lost))
-    assert rate == pytest.approx(supplied - lost, abs=1e-6 * scale)
-
-
-@each_phase
 def test_energies_agree(phase):
     p = point(phase, "object")
     kin, hand, truth = p.reference.kin, p.loop.hand, p.loop.truth
@@ -257,17 +231,3 @@ def test_jacobian_is_the_derivative_of_the_fingertip(n):
     for i, finger in enumerate(p.loop.hand.fingers):
         expected = finger.jacobian_rate_times_velocity(p.reference.kin.q[i], qd[i])
         np.testing.assert_allclose(J_rate[i] @ qd[i], expected, atol=1e-6)
-
-
-@pytest.mark.parametrize("kind", UNKNOWN_KINDS)
-def test_closed_loop_is_linear_where_the_estimates_are_exact(kind):
-    """Identity 5: e'' + K_v e' + K_p e = 0 where there are enough actuators."""
-    for phase in [p for p in PHASES if len(p) > 2 or 0 in p]:
-        rng = np.random.default_rng(len(phase))
-        scenario = random_scenario(rng, len(phase), kind)
-        loop = ClosedLoop.from_scenario(scenario)
-        exact = np.array([true_value(scenario, key) for key in loop.unknowns.keys])
-        state = random_state(rng, scenario, phase)
-        k = evaluate_state(scenario, 0.4, *state, phase, exact)
-        v = loop.law.commanded_acceleration(state, phase, loop.trajectory.desired(0.4))
-        assert_close(k.acceleration, v, 1e-7)

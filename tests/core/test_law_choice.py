@@ -41,22 +41,6 @@ def test_every_preset_takes_every_law_and_keeps_all_else(name, kind):
     assert restored == scenario
 
 
-@pytest.mark.parametrize("name", preset_names())
-def test_a_scenario_that_has_the_law_stays_as_it_is(name):
-    scenario = load_scenario(name)
-    assert with_law(scenario, scenario.controller.kind) is scenario
-
-
-def test_validation_refuses_a_law_without_what_it_needs_and_only_such_a_one():
-    refused = set()
-    for kind in CONTROL_LAWS:
-        try:
-            with_values(CASE_2, {"controller.kind": kind})
-        except ScenarioError:
-            refused.add(kind)
-    assert refused == {kind for kind, law in CONTROL_LAWS.items() if law.sampled}
-
-
 # Law: outcome, held, longest slip path [mm].
 CASE_2_UNDER = {
     "theorem-3": (Outcome.COMPLETED, True, 47.23),
@@ -165,15 +149,6 @@ def test_what_rules_a_law_out_is_named_with_the_way_out():
     assert "'grip-reflex', which needs sampled control; set controller.control" in error.message
 
 
-def test_a_law_that_does_not_exist_is_refused_with_the_list_of_those_that_do():
-    with pytest.raises(ScenarioError) as caught:
-        with_law(CASE_2, "composit")
-    (error,) = caught.value.errors
-    assert error.field == "controller.kind"
-    assert "did you mean 'composite'?" in error.message
-    assert all(kind in error.message for kind in CONTROL_LAWS)
-
-
 def test_the_settings_are_told_in_words_and_only_those_that_changed():
     assert describe_settings(choose_law(CASE_2, "composite").settings) == (
         "control every 1 ms, grip safety 1.05, distribution hold, estimates within physical bounds"
@@ -199,13 +174,6 @@ def test_every_setting_of_every_law_is_among_the_keys_of_laws():
         scenario = load_scenario(name)
         assert {key for key, _, _ in choose_law(scenario, kind).settings} <= set(law_keys(scenario))
     assert {"controller.control_period", "controller.slip_stop", "estimates.3.maximum"} <= keys
-
-
-@pytest.mark.parametrize("kind", CONTROL_LAWS)
-def test_every_law_says_in_a_sentence_what_it_does(kind):
-    summary = CONTROL_LAWS[kind].summary
-    assert summary[0].isupper()
-    assert summary.endswith(".")
 
 
 def test_what_only_some_kinds_use_names_kinds_that_there_are():

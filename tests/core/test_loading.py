@@ -2,11 +2,12 @@
 
 import dataclasses
 import tomllib
+from itertools import chain
 
 import pytest
 
 from slipgrasp.core.exceptions import ScenarioError
-from slipgrasp.core.scenario import Change, Scenario
+from slipgrasp.core.scenario import Change
 from slipgrasp.core.scenario.geometry import contact_frame, tip_distance
 from slipgrasp.core.scenario.loading import (
     load_scenario,
@@ -18,6 +19,7 @@ from slipgrasp.core.scenario.loading import (
     with_values,
 )
 from slipgrasp.core.scenario.parameters import find_parameter
+from slipgrasp.core.scenario.space import SPACES
 
 CASE = load_scenario("paper-case-1")
 RICH = with_values(
@@ -42,25 +44,19 @@ RICH = with_values(
 )
 
 
-def test_the_two_cases_of_the_paper_are_presets():
-    assert {"paper-case-1", "paper-case-2"} <= set(preset_names())
-    for name in preset_names():
-        assert isinstance(load_scenario(name), Scenario)
+@pytest.mark.parametrize("space", SPACES)
+def test_presets_are_listed_by_what_they_are_of(space):
+    assert {load_scenario(name).space for name in preset_names(space)} == {space}
 
 
-@pytest.mark.parametrize("scenario", [*map(load_scenario, preset_names()), RICH])
-def test_a_scenario_survives_toml(scenario, tmp_path):
+@pytest.mark.parametrize("scenario", [*map(load_scenario, chain(*map(preset_names, SPACES))), RICH])
+def test_a_scenario_survives_toml_and_plain_values(scenario, tmp_path):
     text = scenario_to_toml(scenario)
     assert scenario_from_mapping(tomllib.loads(text)) == scenario
+    assert scenario_from_mapping(scenario.to_mapping()) == scenario
     path = tmp_path / "scenario.toml"
     path.write_text(text, encoding="utf-8")
-    assert load_scenario(path) == scenario
-    assert load_scenario(str(path)) == scenario
-
-
-@pytest.mark.parametrize("scenario", [*map(load_scenario, preset_names()), RICH])
-def test_a_scenario_survives_plain_values(scenario):
-    assert scenario_from_mapping(scenario.to_mapping()) == scenario
+    assert load_scenario(path) == load_scenario(str(path)) == scenario
 
 
 def test_a_scenario_cannot_be_edited_in_place():
@@ -74,9 +70,6 @@ def test_dotted_keys_set_values_and_leave_the_base_alone():
     assert changed.controller.grip_safety == 1.2
     assert CASE.fingers[1].link_masses == (1.0, 1.0)
     assert with_values(CASE, {}) == CASE
-
-
-def test_a_whole_number_is_a_number():
     assert with_values(CASE, {"object.mass": 2}).object.mass == 2.0
 
 

@@ -3,8 +3,7 @@
 import pytest
 
 from slipgrasp.core.exceptions import ScenarioError
-from slipgrasp.core.run.batch import simulate_many
-from slipgrasp.core.run.simulator import run_to_end, simulate
+from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.study.margin import MarginError, find_margin
 from slipgrasp.core.trace.types import Outcome
@@ -201,25 +200,6 @@ def test_what_has_no_range_is_refused(given):
 def test_a_tolerance_out_of_bounds_is_refused(tolerance):
     with pytest.raises(ScenarioError, match=r"tolerance is .*allowed: 1e-12 … 0\.1"):
         find_margin(load_scenario("paper-case-1"), "object.mass", 1, 5, tolerance=tolerance)
-
-
-def test_abandoned_runs_of_a_batch_are_given_up(monkeypatch):
-    """Minutes of computing each, were it not for the end."""
-    long = case(1, {"simulation.duration": 600.0, "simulation.max_step": 1e-5})
-    ended = []
-
-    def watched(simulation, *arguments, **options):
-        run_to_end(simulation, *arguments, **options)
-        ended.append(simulation.progress)
-
-    monkeypatch.setattr("slipgrasp.core.run.batch.run_to_end", watched)
-    runs = simulate_many([case(1, {"simulation.duration": 0.1}), long, long], threads=2)
-    next(runs)
-    runs.close()
-
-    # Those that were not begun yet never are.
-    assert ended[0] == 1.0 and 1 <= len(ended) <= 3
-    assert all(progress < 1.0 for progress in ended[1:])
 
 
 def test_a_gripper_must_squeeze_harder_the_less_it_may_slip():

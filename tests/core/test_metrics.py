@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from slipgrasp.core.run.metrics import HOLD_WINDOW, metrics_of_trace
-from slipgrasp.core.run.simulation import Simulation
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.scenario.space import PLANAR
@@ -99,12 +98,6 @@ def assert_same_at_every_rate(scenario, exact=()):
                 )
 
 
-@pytest.mark.parametrize("name", ["paper-case-1", "paper-case-2", "composite-case-2-noisy"])
-def test_no_metric_of_a_planar_run_depends_on_the_output_rate(name):
-    scenario = with_values(load_scenario(name), {"simulation.duration": 1.0})
-    assert_same_at_every_rate(scenario, exact=("rms_tracking_error", "torque_effort", "slip_path"))
-
-
 def test_a_margin_is_least_where_the_grasp_force_reaches_a_limit_late_in_a_step():
     """The kink is behind the last slope of the step, so no value taken there shows it."""
     changes: dict[str, Any] = {
@@ -125,16 +118,6 @@ def test_a_margin_is_least_where_the_grasp_force_reaches_a_limit_late_in_a_step(
 @pytest.mark.parametrize("kind", KINDS, ids=str)
 def test_no_metric_of_a_random_planar_run_depends_on_the_output_rate(kind):
     assert_same_at_every_rate(draw_scenario(kind, 4))
-
-
-def test_the_peak_force_of_noisy_control_is_found_at_a_low_output_rate():
-    scenario = with_values(load_scenario("composite-case-2-noisy"), {RATE: 20.0})
-
-    run = simulate(scenario)
-
-    fine = simulate(with_values(scenario, {RATE: 10_000.0}))
-    assert max(run.metrics.peak_normal_force) == pytest.approx(36.82, abs=0.01)
-    assert max(run.metrics.peak_normal_force) >= fine.trace.normal_force.max() * (1.0 - ROUNDING)
 
 
 def test_held_means_completed_and_at_rest_for_half_a_second(run):
@@ -171,16 +154,6 @@ def test_a_run_shorter_than_half_a_second_holds_only_if_that_can_be_told(law, du
     stored = metrics_of_trace(run.trace, run.phase_changes, run.outcome, rate)
     assert run.outcome is Outcome.COMPLETED
     assert run.metrics.held is stored.held is held
-
-
-def test_a_run_without_rows_has_the_same_metrics(run):
-    bare = Simulation(run.scenario, keep_trace=False)
-    while not bare.finished:
-        bare.advance()
-    for name, value in asdict(bare.summary().metrics).items():
-        np.testing.assert_allclose(
-            numbers(value), numbers(getattr(run.metrics, name)), rtol=ROUNDING, err_msg=name
-        )
 
 
 def test_metrics_of_samples_are_sums_and_extremes_of_the_rows_at_output_times_and_events(run):

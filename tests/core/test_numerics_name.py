@@ -318,16 +318,11 @@ def test_a_recording_verifies_bit_for_bit_after_words_are_edited_and_code_is_mov
 
 
 @pytest.mark.slow
-def test_a_number_of_the_kernel_or_an_operator_beside_it_gives_another_name(tree):
-    compiled = tuple(map(numerics_name, SPACES))
-    tree("core/kernel/numerics/noise.py", "+ 0.5) * 2.0**-52", "+ 0.25) * 2.0**-52")
-    plane, space, *others = names_of(path=tree.folder)
-    # A body on a support or a rail has no sensors.
-    assert plane != compiled[0] and space != compiled[1] and others == [*compiled[2:]]
-    tree("core/kernel/numerics/noise.py", "+ 0.25) * 2.0**-52", "+ 0.5) * 2.0**-52")
+def test_an_operator_beside_the_kernel_gives_another_name_to_what_uses_it_alone(tree):
+    plane, space, *others = map(numerics_name, SPACES)
     tree("core/run/spatial_schedule.py", "math.sqrt(x * x + y * y)", "math.sqrt(x * x - y * y)")
-    plane, space, *others = names_of(path=tree.folder)
-    assert plane == compiled[0] and space != compiled[1] and others == [*compiled[2:]]
+    edited = names_of(path=tree.folder)
+    assert edited[0] == plane and edited[1] != space and [*edited[2:]] == others
 
 
 def test_threads_that_need_the_name_at_once_compute_it_once(monkeypatch):

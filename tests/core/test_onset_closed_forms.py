@@ -16,7 +16,6 @@ from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.trace.types import ContactPhase
 
-GRAVITY = 9.81
 HALF_WIDTH = 0.1
 
 # Without feedback no error of the state becomes a force.

@@ -1,19 +1,13 @@
 """The table of a scenario's numbers, and what the kernel packs from it."""
 
-import dataclasses
 import math
 
 import numpy as np
 import pytest
 from scipy.linalg import solve_continuous_lyapunov
 
-from slipgrasp.core.kernel.loop.model import FRICTION, LINK_MASS, OBJECT_INERTIA, OBJECT_MASS
-from slipgrasp.core.kernel.planar.model import FACTS
 from slipgrasp.core.kernel.planar.packing import make_table, pack_model, whole_faces
 from slipgrasp.core.kernel.spatial.model import pack_model as pack_spatial_model
-from slipgrasp.core.run.schedule import Schedule
-from slipgrasp.core.scenario import CONTROL_LAWS, PlanarScenario
-from slipgrasp.core.scenario.geometry import contact_frame
 from slipgrasp.core.scenario.loading import load_scenario, preset_names, with_values
 from slipgrasp.core.scenario.parameters import describe
 from slipgrasp.core.scenario.table import PARTS, TABLE, choices_of, place_of, places
@@ -64,23 +58,6 @@ def test_every_parameter_that_holds_at_an_instant_stands_at_its_place(name):
     assert told > 50
 
 
-def test_a_number_that_may_be_a_list_stands_in_every_place_and_a_list_in_the_first():
-    scenario = with_values(load_scenario("paper-case-1"), {"controller.velocity_gain": 7.0})
-    first, length = place_of("controller.velocity_gain.0"), len(scenario.fingers) + 3
-    assert (numbers_of(scenario)[first : first + length] == 7.0).all()
-    gains = [1.0, 2.0, 3.0, 4.0, 5.0]
-    scenario = with_values(scenario, {"controller.velocity_gain": gains})
-    assert numbers_of(scenario)[first : first + length].tolist() == gains
-
-
-def test_lists_say_how_long_they_are():
-    scenario = load_scenario("three-fingers")
-    numbers = numbers_of(scenario)
-    assert numbers[place_of("fingers.count")] == 3
-    assert numbers[place_of("estimates.count")] == len(scenario.estimates)
-    assert numbers[place_of("trajectory.table.count")] == len(scenario.trajectory.table)
-
-
 def test_no_two_keys_share_a_place_and_all_places_have_a_key():
     taken = []
     for place in places().values():
@@ -95,49 +72,6 @@ def test_no_two_keys_share_a_place_and_all_places_have_a_key():
 def test_what_stands_nowhere_has_no_place():
     for key in ("title", "pulses.0.time", "fingers.9.friction", "fingers.0.colour"):
         assert place_of(key) is None
-
-
-def test_every_part_of_a_scenario_is_in_the_table_or_happens_during_the_run():
-    names = {field.name for field in dataclasses.fields(PlanarScenario)}
-    assert names - set(PARTS) == {"title", "pulses", "patches", "changes"}
-
-
-@pytest.mark.parametrize("name", SCENARIOS)
-def test_frames_are_those_of_the_geometry_to_rounding(name):
-    scenario = SCENARIOS[name]
-    hand = packed(scenario).hand
-    for i, finger in enumerate(scenario.fingers):
-        frame = contact_frame(scenario.object, finger)
-        np.testing.assert_allclose(hand.anchors[i], frame.anchor, rtol=0.0, atol=1e-16)
-        np.testing.assert_allclose(hand.tangents[i], frame.tangent, rtol=0.0, atol=1e-15)
-        ends = hand.slip_minimum[i], hand.slip_maximum[i]
-        expected = frame.slip_minimum, frame.slip_maximum
-        np.testing.assert_allclose(ends, expected, rtol=0.0, atol=1e-16)
-
-
-def test_what_a_pulse_and_a_patch_do_comes_with_the_stretch():
-    scenario = load_scenario("wet-patch")
-    patch = dataclasses.replace(scenario.patches[0], half_length=10.0, start_time=0.0)
-    model = Schedule(dataclasses.replace(scenario, patches=(patch,))).pack()
-    wet = [finger.face == patch.face for finger in scenario.fingers]
-    assert any(wet)
-    assert not all(wet)
-    for i, finger in enumerate(scenario.fingers):
-        factor = patch.friction_factor if wet[i] else 1.0
-        assert model.truth.friction[i] == finger.friction * factor
-        assert model.hand.slip_maximum[i] == packed(scenario).hand.slip_maximum[i]
-    pushed = with_values(scenario, {"pulses.0.time": 0.0, "pulses.0.moment": 0.5})
-    np.testing.assert_array_equal(Schedule(pushed).pack().load, [0.0, -5.0, 0.5])
-
-
-@pytest.mark.parametrize("kind", CONTROL_LAWS)
-def test_the_kernel_has_all_facts_of_a_law(kind):
-    scenario = with_values(load_scenario("composite-case-2"), {"controller.kind": kind})
-    law = packed(scenario).law
-    assert FACTS.names
-    for fact in FACTS.names:
-        assert law.facts[fact] == getattr(CONTROL_LAWS[kind], fact)
-    assert law.slip_stop == (scenario.controller.slip_stop if CONTROL_LAWS[kind].has_memory else 0)
 
 
 def test_the_blocks_of_p_solve_the_lyapunov_equation():
@@ -204,20 +138,6 @@ def test_what_is_forgotten_in_a_period_is_a_power_of_the_share_kept_for_a_millis
     scenario = load_scenario("paper-case-2" if period == 0.0 else "composite-case-2")
     law = packed(with_values(scenario, values)).law
     assert law.forgetting == pytest.approx(0.9 ** (period / 0.001), rel=1e-14)
-
-
-def test_unknowns_are_found_by_the_places_of_their_keys():
-    scenario = load_scenario("composite-case-2")
-    keys = {
-        "object.mass": (OBJECT_MASS, -1, -1),
-        "object.inertia": (OBJECT_INERTIA, -1, -1),
-        "fingers.1.friction": (FRICTION, 1, -1),
-        "fingers.1.link_masses.0": (LINK_MASS, 1, 0),
-    }
-    estimates = [dataclasses.replace(scenario.estimates[0], parameter=key) for key in keys]
-    unknowns = packed(dataclasses.replace(scenario, estimates=tuple(estimates))).unknowns
-    found = zip(unknowns.kinds, unknowns.fingers, unknowns.links, strict=True)
-    assert list(found)[: len(keys)] == list(keys.values())
 
 
 def test_a_record_that_is_packed_again_is_as_one_that_is_new():

@@ -12,14 +12,10 @@ from slipgrasp.core.scenario.geometry import contact_frame, outline
 from slipgrasp.core.scenario.loading import (
     load_scenario,
     scenario_from_mapping,
-    scenario_from_toml,
-    scenario_to_toml,
 )
 
 CASE = load_scenario("paper-case-1")
 TRIANGLE = ((-0.1, -0.1), (0.12, -0.08), (0.0, 0.15))
-# Edges of a rectangle in the order of its outline.
-EDGE_OF = {"bottom": "edge-0", "right": "edge-1", "top": "edge-2", "left": "edge-3"}
 
 
 def with_outline(corners, faces=("edge-3", "edge-1"), **trajectory):
@@ -41,18 +37,6 @@ def finger_on(face, offset=0.0):
     return FingerParameters(base=(0.0, 0.0), face=face, contact_offset=offset)
 
 
-@pytest.mark.parametrize("face", EDGE_OF)
-@pytest.mark.parametrize("offset", [-0.03, 0.0, 0.05])
-def test_a_rectangle_given_by_its_corners_has_the_same_faces(offset, face):
-    body = CASE.object
-    polygon = ObjectParameters(corners=tuple(map(tuple, outline(body).tolist())))
-    named, numbered = finger_on(face, offset), finger_on(EDGE_OF[face], offset)
-    for one, other in zip(
-        contact_frame(body, named), contact_frame(polygon, numbered), strict=True
-    ):
-        np.testing.assert_allclose(one, other, rtol=0.0, atol=1e-16)
-
-
 @pytest.mark.parametrize("edge", range(3))
 def test_an_edge_runs_between_its_corners_with_its_normal_into_the_object(edge):
     body, offset = ObjectParameters(corners=TRIANGLE), 0.01
@@ -67,18 +51,6 @@ def test_an_edge_runs_between_its_corners_with_its_normal_into_the_object(edge):
     assert normal @ anchor < 0.0
 
 
-def test_an_object_knows_its_faces_and_its_outline():
-    assert CASE.object.face_names == ("left", "right", "bottom", "top")
-    assert ObjectParameters(corners=TRIANGLE).face_names == ("edge-0", "edge-1", "edge-2")
-    assert outline(CASE.object).tolist() == [
-        [-0.1, -0.1458],
-        [0.1, -0.1458],
-        [0.1, 0.1458],
-        [-0.1, 0.1458],
-    ]
-    assert outline(ObjectParameters(corners=TRIANGLE)).tolist() == [list(c) for c in TRIANGLE]
-
-
 def test_fingers_on_edges_have_readable_names():
     rectangle = outline(CASE.object).tolist()
     assert with_outline(rectangle).finger_names == ("edge 3", "edge 1")
@@ -86,11 +58,6 @@ def test_fingers_on_edges_have_readable_names():
     mapping["fingers"] = [*mapping["fingers"], mapping["fingers"][1]]
     mapping["controller"]["grasp_force"] = "none"
     assert scenario_from_mapping(mapping).finger_names == ("edge 3", "edge 1a", "edge 1b")
-
-
-def test_a_polygon_comes_back_from_a_scenario_file():
-    scenario = with_outline(outline(CASE.object).tolist())
-    assert scenario_from_toml(scenario_to_toml(scenario).encode(), "polygon.toml") == scenario
 
 
 @pytest.mark.parametrize(

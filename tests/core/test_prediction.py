@@ -11,7 +11,6 @@ from tests.core.test_composite import at_ticks
 
 CASE_2 = load_scenario("composite-case-2")
 KNOWN = {f"estimates.{i}.initial": v for i, v in enumerate([0.25, 0.25, 1.0, 0.01042])}
-PUSH = {"time": 0.05, "duration": 0.02, "force": [10.0, 0.0]}
 # A step of the desired pose that nothing is slipping in, with everything known.
 MOVING = with_values(
     CASE_2,

@@ -10,17 +10,11 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from slipgrasp.core.exceptions import ScenarioError
-from slipgrasp.core.kernel.compilation.records import make_record
-from slipgrasp.core.kernel.planar import state as planar
-from slipgrasp.core.kernel.rail import state as rail_state
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.core.run.simulation import Simulation
 from slipgrasp.core.run.simulator import simulate
-from slipgrasp.core.scenario import RAIL, RailScenario
+from slipgrasp.core.scenario import RailScenario
 from slipgrasp.core.scenario.loading import (
     scenario_from_mapping,
-    scenario_from_toml,
-    scenario_to_toml,
 )
 from slipgrasp.core.trace.columns import columns_of
 from slipgrasp.core.trace.types import ContactPhase, Outcome
@@ -53,15 +47,6 @@ def jerk_acceleration(distance: float, duration: float, t: float) -> float:
     """Acceleration of a minimum-jerk motion."""
     s = t / duration
     return distance / duration**2 * (60.0 * s - 180.0 * s**2 + 120.0 * s**3)
-
-
-def test_indices_of_the_state_are_those_of_a_planar_hand() -> None:
-    record = make_record(planar.STATE)
-    record.x[:] = np.arange(planar.MAX_STATE)
-    parts = planar.parts_of(record, 1, 1)
-    named = rail_state.POSITION, rail_state.SPEED, rail_state.SLIP, rail_state.SLIP_SPEED
-    present = parts.pose[0], parts.velocity[0], parts.slip[0], parts.slip_velocity[0]
-    assert (*named, rail_state.MASS) == (*present, parts.estimates[0])
 
 
 @pytest.mark.parametrize(("force", "friction"), [(3.0, 0.1), (8.0, 0.3)])
@@ -376,23 +361,6 @@ def test_random_runs_reach_all_nine_phases() -> None:
     assert met == {(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1)}
 
 
-@pytest.mark.parametrize("seed", SEEDS)
-def test_positions_are_the_integrals_of_velocities_and_accelerations(seed: int) -> None:
-    """By the corrected trapezoidal rule, between neighbouring rows without an event."""
-    trace = run_of(seed).trace
-    h = np.diff(trace.times)
-    smooth = (h > 0.0) & (np.diff(trace.phase, axis=0) == 0).all(axis=1)
-    for x, v, a in (
-        (trace.object_pose, trace.object_velocity, trace.object_acceleration),
-        (trace.slip, trace.slip_velocity, trace.slip_acceleration),
-    ):
-        place, speed, bend = x[:, 0], v[:, 0], a[:, 0]
-        moved = 0.5 * h * (speed[1:] + speed[:-1]) - h**2 / 12.0 * np.diff(bend)
-        error = np.abs(np.diff(place) - moved)[smooth]
-        # The rule is less accurate across a kink, where the law begins to limit its force.
-        assert error.max(initial=0.0) < 1e-7 * (1.0 + np.abs(bend).max())
-
-
 def test_tip_and_joints_agree() -> None:
     """J q' = e x' - t s', from the recorded joint angles."""
     scenario, trace = drawn(3), run_of(3).trace
@@ -411,25 +379,11 @@ def test_tip_and_joints_agree() -> None:
     assert np.abs(tip - place).max() < 1e-12
 
 
-def test_a_run_without_its_trace_has_the_same_metrics() -> None:
-    scenario = drawn(7)
-    simulation = Simulation(scenario, keep_trace=False)
-    while not simulation.finished:
-        simulation.advance()
-    assert simulation.summary().metrics == run_of(7).metrics
-
-
 def test_signals_of_hands_do_not_exist() -> None:
     names = [column.name for column in columns_of(run_of(0).trace)]
     assert not {"input_rank", "believed_phase_0", "spin_0", "torque_1_0"} & set(names)
     expected = {"x", "error_x", "slip_0", "slip_1", "torque_0_1", "estimate_object.mass"}
     assert expected <= set(names)
-
-
-def test_a_scenario_survives_its_file() -> None:
-    scenario = drawn(1)
-    assert scenario.space is RAIL
-    assert scenario_from_toml(scenario_to_toml(scenario).encode(), "rail") == scenario
 
 
 @pytest.mark.parametrize(

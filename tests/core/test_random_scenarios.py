@@ -1,26 +1,30 @@
-"""What must hold in every run, whatever the scenario: properties over random valid scenarios."""
+"""What must hold in every run: properties of random scenarios and of the longer `RUNS`."""
 
 import json
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
+from functools import cache
 from typing import get_args, get_type_hints
 
 import numpy as np
 import pytest
 
+from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulator import simulate
-from slipgrasp.core.scenario import ControllerParameters, Scenario, TrajectoryParameters
+from slipgrasp.core.scenario import ControllerParameters, TrajectoryParameters
 from slipgrasp.core.scenario.loading import scenario_to_toml
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.trace.types import ContactPhase, Outcome
 from tests.core.drawn_pairs import draw_in_pairs
 from tests.core.drawn_scenarios import KINDS, draw_scenario
+from tests.core.test_invariants import RUNS
+from tests.core.test_invariants import run as run_by_name
 from tests.references.closed_loop import ClosedLoop
 
 pytestmark = pytest.mark.slow
 
-EACH = 9
-PAIRED = 40  # of `tests.core.drawn_pairs`; all properties share one block
+EACH = 12
+PAIRED = range(160, 200)  # of `tests.core.drawn_pairs`
 COMMON = (
     *("long", "slipped", "sampled", "continuous", "changed", "unknown"),
     *("pushed", "patched", "polygon", "static"),
@@ -31,33 +35,34 @@ RARE = (
 )
 LAWS = get_args(get_type_hints(ControllerParameters)["kind"])
 MOTIONS = get_args(get_type_hints(TrajectoryParameters)["kind"])
-_checks: list[str] = []  # names of the properties
 ENDS = {*Outcome} - {Outcome.STOPPED, Outcome.FAILED, Outcome.RECOVERED}
 
 
-def of_every_kind(check: Callable[[Scenario], None]) -> Callable[[int], None]:
-    """Checks random scenarios of each kind: the same every time, others for each property."""
-    _checks.append(check.__name__)
+@cache
+def runs_of(kind: int | str) -> tuple[RunResult, ...]:
+    """Random runs of a kind or with levels in pairs, or a longer run by its name."""
+    if isinstance(kind, int):
+        drawn = (draw_scenario(KINDS[kind], number) for number in range(EACH))
+        return tuple(map(simulate, drawn))
+    if kind in RUNS:
+        return (run_by_name(kind),)
+    pairs = (draw_in_pairs("in pairs", number, False) for number in PAIRED)
+    return tuple(simulate(each.scenario) for each in pairs)
 
-    @pytest.mark.parametrize("kind", [*range(len(KINDS)), "in pairs"])
+
+def of_every_kind(check: Callable[[RunResult], None]) -> Callable[[int | str], None]:
+    """Checks the runs of every kind, and prints the scenario of one that fails."""
+
+    @pytest.mark.parametrize("kind", [*range(len(KINDS)), "in pairs", *RUNS])
     def test(kind: int | str) -> None:
-        for scenario in _scenarios(kind, check.__name__):
+        for run in runs_of(kind):
             try:
-                check(scenario)
+                check(run)
             except AssertionError:
-                print(scenario_to_toml(scenario))
+                print(scenario_to_toml(run.scenario))
                 raise
 
     return test
-
-
-def _scenarios(kind: int | str, name: str) -> Iterator[Scenario]:
-    if isinstance(kind, int):
-        yield from (draw_scenario(KINDS[kind], f"{name} {number}") for number in range(EACH))
-    else:
-        first = PAIRED * _checks.index(name)
-        numbers = range(first, first + PAIRED)
-        yield from (draw_in_pairs("in pairs", number, False).scenario for number in numbers)
 
 
 def force_size(trace: Trace) -> np.ndarray:
@@ -65,22 +70,21 @@ def force_size(trace: Trace) -> np.ndarray:
     return 1.0 + np.abs(trace.normal_force) + np.abs(trace.tangential_force)
 
 
-def goes_on(scenario: Scenario) -> tuple[Trace, np.ndarray]:
+def goes_on(result: RunResult) -> tuple[Trace, np.ndarray]:
     """The trace and its rows in which the run goes on, ``(rows,)``.
 
     The first row only assumes stick. Rows at the instant at which physics ends the run
     show what cannot go on: a contact that pulls, or the phases before a choice that fails.
     """
-    result = simulate(scenario)
     rows = np.arange(len(result.trace)) > 0
     if result.outcome.ended_by_physics:
         rows &= result.trace.times < result.end_time
     return result.trace, rows
 
 
-def sorts_of(scenario: Scenario) -> set[str]:
+def sorts_of(result: RunResult) -> set[str]:
     """What the scenario and its run are examples of."""
-    result = simulate(scenario)
+    scenario = result.scenario
     law, sensing, n = scenario.controller, scenario.sensing, len(scenario.fingers)
     is_true = {
         "sampled": law.control_period > 0.0,
@@ -107,12 +111,11 @@ def sorts_of(scenario: Scenario) -> set[str]:
 
 
 @of_every_kind
-def test_every_run_ends_with_an_outcome_and_finite_numbers(scenario: Scenario) -> None:
-    result = simulate(scenario)
+def test_every_run_ends_with_an_outcome_and_finite_numbers(result: RunResult) -> None:
     assert result.outcome in ENDS
     completed = result.outcome is Outcome.COMPLETED
     assert completed == (result.reason is None)
-    assert completed == (result.end_time == scenario.simulation.duration)
+    assert completed == (result.end_time == result.scenario.simulation.duration)
     assert len(result.trace) >= 1
     assert np.all(np.isfinite(result.trace.to_rows()))
     assert np.all(np.diff(result.trace.times) >= 0.0)
@@ -120,8 +123,8 @@ def test_every_run_ends_with_an_outcome_and_finite_numbers(scenario: Scenario) -
 
 
 @of_every_kind
-def test_friction_never_gives_power(scenario: Scenario) -> None:
-    trace, rows = goes_on(scenario)
+def test_friction_never_gives_power(result: RunResult) -> None:
+    trace, rows = goes_on(result)
     # F_x times the slip velocity is the power that friction adds; rounding of F_x.
     power = trace.tangential_force * trace.slip_velocity
     limit = 1e-9 * force_size(trace) * np.abs(trace.slip_velocity)
@@ -131,8 +134,8 @@ def test_friction_never_gives_power(scenario: Scenario) -> None:
 
 
 @of_every_kind
-def test_no_force_is_outside_its_cone_and_no_contact_pulls(scenario: Scenario) -> None:
-    trace, rows = goes_on(scenario)
+def test_no_force_is_outside_its_cone_and_no_contact_pulls(result: RunResult) -> None:
+    trace, rows = goes_on(result)
     size = force_size(trace)
     bound = trace.friction_coefficient * trace.normal_force
     # What a force may gain, relative to its size, by the time an event is located (1e-10 s).
@@ -144,8 +147,8 @@ def test_no_force_is_outside_its_cone_and_no_contact_pulls(scenario: Scenario) -
 
 
 @of_every_kind
-def test_a_sticking_contact_does_not_creep_at_all(scenario: Scenario) -> None:
-    trace = simulate(scenario).trace
+def test_a_sticking_contact_does_not_creep_at_all(result: RunResult) -> None:
+    trace = result.trace
     stick = trace.phase == ContactPhase.STICK
     assert np.all(trace.slip_velocity[stick] == 0.0)
     assert np.all(trace.slip_acceleration[stick] == 0.0)
@@ -154,17 +157,17 @@ def test_a_sticking_contact_does_not_creep_at_all(scenario: Scenario) -> None:
 
 
 @of_every_kind
-def test_a_slipping_contact_moves_in_the_direction_of_its_phase(scenario: Scenario) -> None:
-    trace = simulate(scenario).trace
+def test_a_slipping_contact_moves_in_the_direction_of_its_phase(result: RunResult) -> None:
+    trace = result.trace
     # At a located end of slip the velocity is zero to rounding.
     assert np.all(trace.slip_velocity * trace.phase >= -1e-12)
 
 
 @of_every_kind
-def test_fingertips_stay_on_their_faces(scenario: Scenario) -> None:
+def test_fingertips_stay_on_their_faces(result: RunResult) -> None:
     """Forward kinematics of the joints against pose and slip, in every stored row."""
-    trace, hand = simulate(scenario).trace, ClosedLoop.from_scenario(scenario).hand
-    slides = [finger.kind == "slides" for finger in scenario.fingers]
+    trace, hand = result.trace, ClosedLoop.from_scenario(result.scenario).hand
+    slides = [finger.kind == "slides" for finger in result.scenario.fingers]
     for pose, slip, joints in zip(trace.object_pose, trace.slip, trace.joint_position, strict=True):
         fingers = zip(hand.fingers, slides, joints.reshape(-1, 2), strict=True)
         tips = np.array([f.base + q if slide else f.tip(q) for f, slide, q in fingers])
@@ -172,8 +175,8 @@ def test_fingertips_stay_on_their_faces(scenario: Scenario) -> None:
 
 
 @of_every_kind
-def test_energy_is_supplied_stored_or_lost_to_friction(scenario: Scenario) -> None:
-    trace = simulate(scenario).trace
+def test_energy_is_supplied_stored_or_lost_to_friction(result: RunResult) -> None:
+    trace = result.trace
     scale = max(1.0, float(np.abs(trace.kinetic_energy).max()))
     assert np.abs(trace.energy_residual).max() <= 1e-6 * scale
 
@@ -181,9 +184,9 @@ def test_energy_is_supplied_stored_or_lost_to_friction(scenario: Scenario) -> No
 def test_random_scenarios_are_of_every_sort() -> None:
     """The properties above are not empty: hands hold, drop and slip, for long enough."""
     seen: Counter[str] = Counter()
-    for kind in KINDS:
-        for number in range(EACH):
-            seen.update(sorts_of(draw_scenario(kind, number)))
+    for kind in range(len(KINDS)):
+        for run in runs_of(kind):
+            seen.update(sorts_of(run))
     drawn = EACH * len(KINDS)
     assert drawn >= 150
     assert all(seen[sort] >= 0.2 * drawn for sort in COMMON), seen

@@ -8,14 +8,8 @@ from scipy.linalg import block_diag
 from scipy.spatial.transform import Rotation
 
 from slipgrasp import register_law, simulate, with_law
-from slipgrasp.core.exceptions import ScenarioError
-from slipgrasp.core.kernel.compilation.records import make_record
-from slipgrasp.core.kernel.spatial.flow import set_derivative
-from slipgrasp.core.kernel.spatial.model import pack_model
-from slipgrasp.core.kernel.spatial.state import STATE
 from slipgrasp.core.run.claims import contradictions_of
 from slipgrasp.core.scenario.loading import load_scenario, scenario_from_mapping, with_values
-from slipgrasp.core.scenario.spatial_geometry import distance_inside, spatial_contact
 from slipgrasp.core.trace.types import Outcome
 from tests.core.drawn_hands_in_space import draw_hand_in_space
 from tests.core.drawn_round_objects import with_round_object
@@ -23,14 +17,11 @@ from tests.references.implicit_contacts import Body, Tip, solve_motion
 from tests.references.spatial_hands import (
     at_rest_where_stuck,
     cone_phases,
-    moved,
-    pyramid_phases,
     random_state,
 )
-from tests.references.spatial_plant import State, cross_matrix, rotation_matrix
+from tests.references.spatial_plant import cross_matrix, rotation_matrix
 from tests.references.spatial_scenarios import random_spatial_scenario, world_of
 from tests.spatial_evaluation import SpatialEvaluation
-from tests.state_evaluation import from_python
 
 pytestmark = pytest.mark.slow
 
@@ -38,9 +29,6 @@ SHAPES = ("cylinder", "sphere")
 HANDS = [(n, seed) for n in (2, 4) for seed in range(2)]
 SURFACES = {"cylinder": np.diag([1.0, 1.0, 0.0]), "sphere": np.eye(3)}
 AZIMUTHS = {"side-0": -0.5 * np.pi, "side-1": 0.0, "side-2": 0.5 * np.pi, "side-3": np.pi}
-STEP = 1e-6
-
-_set_derivative = from_python(set_derivative)
 
 
 def sample(shape, n, seed, **values):
@@ -138,47 +126,6 @@ def test_the_motion_is_that_of_points_on_the_equation_of_the_surface(shape, n, s
         assert_close(forces, wanted.forces)
         slips = motion.acceleration[6:].reshape(n, 2)
         assert_close((slips * phase.directions).sum(axis=1), wanted.speed_rates)
-
-
-@pytest.mark.parametrize("friction", ["cone", "pyramid"])
-@pytest.mark.parametrize("shape", SHAPES)
-@pytest.mark.parametrize(("n", "seed"), HANDS)
-def test_tips_move_as_their_velocities_and_accelerations_say(shape, n, seed, friction):
-    rng, scenario, state = sample(shape, n, seed, **{"simulation.friction": friction})
-    is_cone = friction == "cone"
-    for phase in cone_phases(state) if is_cone else pyramid_phases(rng, n, 6):
-        at = at_rest_where_stuck(state, phase)
-        torques = rng.uniform(-20.0, 20.0, (n, 3))
-        now = evaluation_of(scenario, at, phase)
-        motion = now.plant(torques)
-        kin = now.work.kin
-        rates = coordinate_rates(now)
-        ahead, behind = (
-            evaluation_of(scenario, shifted(at, motion.acceleration, rates, dt), phase)
-            for dt in (STEP, -STEP)
-        )
-        for each in (ahead, behind):
-            each.plant(torques)
-        tips = [np.array(parts.state.x[:3] + parts.work.kin.arms[:n]) for parts in (ahead, behind)]
-        assert_close((tips[0] - tips[1]) / (2.0 * STEP), kin.tip_velocities[:n], 1e-8)
-        speeds = [each.work.kin.tip_velocities[:n] for each in (ahead, behind)]
-        slips = motion.acceleration[6:].reshape(n, 2)
-        wanted = motion.acceleration[:3] + np.cross(motion.acceleration[3:6], kin.arms[:n])
-        wanted += np.einsum("nk,nkc->nc", slips, kin.frames[:n, :2]) + kin.bias[:n]
-        assert_close((speeds[0] - speeds[1]) / (2.0 * STEP), wanted, 1e-8)
-
-
-def coordinate_rates(evaluation):
-    """How the kernel lets the slips of a state that it has evaluated go on, ``(n, 2)``."""
-    derivative = make_record(STATE)
-    _set_derivative(evaluation.model, evaluation.state, derivative, evaluation.work)
-    return derivative.x[13 : 13 + 2 * evaluation.n].reshape(-1, 2).copy()
-
-
-def shifted(state, acceleration, rates, dt):
-    """The state a short time later: coordinates of slips at their own rates."""
-    later = moved(state, acceleration, dt)
-    return later._replace(slip=state.slip + dt * rates)
 
 
 RADIUS, PRESS, FRICTION, INERTIA = 0.1, 10.0, 0.3, 0.005
@@ -293,17 +240,6 @@ def test_energy_is_kept_and_what_is_stated_of_slips_follows_from_the_poses(shape
 
 
 @pytest.mark.parametrize("shape", SHAPES)
-def test_composite_adaptation_learns_an_object_that_it_holds_by_curved_faces(shape):
-    values = {"object.shape": shape, "simulation.duration": 0.5}
-    result = simulate(with_values(BOX, values))
-    assert result.metrics.last_slip_time < 0.02
-    frictions = [finger.friction for finger in BOX.fingers]
-    estimates = result.trace.estimates[-1]
-    np.testing.assert_allclose(estimates[:4], [*frictions, 1.0], rtol=1e-4)
-    assert np.abs(result.trace.energy_residual).max() < 1e-9
-
-
-@pytest.mark.parametrize("shape", SHAPES)
 def test_energy_is_kept_where_soft_fingertips_turn_and_slip_on_a_curved_face(shape):
     values = {"object.shape": shape, "controller.distribution": "hold", **SLIPPERY}
     values |= {f"fingers.{i}.pad_radius": 0.015 for i in range(3)}
@@ -339,58 +275,6 @@ def test_a_fingertip_leaves_the_end_of_a_cylinder_over_its_rim():
     place = slip + scenario.fingers[contact].contact_offset
     assert np.hypot(*place) == pytest.approx(0.04, abs=1e-9)
     assert contradictions_of(result) == ()
-
-
-@pytest.mark.parametrize("shape", SHAPES)
-def test_a_contact_starts_where_its_arcs_lead(shape):
-    """By rotations about the centre, for each of the faces; the kernel starts there too."""
-    body = with_values(BOX, {"object.shape": shape, "object.radius": 0.08}).object
-    for face in body.face_names:
-        if face not in AZIMUTHS:
-            continue
-        values = {"fingers.0.kind": "slides", "fingers.0.face": face}
-        scenario = with_values(
-            BOX,
-            {
-                **values,
-                "object.shape": shape,
-                "object.radius": 0.08,
-                "fingers.0.contact_offset": (0.02, -0.03),
-            },
-        )
-        contact = spatial_contact(scenario.object, scenario.fingers[0])
-        tiny = np.full((3, 2), 1e-20)
-        start = State(np.zeros(3), np.array([1.0, 0, 0, 0]), np.zeros(6), tiny, 0.0 * tiny)
-        point, frame = placed(scenario, start, 0)
-        axes = [contact.tangent_x, contact.tangent_y, contact.normal]
-        np.testing.assert_allclose(contact.anchor, point, atol=1e-15)
-        np.testing.assert_allclose(axes, frame, atol=1e-15)
-        hand = pack_model(scenario, [0.0] * 6).hand
-        np.testing.assert_allclose(hand.anchors[0], point, atol=1e-15)
-        np.testing.assert_allclose(hand.frames[0], frame, atol=1e-15)
-        assert distance_inside(contact.outline, (0.0, 0.0)) > 0.0
-
-
-@pytest.mark.parametrize(
-    ("values", "field", "words"),
-    [
-        ({"object.corners": ((-0.1, -0.1), (0.1, -0.1), (0.0, 0.1))}, "object.corners", "cylinder"),
-        ({"fingers.0.face": "side-4"}, "fingers.0.face", "side-0, side-1, side-2, side-3, top"),
-        ({"fingers.0.contact_offset": (0.2, 0.0)}, "fingers.0.contact_offset", "beyond the edge"),
-        ({"patches.0.face": "side-3"}, "patches.0.face", "curved faces do not support patches"),
-    ],
-)
-def test_what_does_not_go_with_a_cylinder_is_refused(values, field, words):
-    with pytest.raises(ScenarioError) as caught:
-        with_values(BOX, {"object.shape": "cylinder", **values})
-    assert field in {error.field for error in caught.value.errors}
-    assert words in str(caught.value)
-
-
-def test_a_start_beyond_a_quarter_of_a_sphere_is_refused():
-    values = {"object.shape": "sphere", "fingers.0.contact_offset": (0.15, 0.06)}
-    with pytest.raises(ScenarioError, match="beyond the edge of side-3"):
-        with_values(BOX, values)
 
 
 ENDS = {Outcome.COMPLETED, Outcome.SEPARATED, Outcome.LEFT_FACE}

@@ -78,21 +78,6 @@ def test_the_equations_of_sticking_contacts_are_the_general_ones(n):
         assert power == pytest.approx(torque @ general.joint_velocities.ravel(), rel=1e-10)
 
 
-@pytest.mark.parametrize("preset", ["three-fingers", "composite-case-2"])
-def test_how_often_rows_are_written_has_no_part_in_the_motion(preset):
-    """Rows at ticks share what the tick has computed, others do not: the bits stay the same."""
-    short = with_values(load_scenario(preset), {"simulation.duration": 0.3})
-    runs = [
-        simulate(with_values(short, {"simulation.output_rate": rate})) for rate in (20.0, 1230.0)
-    ]
-    ends = [
-        (run.trace.object_pose[-1], run.trace.slip[-1], run.trace.estimates[-1]) for run in runs
-    ]
-    for one, other in zip(*ends, strict=True):
-        np.testing.assert_array_equal(one, other)
-    assert runs[0].phase_changes == runs[1].phase_changes
-
-
 def test_orders_that_change_from_step_to_step_keep_the_tolerance():
     """A hand that knows everything, shaken: rests and fast turns follow each other."""
     scenario = with_values(load_scenario("shake-test"), {"simulation.duration": 2.0})

@@ -6,13 +6,10 @@ import pytest
 from slipgrasp import (
     Simulation,
     load_scenario,
-    open_recording,
     register_law,
     simulate,
-    verify,
     with_law,
     with_values,
-    write_recording,
 )
 from slipgrasp.core.exceptions import ScenarioError
 from slipgrasp.core.scenario.custom_laws import forget
@@ -249,18 +246,6 @@ def test_a_custom_law_drives_slides_with_forces(space):
     assert run.metrics.held
     np.testing.assert_allclose(run.trace.normal_force, 20.0, rtol=1e-9)
     np.testing.assert_allclose(run.trace.object_pose[-1], run.trace.object_pose[0], atol=1e-9)
-
-
-@pytest.mark.parametrize("space", HANDS)
-def test_a_recording_of_slides_is_read_with_its_units_and_verified(space, tmp_path):
-    run = simulate(gripper(space, (0.0, 0.05, 0.0)))
-    write_recording(run, tmp_path / "jaws.mcap")
-    read = open_recording(tmp_path / "jaws.mcap")
-    assert read.scenario == run.scenario
-    assert read.trace.shape == run.trace.shape
-    units = {column.name: column.unit for column in columns_of(read.trace)}
-    assert units["joint_position_0_0"] == "m" and units["torque_1_1"] == "N"
-    assert verify(read).same
 
 
 @pytest.mark.parametrize("space", HANDS)

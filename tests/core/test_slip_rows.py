@@ -38,8 +38,14 @@ def rows_within(run: RunResult, begin: float, end: float) -> int:
     return int(((times >= begin) & (times <= end)).sum())
 
 
-@pytest.mark.parametrize("name", [*preset_names(), *spatial_preset_names()])
-@pytest.mark.parametrize("values", [{}, PUSHED, POURED], ids=["as it is", "pushed", "poured"])
+@pytest.mark.parametrize(
+    ("name", "values"),
+    [
+        *((name, {}) for name in (*preset_names(), *spatial_preset_names())),
+        *((name, PUSHED) for name in (*preset_names()[::3], *spatial_preset_names()[::3])),
+        *((name, POURED) for name in (*preset_names()[1::3], *spatial_preset_names()[1::3])),
+    ],
+)
 def test_every_slip_has_fifty_rows_however_short_it_is(name: str, values: dict) -> None:
     preset = load_scenario(name)
     down = f"{DOWN}.{preset.space.num_positions - 1}"
@@ -88,7 +94,10 @@ def _apart_from_events(run: RunResult) -> np.ndarray:
     return np.isin(run.trace.times, times[counts == 1])
 
 
-@pytest.mark.parametrize("name", ["unequal-fingers", "spatial-composite", "spatial-pyramid"])
+@pytest.mark.parametrize(
+    "name",
+    ["unequal-fingers", "spatial-composite", "spatial-pyramid", "spinning-slide", "push-slider"],
+)
 def test_metrics_are_those_of_the_run_that_keeps_no_rows(name: str) -> None:
     scenario = load_scenario(name)
     run = simulate(scenario)

@@ -1,7 +1,6 @@
 """A scenario in space: read, written, changed and refused like one in the plane."""
 
 import math
-import tomllib
 
 import numpy as np
 import pytest
@@ -11,17 +10,12 @@ from slipgrasp.core.exceptions import ScenarioError
 from slipgrasp.core.scenario.loading import (
     load_scenario,
     parameter_definitions,
-    preset_names,
     scenario_from_mapping,
-    scenario_to_toml,
-    spatial_preset_names,
     with_values,
 )
-from slipgrasp.core.scenario.space import PLANAR, SPATIAL
 from slipgrasp.core.scenario.spatial_geometry import (
     cross,
     distance_inside,
-    rotation_matrix,
     spatial_contact,
     tip_at_start,
 )
@@ -29,26 +23,6 @@ from slipgrasp.core.scenario.unknowns import name_unknown
 from tests.references.spatial_scenarios import hand_of_scenario
 
 PRISM = load_scenario("spatial-prism")
-TILTED = with_values(
-    PRISM,
-    {
-        "trajectory.start": [0.01, -0.02, 0.4, 0.8, 0.2, -0.4, 0.4],
-        "object.mass": 1.3,
-        "fingers.1.contact_offset": [0.02, -0.03],
-    },
-)
-
-
-@pytest.mark.parametrize("name", spatial_preset_names())
-def test_a_preset_in_space_survives_the_way_to_toml_and_back(name):
-    scenario = load_scenario(name)
-    assert scenario.space is SPATIAL
-    assert scenario_from_mapping(tomllib.loads(scenario_to_toml(scenario))) == scenario
-
-
-def test_presets_in_the_plane_are_listed_apart():
-    assert not set(preset_names()) & set(spatial_preset_names())
-    assert all(load_scenario(name).space is PLANAR for name in preset_names())
 
 
 @pytest.mark.parametrize("face", PRISM.object.face_names)
@@ -81,39 +55,6 @@ def test_every_finger_of_the_prism_starts_in_the_pose_of_the_paper():
     tips = [np.add(tip_at_start(PRISM, i), f.base) for i, f in enumerate(PRISM.fingers)]
     angles = hand_of_scenario(PRISM).fingers.joint_positions(np.array(tips))
     assert_allclose(np.degrees(angles[:, 1:]), np.tile([60.0, -90.0], (3, 1)), atol=5e-3)
-
-
-def test_the_start_attitude_turns_the_contacts():
-    rows = np.array(rotation_matrix(TILTED.trajectory.start[3:]))
-    assert_allclose(rows @ rows.T, np.eye(3), atol=1e-15)
-    assert math.isclose(np.linalg.det(rows), 1.0)
-    contact = spatial_contact(TILTED.object, TILTED.fingers[1])
-    tip = np.add(tip_at_start(TILTED, 1), TILTED.fingers[1].base)
-    assert_allclose(tip, np.array(TILTED.trajectory.start[:3]) + rows @ contact.anchor)
-
-
-@pytest.mark.parametrize(
-    ("key", "value", "field", "words"),
-    [
-        ("fingers.0.base.2", 5.0, "fingers.0.base", "the finger reaches 0 … 2 m"),
-        ("fingers.0.base.0", -0.1, "fingers.0.base", "from the vertical axis"),
-        ("object.inertias.0", 3.0, "object.inertias.0", "impossible for a rigid body"),
-        ("object.inertias.1", -1.0, "object.inertias.1", "allowed: 1e-06 … 1000 kg m²"),
-        ("trajectory.start.3", 0.5, "trajectory.start.3", "a rotation has length 1"),
-        ("fingers.2.face", "side-5", "fingers.2.face", "side-0, side-1, side-2, top, bottom"),
-        ("fingers.1.contact_offset.0", 0.16, "fingers.1.contact_offset", "0.01 m beyond the edge"),
-        ("controller.link_length_ratio", 1.1, "controller.link_length_ratio", "not computed for"),
-        ("controller.control_period", 0.0, "controller.control_period", "continuous control"),
-        ("controller.velocity_gain", [1.0, 2.0], "controller.velocity_gain", "one number, or 12"),
-        ("object.inertia", 0.1, "object.inertia", "did you mean 'object.inertias."),
-    ],
-)
-def test_what_cannot_be_is_refused_with_field_limit_and_way_out(key, value, field, words):
-    with pytest.raises(ScenarioError) as caught:
-        with_values(PRISM, {key: value})
-    (error,) = caught.value.errors
-    assert error.field == field
-    assert words in error.message
 
 
 def test_unknowns_in_space_have_keys_and_names():

@@ -1,5 +1,6 @@
 """What the controller measures of a spatial hand, and what the joints make of its commands."""
 
+from itertools import repeat
 from typing import NamedTuple
 
 import numpy as np
@@ -11,6 +12,7 @@ from slipgrasp.core.kernel.spatial.state import parts_of
 from slipgrasp.core.run.simulation import Simulation
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
+from tests.core.test_sensing import detected
 from tests.references.noise import normal_numbers
 from tests.references.spatial_composite import Composite, Instant
 from tests.references.spatial_law import regressor, tracking_errors
@@ -150,14 +152,6 @@ def test_what_is_off_leaves_every_bit_as_it_was(values):
     assert np.array_equal(simulate(with_values(short, values)).trace.to_rows(), plain)
 
 
-@pytest.mark.parametrize("name", ["position_noise", "velocity_noise", "acceleration_noise"])
-def test_vanishing_noise_is_no_noise(name):
-    plain = simulate(with_values(COMPOSITE, SHORT))
-    noisy = simulate(with_values(COMPOSITE, {**SHORT, f"sensing.{name}": 1e-13}))
-    assert_allclose(noisy.metrics.slip_path, plain.metrics.slip_path, rtol=1e-6)
-    assert_allclose(noisy.trace.estimates[-1], plain.trace.estimates[-1], rtol=1e-6)
-
-
 def test_noise_is_the_same_however_the_run_is_cut_and_another_with_another_seed(monkeypatch):
     whole = simulate(NOISY).trace.to_rows()
     other = simulate(with_values(NOISY, {"simulation.seed": 1})).trace.to_rows()
@@ -288,19 +282,6 @@ def slip_velocities(moments):
     return np.array([moment.measured.slip_velocity for moment in moments])
 
 
-def by_time(velocities, times, threshold, delay):
-    """Belief of one contact at every tick: a contradiction counts from the tick before it."""
-    belief, agreed, beliefs = False, 0.0, []
-    for t, velocity in zip(times, velocities, strict=True):
-        seen = np.linalg.norm(velocity) > threshold
-        if seen == belief:
-            agreed = t
-        elif t - agreed > delay - 1e-9:
-            belief, agreed = seen, t
-        beliefs.append(belief)
-    return beliefs
-
-
 def by_sums(velocities, threshold, bound, share):
     """Crosier's sum of vectors in stick, Page's along the filtered velocity in slip."""
     level, slips, total, end = 0.5 * threshold, False, np.zeros(2), 0.0
@@ -339,7 +320,8 @@ def test_slip_is_detected_in_the_plane_of_the_face(detector, monkeypatch):
     believed = np.array([~moment.phase.sticks[:, 0] for moment in moments])
     for i in range(3):
         if detector == "threshold":
-            wanted = by_time(velocities[:, i], times, 0.005, 0.002)
+            speeds = np.append(0.0, np.linalg.norm(velocities[:, i], axis=1))
+            wanted = detected(speeds, [0.0, *times], 0.005, repeat(0.002))[1:]
         else:
             bound = max(10.0 * 1e-3**2 / 0.0025, 0.0025 * 0.002 / PERIOD)
             wanted = by_sums(velocities[:, i], 0.005, bound, PERIOD / (0.006 + PERIOD))
@@ -347,57 +329,6 @@ def test_slip_is_detected_in_the_plane_of_the_face(detector, monkeypatch):
         assert np.any(wanted)
     directions = np.linalg.norm([moment.phase.directions for moment in moments], axis=2)
     assert_allclose(directions, believed, atol=1e-12)
-
-
-def test_noise_alone_is_not_believed_to_slip_by_cumulative_sums():
-    """Where everything is known nothing slips; 3 mm/s of noise pass 5 mm/s now and then."""
-    known = {f"estimates.{i}.initial": v for i, v in enumerate([0.25, 0.3, 0.2, 1.0])}
-    known |= {f"estimates.{4 + k}.initial": v for k, v in enumerate([0.0125, 0.0125, 0.01])}
-    values = {
-        **SHORT,
-        **known,
-        "simulation.duration": 0.4,
-        "controller.grip_safety": 1.5,
-        "controller.velocity_noise": 3e-3,
-        "controller.velocity_gain": 20.0,
-        "sensing.velocity_noise": 3e-3,
-        "sensing.true_phases": False,
-        "sensing.slip_delay": 0.0,
-    }
-    false = {}
-    for detector in ("threshold", "cumulative-sum"):
-        trace = simulate(
-            with_values(COMPOSITE, {**values, "sensing.slip_detector": detector})
-        ).trace
-        false[detector] = np.mean(trace.believed_phase != 0)
-    assert false["threshold"] > 0.1
-    assert false["cumulative-sum"] < 0.02
-
-
-@pytest.mark.parametrize("latency", [0.0, 0.001, 0.002, 0.0025, 0.01])
-def test_a_torque_acts_one_latency_after_its_tick_but_the_first_at_once(latency, monkeypatch):
-    scenario = with_values(COMPOSITE, {**SHORT, "controller.latency": latency})
-    first = simulate(with_values(scenario, {"simulation.duration": PERIOD})).ticks.commands[0]
-    moments = moments_of(scenario, monkeypatch)
-    commanded = [first.reshape(3, 3), *(moment.commanded for moment in moments)]
-    acting = np.array([moment.acting for moment in moments])
-    times = np.array([0.0, *(moment.time for moment in moments)])
-    due = np.append(0.0, times[1:] + latency)
-    # A tick comes before a command that is due at the same instant.
-    late = 1e-9 if latency == 0.0 else -1e-9
-    which = np.searchsorted(due, times[1:] + late, side="right") - 1
-    assert np.array_equal(acting, np.array(commanded)[which])
-    assert np.ptp(acting, axis=0).max() > 1.0
-
-
-def test_between_two_ticks_a_late_torque_acts_when_it_is_due_and_the_ledger_stays_closed():
-    values = {**SHORT, "controller.latency": 0.0025, "simulation.output_rate": 10000.0}
-    trace = simulate(with_values(COMPOSITE, values)).trace
-    moved = trace.times[1:][np.any(np.diff(trace.joint_torque, axis=0) != 0.0, axis=1)]
-    assert len(moved) > 90
-    # In the first row after it.
-    assert_allclose(np.mod(moved, 0.001), 0.00055, atol=0.00005 + 1e-9)
-    assert np.abs(trace.energy_residual).max() < 2e-9
 
 
 def test_cones_that_no_squeeze_meets_are_widened_where_noise_is_expected():
@@ -435,18 +366,3 @@ def test_cones_that_no_squeeze_meets_are_widened_where_noise_is_expected():
     least.command()
     assert least.discrete.violation == evaluation.discrete.violation
     assert least.work.grasp.force[2] < forces[0, 2]
-
-
-def test_an_object_that_needs_every_bit_of_its_friction_is_held_with_noise():
-    """Estimates scatter until no squeeze meets their cones; the law presses all the same."""
-    values = {
-        "object.mass": 1.219,
-        **{f"fingers.{i}.friction": mu for i, mu in enumerate([0.173, 0.158, 0.411])},
-        "fingers.0.contact_offset": [-0.0185, 0.0005],
-        "fingers.1.contact_offset": [0.0119, -0.0076],
-        "fingers.2.contact_offset": [0.0176, -0.0151],
-        "simulation.duration": 1.0,
-    }
-    result = simulate(with_values(load_scenario("spatial-composite-noisy"), values))
-    assert result.metrics.held
-    assert "grasp_outside_cones" in {warning.code for warning in result.warnings}

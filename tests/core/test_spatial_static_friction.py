@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from slipgrasp.core.exceptions import ScenarioError
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.trace.types import ContactPhase, Outcome
@@ -126,14 +125,6 @@ def test_a_force_that_grows_breaks_loose_where_it_reaches_static_friction(fricti
 
 
 @FRICTIONS
-def test_equal_static_and_kinetic_friction_change_no_bit(friction):
-    values = {"simulation.duration": 0.1, "simulation.friction": friction}
-    plain = with_values(load_scenario("spatial-prism"), values)
-    equal = with_values(plain, {f"fingers.{i}.static_friction": 0.25 for i in range(3)})
-    assert simulate(equal).trace.to_rows().tobytes() == simulate(plain).trace.to_rows().tobytes()
-
-
-@FRICTIONS
 @pytest.mark.parametrize("n", [2, 3])
 def test_selection_finds_one_of_the_answers_of_a_search_over_all_frictions(n, friction):
     """A contact with more friction in stick is tried with either; all sticks where it may."""
@@ -185,17 +176,3 @@ def test_a_patch_multiplies_both_frictions():
     wet = {"patches.0.face": "side-1", "patches.0.radius": 0.1, "patches.0.friction_factor": 0.9}
     trace = simulate(with_values(HELD, {**wet, "simulation.duration": 0.01})).trace
     assert trace.friction_coefficient[-1].tolist() == [STATIC, 0.9 * STATIC, STATIC]
-
-
-def test_less_friction_in_stick_than_in_slip_is_refused_with_the_way_out():
-    with pytest.raises(ScenarioError, match=r"less than the sliding friction 0\.25; raise it"):
-        with_values(HELD, {"fingers.1.static_friction": 0.2})
-    with pytest.raises(ScenarioError, match="less than the"):
-        with_values(
-            HELD,
-            {
-                "changes.0.time": 0.1,
-                "changes.0.parameter": "fingers.1.friction",
-                "changes.0.value": 0.31,
-            },
-        )

@@ -11,17 +11,13 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from slipgrasp.core.exceptions import ScenarioError
-from slipgrasp.core.run.batch import simulate_many
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.core.run.simulation import Simulation
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.run.verdict import describe_run
-from slipgrasp.core.scenario import SUPPORT, SupportScenario
+from slipgrasp.core.scenario import SupportScenario
 from slipgrasp.core.scenario.loading import (
     load_scenario,
     scenario_from_mapping,
-    scenario_from_toml,
-    scenario_to_toml,
     with_values,
 )
 from slipgrasp.core.trace.columns import columns_of
@@ -263,20 +259,6 @@ def test_friction_stays_on_its_surface_and_never_returns_energy(seed: int) -> No
     assert (trace.object_velocity[rests][1:, : 3 if radius else 2] == 0.0).all()
 
 
-def test_a_run_without_its_trace_has_the_same_metrics() -> None:
-    scenario = drawn(7)
-    simulation = Simulation(scenario, keep_trace=False)
-    while not simulation.finished:
-        simulation.advance()
-    assert simulation.summary().metrics == simulate(scenario).metrics
-
-
-def test_many_runs_on_several_threads_have_the_metrics_of_single_ones() -> None:
-    scenarios = [support(support={"friction": mu}) for mu in (0.1, 0.2, 0.3)]
-    found = [summary.metrics for summary in simulate_many(scenarios, threads=2)]
-    assert found == [simulate(each).metrics for each in scenarios]
-
-
 def test_a_run_is_described_in_words_without_a_hand() -> None:
     moving = run(support={"friction": 0.3}, motion={"velocity": [0.5, 0.0, 0.0]})
     described = describe_run(moving)
@@ -316,13 +298,6 @@ def test_a_preset_agrees_with_its_closed_form(name: str) -> None:
     spin = plane.radius * result.trace.object_velocity[rows, 2]
     expected = vx * ((spin / speed) / (plane.radius * omega / vx)) ** (1.0 / (ratio - 1.0))
     assert speed == pytest.approx(expected, rel=1e-7)
-
-
-def test_a_mapping_with_a_support_is_such_a_scenario_and_survives_toml() -> None:
-    scenario = drawn(3)
-    assert scenario.space is SUPPORT
-    text = scenario_to_toml(scenario)
-    assert scenario_from_toml(text.encode(), "mine.toml") == scenario
 
 
 def test_signals_of_hands_are_no_columns() -> None:

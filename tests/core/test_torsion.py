@@ -1,12 +1,9 @@
 """Soft fingertips: contacts of spatial hands that resist turning about their normal."""
 
-import re
-
 import numpy as np
 import pytest
 
 from benchmarks.torsion import end_of_turn
-from slipgrasp.core.exceptions import ScenarioError
 from slipgrasp.core.kernel.compilation.compiler import call
 from slipgrasp.core.kernel.compilation.records import make_record
 from slipgrasp.core.kernel.spatial.flow import spatial_plant
@@ -284,14 +281,6 @@ def test_a_pad_that_is_no_larger_than_a_point_changes_no_bit():
     assert np.array_equal(hard.trace.to_rows(), point.trace.to_rows())
 
 
-def test_small_pads_slide_as_far_as_points():
-    scenario = with_values(load_scenario("spatial-composite"), {"simulation.duration": 0.2})
-    paths = [simulate(soft(scenario, radius)).metrics.slip_path for radius in (0.0, 1e-3, 2e-3)]
-    hard, small, larger = map(np.array, paths)
-    assert (np.abs(small - hard) < 0.02 * hard).all()
-    assert np.abs(small - hard).max() < np.abs(larger - hard).max()
-
-
 HALF_WEIGHT = 0.5 * 9.81
 
 
@@ -368,25 +357,6 @@ def test_random_soft_grasps_end_with_a_true_outcome(n, law):
             assert excess(result) < 1e-9
         assert np.abs(result.trace.energy_residual).max() < 1e-6
         assert np.diff(result.trace.dissipated_energy).min() > -1e-9
-
-
-@pytest.mark.parametrize(
-    ("values", "field"),
-    [
-        ({"simulation.friction": "pyramid"}, "simulation.friction"),
-        ({"sensing.true_phases": False, "sensing.slip_threshold": 1e-3}, "sensing.true_phases"),
-        ({"controller.distribution": "exact"}, "controller.distribution"),
-        ({"controller.kind": "theorem-4"}, "controller.kind"),
-        ({"controller.kind": "theorem-3"}, "controller.kind"),
-    ],
-)
-def test_what_is_not_computed_for_soft_fingertips_is_refused_in_a_sentence(values, field):
-    with pytest.raises(ScenarioError) as caught:
-        soft(load_scenario("spatial-composite"), values=values)
-    error = next(error for error in caught.value.errors if error.field == field)
-    assert re.fullmatch(
-        rf"{field} is .*, which is not computed for soft fingertips yet; .*", error.message
-    )
 
 
 def test_the_pressure_on_a_pad_decides_its_eccentricity():

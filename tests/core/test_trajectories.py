@@ -131,16 +131,6 @@ def test_motion_begins_at_rest_at_the_start_and_ends_at_rest(kind):
     np.testing.assert_array_equal(evaluate_motion(scenario, 100.0), end)
 
 
-@pytest.mark.parametrize("kind", MOTIONS)
-def test_velocity_and_acceleration_are_derivatives(kind):
-    scenario, h = moving(kind), 1e-5
-    breaks = trajectory_of(scenario.trajectory).breaks
-    for t in np.linspace(0.01, 2.5, 50):
-        if np.min(np.abs(breaks - t)) > 2.0 * h:
-            ahead, now, behind = (evaluate_motion(scenario, t + dt) for dt in (h, 0.0, -h))
-            np.testing.assert_allclose((ahead[:2] - behind[:2]) / (2.0 * h), now[1:], atol=1e-6)
-
-
 def test_a_move_between_set_points_has_the_least_jerk():
     """Half way at half time, at 15/8 of the mean speed, with no acceleration there or at the ends.
 
@@ -188,16 +178,6 @@ def test_a_shake_may_end_at_its_turning_point():
     """A quarter of a cycle on top of whole ones."""
     end = evaluate_motion(moving("shake"), OVER)[0]
     np.testing.assert_allclose(end, np.add(START, (0.01, 0.02, 0.05)), atol=1e-12)
-
-
-def test_a_table_passes_through_its_rows_without_a_jump_of_the_acceleration():
-    scenario = moving("table")
-    rows = scenario.trajectory.table
-    for k, (t, *pose) in enumerate(rows):
-        np.testing.assert_allclose(evaluate_motion(scenario, t)[0], pose, atol=1e-13)
-        if 0 < k < len(rows) - 1:
-            before, after = (evaluate_motion(scenario, t, piece)[2] for piece in (k - 1, k))
-            np.testing.assert_allclose(before, after, atol=1e-12)
 
 
 def test_a_table_of_one_row_rests():

@@ -11,10 +11,11 @@ from itertools import permutations
 import numpy as np
 import pytest
 
-from slipgrasp.core.exceptions import ScenarioError
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.trace.types import ContactPhase, Outcome
+from tests.core.test_closed_forms import change
+from tests.core.test_hybrid_events import told
 from tests.references.closed_loop import ClosedLoop
 from tests.references.hand import State
 
@@ -41,11 +42,6 @@ def case(*parts, period=0.0):
     return with_values(CASE_1, {**OPEN_LOOP, **values})
 
 
-def change(index, t, parameter, value):
-    key = f"changes.{index}"
-    return {f"{key}.time": t, f"{key}.parameter": parameter, f"{key}.value": value}
-
-
 def push(index, t, duration, lift):
     """A pulse straight up, or down where it is negative."""
     key = f"pulses.{index}"
@@ -58,10 +54,6 @@ def patch(index, face, start, end, factor, **times):
     values = {"face": face, "centre": 0.5 * (start + end), "half_length": 0.5 * (end - start)}
     values |= {"friction_factor": factor, **times}
     return {f"patches.{index}.{name}": value for name, value in values.items()}
-
-
-def told(result):
-    return [(c.contact, c.to_phase) for c in result.phase_changes]
 
 
 def crossings(trace, contact):
@@ -180,13 +172,18 @@ def test_contact_holds_up_to_static_friction_and_slides_with_the_friction_of_sli
     assert trace.slip_acceleration[at, 0] > 1.0
 
 
-@CONTROL_PERIODS
-def test_equal_static_and_kinetic_friction_change_no_bit(period):
-    values = {"controller.control_period": period, "simulation.duration": 0.5}
-    plain = simulate(with_values(CASE_1, values))
-    equal = {f"fingers.{i}.static_friction": 0.25 for i in range(2)}
-    same = simulate(with_values(CASE_1, {**values, **equal}))
-    assert same.trace.to_rows().tobytes() == plain.trace.to_rows().tobytes()
+@pytest.mark.parametrize(
+    ("preset", "key", "value"),
+    [
+        *(("paper-case-1", "controller.control_period", period) for period in (0.0, 0.001)),
+        *(("spatial-prism", "simulation.friction", kind) for kind in ("cone", "pyramid")),
+    ],
+)
+def test_equal_static_and_kinetic_friction_change_no_bit(preset, key, value):
+    plain = with_values(load_scenario(preset), {key: value, "simulation.duration": 0.3})
+    equal = {f"fingers.{i}.static_friction": f.friction for i, f in enumerate(plain.fingers)}
+    same, other = (simulate(each).trace for each in (with_values(plain, equal), plain))
+    assert same.to_rows().tobytes() == other.to_rows().tobytes()
 
 
 HEAVY = {"estimates.4.initial": 0.5}
@@ -350,35 +347,6 @@ def test_presets_show_slip_that_starts_at_three_seconds(name):
     result = simulate(load_scenario(name))
     assert result.phase_changes[0].time == 3.0
     assert np.all(np.abs(result.trace.energy_residual) < 1e-9)
-
-
-@pytest.mark.parametrize(
-    ("values", "field", "words"),
-    [
-        ({"fingers.0.static_friction": 0.2}, "fingers.0.static_friction", "less than"),
-        (patch(0, "edge-0", 0.0, 0.1, 0.5), "patches.0.face", "left, right, bottom, top"),
-        (patch(0, "left", 0.0, 0.1, 0.5, start_time=7.0), "patches.0.start_time", "7 s"),
-        (
-            patch(0, "left", 0.0, 0.1, 0.5, start_time=2.0, end_time=2.0),
-            "patches.0.end_time",
-            "not after",
-        ),
-        (push(0, 7.0, 0.1, 1.0), "pulses.0.time", "not before the end"),
-        (
-            {
-                "fingers.0.static_friction": 0.3,
-                **change(0, 1.0, "fingers.0.static_friction", 0.26),
-                **change(1, 2.0, "fingers.0.friction", 0.28),
-            },
-            "changes.1.value",
-            "less than",
-        ),
-    ],
-)
-def test_what_makes_no_sense_is_refused_with_its_field(values, field, words):
-    with pytest.raises(ScenarioError, match=words) as caught:
-        with_values(CASE_1, values)
-    assert [error.field for error in caught.value.errors] == [field]
 
 
 def test_changes_at_one_instant_are_allowed_together():

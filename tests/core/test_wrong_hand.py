@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from slipgrasp import ScenarioError
-from slipgrasp.core.run.simulation import Simulation
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
+from tests.core.test_closed_loop_identities import state_of
 from tests.core.test_composite import at_ticks
 from tests.references.closed_loop import ClosedLoop
 from tests.references.hand import State
@@ -32,12 +31,7 @@ def test_rubbing_joints_take_their_torque_from_every_row_of_the_trace():
     trace, loop = simulate(scenario).trace, ClosedLoop.from_scenario(scenario)
     assert np.any(trace.phase != 0)
     for k in range(0, len(trace.times), 7):
-        state = State(
-            trace.object_pose[k],
-            trace.object_velocity[k],
-            trace.slip[k],
-            trace.slip_velocity[k],
-        )
+        state = state_of(trace, k)
         motion = loop.solve_plant(state, tuple(trace.phase[k]), trace.joint_torque[k])
         np.testing.assert_allclose(motion.acceleration[:3], trace.object_acceleration[k], atol=1e-9)
         np.testing.assert_allclose(motion.forces[:, 1], trace.normal_force[k], atol=1e-8)
@@ -67,13 +61,3 @@ def test_a_law_that_mistakes_its_lengths_commands_by_the_jacobian_it_believes_in
         weight = long.bias(kin.q[i], np.zeros(2), loop.truth.link_masses[i], 9.81)
         expected = long.jacobian(kin.q[i]).T @ force + weight
         np.testing.assert_allclose(trace.joint_torque[first, 2 * i : 2 * i + 2], expected)
-
-
-def test_wrong_lengths_need_the_ticks_of_sampled_control():
-    with pytest.raises(ScenarioError, match=r"controller\.link_length_ratio is 1\.1"):
-        Simulation(
-            with_values(
-                load_scenario("paper-case-1"),
-                {"controller.control_period": 0.0, "controller.link_length_ratio": 1.1},
-            )
-        )
