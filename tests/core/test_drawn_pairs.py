@@ -54,9 +54,6 @@ def is_refused(in_space, levels):
     return draw_levels(in_space, tuple(row), "alone") is None
 
 
-# Covering arrays
-
-
 # Draws
 
 

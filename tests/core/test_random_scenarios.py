@@ -4,11 +4,13 @@ import json
 from collections import Counter
 from collections.abc import Callable
 from functools import cache
+from itertools import pairwise
 from typing import get_args, get_type_hints
 
 import numpy as np
 import pytest
 
+from slipgrasp.core.kernel.planar.guards import VELOCITY_BAND
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario import ControllerParameters, TrajectoryParameters
@@ -23,8 +25,9 @@ from tests.references.closed_loop import ClosedLoop
 
 pytestmark = pytest.mark.slow
 
-EACH = 12
-PAIRED = range(160, 200)  # of `tests.core.drawn_pairs`
+EACH = 13
+SLOW = 1e-7  # [m/s]
+PAIRED = 40  # of `tests.core.drawn_pairs`
 COMMON = (
     *("long", "slipped", "sampled", "continuous", "changed", "unknown"),
     *("pushed", "patched", "polygon", "static"),
@@ -46,7 +49,7 @@ def runs_of(kind: int | str) -> tuple[RunResult, ...]:
         return tuple(map(simulate, drawn))
     if kind in RUNS:
         return (run_by_name(kind),)
-    pairs = (draw_in_pairs("in pairs", number, False) for number in PAIRED)
+    pairs = (draw_in_pairs("in pairs", number, False) for number in range(PAIRED))
     return tuple(simulate(each.scenario) for each in pairs)
 
 
@@ -80,6 +83,20 @@ def goes_on(result: RunResult) -> tuple[Trace, np.ndarray]:
     if result.outcome.ended_by_physics:
         rows &= result.trace.times < result.end_time
     return result.trace, rows
+
+
+def speeds_along(trace: Trace) -> tuple[np.ndarray, np.ndarray]:
+    """Slip velocities along their phases, and which belong to slips faster than ``SLOW``.
+
+    A slower slip may begin and end within one step. Its end is then located where the velocity has
+    the level of a guard that begins in its band, not at zero.
+    """
+    speeds, is_fast = trace.slip_velocity * trace.phase, np.zeros(trace.phase.shape, bool)
+    for contact, phases in enumerate(trace.phase.T):
+        edges = [0, *np.flatnonzero(np.diff(phases)) + 1, len(phases)]
+        for first, last in pairwise(edges):
+            is_fast[first:last, contact] = speeds[first:last, contact].max() > SLOW
+    return speeds, is_fast
 
 
 def sorts_of(result: RunResult) -> set[str]:
@@ -128,7 +145,8 @@ def test_friction_never_gives_power(result: RunResult) -> None:
     # F_x times the slip velocity is the power that friction adds; rounding of F_x.
     power = trace.tangential_force * trace.slip_velocity
     limit = 1e-9 * force_size(trace) * np.abs(trace.slip_velocity)
-    assert np.all((power <= limit)[rows])
+    _, is_fast = speeds_along(trace)
+    assert np.all((power <= limit)[rows] | ~is_fast[rows])
     lost = trace.dissipated_energy
     assert np.all(np.diff(lost) >= -1e-12 * max(1.0, float(lost.max())))
 
@@ -158,9 +176,10 @@ def test_a_sticking_contact_does_not_creep_at_all(result: RunResult) -> None:
 
 @of_every_kind
 def test_a_slipping_contact_moves_in_the_direction_of_its_phase(result: RunResult) -> None:
-    trace = result.trace
+    speeds, is_fast = speeds_along(result.trace)
     # At a located end of slip the velocity is zero to rounding.
-    assert np.all(trace.slip_velocity * trace.phase >= -1e-12)
+    assert np.all(speeds[is_fast] >= -1e-12)
+    assert np.all(speeds >= -2.0 * VELOCITY_BAND - 1e-12)  # the lowest level of a guard
 
 
 @of_every_kind
