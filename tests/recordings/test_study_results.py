@@ -161,11 +161,6 @@ def test_the_first_rows_stay_as_they_are_while_others_come(study, results):
     assert growing.first(9).num_rows == 3
 
 
-def test_a_run_that_has_not_ended_has_no_row(study):
-    with pytest.raises(IndexError):
-        StudyResults(study).row(0)
-
-
 def test_a_row_out_of_order_is_refused(study):
     with pytest.raises(ValueError, match="row 3 cannot follow 0 rows"):
         StudyResults(study).append(lost_row(3, {}))
@@ -203,17 +198,6 @@ def test_readers_see_whole_rows_while_others_are_added(study):
         reader.join()
     assert torn == []
     assert results.values("object.mass")[-1] == study.values_of(1999)["object.mass"]
-
-
-def test_the_results_of_an_unfinished_study_are_those_so_far(study, results, tmp_path):
-    num_done = run_study(study, tmp_path / "study.mcap", until=20).num_rows
-    assert 20 <= num_done < 30
-
-    so_far = read_results(tmp_path / "study.mcap.part")
-    assert so_far.num_rows == num_done
-    assert so_far.rows()[0] == results.rows(0, num_done)[0]
-    summary = so_far.summary()
-    assert (summary.finished, summary.runs) == (num_done, 30)
 
 
 def test_csv_reads_back_to_the_same_bits(results):
@@ -307,15 +291,6 @@ def test_runs_too_short_to_tell_count_neither_as_held_nor_as_lost(tmp_path):
     assert (one.held, one.share_held, one.too_short) == (0, 0.0, summary.too_short)
     assert (other.too_short, other.share_held) == (0, other.held / 15)
     assert compared.pairs[0].samples == 15 - one.too_short
-
-
-def test_samples_that_ended_with_one_combination_only_are_not_compared(study, results):
-    so_far = StudyResults(study)
-    for index in range(5):
-        so_far.append(lost_row(index, study.values_of(index)))
-
-    assert [one.runs for one in so_far.compare_combinations().combinations] == [3, 2]
-    assert so_far.compare_combinations().pairs[0].samples == 2
 
 
 def test_values_of_several_kinds_and_of_some_runs_only_are_kept_as_they_are():

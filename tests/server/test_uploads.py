@@ -202,12 +202,6 @@ def test_who_sends_all_before_reading_is_told_that_there_is_no_room(
         assert connection.recv(65536).startswith(f"HTTP/1.1 {status} ".encode())
 
 
-def test_the_limit_of_other_bodies_stays_where_it_is(narrow) -> None:
-    with narrow.client() as client:
-        answer = client.post("/runs", content=b" " * 200_000, headers={"Content-Type": "text/x"})
-        assert answer.status_code == 415
-
-
 def test_a_client_that_goes_away_leaves_nothing(server, client, folder, content) -> None:
     before = files_of(folder)
     for sent in (0, 1, len(content) // 2):

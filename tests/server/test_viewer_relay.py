@@ -76,14 +76,6 @@ class Echo:
         return server
 
 
-def test_the_page_of_viser_is_served_at_the_path(viewing) -> None:
-    host = ("Host", f"localhost:{viewing.server.port}")
-    answer = get(viewing.server.port, "/", [host])
-    shipped = Path(viser.__file__).parent / "client" / "build" / "index.html"
-    assert answer.status == 200 and answer.body == shipped.read_bytes()
-    assert answer.headers["content-type"].startswith("text/html")
-
-
 def test_a_viewer_is_given_what_viser_has_to_say(viewing) -> None:
     async def first_message() -> tuple[str | None, object]:
         async with connect(viewing.server.port) as viewer:
