@@ -14,7 +14,6 @@ import pytest
 
 from benchmarks.processes import family_of
 from slipgrasp.core.executors.inline import InlineExecutor
-from slipgrasp.core.executors.limits import WorkerLimits
 from slipgrasp.core.executors.processes import ProcessExecutor
 from slipgrasp.core.study.definition import Study
 from slipgrasp.core.trace.types import Outcome
@@ -26,7 +25,6 @@ from tests.waiting import PATIENCE
 
 pytestmark = pytest.mark.slow
 
-LIMITS = WorkerLimits(memory=600_000_000, task_seconds=2.0)
 KILLS, PAUSE = 6, 0.1
 
 
@@ -40,7 +38,7 @@ def quick_study(runs: int) -> Study:
 
 def run_in_processes(study: Study, path: Path) -> list[StudyRow]:
     rows: list[StudyRow] = []
-    end = write_study(study, path, rows.append, executor=ProcessExecutor(2, LIMITS))
+    end = write_study(study, path, rows.append, executor=ProcessExecutor(2))
     assert end.state == "completed"
     return rows
 

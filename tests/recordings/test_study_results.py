@@ -8,7 +8,6 @@ import pytest
 from pyarrow import parquet
 
 from slipgrasp.core.run.metrics import metric_names
-from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.recordings.exceptions import QueryError
 from slipgrasp.recordings.study.categories import HELD, PAST_LIMIT, categorize
@@ -69,18 +68,6 @@ def test_there_is_one_row_per_run_with_everything_about_it(study, results):
     )
     kinds = set(results.values("outcome"))
     assert {"completed", "left_face"} <= kinds, "the study shows runs that hold and that do not"
-
-
-@pytest.mark.parametrize("index", [0, 7, 29])
-def test_a_row_holds_the_figures_of_its_run_alone_bit_for_bit(study, results, index):
-    run = simulate(study.scenario_of(index))
-    row = results.row(index)
-
-    assert {name: row[name] for name in metric_names(2)} == run.metrics.flattened()
-    assert {key: row[key] for key in study.keys} == study.values_of(index)
-    assert (row["outcome"], row["end_time"]) == (run.outcome.value, run.end_time)
-    assert row["reason"] == (None if run.reason is None else run.reason.code)
-    assert row["sample"] == index // 2
 
 
 @pytest.mark.parametrize("metric", ["slip_path", "slip_path_1", "final_tracking_error_y"])
@@ -159,6 +146,11 @@ def test_the_first_rows_stay_as_they_are_while_others_come(study, results):
     assert first.rows() == (growing.rows()[0][:2], 2)
     assert len(first.numbers("end_time")) == first.summary().finished == 2
     assert growing.first(9).num_rows == 3
+
+
+def test_a_run_that_has_not_ended_has_no_row(study):
+    with pytest.raises(IndexError):
+        StudyResults(study).row(0)
 
 
 def test_a_row_out_of_order_is_refused(study):

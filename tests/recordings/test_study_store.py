@@ -77,14 +77,6 @@ def test_a_finished_study_tells_its_end_also_without_its_sidecar(
     assert (again.end, again.title, again.keys) == (stored.end, stored.title, stored.keys)
 
 
-def test_an_end_that_was_not_noted_is_read_from_the_file(store: StudyStore) -> None:
-    study = make_study()
-    created = store.create(study)
-    ended = finish(store, created, study)
-    StudySidecars(store.path_of(created.id).parent).write(created)
-    assert store.get(created.id) == ended
-
-
 def test_studies_are_listed_newest_first_and_page_by_page(store: StudyStore) -> None:
     made = [store.create(make_study(f"number {k}")) for k in range(5)]
     found, count = store.list(offset=1, limit=2)

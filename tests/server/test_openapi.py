@@ -211,19 +211,9 @@ def test_a_generated_client_makes_a_study_and_reads_its_results(api, connection,
         assert finished(client, created.to_dict())["state"] == "completed"
     study = api("api.studies.read_study_status").sync(created.id, client=connection)
     assert study.state is models.StudyState.COMPLETED and study.finished == 5
-    masses: list[float] = []
-    offset = 0
-    while True:
-        page = api("api.studies.read_study_results").sync(
-            created.id, client=connection, limit=2, offset=offset
-        )
-        masses += [row["object.mass"] for row in page.data]
-        if "next" not in page.links:
-            break
-        offset += 2
-    assert masses == pytest.approx([1.0, 1.1, 1.2, 1.3, 1.4])
-    summary = api("api.studies.read_study_summary").sync(created.id, client=connection)
-    assert summary.finished == 5
+    results = api("api.studies.read_study_results")
+    page = results.sync(created.id, client=connection, limit=2, offset=3)
+    assert [row["object.mass"] for row in page.data] == pytest.approx([1.3, 1.4])
 
 
 def test_the_headers_of_the_description_are_those_that_are_sent(

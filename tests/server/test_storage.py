@@ -24,10 +24,8 @@ def test_beyond_the_quota_no_run_is_begun_until_another_is_deleted(tmp_path) -> 
     with serve(settings) as running, running.client() as client:
         answer = client.post("/runs", json=SHORT)
         assert answer.status_code == answer.json()["status"] == 507
-        assert answer.json()["title"] == "Insufficient Storage"
         assert "the recordings in the data folder use" in answer.json()["detail"]
         assert str(tmp_path) not in answer.text
-        assert "delete some, or raise the quota" in answer.json()["detail"]
         assert client.get("/health").json()["running"] == 0
         assert client.delete(f"/runs/{run['id']}").status_code == 204
         assert client.post("/runs", json=SHORT).status_code == 201
