@@ -140,3 +140,9 @@ def test_numbers_as_large_as_they_get_can_be_drawn(runs):
 
     assert figure.getvalue().rstrip().endswith(b"</svg>")
     assert film.getvalue().startswith(b"GIF89a")
+
+
+def test_runs_that_slip_all_the_time_are_drawn_without_a_closer_look():
+    run = simulate(with_values(CASE_1, {"simulation.duration": 0.05}))
+    figure = draw_comparison(compare(run, run), run, run)
+    assert not [axes for axes in figure.axes if axes.get_label().endswith(" slip")]

@@ -129,6 +129,7 @@ def test_a_file_of_the_machine_is_no_table_of_a_motion(client, tmp_path) -> None
         ('{"scenario": 1}', "scenario"),
         ('{"scenario": "paper-case-1", "set": null}', "set"),
         ('{"scenario": "paper-case-1", "sett": {}}', "sett"),
+        ('{"scenario": {}}', "fingers"),
         ('{"scenario": {"fingers": 1}}', "fingers"),
     ],
 )
