@@ -4,7 +4,6 @@ Nothing here judges a time; times only have to agree with each other where they 
 """
 
 import json
-import re
 import shutil
 from functools import cache
 from pathlib import Path
@@ -14,7 +13,7 @@ import numpy as np
 import pytest
 
 from benchmarks import claims, memory, onset, scaling, space
-from benchmarks.__main__ import PARTS, main
+from benchmarks.__main__ import main
 from benchmarks.batch import compare_batches, vary
 from benchmarks.catalogue import measure_catalogue
 from benchmarks.charts import draw_scaling, save
@@ -25,7 +24,7 @@ from benchmarks.mujoco_hold import hold_by_actuators, hold_by_numpy
 from benchmarks.mujoco_replay import replay_in_mujoco
 from benchmarks.mujoco_torques import stepping
 from benchmarks.recording import measure_recording
-from benchmarks.report import Table, place_of, read_table, update_page
+from benchmarks.report import Table, read_table, update_page
 from benchmarks.speed import compare_speed, profile
 from benchmarks.study import make_study
 from benchmarks.study_load import run_over_rest
@@ -45,7 +44,6 @@ from tests.references.hand import State
 pytestmark = pytest.mark.slow
 
 PAGE = Path(__file__).parents[2] / "docs" / "benchmarks.md"
-CASE_1 = load_scenario("paper-case-1")
 
 
 @cache
@@ -270,47 +268,6 @@ def test_one_command_prints_a_part_and_writes_its_table(tmp_path, capsys):
     words = [" ".join(" ".join(row).split()) for row in rows]
     shown = [" ".join(line.split()) for line in printed.splitlines()]
     assert len([line for line in words if line in shown]) == 2
-
-
-def test_pages_have_a_place_for_the_tables_of_every_part():
-    others = (
-        "assumptions.md",
-        "scaling.md",
-        "robustness.md",
-        "verification.md",
-        "portability.md",
-        "laws.md",
-        "space.md",
-        "fit.md",
-        "reality.md",
-        "page.md",
-    )
-    pages = (PAGE, *(PAGE.with_name(name) for name in others))
-    text = "".join(page.read_text() for page in pages)
-    names = {*PARTS, "setting", "profile", "bombs"} - {
-        "scaling",
-        "space",
-        "cluster",
-        "dashboard",
-        "robustness",
-        "hold-in-space",
-        "claims",
-        "reality",
-    }
-    names |= {f"reality-{table}" for table in ("plain", "models", "radius")}
-    names |= {"page-map"}
-    names |= {"hold-in-space-ideal", "hold-in-space-noisy"}
-    names |= {"webassembly", "scaling-duration", "scaling-fingers", "study-answers", "study-large"}
-    names |= {"study-cost", "study-engines", "study-clusters"}
-    names |= {"space-speed", "space-profile", "space-units", "space-mujoco"}
-    names |= {"dashboard-edits", "dashboard-viewers", "dashboard-memory"}
-    names |= {"claim-1", "claim-2", "claim-hands", "robustness-how", "robustness-start"}
-    names |= {f"robustness-{hands}" for hands in ("two", "three", "more")}
-    names |= {f"robustness-{hands}-late" for hands in ("two", "three", "more")}
-    names |= {"robustness-outcomes"}
-    names |= {"robustness-noise", "robustness-latency", "outcomes-endings", "outcomes-truth"}
-    for name in names:
-        assert re.search(place_of(name), text, re.DOTALL | re.MULTILINE), name
 
 
 def test_unknown_part_is_refused_with_the_known_ones(capsys):

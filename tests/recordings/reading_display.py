@@ -51,6 +51,20 @@ def read_topic(path: Path, topic: str) -> list[tuple[Any, Any, Any, Any]]:
         return [tuple(found) for found in reader.iter_decoded_messages(topics=[topic])]
 
 
+def read_shown(path: Path) -> list[Shown]:
+    """Everything on both topics, instant by instant."""
+    return [
+        Shown(
+            record.log_time,
+            {transform.child_frame_id: transform for transform in told.transforms},
+            {entity.id: entity for entity in scene.entities},
+        )
+        for (_, _, record, told), (_, _, _, scene) in zip(
+            read_topic(path, "/tf"), read_topic(path, "/scene"), strict=True
+        )
+    ]
+
+
 def matrix(position: Any, rotation: Any) -> Matrix:
     """A decoded position and quaternion as a 4 x 4 matrix."""
     x, y, z, w = rotation.x, rotation.y, rotation.z, rotation.w

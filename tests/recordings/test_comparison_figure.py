@@ -3,7 +3,6 @@
 import io
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
 from slipgrasp.core.run.simulator import simulate
@@ -15,6 +14,7 @@ from slipgrasp.figures.comparison import draw_comparison
 from slipgrasp.figures.files import save_figure, write_figure
 from slipgrasp.recordings.compare.comparison import compare
 from slipgrasp.recordings.exceptions import RecordingExistsError
+from tests.recordings.reading_figures import axes_of
 
 pytestmark = pytest.mark.slow
 
@@ -30,11 +30,6 @@ def runs():
 @pytest.fixture(scope="module")
 def figure(runs):
     return draw_comparison(compare(*runs), *runs, ("before", "after"))
-
-
-def axes_of(figure, label):
-    (axes,) = (axes for axes in figure.axes if axes.get_label() == label)
-    return axes
 
 
 def lines_of(axes, count):
@@ -91,33 +86,16 @@ def test_the_phases_of_both_runs_stand_below_each_other(figure, runs):
 
 def test_everything_that_is_promised_is_in_the_picture(figure):
     words = " ".join(text.get_text() for axes in figure.axes for text in axes.texts)
-
-    for title in (
-        "phases of the contacts",
-        "fingertip slips",
-        "normal forces",
-        "distance to slip",
-        "object position errors",
-        "object orientation error",
-        "estimated link masses",
-        "estimated mass of the object",
-    ):
-        assert title in words
-    legend = " ".join(
-        text.get_text()
-        for axes in figure.axes
-        if axes.get_legend()
-        for text in axes.get_legend().get_texts()
-    )
+    titles = ("phases of the contacts", "fingertip slips", "normal forces", "distance to slip")
+    assert all(title in words for title in titles)
+    legends = [axes.get_legend() for axes in figure.axes if axes.get_legend()]
+    legend = " ".join(text.get_text() for each in legends for text in each.get_texts())
     assert "a: before" in legend and "b: after" in legend
 
 
-@pytest.mark.parametrize(
-    "other",
-    [{"simulation.duration": 2.0}, {"simulation.output_rate": 30.0}],
-    ids=["shorter", "slower"],
-)
-def test_any_two_comparable_runs_can_be_drawn(runs, other):
+def test_any_two_comparable_runs_can_be_drawn(runs):
+    """One of them shorter, and of another rate."""
+    other = {"simulation.duration": 2.0, "simulation.output_rate": 30.0}
     run = simulate(with_values(CASE_1, other))
 
     figure = draw_comparison(compare(runs[0], run), runs[0], run, ("a$b", "x" * 200))
@@ -149,13 +127,6 @@ def test_equal_comparisons_give_equal_files_and_none_is_replaced_unasked(figure,
     write_figure(figure, tmp_path / "one.svg", overwrite=True)
 
 
-def test_curves_that_coincide_have_a_difference_of_zero(runs):
-    figure = draw_comparison(compare(runs[0], runs[0]), runs[0], runs[0])
-
-    for curve in lines_of(axes_of(figure, "b difference whole"), 2):
-        assert not np.any(curve[:, 1])
-
-
 def test_numbers_as_large_as_they_get_can_be_drawn(runs):
     rows = runs[0].trace.to_rows()
     columns = [column.name for column in columns_of(runs[0].trace)]
@@ -169,3 +140,9 @@ def test_numbers_as_large_as_they_get_can_be_drawn(runs):
 
     assert figure.getvalue().rstrip().endswith(b"</svg>")
     assert film.getvalue().startswith(b"GIF89a")
+
+
+def test_runs_that_slip_all_the_time_are_drawn_without_a_closer_look():
+    run = simulate(with_values(CASE_1, {"simulation.duration": 0.05}))
+    figure = draw_comparison(compare(run, run), run, run)
+    assert not [axes for axes in figure.axes if axes.get_label().endswith(" slip")]

@@ -136,15 +136,6 @@ def test_a_run_that_was_stepped_from_outside_is_made_again_from_its_commands(tmp
     assert verify(read).same
 
 
-def test_a_built_in_law_records_its_commands_and_runs_itself_when_verified(tmp_path):
-    result = simulate(BASE)
-    write_recording(result, tmp_path / "run.mcap")
-    read = open_recording(tmp_path / "run.mcap")
-    assert read.ticks.to_rows().tobytes() == result.ticks.to_rows().tobytes()
-    assert read.provenance.law is None
-    assert (verify(read).same, verify(read).replayed) == (True, False)
-
-
 def test_parameters_list_the_laws_of_the_run_whatever_else_is_known(tmp_path):
     alone = _parameters(simulate(BASE), tmp_path / "alone.mcap")
     register_law(Carry)

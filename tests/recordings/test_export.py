@@ -6,7 +6,6 @@ import json
 import math
 import re
 import sys
-import zipfile
 from dataclasses import replace
 from xml.etree import ElementTree
 
@@ -116,29 +115,29 @@ def test_every_format_of_the_table_is_written_by_the_writer_that_it_names(short_
 @pytest.mark.parametrize("write", [write_parquet, write_npz, write_csv_bytes])
 def test_premises_of_the_theorems_are_further_columns_of_data(write):
     run = simulate(with_values(load_scenario("paper-case-2"), {"simulation.duration": 0.3}))
-    plain, content = written(write, run), written(write, run, premises=True)
     premises = find_premises(run).columns()
+    before, _ = read_table(write, written(write, run))
+    names, columns = read_table(write, written(write, run, premises=True))
+    assert names == [*before, *(column.name for column in premises)]
+    for column in premises:
+        values, unit = columns[column.name]
+        np.testing.assert_array_equal(np.array(values, dtype=float), column.values)
+        assert unit in (column.unit, "")
+    assert np.isinf(np.array(columns["premise_radius"][0], dtype=float)).all()
+
+
+def read_table(write, content):
+    """Names of the columns, and the values and the unit of each, where the file tells it."""
     if write is write_parquet:
         table = pyarrow.parquet.read_table(content)
-        names = table.column_names
-        values = [table[column.name].to_numpy() for column in premises]
-        told = [table.schema.field(c.name).metadata[b"unit"].decode() for c in premises]
-        before = pyarrow.parquet.read_table(plain).column_names
-    elif write is write_npz:
-        arrays, old = np.load(content), np.load(plain)
-        names, values = arrays.files[: -len(DOCUMENTS)], [arrays[c.name] for c in premises]
+        units = {field.name: field.metadata[b"unit"].decode() for field in table.schema}
+        return table.column_names, {n: (table[n].to_numpy(), units[n]) for n in units}
+    if write is write_npz:
+        arrays = np.load(content)
         units = json.loads(arrays["units.json"].item())
-        told, before = [units[c.name] for c in premises], old.files[: -len(DOCUMENTS)]
-    else:
-        names, *rows = csv.reader(io.TextIOWrapper(content))
-        values = np.array([row[-len(premises) :] for row in rows], dtype=float).T
-        told = [c.unit for c in premises]
-        before = next(csv.reader(io.TextIOWrapper(plain)))
-    assert names == [*before, *(column.name for column in premises)]
-    assert told == [column.unit for column in premises]
-    for column, found in zip(premises, values, strict=True):
-        np.testing.assert_array_equal(found, column.values)
-    assert np.isinf(values[names.index("premise_radius") - len(before)]).all()
+        return list(units), {name: (arrays[name], units[name]) for name in units}
+    names, *rows = csv.reader(io.TextIOWrapper(content))
+    return names, {name: ([row[k] for row in rows], "") for k, name in enumerate(names)}
 
 
 def test_of_other_laws_no_premises_are_written(short_run):
@@ -147,23 +146,9 @@ def test_of_other_laws_no_premises_are_written(short_run):
         write_csv(other, io.StringIO(), premises=True)
 
 
-def test_csv_as_bytes_is_csv_as_text(any_run):
-    text = io.StringIO()
-    write_csv(any_run, text)
-    assert written(EXPORT_FORMATS[0].write, any_run).getvalue() == text.getvalue().encode()
-
-
 @pytest.mark.parametrize("write", [write_parquet, write_npz, write_gif, write_svg])
 def test_equal_runs_give_equal_files(short_run, write):
     assert written(write, short_run).getvalue() == written(write, short_run).getvalue()
-
-
-def test_a_damaged_npz_is_noticed_by_its_reader(short_run):
-    data = bytearray(written(write_npz, short_run).getvalue())
-    data[len(data) // 2] ^= 1
-
-    with zipfile.ZipFile(io.BytesIO(bytes(data))) as archive:
-        assert archive.testzip() is not None
 
 
 def frames_of(stream):
@@ -201,13 +186,6 @@ def test_fingertips_have_the_colour_of_their_phase(short_run):
         assert count_of(frames[-1][hand], PHASES[phase]) == 0
     assert count_of(frames[1][hand], PHASES[ContactPhase.STICK]) == 0
     assert count_of(frames[-1][hand], PHASES[ContactPhase.STICK]) > 80
-
-
-def test_a_film_of_a_run_that_ended_early_can_be_made(lost_run):
-    *_, (_, last) = frames_of(written(write_gif, lost_run))
-
-    # How it ended is written below the title, black on white.
-    assert (last[45:70].min(axis=-1) < 100).sum() > 50
 
 
 def test_a_long_run_has_no_more_frames_than_allowed_and_still_lasts_as_long():

@@ -7,7 +7,6 @@ from slipgrasp.core.scenario.loading import load_scenario
 from slipgrasp.core.scenario.space import PLANAR
 from slipgrasp.core.trace.types import ContactPhase
 from slipgrasp.figures.drawings import draw_figures
-from slipgrasp.figures.panels import finger_colour
 from slipgrasp.figures.slip_times import closer_look
 from slipgrasp.figures.style import paint
 from slipgrasp.recordings.palette import PHASES
@@ -216,18 +215,6 @@ def test_signals_that_are_zero_up_to_rounding_look_like_zero(paper_figures):
     low, high = axes.get_ylim()
     assert high - low > 0.01
     assert low < 0.0 < high
-
-
-def test_fingers_keep_their_colours(paper_figures):
-    slips = quantities(paper_figures["paper-case-1"]["fig-5-tracking"])[3:5]
-    normals = [quantities(paper_figures["paper-case-1"]["fig-7-forces"])[k] for k in (2, 6)]
-    for i, line in enumerate([*slips, *normals]):
-        assert line.get_color() == paint(finger_colour(i % 2))
-
-
-def test_a_completed_run_says_nothing_of_the_kind(paper_figures):
-    for figures in paper_figures.values():
-        assert not any("Ended" in text for figure in figures.values() for text in texts(figure))
 
 
 def test_the_schematic_names_and_measures_what_the_paper_does(paper_figures):

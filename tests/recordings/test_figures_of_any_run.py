@@ -30,13 +30,8 @@ def test_only_the_papers_own_scenarios_get_its_numbers():
     scenario = load_scenario("paper-case-1")
     assert figure_names(scenario)["tracking"] == "fig-5-tracking"
     other = with_values(scenario, {"object.mass": 1.1})
-    assert list(figure_names(other).values()) == [
-        "schematic",
-        "tracking",
-        "estimates",
-        "forces",
-        "premises",
-    ]
+    names = ["schematic", "tracking", "estimates", "forces", "premises"]
+    assert list(figure_names(other).values()) == names
 
 
 def test_a_run_that_ended_early_says_how_and_marks_when(lost_run):

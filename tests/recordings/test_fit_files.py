@@ -68,8 +68,7 @@ def test_the_report_lies_beside_the_study_and_the_journal_is_gone(done):
     assert sorted(file.name for file in path.parent.iterdir()) == ["fit.json", "fit.mcap"]
 
 
-@pytest.mark.parametrize("share", [0.02, 0.5, 0.98])
-@pytest.mark.parametrize("cut", [0, 7])
+@pytest.mark.parametrize(("share", "cut"), [(0.02, 7), (0.5, 0), (0.98, 7)])
 def test_a_fit_that_was_stopped_continues_with_the_same_result(
     done, total, problem, tmp_path, share, cut
 ):

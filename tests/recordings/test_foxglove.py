@@ -21,13 +21,7 @@ from slipgrasp.recordings.file.foxglove import display_layouts
 from slipgrasp.recordings.file.writer import write_recording
 from slipgrasp.scene.states import states_of
 from tests.held_polygon import held_polygon
-from tests.recordings.reading_display import (
-    Shown,
-    matrix,
-    placed,
-    read_topic,
-    shown_rows,
-)
+from tests.recordings.reading_display import matrix, placed, read_shown, read_topic, shown_rows
 from tests.references.closed_loop import ClosedLoop
 from tests.references.hands import random_scenario
 
@@ -47,16 +41,7 @@ class Display:
         self.samples = shown_rows(run)
         self.hand = ClosedLoop.from_scenario(run.scenario).hand
         self.transforms, self.scenes = read_topic(path, "/tf"), read_topic(path, "/scene")
-        self.shown = [
-            Shown(
-                record.log_time,
-                {transform.child_frame_id: transform for transform in transforms.transforms},
-                {entity.id: entity for entity in scene.entities},
-            )
-            for (_, _, record, transforms), (_, _, _, scene) in zip(
-                self.transforms, self.scenes, strict=True
-            )
-        ]
+        self.shown = read_shown(path)
 
     def instants(self):
         """Pairs of a row of the trace and what is shown of it."""

@@ -13,13 +13,12 @@ from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.trace.types import ContactPhase
 from slipgrasp.recordings import palette
 from slipgrasp.recordings.file.writer import write_recording
-from tests.recordings.reading_display import Shown, matrix, placed, read_topic, shown_rows
+from tests.recordings.reading_display import matrix, placed, read_shown, shown_rows
 from tests.references.spatial_plant import State
 from tests.references.spatial_scenarios import world_of
 
 NEAR = 1e-9  # the simulator's own inverse kinematics [m]
 RUNS = {
-    "spatial-prism": {"simulation.duration": 0.15},
     "spatial-pyramid": {"simulation.duration": 0.15},
     "spatial-box": {
         "simulation.duration": 0.15,
@@ -34,15 +33,7 @@ class Display:
     def __init__(self, run, path):
         self.run, self.samples = run, shown_rows(run)
         self.n = len(run.scenario.fingers)
-        transforms, scenes = read_topic(path, "/tf"), read_topic(path, "/scene")
-        self.shown = [
-            Shown(
-                record.log_time,
-                {transform.child_frame_id: transform for transform in told.transforms},
-                {entity.id: entity for entity in scene.entities},
-            )
-            for (_, _, record, told), (_, _, _, scene) in zip(transforms, scenes, strict=True)
-        ]
+        self.shown = read_shown(path)
         self.hand = world_of(run.scenario).hand
 
     def kinematics(self, row):

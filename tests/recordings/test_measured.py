@@ -11,13 +11,10 @@ from slipgrasp.core.trace.columns import columns_of
 from slipgrasp.recordings.compare.comparison import IncomparableError
 from slipgrasp.recordings.compare.measured import measure_distances
 from slipgrasp.recordings.exceptions import DamagedRecordingError, NoRunError
-from slipgrasp.recordings.file.reader import read_recording
-from slipgrasp.recordings.file.writer import write_recording
 from slipgrasp.recordings.measured import csv_import
 from slipgrasp.recordings.measured.csv_import import ImportOptions, import_csv
 from slipgrasp.recordings.measured.recording import (
     MeasuredRecording,
-    is_measured,
     read_measured,
     read_outline,
 )
@@ -268,16 +265,6 @@ def test_measured_data_are_listed_as_such_and_opened_as_no_run(tmp_path, run):
     assert again.find(RunQuery(limit=5)).count == 2
     with pytest.raises(NoRunError, match="contains measured data, not a run"):
         again.open(place.id)
-
-
-def test_kinds_of_recordings_are_told_apart(tmp_path, run):
-    imported(tmp_path, "t_s,x_m\n0,1\n1,2\n")
-    write_recording(run, tmp_path / "run.mcap")
-
-    assert is_measured(tmp_path / "data.mcap")
-    assert not is_measured(tmp_path / "run.mcap")
-    with pytest.raises(NoRunError):
-        read_recording(tmp_path / "data.mcap")
 
 
 def test_tables_of_measured_data_have_their_numbers_and_units(tmp_path):

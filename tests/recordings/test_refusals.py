@@ -124,7 +124,7 @@ def test_a_file_cut_off_anywhere_is_damaged(whole, tmp_path):
 
 def test_no_flipped_bit_goes_unnoticed(whole, tmp_path):
     source = random.Random(1)
-    for _ in range(400):
+    for _ in range(200):
         damaged = bytearray(whole)
         position = source.randrange(len(whole))
         damaged[position] ^= 1 << source.randrange(8)

@@ -28,6 +28,7 @@ from slipgrasp.recordings.study.scheduler import schedule_runs
 from slipgrasp.recordings.study.stored_study import StoredStudy
 from slipgrasp.recordings.study.study_store import StudyStore
 from slipgrasp.recordings.study.writer import StudyWriter
+from tests.recordings.studying import write_study
 
 NOW = datetime(2030, 1, 31, tzinfo=UTC)
 
@@ -121,12 +122,12 @@ def begun(studies: StudyStore, is_finished: bool) -> StoredStudy:
     study = study_from_mapping(mapping, load_scenario)
     stored = studies.create(study)
     path, keep = studies.path_of(stored.id), studies.keeper_of(stored)
+    if is_finished:
+        return studies.note_end(stored, write_study(study, path, keep=keep))
     with make_executor("inline") as executor, StudyWriter(path, study) as writer:
         options = {"should_stop": lambda: False, "watch": lambda row: None, "keep": keep}
-        end = schedule_runs(study, executor, writer, **options)
-        if is_finished:
-            writer.finish(end)
-    return studies.note_end(stored, end) if is_finished else stored
+        schedule_runs(study, executor, writer, **options)
+    return stored
 
 
 def test_recordings_of_a_study_go_once_it_is_finished_unless_somebody_marked_them(

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from mcap.reader import make_reader
 
-from slipgrasp.core.executors import Cancelled, make_executor
+from slipgrasp.core.executors import Cancelled
 from slipgrasp.core.executors.executor import never
 from slipgrasp.core.executors.inline import InlineExecutor
 from slipgrasp.core.run.simulation import Simulation
@@ -36,10 +36,10 @@ from slipgrasp.recordings.file.state_hash import state_hash
 from slipgrasp.recordings.study import scheduler
 from slipgrasp.recordings.study.reader import open_study
 from slipgrasp.recordings.study.rebuild import RebuildError, rebuild
-from slipgrasp.recordings.study.scheduler import schedule_runs
 from slipgrasp.recordings.study.study_row import StudyRow, row_of
 from slipgrasp.recordings.study.task import StudyRun
-from slipgrasp.recordings.study.writer import RUNS_PER_CHUNK, StudyWriter
+from slipgrasp.recordings.study.writer import RUNS_PER_CHUNK
+from tests.recordings.studying import write_study
 
 pytestmark = pytest.mark.slow
 
@@ -65,17 +65,7 @@ def make_study(**changes) -> Study:
 def run_study(study: Study, path: Path, *, stop_after: int = 10**9) -> list[StudyRow]:
     """Runs it in this process until so many rows are there."""
     seen: list[StudyRow] = []
-    with make_executor("inline") as executor, StudyWriter(path, study) as writer:
-        end = schedule_runs(
-            study,
-            executor,
-            writer,
-            should_stop=lambda: len(seen) >= stop_after,
-            watch=seen.append,
-            keep=lambda member: None,
-        )
-        if end.state == "completed":
-            writer.finish(end)
+    write_study(study, path, seen.append, lambda: len(seen) >= stop_after)
     return seen
 
 
@@ -230,11 +220,8 @@ def test_recordings_are_given_back_as_asked(tmp_path: Path) -> None:
         kept.append(run)
         return "id"
 
-    with make_executor("inline") as executor, StudyWriter(tmp_path / "s.mcap", study) as writer:
-        rows: list[StudyRow] = []
-        schedule_runs(
-            study, executor, writer, should_stop=lambda: False, watch=rows.append, keep=keep
-        )
+    rows: list[StudyRow] = []
+    write_study(study, tmp_path / "s.mcap", rows.append, keep=keep)
     (run,) = kept
     assert [row.recording for row in rows] == [None, "id"]
     path = tmp_path / "run.mcap"
@@ -265,15 +252,7 @@ def test_finished_rows_wait_neither_for_the_next_task_nor_are_lost_in_a_stop(
         seen.append(len(rows))
         return next(asked) > 9
 
-    with StudyWriter(tmp_path / "s.mcap", study) as writer:
-        end = schedule_runs(
-            study,
-            _LateExecutor(),
-            writer,
-            should_stop=should_stop,
-            watch=rows.append,
-            keep=lambda member: None,
-        )
+    end = write_study(study, tmp_path / "s.mcap", rows.append, should_stop, _LateExecutor())
     assert 0 < len(rows) < RUNS_PER_CHUNK
     assert seen[-1] == (0 if waits else len(rows))
     assert end.state == "cancelled" and end.runs == len(rows)

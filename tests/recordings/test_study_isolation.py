@@ -14,20 +14,17 @@ import pytest
 
 from benchmarks.processes import family_of
 from slipgrasp.core.executors.inline import InlineExecutor
-from slipgrasp.core.executors.limits import WorkerLimits
 from slipgrasp.core.executors.processes import ProcessExecutor
 from slipgrasp.core.study.definition import Study
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.recordings.study import scheduler
 from slipgrasp.recordings.study.study_row import StudyRow
-from slipgrasp.recordings.study.writer import StudyWriter
 from tests.recordings import faulty_runs
-from tests.recordings.studying import make_study
+from tests.recordings.studying import make_study, write_study
 from tests.waiting import PATIENCE
 
 pytestmark = pytest.mark.slow
 
-LIMITS = WorkerLimits(memory=600_000_000, task_seconds=2.0)
 KILLS, PAUSE = 6, 0.1
 
 
@@ -41,24 +38,16 @@ def quick_study(runs: int) -> Study:
 
 def run_in_processes(study: Study, path: Path) -> list[StudyRow]:
     rows: list[StudyRow] = []
-    with ProcessExecutor(2, LIMITS) as executor, StudyWriter(path, study) as writer:
-        end = scheduler.schedule_runs(
-            study,
-            executor,
-            writer,
-            should_stop=lambda: False,
-            watch=rows.append,
-            keep=lambda member: None,
-        )
-        writer.finish(end)
+    end = write_study(study, path, rows.append, executor=ProcessExecutor(2))
     assert end.state == "completed"
     return rows
 
 
 @pytest.fixture(scope="module")
 def undisturbed(tmp_path_factory) -> tuple[Study, list[StudyRow]]:
-    study = quick_study(20)
-    return study, run_in_processes(study, tmp_path_factory.mktemp("study") / "whole.mcap")
+    study, rows = quick_study(20), list[StudyRow]()
+    write_study(study, tmp_path_factory.mktemp("study") / "whole.mcap", rows.append)
+    return study, rows
 
 
 def test_a_run_that_breaks_its_worker_costs_that_run_with_its_reason(
@@ -75,7 +64,7 @@ def test_a_run_that_breaks_its_worker_costs_that_run_with_its_reason(
 
 def test_a_study_of_which_six_workers_are_killed_in_a_row_is_the_same_file(tmp_path) -> None:
     study = quick_study(1500)
-    run_in_processes(study, tmp_path / "whole.mcap")
+    write_study(study, tmp_path / "whole.mcap")
     others, killed = set(family_of(os.getpid())), []
 
     def kill_six() -> None:
@@ -103,20 +92,11 @@ def test_recordings_are_kept_as_they_come_and_not_held_until_their_row_is_next(t
         name, num_workers = "last first", 1
 
         def map(self, function, tasks, *, should_stop):
-            with ProcessExecutor(1) as executor:
-                done = list(executor.map(function, tasks, should_stop=should_stop))
-            for finished in done[::-1]:
+            for finished in list(super().map(function, tasks, should_stop=should_stop))[::-1]:
                 yield finished
                 assert finished.result is not None
                 assert finished.result[-1].row.index in kept
 
-    with StudyWriter(tmp_path / "study.mcap", study) as writer:
-        scheduler.schedule_runs(
-            study,
-            LastFirst(),
-            writer,
-            should_stop=lambda: False,
-            watch=lambda row: None,
-            keep=lambda run: str(kept.append(run.row.index)),
-        )
+    keep = lambda run: str(kept.append(run.row.index))  # noqa: E731
+    write_study(study, tmp_path / "study.mcap", executor=LastFirst(), keep=keep)
     assert sorted(kept) == list(range(40)) and kept != sorted(kept)

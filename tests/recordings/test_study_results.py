@@ -8,7 +8,6 @@ import pytest
 from pyarrow import parquet
 
 from slipgrasp.core.run.metrics import metric_names
-from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.recordings.exceptions import QueryError
 from slipgrasp.recordings.study.categories import HELD, PAST_LIMIT, categorize
@@ -69,18 +68,6 @@ def test_there_is_one_row_per_run_with_everything_about_it(study, results):
     )
     kinds = set(results.values("outcome"))
     assert {"completed", "left_face"} <= kinds, "the study shows runs that hold and that do not"
-
-
-@pytest.mark.parametrize("index", [0, 7, 29])
-def test_a_row_holds_the_figures_of_its_run_alone_bit_for_bit(study, results, index):
-    run = simulate(study.scenario_of(index))
-    row = results.row(index)
-
-    assert {name: row[name] for name in metric_names(2)} == run.metrics.flattened()
-    assert {key: row[key] for key in study.keys} == study.values_of(index)
-    assert (row["outcome"], row["end_time"]) == (run.outcome.value, run.end_time)
-    assert row["reason"] == (None if run.reason is None else run.reason.code)
-    assert row["sample"] == index // 2
 
 
 @pytest.mark.parametrize("metric", ["slip_path", "slip_path_1", "final_tracking_error_y"])
@@ -205,17 +192,6 @@ def test_readers_see_whole_rows_while_others_are_added(study):
     assert results.values("object.mass")[-1] == study.values_of(1999)["object.mass"]
 
 
-def test_the_results_of_an_unfinished_study_are_those_so_far(study, results, tmp_path):
-    num_done = run_study(study, tmp_path / "study.mcap", until=20).num_rows
-    assert 20 <= num_done < 30
-
-    so_far = read_results(tmp_path / "study.mcap.part")
-    assert so_far.num_rows == num_done
-    assert so_far.rows()[0] == results.rows(0, num_done)[0]
-    summary = so_far.summary()
-    assert (summary.finished, summary.runs) == (num_done, 30)
-
-
 def test_csv_reads_back_to_the_same_bits(results):
     stream = io.StringIO()
     results.write_csv(stream)
@@ -307,15 +283,6 @@ def test_runs_too_short_to_tell_count_neither_as_held_nor_as_lost(tmp_path):
     assert (one.held, one.share_held, one.too_short) == (0, 0.0, summary.too_short)
     assert (other.too_short, other.share_held) == (0, other.held / 15)
     assert compared.pairs[0].samples == 15 - one.too_short
-
-
-def test_samples_that_ended_with_one_combination_only_are_not_compared(study, results):
-    so_far = StudyResults(study)
-    for index in range(5):
-        so_far.append(lost_row(index, study.values_of(index)))
-
-    assert [one.runs for one in so_far.compare_combinations().combinations] == [3, 2]
-    assert so_far.compare_combinations().pairs[0].samples == 2
 
 
 def test_values_of_several_kinds_and_of_some_runs_only_are_kept_as_they_are():

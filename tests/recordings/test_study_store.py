@@ -8,7 +8,6 @@ from pathlib import Path
 
 import pytest
 
-from slipgrasp.core.executors import make_executor
 from slipgrasp.core.file_lock import try_lock
 from slipgrasp.core.scenario.loading import load_scenario
 from slipgrasp.core.study.definition import Study
@@ -18,10 +17,10 @@ from slipgrasp.recordings.file.atomic_file import part_of
 from slipgrasp.recordings.store.storage_limits import StorageLimits
 from slipgrasp.recordings.store.store import RecordingStore
 from slipgrasp.recordings.study.documents import StudyEnd
-from slipgrasp.recordings.study.scheduler import schedule_runs
 from slipgrasp.recordings.study.stored_study import StudySidecars
 from slipgrasp.recordings.study.study_store import StoredStudy, StudyNotFoundError, StudyStore
 from slipgrasp.recordings.study.writer import StudyWriter
+from tests.recordings.studying import write_study
 
 pytestmark = pytest.mark.slow
 
@@ -48,17 +47,7 @@ def make_study(title: str = "heavier", recordings: str = "none") -> Study:
 
 
 def finish(store: StudyStore, stored: StoredStudy, study: Study) -> StoredStudy:
-    path = store.path_of(stored.id)
-    with make_executor("inline") as executor, StudyWriter(path, study) as writer:
-        end = schedule_runs(
-            study,
-            executor,
-            writer,
-            should_stop=lambda: False,
-            watch=lambda row: None,
-            keep=store.keeper_of(stored),
-        )
-        writer.finish(end)
+    end = write_study(study, store.path_of(stored.id), keep=store.keeper_of(stored))
     return store.note_end(stored, end)
 
 
@@ -72,33 +61,20 @@ def test_a_study_is_there_from_the_moment_it_is_asked_for(store: StudyStore) -> 
     assert (stored.num_runs, stored.keys, stored.title) == (2, ("object.mass",), "heavier")
 
 
-def test_a_finished_study_tells_its_end(store: StudyStore) -> None:
+def test_a_finished_study_tells_its_end_also_without_its_sidecar(
+    store: StudyStore, tmp_path: Path
+) -> None:
     study = make_study()
     stored = finish(store, store.create(study), study)
     assert store.get(stored.id) == stored
     assert stored.end is not None
     assert stored.end.outcomes == {"completed": 2}
     assert store.unfinished() == []
-
-
-def test_without_its_sidecar_a_study_tells_the_same_but_when_it_was_made(
-    store: StudyStore, tmp_path: Path
-) -> None:
-    study = make_study()
-    stored = finish(store, store.create(study), study)
     (tmp_path / "studies" / f"{stored.id}.json").write_bytes(
         b'{"id": "',
     )
     again = store.get(stored.id)
     assert (again.end, again.title, again.keys) == (stored.end, stored.title, stored.keys)
-
-
-def test_an_end_that_was_not_noted_is_read_from_the_file(store: StudyStore) -> None:
-    study = make_study()
-    created = store.create(study)
-    ended = finish(store, created, study)
-    StudySidecars(store.path_of(created.id).parent).write(created)
-    assert store.get(created.id) == ended
 
 
 def test_studies_are_listed_newest_first_and_page_by_page(store: StudyStore) -> None:
@@ -191,38 +167,26 @@ def test_a_study_that_ends_while_others_look_is_always_there(store: StudyStore) 
     assert all(StudySidecars(store.path_of("x").parent).read(i).end == end for i in made)
 
 
-@pytest.mark.parametrize(
-    "document",
-    [
-        {"created": "\ud800"},
-        {"title": "\udfff"},
-        {"created": "yesterday"},
-        {"num_runs": -1},
-        {"num_runs": 10**9},
-        {"end": {"state": "completed", "runs": 3, "outcomes": {}}},
-        {"recordings": "some"},
-        {"keys": None},
-    ],
-)
-def test_a_sidecar_that_cannot_be_true_is_not_believed(
-    store: StudyStore, document: dict[str, object]
-) -> None:
-    study = make_study()
-    stored = finish(store, store.create(study), study)
-    sidecar = store.path_of(stored.id).with_suffix(".json")
-    sidecar.write_text(json.dumps({**json.loads(sidecar.read_text()), **document}))
-    again = store.get(stored.id)
-    assert (again.end, again.title, again.num_runs) == (stored.end, stored.title, 2)
-
-
-def test_the_log_says_what_is_wrong_with_a_sidecar(
+def test_a_sidecar_that_cannot_be_true_is_not_believed_and_the_log_says_why(
     store: StudyStore, caplog: pytest.LogCaptureFixture
 ) -> None:
     study = make_study()
     stored = finish(store, store.create(study), study)
     sidecar = store.path_of(stored.id).with_suffix(".json")
-    sidecar.write_text(json.dumps({**json.loads(sidecar.read_text()), "recordings": "some"}))
-    store.get(stored.id)
+    written = json.loads(sidecar.read_text())
+    for key, value in (
+        ("created", "\ud800"),
+        ("title", "\udfff"),
+        ("created", "yesterday"),
+        ("num_runs", -1),
+        ("num_runs", 10**9),
+        ("end", {"state": "completed", "runs": 3, "outcomes": {}}),
+        ("keys", None),
+        ("recordings", "some"),
+    ):
+        sidecar.write_text(json.dumps({**written, key: value}))
+        again = store.get(stored.id)
+        assert (again.end, again.title, again.num_runs) == (stored.end, stored.title, 2), key
     assert f"the sidecar of study {stored.id}: recordings: Input should be" in caplog.text
 
 

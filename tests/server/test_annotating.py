@@ -33,24 +33,12 @@ def test_name_notes_and_tags_are_changed_one_by_one(client, run) -> None:
     assert Path(run["recording"]).read_bytes() == recorded
 
 
-def test_what_was_written_survives_a_restart(tmp_path) -> None:
-    settings = patient_settings(tmp_path)
-    with serve(settings) as running, running.client() as client:
-        run = client.post("/runs", json=SHORT).json()
-        changed = client.patch(f"/runs/{run['id']}", json={"name": "n", "tags": ["t"]}).json()
-    with serve(settings) as running, running.client() as client:
-        assert client.get(f"/runs/{run['id']}").json() == changed
-        assert client.get("/runs", params={"tag": "t"}).json()["data"] == [changed]
-
-
 @pytest.mark.parametrize(
     ("change", "field", "said"),
     [
         ({"nmae": "x"}, "nmae", "did you mean 'name'"),
         ({"name": None}, "name", "string"),
         ({"name": "x" * 201}, "name", "200"),
-        ({"notes": "x" * 10_001}, "notes", "10000"),
-        ({"tags": "x"}, "tags", "list"),
         ({"tags": ["x" * 65]}, "tags.0", "64"),
         ([], "", "dictionary"),
     ],

@@ -46,17 +46,7 @@ def with_value(key: str, literal: str) -> str:
 
 @pytest.mark.parametrize(
     "literal",
-    [
-        "-1",
-        "1e300",
-        "NaN",
-        "1e999",
-        "9" * 5000,
-        '"1.0"',
-        "true",
-        "[1]",
-        "null",
-    ],
+    ["1e300", "NaN", "9" * 5000, "true", "null"],
 )
 def test_a_mass_that_is_no_sensible_number_is_refused_by_name(client, literal) -> None:
     (error,) = refused(client, with_value("object.mass", literal))
@@ -68,8 +58,6 @@ def test_a_mass_that_is_no_sensible_number_is_refused_by_name(client, literal) -
     ("key", "literal"),
     [
         ("fingers.1.link_masses.1", "NaN"),
-        ("controller.kind", '"theorem-5"'),
-        ("simulation.duration", "1e9"),
         ("title", '"\\u0000"'),
         ("title", '"\\ud800"'),
         ("title", json.dumps("x" * 10_000)),
@@ -89,18 +77,10 @@ def test_a_value_that_is_repeated_is_short_and_printable(client) -> None:
 JSON_TYPE = {"Content-Type": "application/json"}
 
 
-@pytest.mark.parametrize(
-    ("key", "near"),
-    [
-        ("object.masss", "object.mass"),
-        ("fingers.7.friction", "fingers.1.friction"),
-        ("controler.kind", "controller.kind"),
-    ],
-)
-def test_an_unknown_key_is_refused_with_the_nearest_name(client, key, near) -> None:
-    (error,) = refused(client, with_value(key, "1"))
-    assert error["field"] == key
-    assert f"did you mean '{near}'" in error["message"]
+def test_an_unknown_key_is_refused_with_the_nearest_name(client) -> None:
+    (error,) = refused(client, with_value("fingers.7.friction", "1"))
+    assert error["field"] == "fingers.7.friction"
+    assert "did you mean 'fingers.1.friction'" in error["message"]
 
 
 @pytest.mark.parametrize(
@@ -122,22 +102,12 @@ def test_several_wrong_fields_are_all_listed(client) -> None:
     assert {error["field"] for error in errors} == set(values)
 
 
-@pytest.mark.parametrize(
-    ("name", "near"),
-    [("paper-case-3", "paper-case-"), ("../paper-case-1", "paper-case-1"), ("", None)],
-)
-def test_an_unknown_preset_is_refused(client, name, near) -> None:
-    (error,) = refused(client, json.dumps({"scenario": name}))
-    assert error["field"] == "scenario" and "paper-case-1" in error["limit"]
-    assert near is None or near in error["message"]
-
-
-def test_a_file_of_the_machine_is_no_scenario(client, tmp_path) -> None:
+def test_an_unknown_preset_is_refused_and_a_file_of_the_machine_is_none(client, tmp_path) -> None:
     file = tmp_path / "scenario.toml"
     file.write_text("title = 'x'")
-    for name in (str(file), "/etc/passwd", "core/scenario/presets/paper-case-1.toml"):
+    for name in ("paper-case-3", "../paper-case-1", str(file), "/etc/passwd", ""):
         (error,) = refused(client, json.dumps({"scenario": name}))
-        assert error["field"] == "scenario"
+        assert error["field"] == "scenario" and "paper-case-1" in error["limit"]
 
 
 def test_a_file_of_the_machine_is_no_table_of_a_motion(client, tmp_path) -> None:
@@ -155,9 +125,7 @@ def test_a_file_of_the_machine_is_no_table_of_a_motion(client, tmp_path) -> None
     ("body", "field"),
     [
         ("[]", ""),
-        ("null", ""),
         ("{}", "scenario"),
-        ('{"scenario": null}', "scenario"),
         ('{"scenario": 1}', "scenario"),
         ('{"scenario": "paper-case-1", "set": null}', "set"),
         ('{"scenario": "paper-case-1", "sett": {}}', "sett"),
@@ -178,21 +146,19 @@ def test_an_unknown_field_is_refused_with_the_nearest_name(client) -> None:
     "body",
     [
         b"",
-        b"{",
         b'{"scenario": "paper-case-1"}}',
         b'\xef\xbb\xbf{"scenario": "paper-case-1"}',
         b'{"scenario": "paper\xff-case-1"}',
         b'{"scenario": "paper\xed\xa0\x80"}',
         '{"scenario": "paper-case-1"}'.encode("utf-16"),
         b"[" * 100_000 + b"]" * 100_000,
-        b"\0",
     ],
 )
 def test_what_is_no_json_is_unreadable(client, body) -> None:
     refused(client, body, status=400)
 
 
-@pytest.mark.parametrize("depth", [MAX_DEPTH + 1, 500, 900])
+@pytest.mark.parametrize("depth", [MAX_DEPTH + 1, 900])
 def test_a_body_nested_too_deep_is_refused(client, depth) -> None:
     errors = refused(client, with_value("object.mass", "[" * depth + "]" * depth))
     assert f"{MAX_DEPTH} levels" in errors[0]["message"]
@@ -285,7 +251,6 @@ def test_a_body_just_within_the_limit_is_read(server, client) -> None:
         ("DELETE", "/runs", "GET, POST"),
         ("PUT", "/runs/abcdefghijkl", "DELETE, GET, PATCH"),
         ("POST", "/runs/abcdefghijkl/recording", "GET, HEAD"),
-        ("GET", "/recordings", "POST"),
         ("NONSENSE", "/runs", "GET, POST"),
     ],
 )
@@ -309,8 +274,6 @@ def test_an_unknown_path_is_a_problem(client, path) -> None:
     [
         ("limit=0", "limit"),
         ("limit=1000000000", "limit"),
-        ("limit=abc", "limit"),
-        ("offset=-1", "offset"),
         ("offset=" + "9" * 30, "offset"),
         ("ofset=1", "ofset"),
         ("%00=1", "?"),
@@ -326,22 +289,16 @@ def test_a_page_that_cannot_be_is_refused(client, query, field) -> None:
 IDS = [
     "..",
     "%2e%2e%2f%2e%2e%2fetc%2fpasswd",
-    "..%5c..",
     "abcdefghijkl%00",
     "abcdefghijkl%0a",
     "abcdefghijkl.mcap",
     "ABCDEFGHIJKL",
-    "abcdefghijk",
-    "abcdefghijklm",
     "x" * 5000,
     ".",
     "%D0%B0bcdefghijkl",
     "%ff%fe",
     "a%2fb",
-    "a/b",
-    "{run_id}",
     "abcdefghijkl",
-    "null",
 ]
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 
 import httpx2
 import numpy as np
@@ -15,7 +16,6 @@ from slipgrasp.recordings.measured.csv_import import ImportOptions, import_csv
 from slipgrasp.recordings.store.store import RecordingStore
 from tests.server.serving import patient_settings, serve
 from tests.server.test_study_events import read_events
-from tests.server.test_study_restart import service
 from tests.waiting import wait_until
 
 pytestmark = pytest.mark.slow
@@ -152,20 +152,13 @@ def test_a_run_can_be_fitted_and_another_predicted(serving, data):
         ({"recording": "aaaaaaaaaaaa"}, "recording", "GET /runs lists them"),
         ({"held_out": ["../secret"]}, "held_out", "there is no recording"),
         ({"scenario": "paper-case-9"}, "scenario", "there is no preset"),
-        ({"set": {"object.masss": 1.0}}, "object.masss", "did you mean"),
-        ({"free": []}, "free", "at least 1"),
         ({"free": ["object.masss"]}, "free", "did you mean 'object.mass'"),
         ({"free": ["object.mass=5..2"]}, "free", "not a range within"),
-        ({"free": ["object.mass"] * 2}, "free", "free twice"),
         ({"compare": [["object.masss"]]}, "free", "no parameter"),
-        ({"signals": {}}, "signals", "at least 1"),
         ({"signals": {"slip": 0.0}}, "signals.slip", "greater than 0"),
         ({"signals": {"torque": 1.0}}, "signals", "was not measured"),
         ({"nuisance": ["drift"]}, "nuisance.0", "delay"),
-        ({"nuisance": ["force_bias"]}, "nuisance", "needs a force"),
-        ({"starts": 0}, "starts", "greater than or equal to 1"),
         ({"twins": 10_000}, "twins", "1000"),
-        ({"seed": -1}, "seed", "greater than or equal to 0"),
         ({"law": "own"}, "law", "unknown field"),
     ],
 )
@@ -215,23 +208,18 @@ def test_a_fit_shows_its_profiles_while_they_fill(serving, data):
     serving.post(f"/fits/{fit['id']}/cancel")
 
 
-def test_a_fit_whose_service_is_killed_continues_with_the_same_result(
-    tmp_path, done, data, serving
-):
-    run_id = measure(tmp_path)
-    body = request(run_id, twins=20)
-    with service(tmp_path) as (process, client):
-        fit = create(client, body)
-        until(client, fit, lambda now: now["stage"] == "twins" and now["share"] > 0.2)
-        process.kill()
-    journal = tmp_path / "fits" / fit["id"] / "fit.mcap.journal"
-    lines = len(journal.read_bytes().splitlines())
-
-    with service(tmp_path) as (_, client):
+def test_a_fit_whose_service_is_killed_continues_with_the_same_result(tmp_path, data, serving):
+    """What a kill leaves is what lies in the folder at that moment."""
+    fit = create(serving, request(data[1], twins=20))
+    until(serving, fit, lambda now: now["stage"] == "twins" and now["share"] > 0.2)
+    shutil.copytree(data[0], tmp_path / "left")
+    journal = tmp_path / "left" / "fits" / fit["id"] / "fit.mcap.journal"
+    assert len(journal.read_bytes().splitlines()) > 40
+    undisturbed = finished(serving, fit)
+    expected = serving.get(undisturbed["links"]["report_json"].removeprefix("/api/v1")).json()
+    with serve(patient_settings(tmp_path / "left")) as running, running.client() as client:
+        assert client.get(f"/fits/{fit['id']}").json()["state"] in ("queued", "running")
         ended = finished(client, fit)
         report = client.get(f"/fits/{fit['id']}/report.json").json()
-    twice = finished(serving, create(serving, request(data[1], twins=20)))
-    expected = serving.get(f"/fits/{twice['id']}/report.json").json()
-
-    assert lines > 40 and ended["state"] == "completed" and not journal.exists()
+    assert ended["state"] == "completed" and not journal.exists()
     assert json.dumps(report) == json.dumps(expected)

@@ -100,13 +100,9 @@ def test_what_a_full_disk_has_left_of_a_run_is_recovered_once_there_is_room(
     assert not list(kept.path.parent.glob("*.part"))
 
 
-def test_a_preview_is_simulated_and_not_saved(service) -> None:
-    assert service.preview(SHORT).outcome is Outcome.COMPLETED
-    assert service.store.count() == 0
-
-
 def test_a_previewed_run_keeps_its_rows_alone(service: RunService) -> None:
     trace = service.preview(SHORT).trace
+    assert service.store.count() == 0
     buffer = trace.times
     while isinstance(buffer.base, np.ndarray):
         buffer = buffer.base
@@ -175,11 +171,6 @@ def wait_for_load(service: RunService, running: int) -> None:
         lambda: service.load.running == running and not (running == 0 and service.load.waiting),
         lambda: service.load,
     )
-
-
-def test_the_kernel_is_prepared_in_the_background(service) -> None:
-    service.start()
-    wait_until(lambda: service.kernel_is_ready)
 
 
 def test_what_a_killed_service_left_is_recovered_behind_and_told_of(service, monkeypatch) -> None:

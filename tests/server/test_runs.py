@@ -5,8 +5,6 @@ import io
 import json
 import math
 import shutil
-import threading
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +17,7 @@ from slipgrasp.core.trace.types import Outcome
 from slipgrasp.recordings.export import write_csv
 from slipgrasp.recordings.file.reader import read_recording
 from tests.server.running import AT_ONCE
-from tests.server.serving import LONG, RunningServer, patient_settings, serve
+from tests.server.serving import LONG, patient_settings, serve
 from tests.waiting import PATIENCE, wait_until
 
 pytestmark = pytest.mark.slow
@@ -46,38 +44,10 @@ def test_a_posted_run_answers_with_the_summary_id_links_and_path(server, client)
     assert path.is_file() and path.parent == server.data_directory
 
 
-def test_a_posted_run_has_the_keys_of_the_contract(sample_run) -> None:
-    keys = {"outcome", "reason", "end_time", "phase_changes", "estimates", "recording", "metrics"}
-    assert keys | {"id", "links"} <= sample_run.keys()
-    assert sample_run["phase_changes"][0].keys() == {"time", "contact", "from", "to"}
-    assert sample_run["metrics"].keys() >= {
-        "held",
-        "slipping_at_end",
-        "last_slip_time",
-        "slip_path",
-        "peak_normal_force",
-        "minimum_friction_margin",
-        "rms_tracking_error",
-        "final_tracking_error",
-        "torque_effort",
-        "phase_change_count",
-        "spin_path",
-        "spin_end",
-    }
-    assert sample_run["outcome"] == "completed" and sample_run["reason"] is None
-
-
 def test_every_link_of_a_run_leads_somewhere(server, sample_run) -> None:
     with httpx2.Client(base_url=server.url, trust_env=False, timeout=PATIENCE) as client:
         for link in sample_run["links"].values():
             assert client.get(link).status_code == 200
-
-
-def test_values_are_set_by_dotted_key_and_change_the_run(client, sample_run) -> None:
-    values = {"object.mass": 1.4, "fingers.0.friction": 0.3, "simulation.duration": 1}
-    run = client.post("/runs", json={"scenario": "paper-case-1", "set": values}).json()
-    assert run["end_time"] == 1.0
-    assert run["metrics"]["slip_path"] != sample_run["metrics"]["slip_path"]
 
 
 def test_a_preset_sent_back_as_an_object_gives_the_same_run(client, sample_run) -> None:
@@ -92,15 +62,8 @@ def test_a_run_that_physics_ends_early_is_created_too(client) -> None:
     run = answer.json()
     assert answer.status_code == 201
     assert Outcome(run["outcome"]).ended_by_physics and run["end_time"] < 7.0
-    assert run["reason"].keys() == {
-        "code",
-        "message",
-        "contact",
-        "time",
-        "value",
-        "limit",
-        "hint",
-    }
+    keys = {"code", "message", "contact", "time", "value", "limit", "hint"}
+    assert run["reason"].keys() == keys
     assert client.get(f"/runs/{run['id']}").json() == run
 
 
@@ -143,57 +106,21 @@ def test_a_run_is_read_again_as_it_was_answered(client, sample_run) -> None:
     assert client.get(f"/runs/{sample_run['id']}").json() == sample_run
 
 
-@pytest.mark.parametrize("preset", ["spatial-box", "spatial-prism"])
-def test_a_hand_in_space_is_simulated_stored_and_told_as_one_in_the_plane(client, preset) -> None:
-    asked = {"scenario": preset, "set": {"simulation.duration": 0.1}}
-    made = client.post("/runs", json=asked).json()
-    assert made["outcome"] == "completed"
-    assert {change["to"] for change in made["phase_changes"]} == {"slip", "stick"}
-    assert client.get(f"/runs/{made['id']}").json() == made
-    names = {"names": "slip_x_0,slip_y_0"}
-    signals = client.get(f"/runs/{made['id']}/signals", params=names).json()["signals"]
-    assert max(signals["slip_x_0"]) > 0.0
-
-
-def test_a_gripper_is_simulated_and_its_slides_have_their_units(client) -> None:
-    asked = {"scenario": "gripper-lift", "set": {"controller.grip_force": 8.0}}
-    made = client.post("/runs", json=asked).json()
-    assert made["metrics"]["held"] and made["metrics"]["slip_path"] == [0.0, 0.0]
-    names = {"names": "joint_position_0_0,joint_velocity_0_0,torque_1_0"}
-    signals = client.get(f"/runs/{made['id']}/signals", params=names).json()
-    assert list(signals["units"].values())[-3:] == ["m", "m/s", "N"]
-    assert signals["signals"]["torque_1_0"][-1] == pytest.approx(-8.0)
-
-
-def test_runs_are_listed_newest_first_page_by_page(tmp_path) -> None:
-    short = {"scenario": "paper-case-1", "set": {"simulation.duration": 0.1}}
-    with serve(patient_settings(tmp_path)) as running, running.client() as client:
-        listed = client.get("/runs").json()
-        none = {"data": [], "count": 0, "unread": 0, "links": {}}
-        assert listed == none
-        made = [client.post("/runs", json=short).json() for _ in range(5)]
-        newest = made[::-1]
-        assert client.get("/runs").json() == {**none, "data": newest, "count": 5}
-        page = client.get("/runs", params={"limit": 2, "offset": 1}).json()
-        assert (page["data"], page["count"]) == (newest[1:3], 5)
-        beyond = client.get("/runs", params={"offset": 10**9}).json()
-        assert (beyond["data"], beyond["count"]) == ([], 5)
-
-
 def test_the_links_of_a_page_lead_through_all_pages_and_back(tmp_path) -> None:
     short = {"scenario": "paper-case-1", "set": {"simulation.duration": 0.01}}
     with serve(patient_settings(tmp_path)) as running, running.client() as client:
+        none = {"data": [], "count": 0, "unread": 0, "links": {}}
+        assert client.get("/runs").json() == none
         made = [client.post("/runs", json=short).json()["id"] for _ in range(5)]
+        beyond = client.get("/runs", params={"offset": 10**9}).json()
+        assert (beyond["data"], beyond["count"]) == ([], 5)
         page = client.get("/runs", params={"limit": 2, "text": "CASE I", "sort": "created"}).json()
         pages = [page]
         while "next" in page["links"]:
             page = client.get(f"{running.url}{page['links']['next']}").json()
             pages.append(page)
-        assert [[run["id"] for run in page["data"]] for page in pages] == [
-            made[:2],
-            made[2:4],
-            made[4:],
-        ]
+        ids = [[run["id"] for run in page["data"]] for page in pages]
+        assert ids == [made[:2], made[2:4], made[4:]]
         before = client.get(f"{running.url}{page['links']['prev']}").json()
         assert before == pages[1] and "prev" not in pages[0]["links"]
 
@@ -233,21 +160,11 @@ def test_signals_are_chosen_by_column_or_by_signal_in_the_order_asked(client, sa
     names = "slip, t,times,torque_1_0,estimates,object_velocity"
     signals = client.get(f"/runs/{sample_run['id']}/signals", params={"names": names}).json()
     unknowns = list(sample_run["estimates"])
-    assert list(signals["signals"]) == [
-        "slip_0",
-        "slip_1",
-        "t",
-        "torque_1_0",
-        *(f"estimate_{key}" for key in unknowns),
-        "object_velocity_x",
-        "object_velocity_y",
-        "object_velocity_theta",
-    ]
-    assert (
-        signals["units"]["torque_1_0"] == "N m" and signals["units"]["estimate_object.mass"] == "kg"
-    )
-    assert signals["units"]["object_velocity_theta"] == "rad/s"
-    assert signals["signals"]["t"][-1] == 7.0
+    velocity = [f"object_velocity_{name}" for name in ("x", "y", "theta")]
+    estimates = [f"estimate_{key}" for key in unknowns]
+    told = ["slip_0", "slip_1", "t", "torque_1_0", *estimates, *velocity]
+    assert list(signals["signals"]) == told
+    assert signals["units"]["torque_1_0"] == "N m"
     final = {key: signals["signals"][f"estimate_{key}"][-1] for key in unknowns}
     assert final == sample_run["estimates"]
 
@@ -289,7 +206,7 @@ def test_a_run_whose_file_vanished_is_not_found(server, client) -> None:
     assert run["id"] not in [listed["id"] for listed in client.get("/runs").json()["data"]]
 
 
-@pytest.mark.parametrize("content", [b"", b"\x89", b"\x89MCAP0\r\n", b"\0" * 5000])
+@pytest.mark.parametrize("content", [b"", b"\x89MCAP0\r\n"])
 def test_a_damaged_recording_is_said_to_be_damaged(tmp_path, content) -> None:
     (tmp_path / "abcdefghijkl.mcap").write_bytes(content)
     with serve(patient_settings(tmp_path)) as running, running.client() as client:
@@ -300,18 +217,6 @@ def test_a_damaged_recording_is_said_to_be_damaged(tmp_path, content) -> None:
             answer = client.get(f"/runs/abcdefghijkl/{part}")
             assert answer.status_code == 422 and answer.json()["errors"]
         assert client.get("/runs/abcdefghijkl/recording").content == content
-
-
-def test_a_link_in_the_data_folder_is_not_followed(tmp_path) -> None:
-    secret = tmp_path / "secret"
-    secret.write_text("secret")
-    folder = tmp_path / "data"
-    folder.mkdir()
-    (folder / "abcdefghijkl.mcap").symlink_to(secret)
-    with serve(patient_settings(folder)) as running, running.client() as client:
-        listed = client.get("/runs").json()
-        assert listed == {"data": [], "count": 0, "unread": 0, "links": {}}
-        assert client.get("/runs/abcdefghijkl/recording").status_code == 404
 
 
 def test_the_service_answers_while_it_simulates(tmp_path) -> None:
@@ -341,22 +246,6 @@ def test_a_full_queue_is_answered_with_when_to_come_back(tmp_path) -> None:
             client.post(f"/runs/{run['id']}/stop")
         wait_for_health(client, running=0, waiting=0)
         assert client.post("/runs", json=SHORT).status_code == 201
-
-
-def test_a_server_that_is_stopped_does_not_wait_for_long_runs(tmp_path) -> None:
-    with serve(patient_settings(tmp_path)) as running, running.client() as client:
-        runner = threading.Thread(target=post_and_forget, args=(running,))
-        runner.start()
-        wait_for_health(client, running=1)
-    runner.join()
-    with serve(patient_settings(tmp_path)) as running, running.client() as client:
-        (run,) = client.get("/runs").json()["data"]
-    assert run["outcome"] == "stopped"
-
-
-def post_and_forget(running: RunningServer) -> None:
-    with running.client() as client, suppress(httpx2.HTTPError):
-        client.post("/runs", json=LONG, headers={"Prefer": "wait=30"})
 
 
 def test_every_number_of_an_answer_is_finite(client, sample_run) -> None:

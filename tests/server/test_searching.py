@@ -35,26 +35,13 @@ def runs(library: httpx2.Client) -> list[dict[str, Any]]:
     return [library.get(f"/runs/{run['id']}").json() for run in made]
 
 
-def test_the_example_runs_differ(runs) -> None:
-    assert [run["preset"] for run in runs] == ["paper-case-1", "paper-case-2", ""]
-    assert [run["outcome"] == "completed" for run in runs] == [True, True, False]
-
-
 @pytest.mark.parametrize(
     ("query", "expected"),
     [
-        ("preset=paper-case-1", [0]),
         ("preset=", [2]),
-        ("controller=theorem-4&preset=paper-case-2", [1]),
-        ("outcome=completed", [1, 0]),
-        ("tag=b", [1, 0]),
-        ("tag=b&tag=a", [0]),
-        ("text=strasse", [0]),
-        ("text=SLIPPERY", [1]),
-        ("metric=end_time<=0.3&sort=created", [1, 2]),
-        ("metric=end_time%3E0.4&metric=held=false", [0]),
-        ("sort=-end_time", [0, 1, 2]),
-        ("sort=created&offset=1&limit=1", [1]),
+        ("controller=theorem-4&preset=paper-case-2&outcome=completed", [1]),
+        ("tag=b&tag=a&text=strasse", [0]),
+        ("metric=end_time%3E0.2&metric=held=false&sort=created&limit=1", [0]),
         ("created_from=2000-01-01&created_to=2999-01-01", [2, 1, 0]),
         ("created_to=2000-01-01T00:00:00Z", []),
     ],
@@ -80,11 +67,9 @@ def test_a_law_that_became_known_later_can_be_searched_for(library, runs) -> Non
     ("query", "field", "near"),
     [
         ("tga=x", "tga", "did you mean 'tag'"),
-        ("controler=theorem-4", "controler", "did you mean 'controller'"),
         ("preset=paper-case-3", "preset", "did you mean 'paper-case-"),
         ("controller=theorem-5", "controller", "did you mean 'theorem-"),
         ("outcome=complete", "outcome", "did you mean 'completed'"),
-        ("sort=creatd", "sort", "did you mean 'created'"),
         ("metric=slip_pth_0<1", "metric", "did you mean 'slip_path_0'"),
         ("created_from=yesterday", "created_from", "ISO 8601"),
         ("text=" + "x" * 201, "text", "200"),

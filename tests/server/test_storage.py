@@ -10,7 +10,6 @@ from pathlib import Path
 import pytest
 
 from slipgrasp.recordings.exceptions import FolderInUseError, RecordingWriteError
-from slipgrasp.recordings.store.store import RecordingStore
 from slipgrasp.server.service_lock import LOCK_NAME, check_not_served, service_lock
 from tests.server.serving import patient_settings, serve
 
@@ -25,40 +24,21 @@ def test_beyond_the_quota_no_run_is_begun_until_another_is_deleted(tmp_path) -> 
     with serve(settings) as running, running.client() as client:
         answer = client.post("/runs", json=SHORT)
         assert answer.status_code == answer.json()["status"] == 507
-        assert answer.json()["title"] == "Insufficient Storage"
         assert "the recordings in the data folder use" in answer.json()["detail"]
         assert str(tmp_path) not in answer.text
-        assert "delete some, or raise the quota" in answer.json()["detail"]
         assert client.get("/health").json()["running"] == 0
         assert client.delete(f"/runs/{run['id']}").status_code == 204
         assert client.post("/runs", json=SHORT).status_code == 201
-
-
-def test_no_run_is_begun_where_the_disk_would_fill_up(tmp_path) -> None:
-    settings = patient_settings(tmp_path, min_free_bytes=1 << 50)
-    with serve(settings) as running, running.client() as client:
-        answer = client.post("/runs", json=SHORT)
-        assert answer.status_code == 507 and "1126 TB must stay free" in answer.json()["detail"]
-        assert str(tmp_path) not in answer.text
-        assert client.get("/runs").json()["count"] == 0
 
 
 def test_a_folder_that_is_served_is_refused_to_a_second_service(tmp_path) -> None:
     with serve(patient_settings(tmp_path)):
         with pytest.raises(FolderInUseError) as refusal:
             check_not_served(tmp_path)
-        assert str(tmp_path) in str(refusal.value) and f"process {os.getpid()}" in str(
-            refusal.value
-        )
-        assert "\n" not in str(refusal.value)
+        told = str(refusal.value)
+        assert str(tmp_path) in told and f"process {os.getpid()}" in told and "\n" not in told
         assert (tmp_path / LOCK_NAME).read_text() == str(os.getpid())
     check_not_served(tmp_path)
-
-
-def test_runs_can_be_saved_into_a_folder_that_is_served(tmp_path, short_result) -> None:
-    with serve(patient_settings(tmp_path)) as running, running.client() as client:
-        stored = RecordingStore(tmp_path).save(short_result)
-        assert [run["id"] for run in client.get("/runs").json()["data"]] == [stored.id]
 
 
 HOLD = """

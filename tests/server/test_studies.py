@@ -30,13 +30,15 @@ HUGE = {
 }
 
 
-@pytest.fixture
-def occupied(tmp_path):
+@pytest.fixture(scope="module")
+def occupied(tmp_path_factory):
     """A service that is at a long study, with a client and that study."""
-    settings = patient_settings(tmp_path, study_executor="inline", max_studies_waiting=1)
+    folder = tmp_path_factory.mktemp("occupied")
+    settings = patient_settings(folder, study_executor="inline", max_studies_waiting=1)
     with serve(settings) as running, running.client() as client:
         study = create(client, LONG)
-        yield client, study
+        until(client, study, lambda now: now["finished"] > 0)
+        yield client, study, folder
         client.post(f"/studies/{study['id']}/cancel")
 
 
@@ -54,14 +56,13 @@ def test_a_study_is_taken_on_at_once_and_found_where_location_says(studies, stud
         assert client.get(answer.headers["location"]).status_code == 200
 
 
-def test_a_study_ends_completed_with_an_outcome_for_every_run(studies, finished_study):
+def test_a_finished_study_counts_its_outcomes_and_its_links_lead_somewhere(
+    studying, finished_study
+):
     assert finished_study["state"] == "completed"
     assert finished_study["finished"] == sum(finished_study["outcomes"].values()) == 40
     assert finished_study["rate"] is None and finished_study["time_left"] is None
     assert finished_study["message"] == "" and finished_study["warnings"] == []
-
-
-def test_every_link_of_a_finished_study_leads_somewhere(studying, finished_study):
     with httpx2.Client(base_url=studying.url, trust_env=False, timeout=PATIENCE) as client:
         for link in finished_study["links"].values():
             assert client.get(link).status_code == 200, link
@@ -154,14 +155,6 @@ def test_what_is_no_study_is_refused(studies, body):
     assert answer.status_code == 422 and answer.json()["errors"]
 
 
-def test_one_key_makes_one_study(studies):
-    first = studies.post("/studies", json=QUICK, headers={"Idempotency-Key": "one"})
-    again = studies.post("/studies", json=QUICK, headers={"Idempotency-Key": "one"})
-
-    assert (first.status_code, again.status_code) == (202, 202)
-    assert again.headers["location"] == first.headers["location"]
-
-
 def test_requests_with_one_key_that_arrive_at_once_make_one_study(studying):
     before = threading.Barrier(3)
 
@@ -183,14 +176,6 @@ def test_a_key_is_not_taken_for_another_study(studies):
 
     assert answer.status_code == 422
     assert study["id"] in answer.json()["detail"] and "new key" in answer.json()["detail"]
-
-
-def test_a_key_outlives_the_service(tmp_path):
-    settings = patient_settings(tmp_path, study_executor="inline")
-    with serve(settings) as running, running.client() as client:
-        study = finished(client, create(client, QUICK, key="kept"))
-    with serve(settings) as running, running.client() as client:
-        assert create(client, QUICK, key="kept") == study
 
 
 def test_studies_are_listed_newest_first_page_by_page(studies, finished_study):
@@ -236,61 +221,43 @@ def test_an_unknown_study_is_not_found(studies, method, rest, study_id):
     assert answer.headers["content-type"] == "application/problem+json"
 
 
-def test_cancelling_ends_a_study_in_the_middle_and_can_be_repeated(occupied):
-    client, study = occupied
-    until(client, study, lambda now: now["state"] == "running")
-
-    answers = [client.post(f"/studies/{study['id']}/cancel") for _ in range(2)]
-    ended = finished(client, study)
-
-    assert [answer.status_code for answer in answers] == [202, 202]
-    assert ended["state"] == "cancelled" and ended["finished"] < study["num_runs"]
-    assert client.post(f"/studies/{study['id']}/cancel").json() == ended
-
-
-def test_what_is_done_of_a_cancelled_study_stays(tmp_path):
+def test_cancelling_ends_a_study_in_the_middle_for_the_next_and_can_be_repeated(tmp_path):
     settings = patient_settings(tmp_path, study_executor="inline")
     with serve(settings) as running, running.client() as client:
-        study = create(client, LONG)
+        study, waiting = create(client, LONG), create(client, QUICK)
         until(client, study, lambda now: now["finished"] > 0)
-        client.post(f"/studies/{study['id']}/cancel")
+        answers = [client.post(f"/studies/{study['id']}/cancel") for _ in range(2)]
         ended = finished(client, study)
         page = client.get(f"/studies/{study['id']}/results").json()
         client.get(f"/studies/{study['id']}/recording").raise_for_status()
+        assert client.post(f"/studies/{study['id']}/cancel").json() == ended
+        assert finished(client, waiting)["state"] == "completed"
 
-    assert 0 < ended["finished"] < study["num_runs"]
+    assert [answer.status_code for answer in answers] == [202, 202]
+    assert ended["state"] == "cancelled" and 0 < ended["finished"] < study["num_runs"]
     assert page["count"] == ended["finished"] == sum(ended["outcomes"].values())
 
 
 def test_one_study_runs_at_a_time_and_those_that_wait_are_bounded(occupied):
-    client, study = occupied
-    until(client, study, lambda now: now["state"] == "running")
+    client, study, _ = occupied
     waiting = create(client, QUICK)
-
     refused = client.post("/studies", json=QUICK)
-
+    none_yet = client.post(f"/studies/{waiting['id']}/results/0/recording")
+    cancelled = client.post(f"/studies/{waiting['id']}/cancel").json()
     assert waiting["state"] == "queued" and waiting["rate"] is None
     assert refused.status_code == 503 and refused.headers["retry-after"] == "5"
     assert "1 studies or fits are waiting already" in refused.json()["detail"]
-    client.post(f"/studies/{study['id']}/cancel")
-    assert finished(client, waiting)["state"] == "completed"
-
-
-def test_a_study_that_waits_is_cancelled_at_once(occupied):
-    client, study = occupied
-    waiting = create(client, QUICK)
-
-    cancelled = client.post(f"/studies/{waiting['id']}/cancel").json()
-
+    assert none_yet.status_code == 404
+    assert "no result of run 0, and none yet of any, of 40 runs" in none_yet.json()["detail"]
     assert cancelled["state"] == "cancelled" and cancelled["finished"] == 0
     assert client.get(f"/studies/{study['id']}").json()["state"] == "running"
 
 
-def test_a_study_whose_file_is_complete_has_ended_as_that_says(occupied, tmp_path):
-    client, _ = occupied
+def test_a_study_whose_file_is_complete_has_ended_as_that_says(occupied):
+    client, _, folder = occupied
     waiting = create(client, QUICK)
     # As if the service had failed between the end of the file and its own note of it.
-    file = tmp_path / "studies" / f"{waiting['id']}.mcap"
+    file = folder / "studies" / f"{waiting['id']}.mcap"
     with StudyWriter(file, read_study(QUICK, 1000)) as writer:
         writer.finish(StudyEnd(state="cancelled", runs=0, outcomes={}, message="elsewhere"))
 
@@ -298,16 +265,6 @@ def test_a_study_whose_file_is_complete_has_ended_as_that_says(occupied, tmp_pat
 
     assert (ended["state"], ended["message"]) == ("cancelled", "elsewhere")
     assert "recording" in ended["links"]
-
-
-def test_a_study_without_results_says_that_there_are_none_yet(occupied):
-    client, _ = occupied
-    waiting = create(client, QUICK)
-
-    answer = client.post(f"/studies/{waiting['id']}/results/0/recording")
-
-    assert answer.status_code == 404
-    assert "no result of run 0, and none yet of any, of 40 runs" in answer.json()["detail"]
 
 
 def test_a_study_that_may_not_find_room_is_told_how_much_it_may_take(tmp_path):
@@ -320,7 +277,7 @@ def test_a_study_that_may_not_find_room_is_told_how_much_it_may_take(tmp_path):
 
 
 def test_an_unfinished_study_is_neither_deleted_nor_downloaded(occupied):
-    client, study = occupied
+    client, study, _ = occupied
 
     for answer in (
         client.delete(f"/studies/{study['id']}"),

@@ -125,7 +125,7 @@ def test_every_row_is_told_once_in_order(studies, finished_study):
     assert rows == page["data"]
 
 
-@pytest.mark.parametrize("seen", [0, 1, 20, 39, 40])
+@pytest.mark.parametrize("seen", [0, 20, 40])
 def test_who_comes_back_is_told_the_rows_from_there_on(studies, finished_study, seen):
     events = all_events(studies, finished_study, seen, rows=True)
 

@@ -13,12 +13,11 @@ from pathlib import Path
 import httpx2
 import pytest
 
-from slipgrasp.core.executors import make_executor
 from slipgrasp.recordings.exceptions import RecordingWriteError
 from slipgrasp.recordings.study.reader import open_study
-from slipgrasp.recordings.study.scheduler import schedule_runs
 from slipgrasp.recordings.study.writer import StudyWriter
 from slipgrasp.server.studies.schemas import read_study
+from tests.recordings.studying import write_study
 from tests.server.serving import patient_settings, serve
 from tests.server.studying import LONG, QUICK, create, finished, until
 from tests.waiting import PATIENCE
@@ -28,7 +27,7 @@ pytestmark = pytest.mark.slow
 ROOT = Path(__file__).parents[2]
 BODY = {
     **QUICK,
-    "set": {"simulation.duration": 2.0},
+    "set": {"simulation.duration": 1.0},
     "sampling": {"method": "random", "runs": 100, "seed": 5},
 }
 
@@ -37,17 +36,7 @@ BODY = {
 def undisturbed(tmp_path_factory) -> bytes:
     """The file of the study as it is if nothing happens, computed here."""
     path = tmp_path_factory.mktemp("undisturbed") / "study.mcap"
-    study = read_study(BODY, 1000)
-    with make_executor("inline") as executor, StudyWriter(path, study) as writer:
-        end = schedule_runs(
-            study,
-            executor,
-            writer,
-            should_stop=lambda: False,
-            watch=lambda row: None,
-            keep=lambda member: None,
-        )
-        writer.finish(end)
+    write_study(read_study(BODY, 1000), path)
     return path.read_bytes()
 
 

@@ -2,11 +2,9 @@
 
 import asyncio
 import threading
-from collections.abc import Sequence
 from concurrent.futures import Future
-from zipfile import ZipFile
 
-from viser import IconName, _gui_api, _icons, _scene_api
+from viser import _gui_api, _scene_api
 from viser._messages import ResetGuiMessage
 from viser.infra import _infra
 
@@ -14,26 +12,6 @@ from slipgrasp.server.viewer.server import MAX_THREADS, ViewerServer
 from tests.waiting import PATIENCE
 
 MANY = 40
-
-
-def test_icons_are_read_once_however_many_a_page_has():
-    with ZipFile(_icons.ICONS_DIR / "tabler-icons.zip") as archive:
-        icons = [IconName(name.removesuffix(".svg")) for name in archive.namelist()[1 : MANY + 1]]
-    server = ViewerServer()
-    try:
-        reads = [_reads(server, icons) for _ in range(2)]
-    finally:
-        server.stop()
-    assert reads == [MANY, 0]
-
-
-def test_annotations_are_evaluated_once_per_class_of_elements():
-    server = ViewerServer()
-    try:
-        one, other = (server.scene.add_frame(name) for name in ("/one", "/other"))
-    finally:
-        server.stop()
-    assert one._prop_hints is other._prop_hints
 
 
 def test_callbacks_run_in_few_threads():
@@ -90,11 +68,3 @@ def test_messages_of_other_threads_wake_the_sender_in_its_loop_alone() -> None:
     here = threading.current_thread().name
     for is_batch in (False, True):
         assert asyncio.run(send_from_a_thread(is_batch)) == ["still waiting", here]
-
-
-def _reads(server: ViewerServer, icons: Sequence[IconName]) -> int:
-    """How often viser looks into its archive for buttons with these icons."""
-    before = _icons.svg_from_icon.cache_info().misses
-    for icon in icons:
-        server.gui.add_button("", icon=icon)
-    return _icons.svg_from_icon.cache_info().misses - before

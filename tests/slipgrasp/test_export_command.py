@@ -93,34 +93,25 @@ def test_a_reader_that_has_seen_enough_is_no_error(slipgrasp, recording):
     reading_end, writing_end = os.pipe()
     os.close(reading_end)
     with os.fdopen(writing_end, "w") as pipe:
-        done = subprocess.run(
-            slipgrasp.command("export", recording),
-            cwd=slipgrasp.folder,
-            env=slipgrasp.environment,
-            stdout=pipe,
-            stderr=subprocess.PIPE,
-            text=True,
-        )
-
-    assert (done.returncode, without_waiting(done.stderr)) == (0, "")
+        assert exported_to(pipe, slipgrasp, recording) == (0, "")
 
 
 def test_an_output_that_takes_nothing_is_told_in_one_line(slipgrasp, recording):
+    words = "slipgrasp: cannot write the output: No space left on device\n"
     with open("/dev/full", "w") as full:
-        done = subprocess.run(
-            slipgrasp.command("export", recording),
-            cwd=slipgrasp.folder,
-            env=slipgrasp.environment,
-            stdout=full,
-            stderr=subprocess.PIPE,
-            text=True,
-        )
+        assert exported_to(full, slipgrasp, recording) == (4, words)
 
-    assert done.returncode == 4
-    assert (
-        without_waiting(done.stderr)
-        == "slipgrasp: cannot write the output: No space left on device\n"
+
+def exported_to(stream, slipgrasp, *arguments):
+    """Status, and what is complained of, of an export to a stream."""
+    done = subprocess.run(
+        slipgrasp.command("export", *arguments),
+        cwd=slipgrasp.folder,
+        env=slipgrasp.environment,
+        stdout=stream,
+        stderr=subprocess.PIPE,
     )
+    return done.returncode, without_waiting(done.stderr.decode())
 
 
 def reads_as(path):
@@ -141,42 +132,25 @@ def test_the_ending_of_the_output_chooses_the_format(slipgrasp, recording, run, 
 
 
 def test_binary_tables_can_go_to_a_pipe(slipgrasp, recording, run, tmp_path):
-    done = subprocess.run(
-        slipgrasp.command("export", recording, "--format", "parquet"),
-        cwd=slipgrasp.folder,
-        env=slipgrasp.environment,
-        capture_output=True,
-        check=True,
-    )
-
     table = tmp_path / "piped.parquet"
-    table.write_bytes(done.stdout)
+    with table.open("wb") as stream:
+        assert exported_to(stream, slipgrasp, recording, "--format", "parquet") == (0, "")
     assert reads_as(table).tobytes() == run.trace.slip[:, 0].tobytes()
 
 
 def test_binary_tables_are_kept_from_a_terminal(slipgrasp, recording):
     terminal, its_end = pty.openpty()
+    words = "slipgrasp: npz is not for a terminal; name a file with --output\n"
     with os.fdopen(its_end, "w") as screen:
-        done = subprocess.run(
-            slipgrasp.command("export", recording, "--format", "npz"),
-            cwd=slipgrasp.folder,
-            env=slipgrasp.environment,
-            stdout=screen,
-            stderr=subprocess.PIPE,
-            text=True,
-        )
+        assert exported_to(screen, slipgrasp, recording, "--format", "npz") == (2, words)
     os.close(terminal)
 
-    assert done.returncode == 2
-    assert done.stderr == ("slipgrasp: npz is not for a terminal; name a file with --output\n")
 
-
-def test_an_output_without_a_known_ending_needs_a_format(slipgrasp, recording, tmp_path):
-    refused = slipgrasp("export", recording, "--output", "run.txt")
+def test_an_output_without_a_known_ending_needs_a_format(in_process, recording, tmp_path):
+    refused = in_process("export", recording, "--output", "run.txt")
     assert refused.returncode == 2
     assert "does not end with a format" in refused.stderr
-
-    done = slipgrasp("export", recording, "--output", "run.txt", "--format", "csv")
+    done = in_process("export", recording, "--output", "run.txt", "--format", "csv")
     assert done.returncode == 0
     assert (tmp_path / "run.txt").read_text().startswith("t,x,y,theta,")
 

@@ -1,12 +1,8 @@
 """``slipgrasp fit`` on the command line: report, page, interruption, bad input."""
 
 import json
-import signal
-import time
 
 import pytest
-
-from tests.waiting import PATIENCE
 
 TRUTH = ("object.mass=1.13", "fingers.0.friction=0.27", "fingers.1.friction=0.23")
 FIT = (
@@ -56,28 +52,6 @@ def test_a_table_is_fitted_and_reported_as_json_and_as_a_page(slipgrasp, in_proc
     ).replace("http://creativecommons.org", "")
     again = in_process("fit", *table, *FIT, "--output", "fit.mcap")
     assert (again.returncode, "already exists" in again.stderr) == (2, True)
-
-
-@pytest.mark.slow
-def test_a_fit_that_is_killed_continues_with_the_same_result(slipgrasp, in_process, table):
-    command = ("fit", *table, *FIT, "--twins", "3", "--output")
-    assert in_process(*command, "whole.mcap").returncode == 0
-    process = slipgrasp.start(*command, "killed.mcap")
-    journal = slipgrasp.folder / "killed.mcap.journal"
-    deadline = time.monotonic() + PATIENCE
-    while not journal.exists() or journal.stat().st_size < 100_000:
-        assert time.monotonic() < deadline
-        assert process.poll() is None, process.communicate()
-        time.sleep(0.01)
-    process.send_signal(signal.SIGKILL)
-    process.communicate()
-    assert not (slipgrasp.folder / "killed.mcap").exists()
-    assert in_process(*command, "killed.mcap").returncode == 0
-
-    for ending in ("mcap", "json", "html"):
-        files = [slipgrasp.folder / f"{name}.{ending}" for name in ("whole", "killed")]
-        assert files[0].read_bytes() == files[1].read_bytes()
-    assert not journal.exists()
 
 
 @pytest.mark.parametrize(

@@ -119,11 +119,6 @@ def test_foreign_packages_of_the_old_names_are_what_is_imported_beside_the_insta
     assert "the foreign core" in done.stderr
 
 
-def test_the_installed_interface_loads_a_scenario_beside_foreign_packages(installed):
-    code = "import slipgrasp; print(slipgrasp.load_scenario('paper-case-1').object.mass)"
-    assert float(output_of(installed, installed.python, "-c", code)) > 0.0
-
-
 def test_the_installed_command_simulates_beside_foreign_packages(installed):
     asked = ("run", "paper-case-1", "--set", "simulation.duration=0.05", "--json")
     told = json.loads(output_of(installed, installed.command, *asked))

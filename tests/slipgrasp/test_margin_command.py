@@ -29,21 +29,13 @@ def answer(slipgrasp, *arguments, status=0):
     return json.loads(done.stdout)
 
 
-def test_margin_prints_one_json_object_with_the_keys_of_the_contract(slipgrasp):
+def test_margin_prints_one_object_and_keeps_the_runs_of_both_sides(slipgrasp):
     found = answer(slipgrasp, *MARGIN)
-
     assert set(found) >= KEYS
-    assert found["key"] == "object.mass"
+    assert found["key"] == "object.mass" and found["unit"] == "kg"
     assert 1.0 < found["held_at"] < found["lost_at"] < 5.0
     assert found["lost_at"] - found["held_at"] <= 0.004
-    assert found["outcome"] == "diverged"
-    assert "singular" in found["reason"]
-    assert found["unit"] == "kg"
-
-
-def test_both_recordings_are_in_the_data_directory_and_hold_the_runs_of_both_sides(slipgrasp):
-    found = answer(slipgrasp, *MARGIN)
-
+    assert found["outcome"] == "diverged" and "singular" in found["reason"]
     held, lost = map(Path, found["recordings"])
     assert held.parent == lost.parent == slipgrasp.data
     for path, mass, is_held in (
@@ -59,28 +51,19 @@ def test_both_recordings_are_in_the_data_directory_and_hold_the_runs_of_both_sid
     assert {run.path for run in stored} == {held, lost}
 
 
-def test_recordings_can_go_to_a_folder_that_is_made(slipgrasp, tmp_path):
-    found = answer(slipgrasp, *MARGIN, "--output", "there/mass")
-
-    folder = tmp_path / "there" / "mass"
-    assert found["recordings"] == [str(folder / "held.mcap"), str(folder / "lost.mcap")]
-    assert read_recording(folder / "held.mcap").metrics.held
-    assert not read_recording(folder / "lost.mcap").metrics.held
-    assert slipgrasp.saved() == []
-
-
-def test_existing_recordings_are_replaced_only_on_request(slipgrasp, tmp_path):
+def test_recordings_go_to_a_folder_where_they_replace_others_only_on_request(slipgrasp, tmp_path):
     (tmp_path / "lost.mcap").write_text("precious")
-
     refused = slipgrasp("margin", *MARGIN, "--output", ".")
-
     assert refused.returncode == 2
     assert "already exists" in refused.stderr
     assert (tmp_path / "lost.mcap").read_text() == "precious"
     assert not (tmp_path / "held.mcap").exists()
-
-    answer(slipgrasp, *MARGIN, "--output", ".", "--force")
-    assert not read_recording(tmp_path / "lost.mcap").metrics.held
+    for folder, force in ((tmp_path, ["--force"]), (tmp_path / "there" / "mass", [])):
+        found = answer(slipgrasp, *MARGIN, "--output", folder, *force)
+        assert found["recordings"] == [str(folder / "held.mcap"), str(folder / "lost.mcap")]
+        assert read_recording(folder / "held.mcap").metrics.held
+        assert not read_recording(folder / "lost.mcap").metrics.held
+    assert slipgrasp.saved() == []
 
 
 def test_rotation_of_the_held_object_is_reported_as_not_limited(slipgrasp, tmp_path):
@@ -156,12 +139,8 @@ ENDS = ("--from", "1", "--to", "5")
 )
 def test_bad_input_exits_with_2_in_one_clear_line_and_saves_nothing(slipgrasp, arguments, message):
     done = slipgrasp("margin", *arguments)
-
-    assert done.returncode == 2
-    assert message in done.stderr
-    assert done.stderr.count("\n") == 1
-    assert done.stdout == ""
-    assert slipgrasp.saved() == []
+    assert (done.returncode, done.stdout, slipgrasp.saved()) == (2, "", [])
+    assert message in done.stderr and done.stderr.count("\n") == 1
 
 
 def test_a_full_disk_exits_with_4_and_still_tells_the_answer(slipgrasp):

@@ -55,8 +55,8 @@ def test_a_run_writes_its_page_too(slipgrasp):
         (["paper-case-1"], "--output"),
     ],
 )
-def test_bad_input_is_refused_in_one_line(slipgrasp, arguments, words):
-    done = slipgrasp("page", *arguments)
+def test_bad_input_is_refused_in_one_line(slipgrasp, in_process, arguments, words):
+    done = in_process("page", *arguments)
 
     assert done.returncode == 2
     assert words in done.stderr.splitlines()[-1]

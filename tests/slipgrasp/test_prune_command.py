@@ -39,7 +39,7 @@ def test_what_would_go_is_listed_and_only_deleted_on_request(slipgrasp):
         (("--keep-size", "much"), "is not a size"),
     ],
 )
-def test_a_rule_that_cannot_be_followed_is_refused_in_one_line(slipgrasp, arguments, reason):
-    done = slipgrasp("prune", *arguments)
+def test_a_rule_that_cannot_be_followed_is_refused_in_one_line(in_process, arguments, reason):
+    done = in_process("prune", *arguments)
     assert done.returncode == 2 and done.stdout == ""
     assert reason in done.stderr and done.stderr.count("\n") == 1

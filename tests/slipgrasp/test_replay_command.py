@@ -31,18 +31,15 @@ def recording(slipgrasp):
     return next(slipgrasp.data.glob("*.mcap"))
 
 
-@pytest.mark.parametrize("how", ["id", "relative file"])
-def test_the_first_line_is_the_url_of_a_dashboard(slipgrasp, recording, how):
-    if how == "relative file":
-        (slipgrasp.folder / "here.mcap").write_bytes(recording.read_bytes())
-    argument = {"id": recording.stem, "relative file": "here.mcap"}[how]
-    with replaying(slipgrasp, argument) as url:
+def test_the_first_line_is_the_url_of_a_dashboard(slipgrasp, recording):
+    (slipgrasp.folder / "here.mcap").write_bytes(recording.read_bytes())
+    with replaying(slipgrasp, "here.mcap") as url:
         assert re.fullmatch(r"http://127\.0\.0\.1:\d+/", url)
         with urllib.request.urlopen(url) as page:
             assert page.status == 200
 
 
-def test_a_replay_shares_the_folder_with_a_service_that_runs(slipgrasp, recording):
+def test_a_replay_by_id_shares_the_folder_with_a_service_that_runs(slipgrasp, recording):
     service = slipgrasp.start("serve", "--port", "0")
     with service:
         try:

@@ -14,8 +14,8 @@ def test_scenarios_lists_the_presets_with_their_titles(slipgrasp):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", all_preset_names())
-def test_a_shown_preset_is_a_file_that_loads_to_the_same_scenario(slipgrasp, tmp_path, name):
-    (tmp_path / "mine.toml").write_text(slipgrasp("scenarios", "show", name).stdout)
+def test_a_shown_preset_is_a_file_that_loads_to_the_same_scenario(in_process, tmp_path, name):
+    (tmp_path / "mine.toml").write_text(in_process("scenarios", "show", name).stdout)
 
     assert load_scenario(tmp_path / "mine.toml") == load_scenario(name)
 

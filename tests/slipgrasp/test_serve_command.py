@@ -49,6 +49,9 @@ def test_a_server_tells_its_url_answers_keeps_runs_in_its_folder_and_ends_by_a_s
             assert page.status == 200
         recording = tmp_path / "kept" / f"{post_run(url, {'simulation.duration': 0.3})}.mcap"
         wait_until(recording.is_file)
+        done = slipgrasp("serve", "--port", "0", *arguments[2:])
+        assert (done.returncode, done.stdout) == (2, "")
+        assert f"process {process.pid}" in done.stderr and "--data-dir" in done.stderr
         process.send_signal(signal.SIGINT)
         assert process.wait(timeout=PATIENCE) == 0
         assert "Traceback" not in process.stderr.read()
@@ -92,67 +95,34 @@ def test_a_taken_port_is_an_error_and_never_silently_another(slipgrasp):
     assert done.stderr.count("\n") == 1
 
 
-@pytest.mark.parametrize("port", ["-1", "65536", "http", ""])
-def test_what_is_not_a_port_is_refused(slipgrasp, port):
-    done = slipgrasp("serve", f"--port={port}")
-
-    assert done.returncode == 2
-    assert "is not a port" in done.stderr
-    assert done.stderr.count("\n") == 1
-
-
-def test_a_data_directory_that_cannot_be_made_is_refused(slipgrasp, tmp_path):
+@pytest.mark.parametrize(
+    ("argument", "words"),
+    [
+        ("--port=65536", "is not a port"),
+        ("--port=http", "is not a port"),
+        ("--quota=many", "is not a size"),
+        ("--quota=5 EB", "is not a size"),
+        ("--data-dir=file/runs", "file/runs"),
+        ("--executor=abacus", "'abacus' is not an executor"),
+    ],
+)
+def test_a_wrong_argument_is_refused_in_one_line(slipgrasp, tmp_path, argument, words):
     (tmp_path / "file").write_text("")
-
-    done = slipgrasp("serve", "--port", "0", "--data-dir", tmp_path / "file" / "runs")
-
-    assert done.returncode == 2
-    assert done.stderr.count("\n") == 1
+    done = slipgrasp("serve", "--port", "0", argument)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert words in done.stderr and done.stderr.count("\n") == 1
 
 
-def test_a_quota_that_is_used_up_is_told_before_anything_is_simulated(slipgrasp):
-    with serving(slipgrasp, "--port", "0", "--quota", "0.5 kB", "--min-free", "1") as (_, url):
+def test_a_server_starts_with_a_hand_without_its_meshes_and_keeps_to_its_quota(slipgrasp, tmp_path):
+    scenario = tmp_path / "hand.toml"
+    scenario.write_text(scenario_to_toml(load_scenario("trifinger")))
+    limits = ("--quota", "0.5 kB", "--min-free", "1")
+    with serving(slipgrasp, "--port", "0", "--hand", scenario, *limits) as (process, url):
         slipgrasp.data.joinpath("notes.txt").write_bytes(bytes(600))
         with pytest.raises(urllib.error.HTTPError) as refused:
             post_run(url, {})
-
-    with refused.value as answer:
-        assert answer.code == 507
-
-
-@pytest.mark.parametrize("size", ["-1", "many", "5 EB", "", "1e9"])
-def test_what_is_not_a_size_is_refused(slipgrasp, size):
-    done = slipgrasp("serve", f"--quota={size}")
-
-    assert done.returncode == 2
-    assert "is not a size" in done.stderr
-    assert done.stderr.count("\n") == 1
-
-
-def test_a_folder_that_is_served_already_is_refused_in_one_line(slipgrasp):
-    with serving(slipgrasp, "--port", "0") as (process, _):
-        done = slipgrasp("serve", "--port", "0")
-
-        assert done.returncode == 2
-        assert done.stdout == ""
-        assert done.stderr.count("\n") == 1
-        assert f"process {process.pid}" in done.stderr
-        assert "--data-dir" in done.stderr
-
-
-def test_an_executor_that_there_is_not_is_refused(slipgrasp):
-    done = slipgrasp("serve", "--port", "0", "--executor", "abacus")
-
-    assert done.returncode == 2
-    assert done.stdout == ""
-    assert "'abacus' is not an executor" in done.stderr
-    assert done.stderr.count("\n") == 1
-
-
-def test_a_server_starts_with_a_hand_and_without_its_meshes(slipgrasp, tmp_path):
-    scenario = tmp_path / "hand.toml"
-    scenario.write_text(scenario_to_toml(load_scenario("trifinger")))
-    with serving(slipgrasp, "--port", "0", "--hand", scenario) as (process, url):
+        with refused.value as answer:
+            assert answer.code == 507
         with urllib.request.urlopen(url.strip()) as page:
             assert page.status == 200
         process.send_signal(signal.SIGINT)

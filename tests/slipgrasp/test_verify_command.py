@@ -9,7 +9,7 @@ from benchmarks.preset_hashes import read_presets
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.recordings.file.writer import write_recording
-from tests.recordings.tampering import patch_in_place, repack
+from tests.recordings.tampering import patch_in_place
 
 PAGE = Path(__file__).parents[2] / "docs" / "portability.md"
 
@@ -54,15 +54,9 @@ def test_a_stored_run_is_verified_by_its_id_in_words(slipgrasp):
     assert "bit for bit" in done.stdout and "the whole run" in done.stdout
 
 
-@pytest.mark.parametrize("tamper", ["with the mcap library", "in place"])
-def test_one_altered_bit_exits_1_and_names_signal_and_time(slipgrasp, recording, tamper):
+def test_one_altered_bit_exits_1_and_names_signal_and_time(slipgrasp, recording):
     altered = recording.with_name("altered.mcap")
-    number = 20
-    if tamper == "in place":
-        number = patch_in_place(recording, altered, "/slipgrasp/energy")
-    else:
-        repack(recording, altered, "/slipgrasp/energy", number)
-
+    patch_in_place(recording, altered, "/slipgrasp/energy")
     found = verified(slipgrasp, altered, status=1)
 
     (mismatch,) = found["mismatches"]
