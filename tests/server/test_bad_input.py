@@ -378,3 +378,11 @@ def test_bytes_are_read_or_refused_and_nothing_else(body) -> None:
         read_json(body)
     except (UnreadableBodyError, InvalidRequestError) as error:
         assert str(error)
+
+
+def test_a_file_of_the_machine_is_no_scenario(client, tmp_path) -> None:
+    file = tmp_path / "scenario.toml"
+    file.write_text("title = 'x'")
+    for name in (str(file), "/etc/passwd", "core/scenario/presets/paper-case-1.toml"):
+        (error,) = refused(client, json.dumps({"scenario": name}))
+        assert error["field"] == "scenario"

@@ -66,3 +66,59 @@ def test_the_documentation_is_served_without_anything_from_outside(client) -> No
         answer = client.get(f"/{name}")
         assert answer.status_code == 200 and kind in answer.headers["content-type"]
         assert "//" not in answer.text.replace("// ", "") and "http" not in answer.text
+
+
+def test_the_description_lists_every_route_and_its_problems(client) -> None:
+    document = client.get("/openapi.json").json()
+    assert document["openapi"].startswith("3.")
+    assert set(document["paths"]) == {
+        "/api/v1/health",
+        "/api/v1/ready",
+        "/api/v1/retention",
+        "/api/v1/presets",
+        "/api/v1/presets/{name}",
+        "/api/v1/parameters",
+        "/api/v1/runs",
+        "/api/v1/runs/{run_id}",
+        "/api/v1/runs/{run_id}/stop",
+        "/api/v1/runs/{run_id}/signals",
+        "/api/v1/runs/{run_id}/signals.csv",
+        "/api/v1/runs/{run_id}/signals.parquet",
+        "/api/v1/runs/{run_id}/signals.npz",
+        "/api/v1/runs/{run_id}/recording",
+        "/api/v1/recordings",
+        "/api/v1/fits",
+        "/api/v1/fits/{fit_id}",
+        "/api/v1/fits/{fit_id}/cancel",
+        "/api/v1/fits/{fit_id}/resume",
+        "/api/v1/fits/{fit_id}/events",
+        "/api/v1/fits/{fit_id}/recording",
+        "/api/v1/fits/{fit_id}/report.html",
+        "/api/v1/fits/{fit_id}/report.json",
+        "/api/v1/studies",
+        "/api/v1/studies/estimate",
+        "/api/v1/studies/{study_id}",
+        "/api/v1/studies/{study_id}/cancel",
+        "/api/v1/studies/{study_id}/resume",
+        "/api/v1/studies/{study_id}/events",
+        "/api/v1/studies/{study_id}/results",
+        "/api/v1/studies/{study_id}/results.csv",
+        "/api/v1/studies/{study_id}/results.json",
+        "/api/v1/studies/{study_id}/results.parquet",
+        "/api/v1/studies/{study_id}/results/{index}/recording",
+        "/api/v1/studies/{study_id}/summary",
+        "/api/v1/studies/{study_id}/comparison",
+        "/api/v1/studies/{study_id}/map.svg",
+        "/api/v1/studies/{study_id}/map.png",
+        "/api/v1/studies/{study_id}/recording",
+        "/api/v1/diff",
+        "/api/v1/diff/figure",
+    }
+    posting = document["paths"]["/api/v1/runs"]["post"]
+    assert posting["requestBody"]["content"]["application/json"]["schema"] == {
+        "$ref": "#/components/schemas/RunCreate"
+    }
+    schema = document["components"]["schemas"]["RunCreate"]
+    assert schema["properties"].keys() == {"scenario", "law", "set"} and schema["example"]
+    assert {"201", "400", "413", "415", "422", "503"} <= posting["responses"].keys()
+    assert "application/problem+json" in posting["responses"]["422"]["content"]

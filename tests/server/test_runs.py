@@ -255,3 +255,36 @@ def test_every_number_of_an_answer_is_finite(client, sample_run) -> None:
     for text in (json.dumps(sample_run), client.get(f"/runs/{sample_run['id']}/signals").text):
         json.loads(text, parse_constant=refuse)
     assert math.isfinite(sample_run["metrics"]["torque_effort"])
+
+
+def test_a_posted_run_has_the_keys_of_the_contract(sample_run) -> None:
+    keys = {"outcome", "reason", "end_time", "phase_changes", "estimates", "recording", "metrics"}
+    assert keys | {"id", "links"} <= sample_run.keys()
+    assert sample_run["phase_changes"][0].keys() == {"time", "contact", "from", "to"}
+    assert sample_run["metrics"].keys() >= {
+        "held",
+        "slipping_at_end",
+        "last_slip_time",
+        "slip_path",
+        "peak_normal_force",
+        "minimum_friction_margin",
+        "rms_tracking_error",
+        "final_tracking_error",
+        "torque_effort",
+        "phase_change_count",
+        "spin_path",
+        "spin_end",
+    }
+    assert sample_run["outcome"] == "completed" and sample_run["reason"] is None
+
+
+def test_a_link_in_the_data_folder_is_not_followed(tmp_path) -> None:
+    secret = tmp_path / "secret"
+    secret.write_text("secret")
+    folder = tmp_path / "data"
+    folder.mkdir()
+    (folder / "abcdefghijkl.mcap").symlink_to(secret)
+    with serve(patient_settings(folder)) as running, running.client() as client:
+        listed = client.get("/runs").json()
+        assert listed == {"data": [], "count": 0, "unread": 0, "links": {}}
+        assert client.get("/runs/abcdefghijkl/recording").status_code == 404
