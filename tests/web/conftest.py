@@ -8,12 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import (
-    Browser,
-    ConsoleMessage,
-    Page,
-    ViewportSize,
-)
+from playwright.sync_api import Browser, ConsoleMessage, Page, ViewportSize
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulator import simulate
@@ -22,10 +17,24 @@ from slipgrasp.recordings.store.store import RecordingStore
 from slipgrasp.recordings.store.stored_run import StoredRun
 from slipgrasp.server.viewer.server import ViewerServer
 from slipgrasp.web.app import create_dashboard_app
+from slipgrasp.web.model.appearance import Appearance
+from slipgrasp.web.model.editing import Reach
+from slipgrasp.web.model.intents.compare import EndComparison
+from slipgrasp.web.model.intents.intent import Intent
+from slipgrasp.web.model.intents.picture import (
+    FrameHand,
+    LayOutCharts,
+    RestoreLayout,
+    SetAppearance,
+)
+from slipgrasp.web.model.intents.playback import ChooseWindow
+from slipgrasp.web.model.intents.scenario import ChoosePreset, ChooseReach
+from slipgrasp.web.model.intents.selection import Select
+from slipgrasp.web.model.playback import WindowChoice
 from slipgrasp.web.page.routes import STATIC_PATH
 from tests import waiting
 from tests.server.serving import RunningServer, patient_settings, serve
-from tests.web.driving import pause
+from tests.web.driving import pause, told
 
 PATIENCE = 1000 * waiting.PATIENCE  # [ms]
 # What viser's page says of its own doing, and nothing comes of it.
@@ -37,6 +46,18 @@ OF_VISER = (
 )
 SCRIPT_HAS_RUN = """import(document.querySelector("script[src$='/dashboard.js']").src)
     .then(() => true)"""
+FIRST: tuple[Intent, ...] = (
+    EndComparison(),
+    ChoosePreset("paper-case-1"),
+    ChooseReach(Reach.PLAY_HEAD),
+    ChooseWindow(WindowChoice.SLIP),
+    Select("object"),
+    SetAppearance(Appearance()),
+    LayOutCharts(""),
+    RestoreLayout(),
+    FrameHand(),
+)
+"""What brings a page back to how it opens."""
 SMALL = ViewportSize(width=1000, height=700)
 LARGE = ViewportSize(width=1280, height=800)
 
@@ -108,32 +129,24 @@ class Visitors:
     browser: Browser
     server: RunningServer
     complaints: list[str] = field(default_factory=list)
-    _pages: list[Page] = field(default_factory=list)
+    pages: list[Page] = field(default_factory=list)
 
-    def open(self, query: str = "") -> Page:
-        """A small page for what does not depend on looks; it is at rest.
+    def open(self, query: str = "", size: ViewportSize = SMALL, script: str = "") -> Page:
+        """A page at rest.
 
         Args:
             query: The rest of its address, such as that of a link.
+            size: Of the page.
+            script: Runs before its own ones.
         """
-        return self._open(SMALL, f"fixedDpr=0.3&{query}")
-
-    def open_to_look(self) -> Page:
-        """A page whose picture is looked at, at rest."""
-        return self._open(LARGE, "fixedDpr=0.5")
-
-    def close(self) -> None:
-        for page in self._pages:
-            page.close()
-
-    def _open(self, size: ViewportSize, query: str) -> Page:
         page = self.browser.new_page(viewport=size)
-        self._pages.append(page)
+        self.pages.append(page)
         page.set_default_timeout(PATIENCE)
+        page.add_init_script(script)
         page.on("console", self._hear)
         page.on("pageerror", lambda error: self.complaints.append(str(error)))
         # A fixed resolution: viser else lowers it while the machine is slow.
-        page.goto(f"{self.server.url}/?{query}")
+        page.goto(f"{self.server.url}/?fixedDpr={0.3 if size is SMALL else 0.5}&{query}")
         page.locator(".sg-transport").wait_for()
         # A button can be there before the script that listens to it.
         page.evaluate(SCRIPT_HAS_RUN)
@@ -144,6 +157,10 @@ class Visitors:
         else:
             pause(page)
         return page
+
+    def close(self) -> None:
+        for page in self.pages:
+            page.close()
 
     def _hear(self, message: ConsoleMessage) -> None:
         if message.type == "error" and not message.text.startswith(OF_VISER):
@@ -171,19 +188,63 @@ def visitors(browser: Browser, dashboard: RunningServer) -> Iterator[Visitors]:
         yield visitors
 
 
-@pytest.fixture(scope="module")
-def page(browser: Browser, dashboard: RunningServer) -> Iterator[Page]:
-    """A small page that the tests of a module share: each begins where the last one ended."""
+# Between the files that use it, the page that they share draws nothing.
+CAN_REST = """(() => {
+    const draw = window.requestAnimationFrame.bind(window), waiting = [];
+    let rests = false;
+    window.requestAnimationFrame = (f) => (rests ? waiting.push(f) : draw(f));
+    window.rest = (wanted) => {
+        rests = wanted;
+        if (!rests) waiting.splice(0).forEach(draw);
+    };
+})()"""
+
+
+@pytest.fixture(scope="session")
+def shared(browser: Browser, dashboard: RunningServer) -> Iterator[Visitors]:
+    """One page for most tests in a browser: to open another takes longer than most of them."""
     with visitors_of(browser, dashboard) as visitors:
-        page = visitors.open()
-        page.get_by_text("Saved as").wait_for()
+        visitors.open(size=LARGE, script=CAN_REST).evaluate("rest(true)")
+        yield visitors
+
+
+def begin_anew(page: Page, server: RunningServer) -> None:
+    """Shows what a page opens with, at rest."""
+    page.keyboard.press("Escape")
+    page.get_by_role("tab", name="Run", exact=True).click()
+    page.get_by_role("tab", name="Contact", exact=True).click()
+    page.evaluate("document.activeElement.blur()")
+    send = server.app.state.dashboard.directory.find(told(page)["session"])
+    for intent in FIRST:
+        send(intent)
+    pause(page)
+    page.locator(".sg-origin", has_text="paper-case-1").wait_for()
+    page.get_by_text("left: 2.59 mm").wait_for()
+    page.get_by_text("Saved as").wait_for()
+
+
+@contextmanager
+def begun_anew(visitors: Visitors, size: ViewportSize) -> Iterator[Page]:
+    """The shared page as it opens; it may not have complained in the end."""
+    (page,) = visitors.pages
+    page.evaluate("rest(false)")
+    page.set_viewport_size(size)
+    begin_anew(page, visitors.server)
+    yield page
+    page.evaluate("rest(true)")
+    complaints, visitors.complaints = visitors.complaints, []
+    assert complaints == []
+
+
+@pytest.fixture(scope="module")
+def page(shared: Visitors) -> Iterator[Page]:
+    """A small page that the tests of a module share: each begins where the last one ended."""
+    with begun_anew(shared, SMALL) as page:
         yield page
 
 
 @pytest.fixture(scope="module")
-def seen_page(browser: Browser, dashboard: RunningServer) -> Iterator[Page]:
+def seen_page(shared: Visitors) -> Iterator[Page]:
     """A page to look at that the tests of a module share."""
-    with visitors_of(browser, dashboard) as visitors:
-        page = visitors.open_to_look()
-        page.get_by_text("Saved as").wait_for()
+    with begun_anew(shared, LARGE) as page:
         yield page

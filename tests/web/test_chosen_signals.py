@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from playwright.sync_api import expect
+from playwright.sync_api import Page, expect
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.trace.columns import columns_of
@@ -17,7 +17,6 @@ from slipgrasp.web.model.charts_view import MOST_CHOSEN
 from slipgrasp.web.model.intents.picture import ToggleLine, ToggleSignal
 from slipgrasp.web.model.view import ViewState
 from slipgrasp.web.reducers.charts import ChartsReducer
-from tests.web.conftest import Visitors
 from tests.web.test_charts_panel import view_of
 
 
@@ -92,10 +91,7 @@ def test_the_field_offers_what_is_not_chosen_and_says_what_it_is(case_2: RunResu
 @pytest.mark.slow
 @pytest.mark.browser
 @pytest.mark.filterwarnings("ignore:Queued a .* on a closed connection")
-def test_on_the_page_a_signal_is_found_by_name_and_drawn_against_another(
-    visitors: Visitors,
-) -> None:
-    page = visitors.open()
+def test_on_the_page_a_signal_is_found_by_name_and_drawn_against_another(page: Page) -> None:
     page.get_by_role("tab", name=CHOSEN_TAB, exact=True).click()
     field = page.get_by_label("Add a signal")
     for name in ("torque_0_1", "commanded_torque_0_1"):
@@ -115,3 +111,6 @@ def test_on_the_page_a_signal_is_found_by_name_and_drawn_against_another(
     chart = page.get_by_role("img", name="Chosen signals against slip_0")
     for spots in ("[data-sg-spot]", "[data-sg-marked]"):
         expect(chart.locator(spots)).to_have_attribute("r", "4.5")
+    page.evaluate("document.activeElement.blur()")
+    page.keyboard.press("m")
+    expect(chart.locator("[data-sg-marked]")).not_to_have_attribute("r", "4.5")

@@ -190,7 +190,7 @@ def test_a_page_opens_with_the_hand_and_its_recording_names_no_file(
     hand = GivenHand(Draft.starting_from("file hand.toml", scenario), meshes_for(scenario))
     app = create_dashboard_app(settings, hand=hand)
     with serve(settings, app) as server, visitors_of(browser, server) as visitors:
-        page = visitors.open_to_look()
+        page = visitors.open()
         page.get_by_text("Saved as").wait_for()
         wait_until(lambda: shows(page.screenshot(), PAINT), "no mesh is drawn")
         with server.client() as client:

@@ -99,33 +99,9 @@ def wait_for_dashboard(page: Page) -> None:
     assert "token" not in page.url
 
 
-def test_a_link_opens_the_dashboard_which_reloads(server, context) -> None:
-    page = context.new_page()
-    refused = page.goto(f"{server.url}/")
-    assert refused is not None and refused.status == 401
-    page.goto(f"{server.url}/?token={TOKENS.full}&fixedDpr=0.3")
-    wait_for_dashboard(page)
-    assert "fixedDpr=0.3" in page.url
-    page.reload()
-    wait_for_dashboard(page)
-    assert page.evaluate("document.cookie") == ""
-
-
-def test_a_read_only_link_shows_the_dashboard(server, context) -> None:
-    page = context.new_page()
-    page.goto(f"{server.url}/?token={TOKENS.read_only}&fixedDpr=0.3")
-    wait_for_dashboard(page)
-    post = "(path) => fetch(path, { method: 'POST' }).then((answer) => answer.status)"
-    assert page.evaluate(post, "/api/v1/runs") == 403
-
-
-def test_a_foreign_page_gets_nothing_but_may_link_to_ours(server, foreign_port, context) -> None:
-    owner = context.new_page()
-    owner.goto(f"{server.url}/?token={TOKENS.full}&fixedDpr=0.3")
-    wait_for_dashboard(owner)
-    owner.get_by_text("Saved as").wait_for()
-    owner.close()
-    page, statuses = context.new_page(), []
+def check_foreign_page(server: RunningServer, foreign_port: int, page: Page) -> None:
+    """Gets nothing, but may link to the dashboard."""
+    statuses: list[int] = []
 
     def note(response: Response) -> None:
         if response.url.startswith(server.url):
@@ -143,3 +119,28 @@ def test_a_foreign_page_gets_nothing_but_may_link_to_ours(server, foreign_port, 
         assert client.get("/runs", headers=shown).json()["count"] == 1
     page.get_by_text("look").click()
     wait_for_dashboard(page)
+
+
+def test_a_link_opens_the_dashboard_which_reloads_and_a_foreign_page_may_only_link_to_it(
+    server, foreign_port, context
+) -> None:
+    page = context.new_page()
+    refused = page.goto(f"{server.url}/")
+    assert refused is not None and refused.status == 401
+    page.goto(f"{server.url}/?token={TOKENS.full}&fixedDpr=0.3")
+    wait_for_dashboard(page)
+    assert "fixedDpr=0.3" in page.url
+    page.get_by_text("Saved as").wait_for()
+    assert page.evaluate("document.cookie") == ""
+    assert page.reload(wait_until="commit").status == 200
+    assert "token" not in page.url
+    page.goto("about:blank")
+    check_foreign_page(server, foreign_port, page)
+
+
+def test_a_read_only_link_shows_the_dashboard(server, context) -> None:
+    page = context.new_page()
+    page.goto(f"{server.url}/?token={TOKENS.read_only}&fixedDpr=0.3")
+    wait_for_dashboard(page)
+    post = "(path) => fetch(path, { method: 'POST' }).then((answer) => answer.status)"
+    assert page.evaluate(post, "/api/v1/runs") == 403

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from playwright.sync_api import Browser, Page
+from playwright.sync_api import Page
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulator import simulate
@@ -18,9 +18,7 @@ from slipgrasp.web.model.pace import Pace, is_even, pace_of
 from slipgrasp.web.model.playback import PACED, start_playback, whole_window
 from slipgrasp.web.page.routes import STATIC_PATH
 from slipgrasp.web.reducers.playback import moved
-from tests.server.serving import RunningServer
 from tests.waiting import wait_until
-from tests.web.conftest import visitors_of
 from tests.web.driving import choose_scenario, pause_at, told, wait_for_time
 
 PACE = Pace((0.0, 1.0, 9.0), (0.1, 8.0, 0.5))
@@ -115,30 +113,26 @@ def test_the_page_moves_the_play_head_as_the_session_does(blank: Page) -> None:
 
 @pytest.mark.browser
 @pytest.mark.filterwarnings("ignore:Queued a .* on a closed connection")
-def test_a_run_plays_at_the_pace_of_its_slips_and_its_timeline_zooms(
-    browser: Browser, dashboard: RunningServer
-) -> None:
-    with visitors_of(browser, dashboard) as visitors:
-        page = visitors.open()
-        choose_scenario(page, "shake-test")
-        page.locator(".sg-origin", has_text="shake-test").wait_for()
-        run = simulate(load_scenario("shake-test"))
-        page.get_by_label("speed", exact=True).select_option(PACED)
-        pace = [list(piece) for piece in zip(*pace_of(run), strict=True)]
-        wait_until(lambda: told(page)["pace"] == pace, lambda: told(page)["pace"])
-        pause_at(page, 0.0)
-        page.keyboard.press("n")
-        onset = next_slip_time(run, 0.0)
-        assert onset is not None
-        wait_for_time(page, onset)
-        before = told(page)
-        page.locator("[data-sg-track]").hover()
-        page.mouse.wheel(0, -100)
-        wait_until(lambda: told(page)["end"] < before["end"], "the timeline does not zoom")
-        now = told(page)
-        length = before["end"] - before["start"]
-        assert now["end"] - now["start"] == pytest.approx(length / 1.25, rel=1e-3)
-        middle = 0.5 * (before["start"] + before["end"])
-        assert 0.5 * (now["start"] + now["end"]) == pytest.approx(middle, abs=0.02 * length)
-        page.get_by_label("speed", exact=True).select_option("1/4")
-        wait_until(lambda: told(page)["pace"] is None, "it keeps its pace")
+def test_a_run_plays_at_the_pace_of_its_slips_and_its_timeline_zooms(page: Page) -> None:
+    choose_scenario(page, "shake-test")
+    page.locator(".sg-origin", has_text="shake-test").wait_for()
+    run = simulate(load_scenario("shake-test"))
+    page.get_by_label("speed", exact=True).select_option(PACED)
+    pace = [list(piece) for piece in zip(*pace_of(run), strict=True)]
+    wait_until(lambda: told(page)["pace"] == pace, lambda: told(page)["pace"])
+    pause_at(page, 0.0)
+    page.keyboard.press("n")
+    onset = next_slip_time(run, 0.0)
+    assert onset is not None
+    wait_for_time(page, onset)
+    before = told(page)
+    page.locator("[data-sg-track]").hover()
+    page.mouse.wheel(0, -100)
+    wait_until(lambda: told(page)["end"] < before["end"], "the timeline does not zoom")
+    now = told(page)
+    length = before["end"] - before["start"]
+    assert now["end"] - now["start"] == pytest.approx(length / 1.25, rel=1e-3)
+    middle = 0.5 * (before["start"] + before["end"])
+    assert 0.5 * (now["start"] + now["end"]) == pytest.approx(middle, abs=0.02 * length)
+    page.get_by_label("speed", exact=True).select_option("1/4")
+    wait_until(lambda: told(page)["pace"] is None, "it keeps its pace")

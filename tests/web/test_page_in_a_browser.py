@@ -90,9 +90,12 @@ def picture(page: Page) -> np.ndarray:
     return np.asarray(Image.open(io.BytesIO(page.screenshot(clip=box))).convert("RGB"), float)
 
 
-def test_the_page_shows_the_run_and_its_hash(open_page: Open) -> None:
+def test_the_page_shows_the_run_and_its_hash_and_simulates_at_a_slider(
+    open_page: Open, tmp_path: Path
+) -> None:
     page = open_page("#t=0.05")
-    assert sha256_of(page) == native_sha256() == page.locator("#sg-sha256").text_content()
+    first = sha256_of(page)
+    assert first == native_sha256() == page.locator("#sg-sha256").text_content()
     card = page.locator(".sg-outcome").first.inner_text()
     assert "Held" in card.splitlines() and "Completed at 7 s." in card.splitlines()
     check_forces(card, simulate(load_scenario("paper-case-1")))
@@ -100,12 +103,29 @@ def test_the_page_shows_the_run_and_its_hash(open_page: Open) -> None:
     close_up = page.locator(".sg-close-up").first
     assert "Left SLIPS" in (close_up.text_content() or "")
     assert "slip 1.46 mm" in (close_up.text_content() or "")
+    hide_warning(page)
     # Fingertips that slip are orange and pink.
     wait_until(lambda: shows(page, (230, 100, 0)) and shows(page, (225, 120, 190)), "no hand")
-    hide_warning(page)
     before = picture(page)
     page.get_by_role("button", name="End", exact=True).click()
     wait_until(lambda: np.abs(picture(page) - before).max() > 100.0, "nothing has moved")
+    check_axe(page, "desk")
+    page.get_by_role("slider", name="object mass [kg]").focus()
+    for _ in range(5):
+        page.keyboard.press("ArrowRight")
+    expected = native_sha256(object__mass=1.05)
+    wait_until(lambda: sha256_of(page) == expected != first, "the page computes another run")
+    page.locator(".sg-ghost-lane").first.wait_for()
+    assert "--set 'object.mass=1.05' --json" in page.locator(".sg-check").inner_text()
+    assert page.url.endswith("object.mass=1.05")
+    check_recordings(page, tmp_path)
+
+
+def check_axe(page: Page, size: str) -> None:
+    """Nothing is wrong for whoever cannot see it well, and nothing wider than the page."""
+    page.add_script_tag(path=AXE)
+    wait_until(lambda: violations(page) == [], lambda: violations(page))
+    assert page.evaluate("document.documentElement.scrollWidth") <= SIZES[size][0]
 
 
 def check_forces(card: str, result: RunResult) -> None:
@@ -120,43 +140,36 @@ def shows(page: Page, colour: tuple[int, int, int]) -> bool:
     return int((np.abs(picture(page) - colour).max(axis=2) < 40).sum()) > 20
 
 
-def test_a_slider_simulates_again_and_leaves_the_run_before_as_a_ghost(open_page: Open) -> None:
-    page = open_page("#t=0.1")
-    first = sha256_of(page)
-    page.get_by_role("slider", name="object mass [kg]").focus()
-    for _ in range(5):
-        page.keyboard.press("ArrowRight")
-    expected = native_sha256(object__mass=1.05)
-    wait_until(lambda: sha256_of(page) == expected != first, "the page computes another run")
-    page.locator(".sg-ghost-lane").first.wait_for()
-    assert "--set 'object.mass=1.05' --json" in page.locator(".sg-check").inner_text()
-    assert page.url.endswith("object.mass=1.05")
-
-
-def test_a_slider_of_all_fingers_is_read_from_the_address(open_page: Open) -> None:
-    page = open_page("#fingers.*.friction=0.6")
-    assert sha256_of(page) == native_sha256(fingers__0__friction=0.6, fingers__1__friction=0.6)
-
-
-def test_a_run_that_ends_early_says_how(open_page: Open, tmp_path: Path) -> None:
+def test_a_run_that_ends_early_says_how_also_in_the_dark(open_page: Open, tmp_path: Path) -> None:
     scenario = with_values(load_scenario("paper-case-1"), {"simulation.max_steps": 50})
     path = tmp_path / "limited.html"
     result = simulate(scenario)
     with path.open("wb") as stream:
         write_page(result, stream, ["object.mass"])
-    page = open_page(path=path)
+    page = open_page("", "tablet", "dark", path)
     assert sha256_of(page) == result.sha256
+    check_axe(page, "tablet")
     card = page.locator(".sg-outcome").first.inner_text()
     assert f"Cut short: a limit was reached at {result.end_time:.4g} s" in card
     assert "the limit of 50 steps was reached" in card
 
 
-def test_a_spatial_hand_is_simulated_too(open_page: Open, tmp_path: Path) -> None:
-    scenario, path = load_scenario("spatial-prism"), tmp_path / "prism.html"
+def test_a_spatial_hand_is_simulated_too_by_pages_that_share_files(
+    open_page: Open, tmp_path: Path
+) -> None:
+    scenario, alone = load_scenario("spatial-prism"), tmp_path / "alone.html"
     result = simulate(scenario)
-    with path.open("wb") as stream:
+    with alone.open("wb") as stream:
         write_page(result, stream, usual_controls(scenario))
-    assert path.stat().st_size <= MOST_BYTES
+    assert alone.stat().st_size <= MOST_BYTES
+    for run in (simulate(load_scenario("paper-case-2")), result):
+        path = tmp_path / "sharing.html"
+        with path.open("wb") as stream:
+            controls = usual_controls(run.scenario)
+            write_page(run, stream, controls, share=share_in(tmp_path))
+        assert path.stat().st_size < 1e5
+    # One kernel per kind of hand; styles; all other code.
+    assert len(list(tmp_path.glob("shared-*.js"))) == 4
     page = open_page(path=path)
     assert sha256_of(page) == result.sha256
     check_forces(page.locator(".sg-outcome").first.inner_text(), result)
@@ -168,30 +181,11 @@ def test_a_spatial_hand_is_simulated_too(open_page: Open, tmp_path: Path) -> Non
     assert sha256_of(page) == simulate(heavier).sha256
 
 
-def test_pages_that_share_files_simulate(open_page: Open, tmp_path: Path) -> None:
-    for name in ("paper-case-2", "spatial-prism"):
-        result, path = simulate(load_scenario(name)), tmp_path / f"{name}.html"
-        with path.open("wb") as stream:
-            write_page(result, stream, ["object.mass"], share=share_in(tmp_path))
-        assert path.stat().st_size < 1e5
-        assert sha256_of(open_page(path=path)) == result.sha256
-    # One kernel per kind of hand; styles; all other code.
-    assert len(list(tmp_path.glob("shared-*.js"))) == 4
-
-
-@pytest.mark.parametrize(
-    ("size", "scheme"), [("desk", "light"), ("tablet", "dark"), ("phone", "light")]
-)
-def test_axe_finds_nothing_wrong(open_page: Open, size: str, scheme: str) -> None:
-    page = open_page("#t=0.05", size, scheme)
-    hide_warning(page)
-    page.add_script_tag(path=AXE)
-    wait_until(lambda: violations(page) == [], lambda: violations(page))
-    assert page.evaluate("document.documentElement.scrollWidth") <= SIZES[size][0]
-
-
-def test_on_a_phone_the_sliders_lie_between_the_strip_and_the_outcome(open_page: Open) -> None:
-    page = open_page("#t=0.05", "phone")
+def test_on_a_phone_the_sliders_of_the_address_lie_between_the_strip_and_the_outcome(
+    open_page: Open,
+) -> None:
+    page = open_page("#t=0.05&fingers.*.friction=0.6", "phone")
+    assert sha256_of(page) == native_sha256(fingers__0__friction=0.6, fingers__1__friction=0.6)
     expect(page.get_by_text("slipgrasp: move a slider")).to_be_visible()
     shown = (".sg-transport", "[role=slider]", ".sg-outcome:not(.sg-check)", ".sg-check")
 
@@ -201,6 +195,7 @@ def test_on_a_phone_the_sliders_lie_between_the_strip_and_the_outcome(open_page:
 
     wait_until(lambda: len(tops()) == 4 and tops() == sorted(tops()), tops)
     assert tops()[1] < SIZES["phone"][1]
+    check_axe(page, "phone")
 
 
 def test_an_exported_notebook_still_simulates(browser: Browser, tmp_path: Path) -> None:
@@ -230,10 +225,9 @@ def compared(page: Page, path: Path) -> str:
     return words.text_content() or ""
 
 
-def test_a_recording_is_simulated_again_and_compared_bit_by_bit(
-    open_page: Open, tmp_path: Path
-) -> None:
-    page, heavy = open_page("#t=0.05"), {"object.mass": 1.07}
+def check_recordings(page: Page, tmp_path: Path) -> None:
+    """A recording is simulated again and compared bit by bit."""
+    heavy = {"object.mass": 1.07}
     result = simulate(with_values(load_scenario("paper-case-1"), heavy))
     rows = result.trace.to_rows()
     slip = run_data(result)["columns"]["slip"][0]

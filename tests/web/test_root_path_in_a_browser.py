@@ -70,6 +70,6 @@ def test_the_dashboard_and_the_page_of_the_interface_work_at_the_path_of_a_proxy
     operation.locator("summary").click()
     operation.get_by_role("button", name="Send").click()
     operation.get_by_text('"status": "ok"').wait_for()
-    page.get_by_role("link", name="Dashboard").click()
-    page.locator(".sg-transport").wait_for()
-    assert page.url.startswith(proxy.url)
+    with page.expect_navigation(wait_until="commit") as navigation:
+        page.get_by_role("link", name="Dashboard").click()
+    assert navigation.value.status == 200 and page.url.startswith(proxy.url)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import threading
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -15,7 +16,15 @@ from slipgrasp.web.model.playback import slip_window
 from tests.server.serving import RunningServer
 from tests.waiting import wait_until
 from tests.web.conftest import PATIENCE, SMALL, Visitors
-from tests.web.driving import pause_at, told, wait_for_time
+from tests.web.driving import (
+    choose_case_2,
+    number_field,
+    pause_at,
+    set_number,
+    slip_at_end,
+    told,
+    wait_for_time,
+)
 from tests.web.serving_process import ServerProcess
 
 pytestmark = [
@@ -143,7 +152,11 @@ def test_the_play_head_follows_a_hand_on_the_strip_and_the_address_follows_the_p
         assert float(clock.removesuffix(" ms")) == pytest.approx(1e3 * told(page)["time"], abs=0.06)
 
 
-def test_a_link_shows_the_same_to_somebody_else_and_what_goes_wrong_is_told_on_the_page(
+def num_preview_workers() -> int:
+    return sum(thread.name == "preview" for thread in threading.enumerate())
+
+
+def test_a_link_shows_the_same_to_somebody_else_who_shares_no_control(
     page: Page, visitors: Visitors, dashboard: RunningServer
 ) -> None:
     page.context.grant_permissions(["clipboard-read", "clipboard-write"])
@@ -162,17 +175,29 @@ def test_a_link_shows_the_same_to_somebody_else_and_what_goes_wrong_is_told_on_t
     hidden = theirs.locator("[data-sg-chart=slip] .sg-line").first
     expect(hidden).to_have_attribute("aria-pressed", "false")
 
-    theirs.goto(f"{dashboard.url}/?fixedDpr=0.3&run=nope&t=soon")
+    slip = slip_at_end(page)
+    set_number(page, "mass [kg]", "1.3")
+    wait_until(lambda: slip_at_end(page) != slip, "the chart did not change")
+    # What comes back after this had every occasion to bring the other's mass with it.
+    choose_case_2(theirs)
+    expect(number_field(theirs, "mass [kg]")).to_have_value("1")
+    assert number_field(page, "mass [kg]").input_value() == "1.3"
+    sessions, workers = dashboard.app.state.dashboard.num_sessions, num_preview_workers()
+    theirs.close()
+    wait_until(lambda: dashboard.app.state.dashboard.num_sessions == sessions - 1, "a session")
+    wait_until(lambda: num_preview_workers() == workers - 1, "a worker is still there")
+
+
+def test_what_goes_wrong_is_told_on_the_page(visitors: Visitors, dashboard: RunningServer) -> None:
+    theirs = visitors.open("run=nope")
     expect(theirs.locator("#sg-notice")).to_contain_text("there is no recording 'nope'")
     theirs.get_by_role("button", name="Dismiss").click()
     expect(theirs.locator("#sg-notice")).to_have_count(0)
-    pause_at(theirs, 0.05)
     # What a session does when it ends by an error.
     dashboard.app.state.dashboard.directory.remove(told(theirs)["session"])
     theirs.locator("#sg-alarm").get_by_text("ended by an internal error").wait_for()
-    theirs.get_by_role("button", name="Start again").click()
-    theirs.locator(".sg-transport").wait_for()
-    expect(theirs.locator("#sg-alarm")).to_have_count(0)
+    with theirs.expect_navigation(wait_until="commit"):
+        theirs.get_by_role("button", name="Start again").click()
 
 
 @pytest.fixture
