@@ -13,7 +13,6 @@ from slipgrasp.web.charts.charts import charts_of, rate_of_change
 from slipgrasp.web.charts.columns import Drawing
 from slipgrasp.web.charts.drawn import DrawnChart
 from slipgrasp.web.model.playback import TimeWindow
-from slipgrasp.web.model.sampling import locate
 
 
 def chart_of(result: RunResult, key: str) -> Chart:
@@ -119,9 +118,3 @@ def test_no_rate_is_taken_over_an_event() -> None:
 
 def test_a_single_row_has_no_rate() -> None:
     assert rate_of_change(np.zeros(2), np.array([1.0, 5.0])).tolist() == [0.0, 0.0]
-
-
-def test_a_legend_reads_its_lines_at_the_play_head(case_2: RunResult) -> None:
-    trace = case_2.trace
-    left, _ = chart_of(case_2, "slip").values_at(locate(trace.times, 0.0501))
-    assert left == pytest.approx(1e3 * np.interp(0.0501, trace.times, trace.slip[:, 0]))

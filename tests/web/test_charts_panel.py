@@ -140,19 +140,6 @@ def test_moving_the_play_head_sends_no_lines_again(page: Page, case_2: RunResult
     assert float(page.readings()["slip"][0]) > 30.0
 
 
-def test_the_margin_is_a_band_between_the_limit_and_the_force(
-    page: Page, case_2: RunResult
-) -> None:
-    page.panel.update(view_of(case_2))
-    forces = page.client.plots[2]
-    assert forces.bands is not None
-    labels = [series.get("label") for series in forces.series]
-    assert [[labels[int(i)] for i in band["series"]] for band in forces.bands] == [
-        ["left μFₙ", "left |Fₓ|"],
-        ["right μFₙ", "right |Fₓ|"],
-    ]
-
-
 def test_a_line_is_hidden_and_said_to_be_hidden_and_comes_back(
     page: Page, case_2: RunResult
 ) -> None:
@@ -218,22 +205,6 @@ def test_no_part_of_an_update_leaves_a_line_without_its_column(
     assert max(len(plot["data"]) for plot in drawn.values()) == 2 + 2 * 6
 
 
-def test_another_window_sends_columns_only(
-    page: Page, viewer_server: ViewerServer, case_2: RunResult
-) -> None:
-    """The page shows the window of the timeline by itself."""
-    page.panel.update(view_of(case_2))
-    closer = view_of(case_2, TimeWindow(0.02, 0.1))
-    sent = [
-        set(changed)
-        for _, changed in gui_messages(viewer_server, lambda: page.panel.update(closer))
-    ]
-    count = len(page.client.plots)
-    assert sent.count({"data"}) == count
-    # Only where lines newly coincide, the chart is laid out again.
-    assert sent.count({"series"}) < 0.5 * count
-
-
 def test_it_is_said_where_not_every_sample_is_drawn(page: Page, case_2: RunResult) -> None:
     scenario = with_values(load_scenario("paper-case-2"), {"simulation.output_rate": 1000.0})
     fine = simulate(scenario)
@@ -241,15 +212,6 @@ def test_it_is_said_where_not_every_sample_is_drawn(page: Page, case_2: RunResul
     assert f"of {len(fine.trace) - 1} samples: every extreme and every event." in page.notes()
     page.panel.update(view_of(fine))
     assert "samples" not in page.notes()
-
-
-def test_a_run_with_fewer_charts_leaves_no_empty_ones(page: Page, case_2: RunResult) -> None:
-    page.panel.update(view_of(case_2))
-    scenario = with_values(case_2.scenario, {"simulation.duration": 0.2, "estimates": []})
-    page.panel.update(view_of(simulate(scenario)))
-    assert len(page.client.plots) == 9
-    page.panel.update(view_of(case_2))
-    assert len(page.client.plots) == 12
 
 
 def test_the_tab_of_estimates_is_there_only_with_estimates(page: Page, case_2: RunResult) -> None:

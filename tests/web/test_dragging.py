@@ -172,17 +172,6 @@ def test_the_arrow_of_a_small_force_is_longer_than_its_head(
     assert math.atan2(y, x) == pytest.approx(math.atan2(-0.5, 1.0), abs=0.03)
 
 
-def test_a_run_with_another_scale_of_forces_does_not_change_the_force_of_a_drag(
-    drawn: ObjectDrag, sent: list[Intent]
-) -> None:
-    way = (0.1, 0.02, -0.05)
-    for phase in ("start", "update", "end"):
-        drag(drawn, phase, way)
-        before = drawn._dragged
-        drawn.follow(before._replace(newtons_per_metre=3.0 * before.newtons_per_metre))
-    assert sent[0].force == sent[1].force == sent[2].force
-
-
 def test_an_object_that_moves_under_the_mouse_adds_no_force(
     drawn: ObjectDrag, sent: list[Intent]
 ) -> None:

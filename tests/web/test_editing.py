@@ -12,14 +12,13 @@ from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario import Change, Pulse
 from slipgrasp.core.scenario.loading import (
     load_scenario,
-    scenario_from_toml,
     scenario_to_toml,
     with_values,
 )
 from slipgrasp.core.scenario.spatial import SpatialPatch
 from slipgrasp.web.model.disturbances import DisturbanceKind
 from slipgrasp.web.model.draft import Draft, TimedEdit
-from slipgrasp.web.model.editing import Editing, History, Reach
+from slipgrasp.web.model.editing import History, Reach
 from slipgrasp.web.model.intents.compare import EndComparison
 from slipgrasp.web.model.intents.scenario import (
     AddDisturbance,
@@ -163,11 +162,6 @@ def test_a_preset_that_does_not_exist_is_refused(view: ViewState) -> None:
     assert refused.status.stage is RunStage.REFUSED
 
 
-def test_editing_begins_at_the_play_head_with_an_empty_history() -> None:
-    assert Editing().reach is Reach.PLAY_HEAD
-    assert Editing().history == History()
-
-
 def test_a_push_begins_at_the_play_head_and_can_be_edited_and_taken_back(view: ViewState) -> None:
     pushed = after(view, AddDisturbance(DisturbanceKind.PUSH))
     (pulse,) = pushed.draft.scenario().pulses
@@ -226,14 +220,6 @@ def test_a_pour_is_half_as_much_again_of_mass_and_inertia_in_one_step(view: View
     twice = after(at(poured, 1.0), AddDisturbance(DisturbanceKind.POUR))
     assert twice.draft.value_at(1.0, MASS) == pytest.approx(2.25 * base.mass)
     assert after(twice, Undo(), Undo()).draft == view.draft
-
-
-def test_a_checkbox_changes_the_run_from_the_play_head_on(view: ViewState) -> None:
-    key = "sensing.true_phases"
-    sampled = replace(view, draft=view.draft.edited("controller.control_period", 0.001))
-    scenario = after(sampled, SetParameter(key, False)).draft.scenario()
-    assert scenario.changes == (Change(time=0.5, parameter=key, value=False),)
-    assert scenario_from_toml(scenario_to_toml(scenario).encode(), "again") == scenario
 
 
 def test_nothing_can_happen_before_there_is_a_run(view: ViewState) -> None:

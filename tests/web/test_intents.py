@@ -104,13 +104,6 @@ def test_a_frame_that_was_late_does_not_delay_the_next_one(case_1: RunResult) ->
     assert reducer.wait(1.04, view) == pytest.approx(2.0 / 30.0 - 0.04)
 
 
-def test_whatever_else_wakes_a_session_draws_no_frame_before_it_is_due(case_1: RunResult) -> None:
-    view, reducer = _view(case_1, playing=True), PlaybackReducer(FramePacer())
-    reducer.pass_time(1.0, view)
-    assert reducer.pass_time(1.01, view) is view
-    assert reducer.pass_time(1.04, view) is not view
-
-
 def test_no_frame_is_drawn_while_the_last_one_is_not_sent_and_then_the_time_is_right(
     case_1: RunResult,
 ) -> None:
@@ -167,20 +160,6 @@ def _view(result: RunResult, *, playing: bool) -> ViewState:
         shown=Shown(1, result, 0.01),
         playback=playback,
     )
-
-
-def test_a_draft_remembers_edits_that_are_not_allowed_until_they_are_undone() -> None:
-    draft = Draft.from_preset("paper-case-1").edited("object.mass", -1.0)
-    with pytest.raises(ScenarioError, match=r"object\.mass"):
-        draft.scenario()
-    assert draft.edited("object.mass", 1.4).scenario().object.mass == 1.4
-
-
-@pytest.mark.parametrize("value", [float("nan"), float("inf"), 1e300, "heavy", [1.0, 2.0]])
-def test_a_value_that_no_slider_could_send_is_refused_in_words(value: object) -> None:
-    draft = Draft.from_preset("paper-case-1").edited("object.mass", value)
-    with pytest.raises(ScenarioError, match=r"object\.mass|cannot be read"):
-        draft.scenario()
 
 
 def test_a_preset_is_chosen_by_name_never_by_path(tmp_path) -> None:

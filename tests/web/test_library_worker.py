@@ -16,12 +16,11 @@ from slipgrasp.web.model.intents.recordings import (
     AnnotateRecording,
     DeleteRecording,
     RecordingChanged,
-    RecordingOpened,
     RecordingRefused,
     RecordingsListed,
     RecordingUnreadable,
 )
-from slipgrasp.web.model.run_list import OUTCOME_CHOICES, ROWS_PER_PAGE, RunFilter
+from slipgrasp.web.model.run_list import OUTCOME_CHOICES, RunFilter
 from slipgrasp.web.workers.library_worker import LibraryWorker
 from slipgrasp.web.workers.worker import QueueWorker
 from tests.waiting import PATIENCE
@@ -83,22 +82,6 @@ def test_of_tasks_that_wait_only_the_latest_of_a_subject_is_run() -> None:
     assert done == [("delete", 0), ("delete", 1), ("list", 2), ("delete", 2)]
 
 
-def test_pages_have_the_newest_first_and_end_with_the_last(
-    library: Library, store: RecordingStore, case_1: RunResult
-) -> None:
-    ids = [store.save(case_1).id for _ in range(ROWS_PER_PAGE + 2)][::-1]
-    for asked, page, expected in ((0, 0, ids[:ROWS_PER_PAGE]), (99, 1, ids[ROWS_PER_PAGE:])):
-        answer = library.listed(asked)
-        assert (answer.page, answer.count) == (page, len(ids))
-        assert ids_of(answer.runs) == expected
-        assert ids_of(answer.recent) == ids
-
-
-def test_an_empty_store_has_one_empty_page(library: Library) -> None:
-    answer = library.listed(3)
-    assert (answer.page, answer.count, answer.runs, answer.recent) == (0, 0, (), ())
-
-
 def test_runs_are_found_by_their_words_and_by_how_they_went(
     library: Library, store: RecordingStore, case_1: RunResult, case_2: RunResult
 ) -> None:
@@ -110,17 +93,6 @@ def test_runs_are_found_by_their_words_and_by_how_they_went(
         assert library.listed(0, RunFilter(outcome=outcome)).runs == ()
     assert library.listed(5, RunFilter("x" * 1000)).count == 0
     assert library.listed(0, RunFilter(outcome=HOSTILE)).count == 2
-
-
-def test_a_stored_run_is_opened_as_it_was_saved(
-    library: Library, store: RecordingStore, case_1: RunResult
-) -> None:
-    stored = store.save(case_1)
-    library.worker.open(7, stored.id)
-    answer = library.answer()
-    assert isinstance(answer, RecordingOpened)
-    assert (answer.number, answer.replay.run_id) == (7, stored.id)
-    assert answer.replay.result.trace.to_rows().tobytes() == case_1.trace.to_rows().tobytes()
 
 
 @pytest.mark.parametrize("hostile", ["abcdefghijkl", "../../etc", "", "x" * 500])

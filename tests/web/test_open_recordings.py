@@ -11,7 +11,6 @@ from queue import SimpleQueue
 import pytest
 
 from benchmarks.headless_viewer import HeadlessViewer
-from slipgrasp.recordings.exceptions import RecordingError
 from slipgrasp.recordings.file.size import read_size, size_of_run
 from slipgrasp.recordings.file.writer import write_recording
 from slipgrasp.recordings.store.store import RecordingStore
@@ -20,11 +19,9 @@ from slipgrasp.server.budget import HELD_SHARE, Need
 from slipgrasp.server.exceptions import MemoryHeldError, MemoryLimitError
 from slipgrasp.web.app import create_dashboard_app
 from slipgrasp.web.model.export import ExportFile
-from slipgrasp.web.model.intents.compare import RunsCompared
 from slipgrasp.web.model.intents.export import ExportFailed
 from slipgrasp.web.model.intents.intent import Intent
 from slipgrasp.web.model.intents.recordings import RecordingOpened, RecordingUnreadable
-from slipgrasp.web.workers.comparison_worker import ComparisonWorker
 from slipgrasp.web.workers.export_worker import ExportWorker
 from slipgrasp.web.workers.library_worker import LibraryWorker
 from tests.server.serving import patient_settings, serve
@@ -112,15 +109,6 @@ def test_a_page_may_show_another_run_instead_of_its_own(store, ids) -> None:
     assert recordings.open(ids[1], [mine]).run_id == ids[1]
 
 
-def test_what_another_page_shows_too_counts_though_mine_will_not(store, ids) -> None:
-    recordings = recordings_in(store, limit_for(store, ids))
-    mine, theirs = recordings.open(ids[0]), recordings.open(ids[0])
-    with pytest.raises(MemoryHeldError):
-        recordings.open(ids[1], [mine])
-    del theirs
-    assert recordings.open(ids[1], [mine]).run_id == ids[1]
-
-
 def test_what_needs_more_than_there_is_is_refused_with_the_number(store, ids) -> None:
     need = need_of(store, ids[0])
     with pytest.raises(MemoryLimitError) as refused:
@@ -129,19 +117,6 @@ def test_what_needs_more_than_there_is_is_refused_with_the_number(store, ids) ->
     assert str(refused.value).startswith(told)
     assert "--memory" in str(refused.value)
     assert recordings_in(store, need).open(ids[0]).run_id == ids[0]
-
-
-def test_runs_that_wait_in_a_cycle_are_collected_before_a_page_is_refused(store, ids) -> None:
-    recordings = recordings_in(store, limit_for(store, ids))
-    cycle: list[object] = [recordings.open(ids[0])]
-    cycle.append(cycle)
-    del cycle
-    assert recordings.open(ids[1]).run_id == ids[1]
-
-
-def test_nothing_is_read_for_a_page_that_has_ended(store, ids) -> None:
-    with pytest.raises(RecordingError, match="was stopped"):
-        recordings_in(store).open(ids[0], should_stop=lambda: True)
 
 
 def test_a_worker_tells_its_page_and_keeps_no_run_itself(store, ids) -> None:
@@ -161,22 +136,6 @@ def test_a_worker_tells_its_page_and_keeps_no_run_itself(store, ids) -> None:
     alone = size_of_run(second.replay.result)
     del first
     wait_until(lambda: recordings.memory.held == alone, "the first is still held")
-    worker.close()
-    worker.join(PATIENCE)
-
-
-def test_without_memory_nothing_is_compared_and_the_page_says_so(store, ids, monkeypatch) -> None:
-    answers: SimpleQueue[Intent] = SimpleQueue()
-    recordings = recordings_in(store)
-    a, b = (recordings.open(run_id).result for run_id in ids)
-    worker = ComparisonWorker(recordings, answers.put)
-    monkeypatch.setattr("slipgrasp.server.budget.SMALL_BYTES", 0)
-    with recordings.memory.reserve(Need(recordings.memory.left, "others")):
-        worker.compare((1, 2), a, b)
-        answer = answers.get(timeout=PATIENCE)
-    assert isinstance(answer, RunsCompared)
-    assert answer.findings is None
-    assert answer.message.endswith("wait for memory; try again in 5 s")
     worker.close()
     worker.join(PATIENCE)
 

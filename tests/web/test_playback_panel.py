@@ -55,19 +55,6 @@ def test_a_moving_play_head_sends_neither_strip_nor_controls_again(
     panel.remove()
 
 
-def test_the_controls_show_what_is_chosen(viewer_server: ViewerServer, view: ViewState) -> None:
-    panel = PlaybackPanel(viewer_server.gui, lambda _: None)
-    panel.update(view)
-    assert 'aria-label="Play"' in panel.transport.content
-    assert 'aria-pressed="true" title="Shows the time range' in panel.transport.content
-    playing = replace(playback_of(view), playing=True, speed=2.0)
-    panel.update(replace(view, playback=playing, choice=WindowChoice.WHOLE))
-    assert 'aria-label="Pause"' in panel.transport.content
-    assert '<option value="2" selected>' in panel.transport.content
-    assert 'aria-pressed="true" title="Shows the run' in panel.transport.content
-    panel.remove()
-
-
 def test_a_run_without_slip_is_shown_whole(viewer_server: ViewerServer, view: ViewState) -> None:
     panel = PlaybackPanel(viewer_server.gui, lambda _: None)
     whole = replace(playback_of(view), window=whole_window(view.shown.result))

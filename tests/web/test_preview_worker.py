@@ -11,7 +11,6 @@ from types import SimpleNamespace
 
 import pytest
 
-from slipgrasp.core.exceptions import ScenarioError
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import load_scenario, with_values
@@ -151,8 +150,3 @@ def test_closing_gives_up_what_goes_on_and_ends_the_thread(bench: Bench) -> None
     bench.worker.join(PATIENCE)
     assert not bench.thread.is_alive()
     assert bench.answers.empty()
-
-
-def test_a_scenario_is_checked_before_it_gets_here() -> None:
-    with pytest.raises(ScenarioError):
-        with_values(CASE, {"object.mass": -1.0})

@@ -17,8 +17,6 @@ from slipgrasp.web.model.intents.compare import EndComparison
 from slipgrasp.web.model.intents.intent import Intent
 from slipgrasp.web.model.intents.scenario import (
     ChoosePreset,
-    Redo,
-    ResetScenario,
     SetParameter,
     Undo,
 )
@@ -132,21 +130,6 @@ def test_a_chosen_ghost_stays_and_another_scenario_has_none(bench: Bench) -> Non
     bench.view = replace(bench.view, ghost=None)
     assert bench.do(SetParameter(INERTIA, 0.02)).ghost is not None
     assert bench.do(ChoosePreset("paper-case-2")).ghost is None
-
-
-def test_undo_and_redo_show_the_same_runs_again(bench: Bench) -> None:
-    first = bench.slip
-    bench.do(SetParameter(MASS, 1.4))
-    second = bench.slip
-    assert second != first
-    bench.do(Undo())
-    assert bench.slip == first
-    bench.do(Redo())
-    assert bench.slip == second
-    bench.do(ResetScenario())
-    assert bench.slip == first
-    bench.do(Undo())
-    assert bench.slip == second
 
 
 def test_drawing_waits_for_a_short_run_but_not_for_long(bench: Bench) -> None:

@@ -6,7 +6,6 @@ import asyncio
 from dataclasses import replace
 from typing import Any
 
-import pytest
 import viser
 
 from slipgrasp.core.exceptions import FieldError
@@ -49,19 +48,6 @@ def test_the_note_says_what_a_control_acts_on_now() -> None:
     assert "from the play head on" in reach_html(Reach.PLAY_HEAD, at(0.05, playing=True))
     assert "on the whole run" in reach_html(Reach.PLAY_HEAD, at(0.0))
     assert "on the whole run" in reach_html(Reach.WHOLE_RUN, at(0.05))
-
-
-def test_the_note_is_written_once_while_the_play_head_moves(viewer_server: ViewerServer) -> None:
-    draft = Draft.from_preset("paper-case-1")
-    panel = ScenarioPanel(viewer_server.gui, draft, lambda _: None)
-    panel.update(view_of(draft, at(0.1, playing=True)))
-    written = panel.note.content
-    panel.note.content = "as it was"
-    panel.update(view_of(draft, at(0.2, playing=True)))
-    assert panel.note.content == "as it was"
-    panel.update(view_of(draft, at(0.2)))
-    assert panel.note.content not in ("as it was", written)
-    panel.remove()
 
 
 def test_timed_changes_are_listed_with_a_button_each() -> None:
@@ -155,15 +141,4 @@ def test_what_is_wrong_with_a_file_is_a_list_with_field_and_limit(
     assert "and 8 more" in panel.errors.content
     panel.update(view)
     assert panel.errors.content == ""
-    panel.remove()
-
-
-@pytest.mark.parametrize("preset", ["paper-case-1", "paper-case-2"])
-def test_the_hint_of_the_scenario_says_what_it_shows(
-    viewer_server: ViewerServer, preset: str
-) -> None:
-    draft = Draft.from_preset(preset)
-    panel = ScenarioPanel(viewer_server.gui, draft, lambda _: None)
-    panel.update(view_of(draft))
-    assert panel.origin.hint == draft.base.title
     panel.remove()

@@ -13,7 +13,7 @@ import viser
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulator import simulate
-from slipgrasp.core.scenario.loading import load_scenario, scenario_from_mapping, with_values
+from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.recordings.palette import PHASES
 from slipgrasp.server.viewer.server import ViewerServer
 from slipgrasp.web.model.appearance import Appearance
@@ -25,7 +25,6 @@ from tests.held_polygon import CORNERS, held_polygon
 from tests.web.packets import unpacked
 
 MOST_UPDATES = 36
-THIRD_FINGER = {"base": (1.466, -1.3), "face": "bottom", "contact_offset": 0.02, "friction": 0.3}
 
 
 def node(server: ViewerServer, name: str) -> Any:
@@ -167,41 +166,6 @@ def test_a_frame_sends_little_and_the_same_frame_nothing(
     with counting(monkeypatch) as again:
         scene.update(sampler.at(0.052))
     assert again == []
-
-
-def test_nodes_are_moved_and_not_made_anew_for_another_mass(
-    scene: Scene, viewer_server: ViewerServer, case_2: RunResult, heavier: RunResult
-) -> None:
-    scene.show(case_2)
-    tip = node(viewer_server, "/hand/plane/object/contact0/tip")
-    scene.show(heavier)
-    assert node(viewer_server, "/hand/plane/object/contact0/tip") is tip
-    scene.remove()
-    assert server_names(viewer_server) == []
-
-
-def server_names(server: ViewerServer) -> list[str]:
-    """Nodes of the hands that are still there."""
-    names = ("/hand", "/ghost", "/hand/plane/object/contact0/tip")
-    return [name for name in names if server.scene.get_handle_by_name(name) is not None]
-
-
-def test_a_hand_with_a_finger_below_gets_a_close_up_for_each(
-    scene: Scene, viewer_server: ViewerServer
-) -> None:
-    mapping = load_scenario("paper-case-1").to_mapping()
-    mapping["fingers"] = [*mapping["fingers"], THIRD_FINGER]
-    mapping["controller"] |= {"grasp_force": "none", "control_period": 0.001}
-    mapping["simulation"]["duration"] = 0.1
-    result = simulate(scenario_from_mapping(mapping))
-    scene.show(result, result)
-    sample = Sampler(result.trace).at(0.05)
-    scene.update(sample, sample)
-    facts, arrays = sent_for_close_ups(viewer_server)
-    assert [each["ghost"] for each in facts["contacts"]] == [True] * 3
-    # Its last link comes from below.
-    assert (np.sin(arrays["link"][:, 2]) > 0.5).all()
-    np.testing.assert_allclose(facts["contacts"][2]["inward"], (0.0, 1.0), atol=1e-12)
 
 
 def test_a_moving_picture_leaves_out_what_nobody_sees_and_one_at_rest_is_exact(

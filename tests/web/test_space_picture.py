@@ -108,17 +108,6 @@ def test_events_say_where_a_fingertip_slips_and_lanes_show_it(prism: RunResult) 
         assert [phase for _, _, phase in spans] == [ContactPhase.SLIP, ContactPhase.STICK]
 
 
-def test_marks_have_the_colour_of_their_phase(
-    viewer_server: ViewerServer, prism: RunResult
-) -> None:
-    scene, sampler = Scene(viewer_server), Sampler(prism.trace)
-    scene.show(prism)
-    for time, phase in ((DURING, ContactPhase.SLIP), (AFTER, ContactPhase.STICK)):
-        scene.update(sampler.at(time))
-        assert tuple(node(viewer_server, f"{OBJECT}/contact0/tip/ball").color) == PHASES[phase]
-    scene.remove()
-
-
 def test_the_pad_of_a_soft_fingertip_is_a_disc_whose_hand_turns_with_it(
     viewer_server: ViewerServer, prism: RunResult
 ) -> None:

@@ -65,14 +65,6 @@ def test_runs_that_are_not_done_have_no_cell_yet(results: StudyResults) -> None:
     assert picture.finished == 4
 
 
-def test_an_empty_map_has_its_axes_already(study: Study) -> None:
-    picture = picture_of(StudyResults(study))
-    html = map_html(picture, None)
-    assert list(opened_by(html)) == []
-    assert "object mass [kg]" in html
-    assert picture.across.ticks
-
-
 def test_counts_of_the_key_are_those_of_the_results(results: StudyResults) -> None:
     picture = picture_of(results)
     summary = results.summary()

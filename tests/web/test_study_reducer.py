@@ -39,7 +39,7 @@ from slipgrasp.web.model.intents.study import (
 )
 from slipgrasp.web.model.playback import WindowChoice
 from slipgrasp.web.model.study import Followed, StudyView
-from slipgrasp.web.model.study_draft import COMPARISONS, NO_COMPARISON, AxisDraft, study_of
+from slipgrasp.web.model.study_draft import COMPARISONS, AxisDraft, study_of
 from slipgrasp.web.model.study_words import progress_words
 from slipgrasp.web.model.view import RunStage, RunStatus, ViewState
 from slipgrasp.web.reducers.study import StudyReducer
@@ -189,13 +189,6 @@ def test_a_plan_that_is_seen_and_rests_is_priced_and_one_that_changes_no_longer(
     assert bench.do(ChooseComparison(next(iter(COMPARISONS)))).price is None
 
 
-def test_an_axis_takes_away_the_comparison_of_what_it_varies(bench: Bench) -> None:
-    name = next(name for name, (key, _) in COMPARISONS.items() if key == WEIGHT)
-    study = bench.do(ChooseComparison(name), ChooseAxis(0, WEIGHT))
-    assert study.draft is not None
-    assert study.draft.comparison == NO_COMPARISON
-
-
 def test_a_range_that_is_not_allowed_is_told_and_nothing_runs(bench: Bench) -> None:
     bench.do(SetRange(0, AxisDraft("object.mass", 0.0, 2.0, 3)), StartStudy())
     study = bench.until(lambda study: study.problems)
@@ -230,22 +223,6 @@ def test_a_run_of_it_is_simulated_again_and_opened(bench: Bench) -> None:
     stored, is_new = bench.service.record_run(bench.followed.study_id, 7)
     assert (stored.id, is_new) == (opened.run_id, False)
     assert bench.do(OpenStudyRun(9)).study_run == opened
-
-
-def test_a_run_that_does_not_come_out_again_is_told_so(
-    bench: Bench, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    bench.finish()
-    heavier = replace(
-        bench.service.results(bench.followed.study_id).study, base=load_scenario("paper-case-1")
-    )
-    results = bench.service.results(bench.followed.study_id)
-    monkeypatch.setattr(results, "study", heavier)
-    bench.do(OpenStudyRun(2))
-    study = bench.until(lambda study: study.study_run and study.study_run.message)
-    assert study.study_run is not None
-    assert "differs from its result" in study.study_run.message
-    assert not study.study_run.run_id
 
 
 def long_study() -> Study:
