@@ -16,7 +16,6 @@ from slipgrasp.core.scenario.custom_laws import CustomLaw, forget
 from slipgrasp.core.scenario.law_loading import load_law
 from slipgrasp.core.words.display_name import name_run
 from slipgrasp.server.viewer.server import ViewerServer
-from slipgrasp.web.charts.charts import diagnostic_charts
 from slipgrasp.web.model.draft import Draft
 from slipgrasp.web.model.intents.scenario import SetParameter, Undo
 from slipgrasp.web.model.laws import with_law, without_law_change
@@ -159,13 +158,6 @@ def test_a_recording_of_a_law_that_is_not_here_is_shown(
     panel.remove()
     assert offers_of(result.scenario) == ()
     assert "law of this scenario is not available" in draft_html(StudyView())
-
-
-def test_what_a_law_tells_has_a_chart_with_its_unit_and_sentence(first: Draft) -> None:
-    result = simulate(with_law(first, "squeeze", None).scenario())
-    (chart,) = diagnostic_charts(result)
-    assert (chart.unit, chart.about) == ("N", "Commanded normal force.")
-    np.testing.assert_array_equal(chart.lines[0].values, result.trace.diagnostics[:, 0])
 
 
 @pytest.fixture

@@ -143,22 +143,6 @@ def meshes_in(sent: list[Any]) -> list[Any]:
     return [each for each in kinds if each[0] == "MeshMessage" and "/links" in each[1]]
 
 
-def test_a_frame_moves_only_links_and_marks(
-    scene: Scene, viewer_server: ViewerServer, run: RunResult, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """As many updates as with bars."""
-    counts, sampler = [], Sampler(run.trace)
-    for each in (scene, None):
-        each = each or Scene(viewer_server)
-        each.show(run)
-        each.update(sampler.at(0.0))
-        with counting(monkeypatch) as sent:
-            each.update(sampler.at(LATER))
-        counts.append(len(sent))
-        each.remove()
-    assert counts[0] == counts[1] > 0
-
-
 def test_a_hand_that_is_moved_as_a_whole_keeps_its_base_and_one_that_is_not_loses_it(
     scene: Scene, viewer_server: ViewerServer, run: RunResult
 ) -> None:

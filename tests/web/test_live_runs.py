@@ -40,14 +40,6 @@ def test_equal_scenarios_share_one_run_and_its_computing_time(service: RunServic
     assert service.memory.held == held
 
 
-def test_other_scenarios_have_their_own_run(service: RunService) -> None:
-    live, case = LiveRuns(service), load_scenario("paper-case-1")
-    first = simulate(live, case)
-    other = simulate(live, with_values(case, {"object.mass": 1.5}))
-    assert other.result is not first.result
-    assert other.result.scenario != case
-
-
 def test_a_run_is_forgotten_with_its_last_page(service: RunService) -> None:
     live, case = LiveRuns(service), load_scenario("paper-case-1")
     first = simulate(live, case)

@@ -65,17 +65,6 @@ def test_our_style_and_script_stand_first_in_the_head_of_viser_s_page(
     assert "'self'" in page.headers["content-security-policy"]
 
 
-@pytest.mark.parametrize(
-    ("name", "media_type"), [("dashboard.js", "text/javascript"), ("dashboard.css", "text/css")]
-)
-def test_the_files_of_the_page_are_served_from_here(
-    dashboard: RunningServer, name: str, media_type: str
-) -> None:
-    answer = get(dashboard.port, f"/dashboard/static/{name}", [host(dashboard.port)])
-    assert answer.status == 200
-    assert answer.headers["content-type"].startswith(media_type)
-
-
 @pytest.mark.parametrize("path", ["/", "/dashboard/static/dashboard.js"])
 def test_a_page_that_is_loaded_again_sends_none_of_its_files_again(
     dashboard: RunningServer, path: str

@@ -99,12 +99,6 @@ def test_the_first_picture_shows_slip_in_slow_motion(case_1: RunResult) -> None:
     assert playback.speed < 0.1
 
 
-def test_a_choice_stands_for_a_stretch_of_the_run(case_1: RunResult) -> None:
-    whole = TimeWindow(0.0, 7.0)
-    assert window_of(case_1, WindowChoice.WHOLE, WINDOW) == whole
-    assert window_of(case_1, WindowChoice.SLIP, WINDOW) == slip_window(case_1)
-
-
 def test_a_closer_look_stays_when_the_run_changes_but_never_leaves_it(case_1: RunResult) -> None:
     assert window_of(case_1, WindowChoice.CLOSER, WINDOW) == WINDOW
     assert window_of(case_1, WindowChoice.CLOSER, TimeWindow(6.0, 9.0)) == TimeWindow(6.0, 7.0)

@@ -11,7 +11,6 @@ import pytest
 from slipgrasp.core.run.premises import describe_premises
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
-from slipgrasp.web.model import view as views
 from slipgrasp.web.model.draft import Draft
 from slipgrasp.web.model.intents.intent import Intent
 from slipgrasp.web.model.intents.premises import FindPremises, PremisesFound
@@ -64,8 +63,3 @@ def test_an_answer_about_another_run_comes_too_late(answers):
 @pytest.mark.parametrize("name", ["composite-case-2", "spatial-composite"])
 def test_nothing_is_offered_where_the_theorems_say_nothing(name):
     assert not shown(name).offers_premises
-
-
-def test_nothing_is_offered_of_runs_that_take_too_long(monkeypatch):
-    monkeypatch.setattr(views, "MOST_ROWS_WITH_PREMISES", 10)
-    assert not shown("paper-case-1").offers_premises

@@ -76,20 +76,6 @@ class RecordedIntents(list[Intent]):
         self.append(intent)
 
 
-def test_the_panel_offers_what_can_be_done_with_the_run_that_is_chosen(
-    viewer_server: ViewerServer, store: RecordingStore, case_1: RunResult
-) -> None:
-    run = store.annotate(store.save(case_1).id, name="first", tags=["a", "b"])
-    panel = RecordingsPanel(viewer_server.gui, RecordedIntents().send)
-    panel.update(view_of(RunList(0, 1, (run,))))
-    assert not panel.chosen.folder.visible
-    panel.update(view_of(RunList(0, 1, (run,), chosen_id=run.id, chosen=run)))
-    assert panel.chosen.folder.visible
-    assert (panel.chosen.name.value, panel.chosen.tags.value) == ("first", "a, b")
-    assert f"href='api/v1/runs/{run.id}/recording'" in panel.chosen.words.content
-    panel.remove()
-
-
 def test_what_is_being_written_about_a_run_stays_while_the_list_is_looked_up_again(
     viewer_server: ViewerServer, store: RecordingStore, case_1: RunResult
 ) -> None:

@@ -17,9 +17,8 @@ from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.run.verdict import headline_of
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.trace.types import ContactPhase
-from slipgrasp.recordings.clip import WHOLE
 from slipgrasp.recordings.palette import PHASES
-from slipgrasp.web.charts.replay_page import MAX_FRAMES, write_html
+from slipgrasp.web.charts.replay_page import write_html
 from tests.waiting import wait_until
 from tests.web.conftest import PATIENCE, hide_warning
 from tests.web.driving import picture_at_rest
@@ -107,18 +106,6 @@ def test_progress_is_told_up_to_the_end(tmp_path: Path) -> None:
     told: list[float] = []
     write_html(short, io.BytesIO(), told.append, fps=20.0)
     assert told == pytest.approx([0.2, 0.4, 0.6, 0.8, 1.0])
-
-
-def test_frames_span_the_run_in_real_time(case_2: RunResult) -> None:
-    times = WHOLE.times(case_2, 30.0, MAX_FRAMES)
-    assert (times[0], times[-1], len(times)) == (0.0, 7.0, 211)
-    assert np.diff(times) == pytest.approx(1.0 / 30.0)
-
-
-def test_a_long_run_gets_fewer_frames_per_second(case_2: RunResult) -> None:
-    stretched = replace(case_2.trace, times=100.0 * case_2.trace.times)
-    times = WHOLE.times(replace(case_2, trace=stretched), 30.0, MAX_FRAMES)
-    assert (times[-1], len(times)) == (700.0, MAX_FRAMES)
 
 
 def test_the_title_of_a_scenario_is_never_markup(case_1: RunResult, tmp_path: Path) -> None:

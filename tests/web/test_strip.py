@@ -69,12 +69,6 @@ def test_ticks_stand_at_round_times(start: float, end: float, labels: list, unit
         assert start + tick.share * (end - start) == pytest.approx(float(tick.label) / scale)
 
 
-@pytest.mark.parametrize("length", [1e-3, 0.02, 0.5, 3.0, 60.0, 600.0])
-def test_an_axis_is_neither_empty_nor_crowded(length: float) -> None:
-    ticks, _ = axis_ticks(TimeWindow(0.0, length))
-    assert 3 <= len(ticks) <= 8
-
-
 def test_the_strip_has_a_lane_per_contact_and_a_mark_per_event(case_2: RunResult) -> None:
     root = ElementTree.fromstring(strip_html(case_2, playback(case_2), None))
     assert len(root.findall(".//svg[@class='sg-lane']")) == 2

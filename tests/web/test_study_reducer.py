@@ -11,7 +11,6 @@ from pathlib import Path
 
 import pytest
 
-from slipgrasp.core.scenario.loading import load_scenario
 from slipgrasp.core.study.definition import Study
 from slipgrasp.recordings.exceptions import RecordingWriteError
 from slipgrasp.recordings.store.store import RecordingStore
@@ -47,8 +46,6 @@ from slipgrasp.web.workers.worker import QueueWorker
 from tests.server.serving import patient_settings
 from tests.waiting import PATIENCE, wait_until
 from tests.web.studying import STUDY_DRAFT, quick_scenario
-
-WEIGHT = "controller.lyapunov_weight"
 
 
 @dataclass
@@ -137,21 +134,6 @@ def bench(service: StudyService) -> Iterator[Bench]:
     yield bench
     leave(bench)
     assert "study-worker" not in {thread.name for thread in threading.enumerate()}
-
-
-def test_the_draft_decides_what_is_offered_and_where_a_plan_begins(bench: Bench) -> None:
-    first = bench.study.draft
-    assert first is not None
-    assert [axis.key for axis in first.axes] == ["object.mass", "fingers.*.friction"]
-    bench.do(ChooseAxis(1, WEIGHT))
-    study_draft = bench.study.draft
-    assert study_draft is not None
-    assert study_draft.axes[1] == AxisDraft(WEIGHT, 1.0, 100.0, first.axes[1].count)
-    second = load_scenario("paper-case-2")
-    bench.view = replace(bench.view, draft=Draft.starting_from("paper-case-2", second))
-    bench.do()
-    assert "estimates.3.initial" in {offer.key for offer in bench.study.offers}
-    assert bench.study.draft == study_draft
 
 
 def test_what_a_browser_makes_up_changes_nothing(bench: Bench) -> None:
@@ -253,13 +235,6 @@ def test_a_study_that_has_failed_is_resumed_and_followed_to_its_end(
     bench.do(ResumeStudy())
     bench.until(lambda _: bench.followed.status.state is StudyState.COMPLETED)
     assert bench.followed.status.finished == bench.followed.status.stored.num_runs
-
-
-def test_what_cannot_be_resumed_is_said(bench: Bench) -> None:
-    bench.finish()
-    bench.do(ResumeStudy())
-    study = bench.until(lambda study: study.message)
-    assert "is completed and cannot be resumed" in study.message
 
 
 def test_a_study_goes_on_when_its_session_has_gone(service: StudyService) -> None:
