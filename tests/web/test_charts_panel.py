@@ -19,10 +19,8 @@ from slipgrasp.core.scenario.loading import load_scenario, scenario_from_mapping
 from slipgrasp.server.viewer.server import ViewerServer
 from slipgrasp.web.charts.charts import CHART_TABS, charts_of
 from slipgrasp.web.model.charts_view import ChartsView
-from slipgrasp.web.model.draft import Draft
 from slipgrasp.web.model.intents.picture import ToggleLine
 from slipgrasp.web.model.playback import (
-    Playback,
     TimeWindow,
     WindowChoice,
     slip_window,
@@ -31,25 +29,19 @@ from slipgrasp.web.model.playback import (
 from slipgrasp.web.model.view import Ghost, RunStage, RunStatus, Shown, ViewState
 from slipgrasp.web.panels.charts_panel import ChartsPanel, is_reading_due
 from slipgrasp.web.reducers.charts import ChartsReducer
+from tests.web import reducing
 from tests.web.listening_gui import ListeningClient
+from tests.web.reducing import AT_REST, at
 
 
 def view_of(result: RunResult, window: TimeWindow | None = None) -> ViewState:
-    return ViewState(
-        draft=Draft.from_preset("paper-case-2"),
+    return reducing.view_of(
+        result,
         status=RunStatus(RunStage.PREVIEW),
         choice=WindowChoice.SLIP,
-        shown=Shown(1, result, 0.01),
-        playback=Playback(
-            time=0.05, window=window or slip_window(result), speed=1.0, playing=False
-        ),
+        playback=replace(AT_REST, time=0.05, window=window or slip_window(result)),
         charts=ChartsView(seen=frozenset(CHART_TABS)),
     )
-
-
-def at(view: ViewState, time: float) -> ViewState:
-    assert view.playback is not None
-    return replace(view, playback=view.playback.seek(time))
 
 
 class Page:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import permutations
 
 import pytest
@@ -21,11 +22,10 @@ from slipgrasp.web.model.editing import LawNote, Reach
 from slipgrasp.web.model.events import events_of
 from slipgrasp.web.model.intents.scenario import ChooseReach, Redo, RemoveChange, SetParameter, Undo
 from slipgrasp.web.model.laws import law_change_words, with_law
-from slipgrasp.web.model.playback import Playback, TimeWindow, WindowChoice
-from slipgrasp.web.model.view import RunStage, RunStatus, ViewState
+from slipgrasp.web.model.view import ViewState
 from slipgrasp.web.panels.controls_panel import ControlsPanel
 from slipgrasp.web.panels.scenario_panel import changes_html
-from tests.web.reducing import after, at
+from tests.web.reducing import AT_REST, after, at, first_view
 
 pytestmark = pytest.mark.slow
 
@@ -38,8 +38,7 @@ COMPOSITE = (
 
 
 def view_at(time: float, draft: Draft = FIRST, *, playing: bool = False) -> ViewState:
-    playback = Playback(time=time, window=TimeWindow(0.0, 7.0), speed=1.0, playing=playing)
-    return ViewState(draft, RunStatus(RunStage.PREVIEW), WindowChoice.SLIP, playback=playback)
+    return first_view(draft=draft, playback=replace(AT_REST, time=time, playing=playing))
 
 
 def chosen(view: ViewState, *kinds: str) -> ViewState:

@@ -26,19 +26,18 @@ from slipgrasp.web.model.parameter_groups import (
     disturbance_groups,
     group_parameters,
 )
-from slipgrasp.web.model.playback import Playback, TimeWindow, WindowChoice
 from slipgrasp.web.model.slider_range import slider_range
 from slipgrasp.web.model.view import RunStage, RunStatus, ViewState
 from slipgrasp.web.panels.controls_panel import ControlsPanel
 from slipgrasp.web.panels.parameter_inputs import as_text, parse_text
+from tests.web.reducing import AT_REST, first_view
 
 NAMES = ("left", "right")
 GAIN, MASS = "controller.position_gain", "object.mass"
 
 
 def view_of(draft: Draft, time: float = 0.0) -> ViewState:
-    playback = Playback(time=time, window=TimeWindow(0.0, 7.0), speed=1.0, playing=False)
-    return ViewState(draft, RunStatus(RunStage.SIMULATING), WindowChoice.SLIP, playback=playback)
+    return first_view(draft=draft, playback=replace(AT_REST, time=time))
 
 
 def refused(draft: Draft) -> ViewState:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -19,11 +20,11 @@ from slipgrasp.server.viewer.server import ViewerServer
 from slipgrasp.web.model.draft import Draft
 from slipgrasp.web.model.intents.scenario import SetParameter, Undo
 from slipgrasp.web.model.laws import with_law, without_law_change
-from slipgrasp.web.model.playback import Playback, TimeWindow, WindowChoice
+from slipgrasp.web.model.playback import TimeWindow
 from slipgrasp.web.model.selection import LAW_PART, Selection
 from slipgrasp.web.model.study import StudyView
 from slipgrasp.web.model.study_draft import offers_of
-from slipgrasp.web.model.view import RunStage, RunStatus, ViewState
+from slipgrasp.web.model.view import ViewState
 from slipgrasp.web.panels.controls_panel import ControlsPanel
 from slipgrasp.web.panels.study_panel import draft_html
 from tests.web.conftest import PATIENCE, SMALL
@@ -36,7 +37,7 @@ from tests.web.driving import (
     pause_at,
     unfold_changes,
 )
-from tests.web.reducing import after
+from tests.web.reducing import AT_REST, after, first_view
 from tests.web.serving_process import ServerProcess
 
 LAW, GRIP = "controller.kind", "controller.parameters.grip"
@@ -70,14 +71,8 @@ def replace_duration(draft: Draft) -> Draft:
 
 
 def view_at(time: float, draft: Draft) -> ViewState:
-    playback = Playback(time=time, window=TimeWindow(0.0, 0.3), speed=1.0, playing=False)
-    return ViewState(
-        draft,
-        RunStatus(RunStage.PREVIEW),
-        WindowChoice.SLIP,
-        playback=playback,
-        selection=Selection(LAW_PART),
-    )
+    playback = replace(AT_REST, time=time, window=TimeWindow(0.0, 0.3))
+    return first_view(draft=draft, playback=playback, selection=Selection(LAW_PART))
 
 
 def asked_force(draft: Draft, time: float) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import pytest
 from pydantic import ValidationError
@@ -22,12 +23,13 @@ from slipgrasp.web.model.intents.scenario import (
     Undo,
 )
 from slipgrasp.web.model.page_layout import PageLayout
-from slipgrasp.web.model.playback import Playback, TimeWindow, WindowChoice
-from slipgrasp.web.model.view import RunStage, RunStatus, Shown, ViewState
+from slipgrasp.web.model.playback import WindowChoice
+from slipgrasp.web.model.view import RunStage, ViewState
 from slipgrasp.web.page.intents_schema import PageGestures, posted
 from slipgrasp.web.reducers.frame_pacing import FRAME_INTERVAL, FramePacer
 from slipgrasp.web.reducers.playback import PlaybackReducer
 from slipgrasp.web.reducers.runs import is_save_due
+from tests.web.reducing import AT_REST, view_of
 
 
 def test_only_the_last_value_of_a_dragged_control_counts() -> None:
@@ -152,14 +154,7 @@ def test_one_viewer_is_drawn_thirty_frames_and_many_share_the_processor() -> Non
 
 
 def _view(result: RunResult, *, playing: bool) -> ViewState:
-    playback = Playback(time=0.2, window=TimeWindow(0.0, 7.0), speed=0.25, playing=playing)
-    return ViewState(
-        draft=Draft.from_preset("paper-case-1"),
-        status=RunStatus(RunStage.SAVED),
-        choice=WindowChoice.WHOLE,
-        shown=Shown(1, result, 0.01),
-        playback=playback,
-    )
+    return view_of(result, playback=replace(AT_REST, time=0.2, speed=0.25, playing=playing))
 
 
 def test_a_preset_is_chosen_by_name_never_by_path(tmp_path) -> None:

@@ -7,7 +7,6 @@ from dataclasses import replace
 import pytest
 
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.web.model.draft import Draft
 from slipgrasp.web.model.intents.intent import Intent
 from slipgrasp.web.model.intents.recordings import (
     OpenLink,
@@ -15,10 +14,10 @@ from slipgrasp.web.model.intents.recordings import (
     RecordingOpened,
     RecordingUnreadable,
 )
-from slipgrasp.web.model.playback import WindowChoice
 from slipgrasp.web.model.replay import Replay
-from slipgrasp.web.model.view import RunStage, RunStatus, ViewState, show_replay
+from slipgrasp.web.model.view import ViewState, show_replay
 from slipgrasp.web.reducers.link import LinkReducer, linked_time
+from tests.web.reducing import first_view
 
 RUN = "abcdefghijkl"
 NUMBER = 1
@@ -31,12 +30,7 @@ class Followed:
         self.sent: list[Intent] = []
         self.reducer = LinkReducer(self.sent.append)
         self.replay = Replay("name", "long ago", result, RUN)
-        first = ViewState(
-            draft=Draft.from_preset("paper-case-2"),
-            status=RunStatus(RunStage.SIMULATING),
-            choice=WindowChoice.SLIP,
-        )
-        self.view = replace(self.reducer.reduce(link, first), opening=NUMBER)
+        self.view = replace(self.reducer.reduce(link, first_view()), opening=NUMBER)
 
     def arrive(self, number: int = NUMBER) -> ViewState:
         shown = show_replay(self.view, self.replay)

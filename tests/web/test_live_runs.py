@@ -66,7 +66,9 @@ def test_pages_that_simulate_at_the_same_time_share_the_run_of_the_first(
 
 def test_a_stopped_run_is_not_shared(service: RunService) -> None:
     live = LiveRuns(service)
-    case = with_values(load_scenario("paper-case-1"), {"simulation.max_step": 1e-5})
+    case = with_values(
+        load_scenario("paper-case-1"), {"simulation.max_step": 1e-5, "simulation.duration": 0.05}
+    )
     stopped = live.simulate(case, lambda: True)
     assert stopped.result.outcome is Outcome.STOPPED
     assert simulate(live, case).result is not stopped.result

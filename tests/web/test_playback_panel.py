@@ -11,7 +11,6 @@ import pytest
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.server.viewer.server import ViewerServer
-from slipgrasp.web.model.draft import Draft
 from slipgrasp.web.model.intents.compare import SwapRuns
 from slipgrasp.web.model.intents.playback import Seek, SetSpeed, Step, TogglePlay
 from slipgrasp.web.model.playback import Playback, WindowChoice, start_playback, whole_window
@@ -21,15 +20,15 @@ from slipgrasp.web.page.intents_schema import PageGestures, posted
 from slipgrasp.web.page.keys import KEYS, keys_html, keys_of
 from slipgrasp.web.panels.playback_panel import PlaybackPanel, caption_html, transport_html
 from slipgrasp.web.panels.session_state_panel import SessionStatePanel, linked_run
+from tests.web.reducing import view_of
 
 
 @pytest.fixture
 def view(case_2: RunResult) -> ViewState:
-    return ViewState(
-        draft=Draft.from_preset("paper-case-2"),
+    return view_of(
+        case_2,
         status=RunStatus(RunStage.SAVED, run_id="abcdefghijkl"),
         choice=WindowChoice.SLIP,
-        shown=Shown(1, case_2, 0.0),
         playback=replace(start_playback(case_2), playing=False),
     )
 
@@ -129,7 +128,7 @@ def test_the_session_state_tells_all_the_script_needs_and_is_quiet_while_nothing
 ) -> None:
     panel = SessionStatePanel(viewer_server.gui, "secret")
     panel.update(view)
-    first = told_by(panel)
+    first, playback = told_by(panel), playback_of(view)
     assert first == {
         "session": "secret",
         "ready": True,
@@ -138,11 +137,11 @@ def test_the_session_state_tells_all_the_script_needs_and_is_quiet_while_nothing
         "run": "abcdefghijkl",
         "notice": "",
         "lecture": False,
-        "time": playback_of(view).time,
-        "start": playback_of(view).window.start,
-        "end": playback_of(view).window.end,
+        "time": playback.time,
+        "start": playback.window.start,
+        "end": playback.window.end,
         "duration": 7.0,
-        "speed": playback_of(view).speed,
+        "speed": playback.speed,
         "pace": None,
         "playing": False,
     }

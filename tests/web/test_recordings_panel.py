@@ -9,11 +9,8 @@ from html import escape
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.recordings.store.store import RecordingStore, StoredRun
 from slipgrasp.server.viewer.server import ViewerServer
-from slipgrasp.web.model.draft import Draft
 from slipgrasp.web.model.intents.intent import Intent
-from slipgrasp.web.model.playback import WindowChoice
 from slipgrasp.web.model.run_list import Notice, RunFilter, RunList
-from slipgrasp.web.model.view import RunStage, RunStatus, Shown, ViewState
 from slipgrasp.web.panels.recordings_panel import (
     RecordingsPanel,
     chosen_html,
@@ -21,6 +18,7 @@ from slipgrasp.web.panels.recordings_panel import (
     row_words,
     rows_html,
 )
+from tests.web.reducing import first_view
 
 HOSTILE = "<img src=x onerror=alert(1)>"
 
@@ -81,24 +79,14 @@ def test_what_is_being_written_about_a_run_stays_while_the_list_is_looked_up_aga
 ) -> None:
     run = store.save(case_1)
     panel = RecordingsPanel(viewer_server.gui, RecordedIntents().send)
-    panel.update(view_of(RunList(0, 1, (run,), chosen_id=run.id, chosen=run)))
+    panel.update(first_view(run_list=RunList(0, 1, (run,), chosen_id=run.id, chosen=run)))
     panel.chosen.name.value = "half a na"
-    panel.update(view_of(RunList(0, 2, (run, run), chosen_id=run.id, chosen=run)))
+    panel.update(first_view(run_list=RunList(0, 2, (run, run), chosen_id=run.id, chosen=run)))
     assert panel.chosen.name.value == "half a na"
     renamed = replace(run, name="by someone else")
-    panel.update(view_of(RunList(0, 2, (run, run), chosen_id=run.id, chosen=renamed)))
+    panel.update(first_view(run_list=RunList(0, 2, (run, run), chosen_id=run.id, chosen=renamed)))
     assert panel.chosen.name.value == "by someone else"
     panel.remove()
-
-
-def view_of(run_list: RunList, shown: Shown | None = None) -> ViewState:
-    return ViewState(
-        draft=Draft.from_preset("paper-case-1"),
-        status=RunStatus(RunStage.REPLAY),
-        choice=WindowChoice.SLIP,
-        shown=shown,
-        run_list=run_list,
-    )
 
 
 def test_runs_of_one_name_are_told_apart_by_when_they_were_saved(

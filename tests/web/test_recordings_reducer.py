@@ -10,7 +10,6 @@ import pytest
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.recordings.store.store import RecordingStore
 from slipgrasp.recordings.store.stored_run import StoredRun
-from slipgrasp.web.model.draft import Draft
 from slipgrasp.web.model.intents.intent import Intent
 from slipgrasp.web.model.intents.recordings import (
     AnnotateRecording,
@@ -23,20 +22,12 @@ from slipgrasp.web.model.intents.recordings import (
     RecordingsListed,
     RecordingUnreadable,
 )
-from slipgrasp.web.model.playback import WindowChoice
 from slipgrasp.web.model.run_list import ROWS_PER_PAGE, Notice, RunList
-from slipgrasp.web.model.view import RunStage, RunStatus, ViewState
+from slipgrasp.web.model.view import RunStage
 from slipgrasp.web.reducers.recordings import RecordingsReducer, relist_interval
 from tests.waiting import PATIENCE
 from tests.web.opening import recordings_in
-
-
-def first_view() -> ViewState:
-    return ViewState(
-        draft=Draft.from_preset("paper-case-1"),
-        status=RunStatus(RunStage.OPENING),
-        choice=WindowChoice.SLIP,
-    )
+from tests.web.reducing import first_view
 
 
 def ids_of(runs: Sequence[StoredRun]) -> list[str]:

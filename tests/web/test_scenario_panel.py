@@ -16,23 +16,22 @@ from slipgrasp.web.model.draft import Draft
 from slipgrasp.web.model.editing import Editing, Reach
 from slipgrasp.web.model.intents.intent import Intent
 from slipgrasp.web.model.intents.scenario import ChoosePreset, ChooseReach, ResetScenario, Undo
-from slipgrasp.web.model.playback import Playback, TimeWindow, WindowChoice
+from slipgrasp.web.model.playback import Playback
 from slipgrasp.web.model.replay import Replay
-from slipgrasp.web.model.view import Ghost, RunStage, RunStatus, Shown, ViewState
+from slipgrasp.web.model.view import Ghost, Shown, ViewState
 from slipgrasp.web.panels.scenario_file_panel import ScenarioFilePanel, file_errors_html
 from slipgrasp.web.panels.scenario_panel import ScenarioPanel, changes_html, ghost_html, reach_html
+from tests.web.reducing import AT_REST, first_view
 
 MASS = "object.mass"
 
 
 def at(time: float, *, playing: bool = False) -> Playback:
-    return Playback(time=time, window=TimeWindow(0.0, 7.0), speed=1.0, playing=playing)
+    return replace(AT_REST, time=time, playing=playing)
 
 
-def view_of(draft: Draft, playback: Playback | None = None) -> ViewState:
-    return ViewState(
-        draft, RunStatus(RunStage.SAVED), WindowChoice.SLIP, playback=playback or at(0.5)
-    )
+def view_of(draft: Draft) -> ViewState:
+    return first_view(draft=draft, playback=AT_REST)
 
 
 def touch(target: Any, value: str) -> None:
