@@ -86,6 +86,14 @@ def test_a_camera_that_was_moved_by_hand_is_left_alone_until_it_is_asked_to_look
     assert viewer.position == place(NARROW)
 
 
+def test_reports_from_before_the_camera_was_put_there_do_not_count_as_moved(
+    camera: FrontCamera, viewer: StandIn
+) -> None:
+    camera.report(FAR_AWAY)
+    camera.measure(NARROW)
+    assert viewer.position == place(NARROW)
+
+
 def test_a_late_report_of_where_the_camera_was_does_not_count_as_moved(
     camera: FrontCamera, viewer: StandIn
 ) -> None:

@@ -12,7 +12,6 @@ from slipgrasp.server.viewer.server import MessageBuffer
 from tests.server.serving import RunningServer
 
 SCENE, CARD, CHARTS, COMPARISON, SENT = "scene", "card", "charts", "comparison", "sent"
-CLOCK, STATE = "clock", "state"
 
 
 def subject_of(message: dict[str, Any]) -> str:
@@ -20,10 +19,6 @@ def subject_of(message: dict[str, Any]) -> str:
     content = str(updates.get("content", ""))
     if message.get("name") == "/close-ups":
         return SCENE
-    if message.get("name") == "/clock":
-        return CLOCK
-    if "sg-session-state" in content:
-        return STATE
     if "sg-verdict" in content:
         return CARD
     if "sg-compare" in content:
@@ -85,25 +80,6 @@ def test_view_words_and_charts_of_a_run_are_sent_together(
         viewer.wait_for(lambda message: subject_of(message) == CHARTS)
     assert SENT not in order[order.index(SCENE) : order.index(CARD)]
     assert SENT not in order[order.index(SCENE) : order.index(CHARTS)]
-
-
-def test_the_view_at_a_moved_play_head_is_sent_before_the_values_there(
-    dashboard: RunningServer, order: list[str]
-) -> None:
-    with HeadlessViewer(f"ws://127.0.0.1:{dashboard.port}/") as viewer:
-        viewer.measure_page()
-        viewer.wait_for(is_saved)
-        viewer.post(kind="toggle-play")
-        viewer.wait_for(lambda message: is_paused_at(message, None))
-        order.clear()
-        viewer.post(kind="seek", time=0.123)
-        viewer.wait_for(lambda message: is_paused_at(message, 0.123))
-    assert SENT in order[order.index(CLOCK) : order.index(STATE)]
-
-
-def is_paused_at(message: dict[str, Any], time: float | None) -> bool:
-    state = session_state(str(message.get("updates", {}).get("content", "")))
-    return state is not None and not state["playing"] and time in (None, state["time"])
 
 
 def is_comparison(message: dict[str, Any]) -> bool:

@@ -231,23 +231,21 @@ def fail(error: Exception) -> Callable[[object], ExportFile]:
     return make
 
 
-def test_what_goes_wrong_is_told_in_words() -> None:
-    answers: SimpleQueue[Intent] = SimpleQueue()
-    worker = ExportWorker(answers.put)
-    worker.start(7, fail(OSError(24, "Too many open files")))
-    answer = answers.get(timeout=PATIENCE)
-    assert answer == ExportFailed(7, "The file could not be made: Too many open files.")
-    worker.join(PATIENCE)
-
-
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
-def test_an_error_of_ours_does_not_leave_the_user_waiting() -> None:
+@pytest.mark.parametrize(
+    ("error", "words"),
+    [
+        (OSError(24, "Too many open files"), "The file could not be made: Too many open files."),
+        (ZeroDivisionError("ours"), "internal error"),
+    ],
+)
+def test_what_goes_wrong_is_told_in_words(error: Exception, words: str) -> None:
     answers: SimpleQueue[Intent] = SimpleQueue()
     worker = ExportWorker(answers.put)
-    worker.start(8, fail(ZeroDivisionError("ours")))
+    worker.start(7, fail(error))
     answer = answers.get(timeout=PATIENCE)
-    assert isinstance(answer, ExportFailed)
-    assert "internal error" in answer.message
+    assert isinstance(answer, ExportFailed) and answer.number == 7
+    assert words in answer.message
     worker.join(PATIENCE)
 
 

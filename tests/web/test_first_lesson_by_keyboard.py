@@ -61,10 +61,6 @@ def find_the_slip(page: Page) -> None:
     wait_until(lambda: told(page)["time"] == pytest.approx(0.1129, abs=2e-3), "no event")
     expect(card).to_contain_text("Both fingertips slipped")
     expect(card).to_contain_text("friction as 1.2; it is 0.25")
-    page.keyboard.press("Space")
-    wait_until(lambda: told(page)["playing"], "Space does not play")
-    page.keyboard.press("Space")
-    wait_until(lambda: not told(page)["playing"], "Space does not pause")
 
 
 def try_and_take_back(page: Page) -> None:
@@ -100,15 +96,6 @@ def make_it_heavier(page: Page) -> None:
     expect(ghost).to_be_hidden()
 
 
-def list_the_keys(page: Page) -> None:
-    """The keys are listed, and the list is left as it came."""
-    page.keyboard.press("?")
-    keys = page.get_by_role("dialog", name="Keys")
-    expect(keys).to_be_visible()
-    page.keyboard.press("Escape")
-    expect(keys).to_be_hidden()
-
-
 @pytest.mark.slow
 @pytest.mark.browser
 @pytest.mark.filterwarnings("ignore:Queued a .* on a closed connection")
@@ -119,7 +106,6 @@ def test_the_first_lesson_by_keyboard(visitors: Visitors) -> None:
     find_the_slip(page)
     try_and_take_back(page)
     make_it_heavier(page)
-    list_the_keys(page)
 
     page.reload()
     expect(page.locator(".sg-verdict")).to_be_visible()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 
 import pytest
@@ -23,12 +22,6 @@ def run_id(dashboard: RunningServer) -> str:
     return measure(dashboard.data_directory)
 
 
-def shoot(page: Page, name: str) -> None:
-    if folder := os.environ.get("SHOTS"):
-        page.wait_for_timeout(800)
-        page.screenshot(path=f"{folder}/{name}.png")
-
-
 def test_measured_data_are_drawn_over_the_run_with_their_distances(
     seen_page: Page, run_id: str
 ) -> None:
@@ -40,9 +33,7 @@ def test_measured_data_are_drawn_over_the_run_with_their_distances(
     table = page.locator(".sg-compare table")
     expect(table).to_contain_text("Run minus measured")
     expect(table).to_contain_text("slip_0")
-    shoot(page, "compare")
     page.get_by_role("tab", name="Run", exact=True).click()
-    shoot(page, "overlay")
 
 
 def test_a_fit_shows_its_profiles_and_its_report(seen_page: Page, run_id: str) -> None:
@@ -54,9 +45,7 @@ def test_a_fit_shows_its_profiles_and_its_report(seen_page: Page, run_id: str) -
     page.get_by_role("button", name="Fit", exact=True).click()
     page.get_by_text(re.compile("Complete. [0-9]+ runs.")).wait_for()
     expect(page.get_by_text("95 % interval")).to_be_visible()
-    shoot(page, "fit")
     with page.expect_popup() as popup:
         page.get_by_role("link", name="Report").click()
     expect(popup.value.get_by_role("heading", name="Parameters and their profiles")).to_be_visible()
-    shoot(popup.value, "report")
     popup.value.close()

@@ -73,11 +73,7 @@ def test_the_mailbox_gives_a_whole_batch_and_then_nothing() -> None:
         (RunStage.PREVIEW, 0.49, False),
         (RunStage.PREVIEW, 0.5, True),
         (RunStage.SIMULATING, 9.0, False),
-        (RunStage.SAVING, 9.0, False),
         (RunStage.SAVED, 9.0, False),
-        (RunStage.REFUSED, 9.0, False),
-        (RunStage.NOT_SAVED, 9.0, False),
-        (RunStage.REPLAY, 9.0, False),
     ],
 )
 def test_a_run_is_saved_once_its_controls_have_rested(
@@ -104,6 +100,13 @@ def test_a_frame_that_was_late_does_not_delay_the_next_one(case_1: RunResult) ->
     reducer.pass_time(1.0, view)
     reducer.pass_time(1.04, view)
     assert reducer.wait(1.04, view) == pytest.approx(2.0 / 30.0 - 0.04)
+
+
+def test_whatever_else_wakes_a_session_draws_no_frame_before_it_is_due(case_1: RunResult) -> None:
+    view, reducer = _view(case_1, playing=True), PlaybackReducer(FramePacer())
+    reducer.pass_time(1.0, view)
+    assert reducer.pass_time(1.01, view) is view
+    assert reducer.pass_time(1.04, view) is not view
 
 
 def test_no_frame_is_drawn_while_the_last_one_is_not_sent_and_then_the_time_is_right(

@@ -20,7 +20,7 @@ from slipgrasp.web.model.intents.recordings import (
     RecordingsListed,
     RecordingUnreadable,
 )
-from slipgrasp.web.model.run_list import OUTCOME_CHOICES, RunFilter
+from slipgrasp.web.model.run_list import OUTCOME_CHOICES, ROWS_PER_PAGE, RunFilter
 from slipgrasp.web.workers.library_worker import LibraryWorker
 from slipgrasp.web.workers.worker import QueueWorker
 from tests.waiting import PATIENCE
@@ -80,6 +80,17 @@ def test_of_tasks_that_wait_only_the_latest_of_a_subject_is_run() -> None:
     worker.close()
     worker.join(30.0)
     assert done == [("delete", 0), ("delete", 1), ("list", 2), ("delete", 2)]
+
+
+def test_pages_have_the_newest_first_and_end_with_the_last(
+    library: Library, store: RecordingStore, case_1: RunResult
+) -> None:
+    ids = [store.save(case_1).id for _ in range(ROWS_PER_PAGE + 2)][::-1]
+    for asked, page, expected in ((0, 0, ids[:ROWS_PER_PAGE]), (99, 1, ids[ROWS_PER_PAGE:])):
+        answer = library.listed(asked)
+        assert (answer.page, answer.count) == (page, len(ids))
+        assert ids_of(answer.runs) == expected
+        assert ids_of(answer.recent) == ids
 
 
 def test_runs_are_found_by_their_words_and_by_how_they_went(

@@ -11,6 +11,7 @@ from queue import SimpleQueue
 import pytest
 
 from benchmarks.headless_viewer import HeadlessViewer
+from slipgrasp.recordings.exceptions import RecordingError
 from slipgrasp.recordings.file.size import read_size, size_of_run
 from slipgrasp.recordings.file.writer import write_recording
 from slipgrasp.recordings.store.store import RecordingStore
@@ -117,6 +118,19 @@ def test_what_needs_more_than_there_is_is_refused_with_the_number(store, ids) ->
     assert str(refused.value).startswith(told)
     assert "--memory" in str(refused.value)
     assert recordings_in(store, need).open(ids[0]).run_id == ids[0]
+
+
+def test_runs_that_wait_in_a_cycle_are_collected_before_a_page_is_refused(store, ids) -> None:
+    recordings = recordings_in(store, limit_for(store, ids))
+    cycle: list[object] = [recordings.open(ids[0])]
+    cycle.append(cycle)
+    del cycle
+    assert recordings.open(ids[1]).run_id == ids[1]
+
+
+def test_nothing_is_read_for_a_page_that_has_ended(store, ids) -> None:
+    with pytest.raises(RecordingError, match="was stopped"):
+        recordings_in(store).open(ids[0], should_stop=lambda: True)
 
 
 def test_a_worker_tells_its_page_and_keeps_no_run_itself(store, ids) -> None:

@@ -141,3 +141,11 @@ def test_what_is_wrong_with_a_file_is_a_list_with_field_and_limit(
     panel.update(view)
     assert panel.errors.content == ""
     panel.remove()
+
+
+def test_the_hint_of_the_scenario_says_what_it_shows(viewer_server: ViewerServer) -> None:
+    draft = Draft.from_preset("paper-case-2")
+    panel = ScenarioPanel(viewer_server.gui, draft, lambda _: None)
+    panel.update(view_of(draft))
+    assert panel.origin.hint == draft.base.title
+    panel.remove()

@@ -25,11 +25,13 @@ from slipgrasp.web.scene.layout import (
     nice_at_least,
     nice_at_most,
 )
-from slipgrasp.web.scene.marks import MarkSizes, states_of, trail_of
+from slipgrasp.web.scene.marks import MarkSizes, sizes_on_hand, states_of, trail_of
 from slipgrasp.web.scene.shapes import (
     Mesh,
     circle,
+    dashed_edges,
     extrude,
+    fan,
     rounded_bar,
     turned_profile,
 )
@@ -94,6 +96,24 @@ def test_a_cone_opens_by_its_friction_and_is_as_long_as_is_asked(preset: str) ->
     np.testing.assert_allclose(
         np.linalg.norm(edge - inward[:, None] * contact.inward, axis=1), 0.5 * inward
     )
+
+
+def test_a_fan_joins_the_edge_of_a_cone_to_its_tip() -> None:
+    assert fan(3, closed=True).tolist() == [[0, 1, 2], [0, 2, 3], [0, 3, 1]]
+    assert fan(2, closed=False).tolist() == [[0, 1, 2]]
+
+
+def test_dashes_lie_on_the_lines_that_they_stand_for() -> None:
+    ends = np.array([[3.0, 4.0, 1.0], [0.0, -2.0, 0.0]])
+    dashes = dashed_edges(np.stack([np.zeros((2, 3)), ends], axis=1), 8)
+    assert len(dashes) == 16
+    np.testing.assert_allclose(dashes[7, 1], [3.0, 4.0, 1.0])
+    np.testing.assert_allclose(dashes[:8, :, 0] * 4.0, dashes[:8, :, 1] * 3.0)
+
+
+def test_cones_from_both_sides_do_not_meet_inside_the_object() -> None:
+    assert sizes_on_hand(0.03).cone_length < 0.03
+    assert sizes_on_hand(0.2).cone_length < 0.2
 
 
 @pytest.mark.parametrize("slip", [3e-5, 0.0021, 0.0473, 0.146])
