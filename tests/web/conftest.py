@@ -229,6 +229,7 @@ def begun_anew(visitors: Visitors, size: ViewportSize) -> Iterator[Page]:
     (page,) = visitors.pages
     page.evaluate("rest(false)")
     page.set_viewport_size(size)
+    hide_warning(page)  # again: it may have been loaded anew
     begin_anew(page, visitors.server)
     yield page
     page.evaluate("rest(true)")

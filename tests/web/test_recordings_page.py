@@ -6,15 +6,14 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, Locator, Page, expect
+from playwright.sync_api import Locator, Page, expect
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.recordings.file.writer import write_recording
 from slipgrasp.recordings.store.store import RecordingStore
-from slipgrasp.web.app import create_dashboard_app
-from tests.server.serving import RunningServer, patient_settings, serve
+from tests.server.serving import RunningServer
 from tests.waiting import wait_until
-from tests.web.conftest import visitors_of
+from tests.web.conftest import Visitors
 from tests.web.driving import fill, number_field
 
 pytestmark = [
@@ -23,39 +22,30 @@ pytestmark = [
 ]
 
 
-@pytest.fixture(scope="module")
-def serving(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningServer]:
-    settings = patient_settings(tmp_path_factory.mktemp("recordings"))
-    with serve(settings, create_dashboard_app(settings)) as running:
-        yield running
-
-
 def store_of(running: RunningServer) -> RecordingStore:
     return running.app.state.run_service.store
 
 
-@pytest.fixture(scope="module")
-def opened(browser: Browser, serving: RunningServer) -> Iterator[Page]:
-    with visitors_of(browser, serving) as visitors:
-        page = visitors.open()
-        page.get_by_text("Saved as").wait_for()
-        yield page
-        # Browsers complain by themselves of a file that the server does not keep.
-        visitors.complaints = [words for words in visitors.complaints if " 422 " not in words]
-
-
 @pytest.fixture
-def page(opened: Page, serving: RunningServer, case_1: RunResult, sluggish: RunResult) -> Page:
+def listed(
+    page: Page, shared: Visitors, dashboard: RunningServer, case_1: RunResult, sluggish: RunResult
+) -> Iterator[Page]:
     """The page, with the tab of the stored runs in front: Q = 1 and Q = 20 of case I."""
-    store = store_of(serving)
+    store = store_of(dashboard)
     for run in store.list():
-        store.delete(run.id)
+        if run.name.startswith("Q = "):
+            store.delete(run.id)
     store.annotate(store.save(sluggish).id, name="Q = 1")
     store.annotate(store.save(case_1).id, name="Q = 20")
-    opened.get_by_role("tab", name="Recordings").click()
-    number_field(opened, "find").fill("")
-    expect(opened.locator(".sg-row")).to_have_count(2)
-    return opened
+    page.get_by_role("tab", name="Recordings").click()
+    for words in ("", "Q = "):
+        fill(number_field(page, "find"), words)
+    expect(page.locator(".sg-row")).to_have_count(2)
+    yield page
+    page.get_by_role("tab", name="Recordings").click()
+    fill(number_field(page, "find"), "")
+    # Browsers complain by themselves of a file that the server does not keep.
+    shared.complaints = [words for words in shared.complaints if " 422 " not in words]
 
 
 def row(page: Page, words: str) -> Locator:
@@ -68,8 +58,9 @@ def open_row(page: Page, words: str) -> None:
 
 
 def test_a_run_is_found_opened_renamed_and_deleted_and_others_deletions_are_told(
-    page: Page, serving: RunningServer
+    listed: Page, dashboard: RunningServer
 ) -> None:
+    page = listed
     number_field(page, "find").fill("q = 2")
     expect(page.locator(".sg-row")).to_have_count(1)
     open_row(page, "Q = 20")
@@ -81,7 +72,7 @@ def test_a_run_is_found_opened_renamed_and_deleted_and_others_deletions_are_told
     fill(number_field(page, "tags"), "report, slip")
     number_field(page, "tags").press("Enter")
     expect(row(page, "for the report").get_by_text("report", exact=True)).to_be_visible()
-    store = store_of(serving)
+    store = store_of(dashboard)
     kept = next(run for run in store.list() if run.name == "Q = 20, for the report")
     assert kept.tags == ("report", "slip")
     page.get_by_role("button", name="Delete …").click()
@@ -93,7 +84,7 @@ def test_a_run_is_found_opened_renamed_and_deleted_and_others_deletions_are_told
     question.get_by_role("button", name="Delete", exact=True).click()
     page.get_by_text("No stored run matches.").wait_for()
     assert kept.id not in {run.id for run in store.list()}
-    number_field(page, "find").fill("")
+    number_field(page, "find").fill("Q = ")
     row(page, "Q = 1").get_by_role("button").first.click()
     page.get_by_text("Chosen run").wait_for()
     other = next(run for run in store.list() if run.name == "Q = 1")
@@ -103,14 +94,15 @@ def test_a_run_is_found_opened_renamed_and_deleted_and_others_deletions_are_told
 
 
 def test_a_damaged_file_is_refused_in_words_and_a_whole_one_is_kept_and_chosen(
-    page: Page, serving: RunningServer, case_1: RunResult, tmp_path: Path
+    listed: Page, dashboard: RunningServer, case_1: RunResult, tmp_path: Path
 ) -> None:
+    page = listed
     whole, damaged = tmp_path / "whole.mcap", tmp_path / "damaged.mcap"
     write_recording(case_1, whole)
     content = bytearray(whole.read_bytes())
     content[len(content) // 2] ^= 0xFF
     damaged.write_bytes(content)
-    store = store_of(serving)
+    store = store_of(dashboard)
     before = store.count()
     sending = page.locator("[data-sg-upload] input")
     sending.set_input_files(damaged)
@@ -126,7 +118,8 @@ def test_a_damaged_file_is_refused_in_words_and_a_whole_one_is_kept_and_chosen(
     assert newest.path.read_bytes() == whole.read_bytes()
 
 
-def test_two_runs_are_compared_over_each_other_and_swapped(page: Page) -> None:
+def test_two_runs_are_compared_over_each_other_and_swapped(listed: Page) -> None:
+    page = listed
     open_row(page, "Q = 20")
     row(page, "Q = 1").get_by_role("button").first.click()
     page.get_by_role("button", name="Compare with the screen").click()
