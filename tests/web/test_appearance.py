@@ -75,6 +75,17 @@ def test_the_page_is_as_dark_as_its_browser_prefers_until_its_user_chooses(
     assert resized.page_layout.width == 1024
 
 
+def test_the_panel_shows_what_is_chosen_and_sends_nothing_by_itself(
+    viewer_server: ViewerServer, view: ViewState
+) -> None:
+    sent: list[Intent] = []
+    panel = AppearancePanel(viewer_server.gui, view.appearance, sent.append)
+    panel.update(replace(view, appearance=Appearance(dark=True, force_scale=2.5, lenses=False)))
+    assert (panel.dark.value, panel.force_scale.value, panel.lenses.value) == (True, 2.5, False)
+    assert sent == []
+    panel.remove()
+
+
 def test_one_switch_asks_for_the_whole_look(viewer_server: ViewerServer, view: ViewState) -> None:
     sent: list[Intent] = []
     panel = AppearancePanel(viewer_server.gui, view.appearance, sent.append)

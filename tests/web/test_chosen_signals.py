@@ -10,7 +10,7 @@ from playwright.sync_api import Page, expect
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.trace.columns import columns_of
-from slipgrasp.web.charts.chosen import CHOSEN_TAB, chosen_charts
+from slipgrasp.web.charts.chosen import CHOSEN_TAB, chosen_charts, search_html
 from slipgrasp.web.charts.drawn import ChartedRun
 from slipgrasp.web.charts.xy import XY_TAB
 from slipgrasp.web.model.charts_view import MOST_CHOSEN
@@ -79,6 +79,13 @@ def test_a_run_that_lacks_a_signal_shows_the_others(case_1: RunResult, case_2: R
     assert [chart.key for chart in other.tabs[CHOSEN_TAB]] == ["signals-m"]
     back = replace(view, shown=view_of(case_1).shown)
     assert chosen(back, "slip_0").charts.chosen == ("estimate_fingers.0.friction",)
+
+
+def test_the_field_offers_what_is_not_chosen_and_says_what_it_is(case_2: RunResult) -> None:
+    html = search_html(case_2.trace, ("slip_0",))
+    assert "<option value='slip_1'>" in html
+    assert "<option value='slip_0'>" not in html
+    assert "slip_0 ✕" in html
 
 
 @pytest.mark.slow

@@ -247,6 +247,17 @@ def test_errors_are_escaped(viewer_server: ViewerServer) -> None:
     panel.remove()
 
 
+def test_a_number_beyond_the_slider_survives_a_page_that_cuts_it_off(
+    viewer_server: ViewerServer,
+) -> None:
+    panel, _ = panel_of(viewer_server, load_scenario("paper-case-1"))
+    control = panel.control(MASS)
+    widest = control.input.max
+    assert control.read(4.56789) == 4.56789
+    assert control.read(widest) == 4.56789
+    assert control.read(1.5) == 1.5
+
+
 def test_a_slider_is_as_before_once_a_number_that_is_not_allowed_has_been_replaced(
     viewer_server: ViewerServer,
 ) -> None:

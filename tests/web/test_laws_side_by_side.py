@@ -15,7 +15,7 @@ from slipgrasp.core.run.trying import try_hint
 from slipgrasp.core.run.verdict import describe_run
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.custom_laws import law_names
-from slipgrasp.core.scenario.law_choice import LAW
+from slipgrasp.core.scenario.law_choice import LAW, choose_law
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.words.options import Option
 from slipgrasp.recordings.store.store import RecordingStore
@@ -31,6 +31,7 @@ from slipgrasp.web.model.laws_view import LawRun, LawsView
 from slipgrasp.web.model.parameter_names import in_page_words
 from slipgrasp.web.model.playback import TimeWindow
 from slipgrasp.web.model.view import RunStage, RunStatus, Shown, ViewState
+from slipgrasp.web.panels.laws_tab import known_words
 from slipgrasp.web.panels.outcome_panel import outcome_html
 from slipgrasp.web.reducers.hints import REST as HINTS_REST
 from slipgrasp.web.reducers.hints import HintsReducer
@@ -190,6 +191,14 @@ def test_the_card_says_what_was_given_and_in_bold_where_that_was_everything(
     html = outcome_html(PREVIEW, replace(shown, result=simulate(blind)))
     assert "<b>The controller was given the true friction and mass at every instant" in html
     assert html.count("The controller was given") == 1
+
+
+def test_laws_on_a_scenario_without_unknowns_are_said_to_compare_nothing_of_adaptation() -> None:
+    scenario = replace(load_scenario("paper-case-2"), estimates=())
+    told = known_words(choose_law(scenario, "pd-gravity").scenario)
+    assert told.startswith("The controller was given the true friction and mass")
+    assert told.endswith("This comparison compares no adaptation.")
+    assert "nothing of adaptation" not in known_words(load_scenario("paper-case-2"))
 
 
 def test_the_hint_of_a_run_is_tried_once_it_rests(

@@ -18,12 +18,24 @@ from slipgrasp.web.model.intents.playback import (
     SetSpeed,
     ShowWindow,
     Step,
+    TogglePlay,
     Zoom,
 )
 from slipgrasp.web.model.playback import Playback, TimeWindow, WindowChoice
 from slipgrasp.web.reducers.playback import choice_after, moved
 
 PLAYING = Playback(time=1.5, window=TimeWindow(1.0, 3.0), speed=0.5, playing=True)
+
+
+def test_play_and_pause(case_1: RunResult) -> None:
+    paused = moved(PLAYING, TogglePlay(), case_1)
+    assert not paused.playing
+    assert moved(paused, TogglePlay(), case_1).playing
+
+
+def test_a_seek_goes_to_the_time_and_rests_there(case_1: RunResult) -> None:
+    sought = moved(PLAYING, Seek(2.25), case_1)
+    assert (sought.time, sought.playing) == (2.25, False)
 
 
 @pytest.mark.parametrize(

@@ -31,6 +31,7 @@ from slipgrasp.web.model.study_words import (
     time_words,
 )
 from slipgrasp.web.model.view import RunStage, RunStatus, Shown, ViewState
+from slipgrasp.web.panels.study_inputs import run_of_places
 from slipgrasp.web.panels.study_panel import StudyPanel, draft_html, summary_html
 from tests.recordings.studying import make_study, run_study
 from tests.web.studying import STUDY_DRAFT, quick_scenario
@@ -107,6 +108,11 @@ def test_what_was_unknown_stands_above_the_map(picture: MapPicture) -> None:
     assert "This study compares no adaptation." in html
 
 
+def test_without_settings_to_compare_the_plan_has_no_comparison(bench: Bench) -> None:
+    bench.show(replace(PLANNED, compared=()))
+    assert not bench.panel.draft.inputs.comparison.visible
+
+
 def test_the_cost_and_what_stands_in_the_way_are_told_before_it_runs() -> None:
     assert "<b>9 runs</b>, about 4 s" in draft_html(replace(PLANNED, price=Price(4.2)))
     refused = draft_html(replace(PLANNED, problems=("object mass is <b>",)))
@@ -144,6 +150,20 @@ def test_only_a_study_that_has_failed_can_be_gone_on_with(bench: Bench) -> None:
     for state in StudyState:
         bench.show(on_map(None, status_of(state, 3)))
         assert bench.panel.map.resume.visible == (state is StudyState.FAILED)
+
+
+def test_values_of_a_run_are_chosen_from_those_that_were_tried(
+    bench: Bench, picture: MapPicture
+) -> None:
+    study = replace(
+        on_map(picture, status_of(StudyState.COMPLETED)), study_run=StudyRun(STORED.id, 5)
+    )
+    bench.show(study)
+    mass, friction = bench.panel.map.study_run.values[:2]
+    assert (tuple(mass.options), mass.value) == (("0.5", "1.5", "2.5"), "1.5")
+    assert (tuple(friction.options), friction.value) == (("0.1", "0.3", "0.5"), "0.5")
+    assert bench.panel.map.study_run.number.value == 5
+    assert run_of_places(picture.study, (1, 2)) == 5
 
 
 def test_only_the_run_on_the_screen_is_ringed(

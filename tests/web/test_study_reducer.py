@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from slipgrasp.core.scenario.loading import load_scenario
 from slipgrasp.core.study.definition import Study
 from slipgrasp.recordings.exceptions import RecordingWriteError
 from slipgrasp.recordings.store.store import RecordingStore
@@ -38,7 +39,7 @@ from slipgrasp.web.model.intents.study import (
 )
 from slipgrasp.web.model.playback import WindowChoice
 from slipgrasp.web.model.study import Followed, StudyView
-from slipgrasp.web.model.study_draft import COMPARISONS, AxisDraft, study_of
+from slipgrasp.web.model.study_draft import COMPARISONS, NO_COMPARISON, AxisDraft, study_of
 from slipgrasp.web.model.study_words import progress_words
 from slipgrasp.web.model.view import RunStage, RunStatus, ViewState
 from slipgrasp.web.reducers.study import StudyReducer
@@ -46,6 +47,8 @@ from slipgrasp.web.workers.worker import QueueWorker
 from tests.server.serving import patient_settings
 from tests.waiting import PATIENCE, wait_until
 from tests.web.studying import STUDY_DRAFT, quick_scenario
+
+WEIGHT = "controller.lyapunov_weight"
 
 
 @dataclass
@@ -171,6 +174,13 @@ def test_a_plan_that_is_seen_and_rests_is_priced_and_one_that_changes_no_longer(
     assert bench.do(ChooseComparison(next(iter(COMPARISONS)))).price is None
 
 
+def test_an_axis_takes_away_the_comparison_of_what_it_varies(bench: Bench) -> None:
+    name = next(name for name, (key, _) in COMPARISONS.items() if key == WEIGHT)
+    study = bench.do(ChooseComparison(name), ChooseAxis(0, WEIGHT))
+    assert study.draft is not None
+    assert study.draft.comparison == NO_COMPARISON
+
+
 def test_a_range_that_is_not_allowed_is_told_and_nothing_runs(bench: Bench) -> None:
     bench.do(SetRange(0, AxisDraft("object.mass", 0.0, 2.0, 3)), StartStudy())
     study = bench.until(lambda study: study.problems)
@@ -207,6 +217,22 @@ def test_a_run_of_it_is_simulated_again_and_opened(bench: Bench) -> None:
     assert bench.do(OpenStudyRun(9)).study_run == opened
 
 
+def test_a_run_that_does_not_come_out_again_is_told_so(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bench.finish()
+    heavier = replace(
+        bench.service.results(bench.followed.study_id).study, base=load_scenario("paper-case-1")
+    )
+    results = bench.service.results(bench.followed.study_id)
+    monkeypatch.setattr(results, "study", heavier)
+    bench.do(OpenStudyRun(2))
+    study = bench.until(lambda study: study.study_run and study.study_run.message)
+    assert study.study_run is not None
+    assert "differs from its result" in study.study_run.message
+    assert not study.study_run.run_id
+
+
 def long_study() -> Study:
     return study_of(STUDY_DRAFT, quick_scenario(200.0), "long")
 
@@ -235,6 +261,13 @@ def test_a_study_that_has_failed_is_resumed_and_followed_to_its_end(
     bench.do(ResumeStudy())
     bench.until(lambda _: bench.followed.status.state is StudyState.COMPLETED)
     assert bench.followed.status.finished == bench.followed.status.stored.num_runs
+
+
+def test_what_cannot_be_resumed_is_said(bench: Bench) -> None:
+    bench.finish()
+    bench.do(ResumeStudy())
+    study = bench.until(lambda study: study.message)
+    assert "is completed and cannot be resumed" in study.message
 
 
 def test_a_study_goes_on_when_its_session_has_gone(service: StudyService) -> None:
