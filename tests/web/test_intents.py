@@ -133,6 +133,8 @@ def test_play_goes_on_from_where_the_play_head_rested(case_1: RunResult) -> None
     resumed = reducer.pass_time(4.0, reducer.reduce(TogglePlay(), view))
     assert resumed.playback is not None
     assert (resumed.playback.time, resumed.playback.playing) == (0.2, True)
+    paused = reducer.reduce(TogglePlay(), resumed).playback
+    assert paused is not None and not paused.playing
 
 
 def test_the_play_head_moves_with_the_clock_times_its_speed(case_1: RunResult) -> None:
