@@ -9,6 +9,7 @@ import pytest
 from playwright.sync_api import Locator, Page
 
 from tests.server.serving import RunningServer
+from tests.web.conftest import Visitors
 from tests.web.driving import overwrite
 
 pytestmark = [
@@ -35,8 +36,9 @@ def wait_for_run(page: Page, index: int) -> None:
 
 
 def test_two_parameters_are_chosen_the_map_fills_and_a_click_opens_a_run(
-    page: Page, dashboard: RunningServer
+    visitors: Visitors, dashboard: RunningServer
 ) -> None:
+    page = visitors.open()  # A study leaves its panel wide.
     page.get_by_role("tab", name="Study").click()
     choose(page, "upwards", "Gravity [m/s²]")
     for count in page.locator("xpath=//label[normalize-space(.)='values']/../../..").all():
