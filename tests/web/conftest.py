@@ -27,14 +27,13 @@ from slipgrasp.web.model.intents.picture import (
     RestoreLayout,
     SetAppearance,
 )
-from slipgrasp.web.model.intents.playback import ChooseWindow, Seek
+from slipgrasp.web.model.intents.playback import ChooseWindow
 from slipgrasp.web.model.intents.scenario import ChoosePreset, ChooseReach
 from slipgrasp.web.model.intents.selection import Select
 from slipgrasp.web.model.playback import WindowChoice
 from slipgrasp.web.page.routes import STATIC_PATH
 from tests import waiting
 from tests.server.serving import RunningServer, patient_settings, serve
-from tests.waiting import wait_until
 from tests.web.driving import pause, told
 
 PATIENCE = 1000 * waiting.PATIENCE  # [ms]
@@ -218,17 +217,10 @@ def begin_anew(page: Page, server: RunningServer) -> None:
     send = server.app.state.dashboard.directory.find(told(page)["session"])
     for intent in FIRST:
         send(intent)
-
-    def rests() -> bool:
-        send(Seek(0.05))
-        state = told(page)
-        return not state["playing"] and state["time"] == 0.05
-
-    # What is sent before is done by then; a run that is shown for the first time plays.
-    wait_until(rests, "it does not pause")
+    page.locator(".sg-origin", has_text="paper-case-1").wait_for()
     page.get_by_text("left: 2.59 mm").wait_for()
     page.get_by_text("Saved as").wait_for()
-    wait_until(rests, "it plays on")
+    pause(page)  # A run that is shown for the first time plays.
 
 
 @contextmanager
