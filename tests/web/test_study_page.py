@@ -39,7 +39,8 @@ def test_two_parameters_are_chosen_the_map_fills_and_a_click_opens_a_run(
     visitors: Visitors, dashboard: RunningServer
 ) -> None:
     page = visitors.open()  # A study leaves its panel wide.
-    page.get_by_role("tab", name="Study").click()
+    choose(page, "scenario", "composite-case-2")
+    page.get_by_role("button", name="Vary the friction").click()  # shows the tab
     choose(page, "upwards", "Gravity [m/s²]")
     for count in page.locator("xpath=//label[normalize-space(.)='values']/../../..").all():
         overwrite(count.locator("input:visible").last, "4")
