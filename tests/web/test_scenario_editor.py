@@ -17,7 +17,7 @@ from slipgrasp.core.scenario.loading import load_scenario, scenario_from_toml, s
 from slipgrasp.recordings.store.store import RecordingStore
 from tests.server.serving import RunningServer
 from tests.waiting import wait_until
-from tests.web.conftest import begin_anew
+from tests.web.conftest import Visitors, begin_anew
 from tests.web.driving import (
     choose_case_2,
     choose_law,
@@ -104,7 +104,10 @@ def test_a_control_acts_from_the_play_head_on_leaves_a_ghost_and_is_undone(
     wait_until(lambda: abs(slip_at_end(page) - slip_before) < 1e-9, "the first run is not back")
 
 
-def test_the_object_is_dragged_to_push_it(page: Page) -> None:
+def test_the_object_is_dragged_to_push_it(visitors: Visitors) -> None:
+    page = visitors.open()  # the shared one may be scrolled, and its object elsewhere
+    page.get_by_text("Saved as").wait_for()
+    unfold_changes(page)
     pause_at(page, 0.08)
     picture(page)  # Of 0.08 s: the mouse holds the object where it is drawn.
     drag_object(page, 60.0)

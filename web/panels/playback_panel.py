@@ -120,7 +120,8 @@ def caption_html(shown: Shown, ghost: Ghost | None, time: float) -> str:
     pale = (
         ""
         if ghost is None
-        else f"<span><i style='opacity:0.4'>▬</i> ghost: {escape(ghost.label)}</span>"
+        else f"<span class='sg-ghost-name' title='{escape(ghost.label)}'>"
+        f"<i style='opacity:0.4'>▬</i> ghost: {escape(ghost.label)}</span>"
     )
     return (
         f'<div class="sg-caption">{_origin_html(shown)}'
@@ -154,10 +155,12 @@ def _origin_html(shown: Shown) -> str:
     """Whether the run was just computed, or from which recording it was read."""
     replay = shown.replay
     if replay is None:
-        return f'<span class="sg-origin"><b>Live run</b> {escape(shown.name)}</span>'
+        name = escape(shown.name)
+        return f'<span class="sg-origin" title="{name}"><b>Live run</b> {name}</span>'
+    name, badge = escape(replay.name), f'class="sg-badge" style="background:{css(GHOST)}"'
     return (
-        f'<span class="sg-origin"><b class="sg-badge" style="background:{css(GHOST)}">Replay</b> '
-        f"<b>{escape(replay.name)}</b><span>, recorded {escape(replay.recorded)}</span></span>"
+        f'<span class="sg-origin" title="{name}"><b {badge}>Replay</b> '
+        f"<b>{name}</b><span>, recorded {escape(replay.recorded)}</span></span>"
     )
 
 

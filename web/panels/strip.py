@@ -74,7 +74,7 @@ def strip_html(result: RunResult, playback: Playback, ghost: Ghost | None) -> st
     ticks, unit = axis_ticks(window)
     names = "".join(
         f"<span {clickable(_NAME_HINT, Select(finger_part(i)))} "
-        f'style="--sg-line:{sign(colour)}">{escape(name)}</span>'
+        f'style="--sg-finger:{sign(colour)}">{escape(name)}</span>'
         for i, (name, colour) in enumerate(
             zip(result.scenario.finger_names, cycle(FINGERS), strict=False)
         )
