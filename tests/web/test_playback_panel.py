@@ -74,7 +74,7 @@ def test_where_the_run_comes_from_and_the_pale_run_are_named_and_escaped(
     shown = Shown(2, case_1, 0.0, replay)
     panel.update(replace(view, shown=shown, ghost=Ghost(shown, hostile)))
     assert "<img" not in panel.strip.content
-    assert panel.strip.content.count("&lt;img") == 2
+    assert panel.strip.content.count("&lt;img") == 4  # each in a tooltip, too
     panel.remove()
 
 

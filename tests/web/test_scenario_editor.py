@@ -84,9 +84,13 @@ def test_a_control_acts_from_the_play_head_on_leaves_a_ghost_and_is_undone(
     slip_before = slip_at_end(page)
     pause_at(page, 0.08)
     note(page, "from 0.08 s on").wait_for()
+    timeline = page.locator(".sg-strip").bounding_box()
     set_number(page, MASS, "1.2345")
     note(page, "0.08 s object mass 1.2345 kg").wait_for()
     note(page, "Ghost: the run before").wait_for()
+    page.locator(".sg-ghost-lane").first.wait_for()
+    # With another height, the view would move.
+    assert page.locator(".sg-strip").bounding_box() == timeline
     wait_until(lambda: slip_at_end(page) != slip_before, "the chart did not change")
     page.get_by_text("Saved as").wait_for()
     saved = store.open(store.list(limit=1)[0].id).scenario
