@@ -622,7 +622,7 @@ def check_values(result: RunResult, present: Scenario, option: Option) -> None:
 
 
 def check_belief(result: RunResult, option: Option, k: int, value: float) -> None:
-    """It comes nearer to the truth, or below that of a friction that was believed too high."""
+    """It comes nearer to the truth, or below that of a friction that was overestimated."""
     scenario, estimate = result.scenario, result.scenario.estimates[k]
     true = float(parameter_definitions(scenario)[estimate.parameter].value)
     is_of_friction = estimate.parameter.endswith(".friction")

@@ -1,4 +1,4 @@
-"""A custom law of either hand: three front ends, its memory, what it tells, and how it fails."""
+"""Custom laws of planar and spatial hands: three front ends, memory, diagnostics, failures."""
 
 from dataclasses import replace
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Invariants of chosen runs: Coulomb's law, the phases told, equal bits, mirror symmetry.
+"""Invariants of chosen runs: Coulomb's law, reported phases, equal bits, mirror symmetry.
 
 What must hold in every run is asserted of these in `tests.core.test_random_scenarios`, too.
 """
