@@ -59,14 +59,13 @@ CONTENT_POLICY = "; ".join(
 )
 """Content policy of viser's page: it may execute its own content, and connect to its origin."""
 
-FILES = "viser"
-"""Folder of the scripts and styles of the page, below its path."""
+_FILES = "viser"  # folder of the scripts and styles of the page, below its path
 # Names are relative: the page does not know its path behind a proxy.
-_LOADER = f"""<link rel="modulepreload" href="{FILES}/viser.js" />
-<link rel="stylesheet" href="{FILES}/viser.css" />
+_LOADER = f"""<link rel="modulepreload" href="{_FILES}/viser.js" />
+<link rel="stylesheet" href="{_FILES}/viser.css" />
 <script type="module">
-globalThis.__viserZstdWasm = await WebAssembly.compileStreaming(fetch("{FILES}/decoder.wasm"));
-await import("./{FILES}/viser.js");
+globalThis.__viserZstdWasm = await WebAssembly.compileStreaming(fetch("{_FILES}/decoder.wasm"));
+await import("./{_FILES}/viser.js");
 </script>"""
 _LOOKING = ("ViewerCameraMessage",)
 _PROTOCOL_PREFIX = "viser-v"
@@ -113,7 +112,7 @@ def add_viewer_routes(
     app.add_api_websocket_route(bare or "/", relay.connect)
     for place, show in (
         (f"{bare}/", relay.show_page),
-        (f"{bare}/{FILES}/{{name}}", relay.show_file),
+        (f"{bare}/{_FILES}/{{name}}", relay.show_file),
     ):
         app.add_api_route(place, show, methods=["GET"], include_in_schema=False)
     if bare:

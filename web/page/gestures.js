@@ -28,8 +28,8 @@ export function startGestures() {
 }
 
 function onClick(event) {
-  const way = event.target.closest?.("[data-sg-tab]");
-  if (way) showTab(way.dataset.sgTab);
+  const opener = event.target.closest?.("[data-sg-tab]");
+  if (opener) showTab(opener.dataset.sgTab);
   const element = event.target.closest?.("[data-sg-intent]");
   if (element && !element.disabled) ask(element);
 }
