@@ -120,6 +120,8 @@ def test_the_tour_by_keyboard(page: Page, dashboard: RunningServer) -> None:
     send = dashboard.app.state.dashboard.directory.find(told(page)["session"])
     names = [stop.preset for stop in TOUR]
     page.keyboard.press("t")
+    # The key leaves the tour if it arrives after the first stop.
+    expect(tour).to_be_visible()
     # From one kind of hand or body to another.
     kinds = ("paper-case-1", "parallel-gripper", "spinning-slide", "push-slider", names[-1])
     for place in sorted({names.index(name) + 1 for name in kinds}):
