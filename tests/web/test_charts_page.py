@@ -12,6 +12,7 @@ import pytest
 from PIL import Image
 from playwright.sync_api import Page, Position, expect
 
+from slipgrasp import load_scenario, simulate
 from tests.waiting import wait_until
 from tests.web.driving import (
     SLIP_CHART,
@@ -53,6 +54,10 @@ def legend(page: Page, chart: str) -> list[str]:
     return page.locator(f"[data-sg-chart={chart}] [data-sg-value]").all_inner_texts()
 
 
+HOLD = """time => import(new URL("session_state.js",
+    document.querySelector("script[src$='/dashboard.js']").src)).then(({ hold }) => hold(time))"""
+
+
 def drag_over(page: Page, chart: int, start: float, end: float) -> None:
     """Drags over a chart, from one share of its width to another, once it stands still."""
     area = page.locator(".u-over").nth(chart)
@@ -61,6 +66,21 @@ def drag_over(page: Page, chart: int, start: float, end: float) -> None:
     assert box is not None
     places = [Position(x=share * box["width"], y=0.5 * box["height"]) for share in (start, end)]
     area.drag_to(area, source_position=places[0], target_position=places[1])
+
+
+def test_legends_read_the_lines_until_the_session_has_read_the_run(page: Page) -> None:
+    run = simulate(load_scenario("paper-case-2"))
+    choose_case_2(page)
+    pause_at(page, 0.05)
+    at_rest = legend(page, "slip")
+    page.evaluate(HOLD, 0.09)  # as a hand on the timeline does, before the session answers
+    slip = 1e3 * np.array([np.interp(0.09, run.trace.times, each) for each in run.trace.slip.T])
+    wait_until(lambda: legend(page, "slip") != at_rest, "the legend waits for the session")
+    read = legend(page, "slip")
+    assert [float(text) for text in read] == pytest.approx(slip, rel=1e-3)
+    decimals = [[len(text.partition(".")[2]) for text in texts] for texts in (read, at_rest)]
+    assert decimals[0] == decimals[1]
+    wait_until(lambda: legend(page, "slip") == at_rest, "the exact values do not come back")
 
 
 def test_charts_zoom_together_read_the_play_head_and_hide_lines(page: Page) -> None:

@@ -18,6 +18,7 @@ from slipgrasp.core.trace.types import ContactPhase
 from slipgrasp.core.words.phrases import length_words
 from slipgrasp.scene.skeleton import contacts_of
 from slipgrasp.web.model.appearance import Appearance
+from slipgrasp.web.model.colours import glow
 from slipgrasp.web.model.sampling import Sampler
 from slipgrasp.web.model.surfaces import surfaces_for
 from slipgrasp.web.page.routes import STATIC_PATH
@@ -107,6 +108,7 @@ SLIPS = """async ([facts, arrays, times, folder]) => {
 WATCH_PICTURES = """() => {
     const {scene, nodeRefFromName, nodePoseData} = window.__viserMutable;
     const ball = Object.keys(nodeRefFromName).find((name) => name.endsWith("/contact0/tip/ball"));
+    const arrows = ball.replace(/ball$/, "arrows");
     const rim = document.querySelector(".sg-close-up .sg-lens > circle:last-child");
     let draw = scene.onAfterRender;
     window.sgPictures = [];
@@ -117,7 +119,13 @@ WATCH_PICTURES = """() => {
         nodeRefFromName[ball].traverse(({material}) => (hex ||= material?.color.getHexString()));
         const parts = hex.match(/../g).map((each) => parseInt(each, 16));
         const time = nodePoseData["/clock"].position[0];
-        window.sgPictures.push([time, rim.getAttribute("stroke"), `rgba(${parts},1)`]);
+        const arrow = [];
+        nodeRefFromName[arrows].traverse((node) => {
+            if (!node.setColorAt) return;
+            const {r, g, b} = node.getColorAt(0, node.material.color.clone());
+            arrow.push([r, g, b].map((each) => Math.round(255 * each)));
+        });
+        window.sgPictures.push([time, rim.getAttribute("stroke"), `rgba(${parts},1)`, arrow]);
     };
     Object.defineProperty(scene, "onAfterRender", {
         configurable: true, get: () => watched, set: (given) => (draw = given)});
@@ -360,7 +368,7 @@ def test_close_ups_are_upright_apart_and_on_screen_from_wherever_one_looks(
 
 @pytest.mark.browser
 @pytest.mark.slow
-def test_fingertips_and_close_ups_change_colour_in_the_same_picture(seen_page: Page) -> None:
+def test_fingertips_arrows_and_close_ups_change_colour_in_the_same_picture(seen_page: Page) -> None:
     page = seen_page
     shows(page, "paper-case-1", 0.08)  # shortly before the slips end
     page.get_by_label("speed", exact=True).select_option("1/16")
@@ -368,14 +376,17 @@ def test_fingertips_and_close_ups_change_colour_in_the_same_picture(seen_page: P
     page.get_by_role("button", name="Play", exact=True).dispatch_event("click")
 
     def has_restarted() -> bool:
-        times = [time for time, _, _ in page.evaluate("window.sgPictures")]
+        times = [time for time, *_ in page.evaluate("window.sgPictures")]
         return bool((np.diff(times) < 0.0).any())
 
     wait_until(has_restarted, "the run does not start again")
     pictures = page.evaluate(TAKE_PICTURES)
     pause(page)
-    assert len({close_up for _, close_up, _ in pictures}) == 2
+    assert len({close_up for _, close_up, *_ in pictures}) == 2
     assert [each for each in pictures if each[1] != each[2]] == []
+    for time, close_up, _, arrow in pictures:
+        colour = [int(part) for part in close_up.removeprefix("rgba(").split(",")[:3]]
+        assert arrow == [list(glow(tuple(colour)))] * 2, time  # the shaft and the head
 
 
 @pytest.mark.browser

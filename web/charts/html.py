@@ -1,7 +1,7 @@
 """Charts as HTML: titles with legends, notes, and values at the play head.
 
-The page's script moves the play head over the lines and writes the values into the legends, so that
-playback sends some numbers per tab instead of the charts.
+The page's script moves the play head over the lines, and reads the lines for the legends until the
+session has sent the exact values, so that playback sends no charts.
 """
 
 from __future__ import annotations
@@ -65,13 +65,15 @@ class Readings:
     """Values in the charts of a tab.
 
     Attributes:
-        values: Text of each line's value at the play head, by key of the chart.
+        time: The play head [s].
+        values: Text of each line's value there, by key of the chart.
         changes: Times of parameter changes [s].
         mark: Time of the second cursor [s]; None if there is none.
         spots: Positions on the curves at the play head, by key of an XY chart [px].
         marked: Positions on the curves at the second cursor [px].
     """
 
+    time: float
     values: Mapping[str, Sequence[str]]
     changes: Sequence[float]
     mark: float | None = None

@@ -1,8 +1,8 @@
 // The charts. The session writes lines and legends; this puts into them what moves:
 //   data-sg-chart      the head of a chart, right above its lines
 //   data-sg-value      in a head: what a line shows at the play head
-//   data-sg-readings   hidden: these values, by chart, when parameters change and where the second
-//                      cursor stands [s], and where the spots of XY charts are
+//   data-sg-readings   hidden: these values, by chart, and their time [s], when parameters change and
+//                      where the second cursor stands [s], and where the spots of XY charts are
 //   data-sg-xy         an XY chart, with a spot for each curve at either cursor
 // A drag over a chart shows that time range in all charts, a click puts the play head
 // there, one with Shift the second cursor, a double click shows the whole run.
@@ -23,23 +23,28 @@ export function startCharts() {
   document.addEventListener("keydown", onKey, { capture: true });
 }
 
-function fillIn() {
+function fillIn(time) {
   const values = {};
   const [spots, marked] = [{}, {}];
+  const charts = Object.values(window.__viserTestpoints?.uplots ?? {}).map(({ chart }) => chart);
   let [changes, second] = [[], null];
   for (const element of document.querySelectorAll("[data-sg-readings]")) {
     const read = readingsOf(element);
-    Object.assign(values, read.values);
+    // Until the session has read this time, the drawn lines are read.
+    const isRead = read.mark !== null || read.time === time;
+    for (const [key, texts] of Object.entries(read.values)) values[key] = { texts, isRead };
     Object.assign(spots, read.spots);
     Object.assign(marked, read.marked);
     if (read.changes.length > 0) changes = read.changes;
     second = read.mark;
   }
   for (const head of document.querySelectorAll("[data-sg-chart]")) {
-    writeValues(head, values[head.dataset.sgChart] ?? []);
     const area = areaOf(head);
+    const chart = charts.find(({ over }) => over === area);
+    const { texts, isRead } = values[head.dataset.sgChart] ?? { texts: [], isRead: true };
+    writeValues(head, isRead || !chart ? texts : readLines(head, chart, texts, time));
     if (!area) continue;
-    placeRange(area);
+    if (chart) placeRange(chart);
     mark(area, changes, second);
   }
   for (const picture of document.querySelectorAll("[data-sg-xy]")) {
@@ -75,6 +80,33 @@ function writeValues(head, values) {
   });
 }
 
+/** The values of the drawn lines at a time, in the format of these texts for another time. */
+function readLines(head, { data: [times, , ...lines] }, texts, time) {
+  const example = texts.find((text) => /\d/.test(text)) ?? "0.000";
+  const isDrawn = [...head.querySelectorAll("[aria-pressed]")].map(({ ariaPressed }) => ariaPressed === "true");
+  const columns = lines.values();
+  return texts.map((_, i) => {
+    if (!isDrawn[i]) return "";
+    const value = interpolate(times, columns.next().value ?? [], time);
+    return Number.isFinite(value) ? inFormatOf(example, value) : "–";
+  });
+}
+
+function inFormatOf(example, value) {
+  if (example.includes("e")) return value.toExponential(3);
+  const decimals = example.split(".")[1]?.length ?? 0;
+  // Not "-0.000".
+  return (Number(value.toFixed(decimals)) + 0).toFixed(decimals);
+}
+
+/** A value between samples; of two samples at one time, the later one counts. */
+function interpolate(times, values, time) {
+  const after = times.findIndex((each) => each > time);
+  if (after < 1) return after < 0 ? values[times.length - 1] : NaN;
+  const share = (time - times[after - 1]) / (times[after] - times[after - 1]);
+  return values[after - 1] + share * (values[after] - values[after - 1]);
+}
+
 /** The area of the lines that belong to a head; null while they are not drawn. */
 function areaOf(head) {
   let element = head;
@@ -83,11 +115,9 @@ function areaOf(head) {
 }
 
 /** Draws the time range of the state, as soon as the chart has another one. */
-function placeRange(area) {
-  const charts = Object.values(window.__viserTestpoints?.uplots ?? {}).map(({ chart }) => chart);
-  const chart = charts.find(({ over }) => over === area);
+function placeRange(chart) {
   const { start: min, end: max } = state;
-  const shown = chart?.scales.x;
+  const shown = chart.scales.x;
   if (shown && (shown.min !== min || shown.max !== max)) chart.setScale("x", { min, max });
 }
 

@@ -6,7 +6,7 @@ import { multiply } from "./projection.js";
 
 const [PACKET, CLOCK] = ["/close-ups", "/clock"]; // slipgrasp.web.scene.close_ups
 const LABEL = "/push/words"; // slipgrasp.web.scene.push_view
-const MARK = /\/contact\d+\/tip\/(ball|pad|halo)$/; // slipgrasp.web.scene.contact_view
+const MARK = /\/contact\d+\/tip\/(ball|pad|halo|arrows)$/; // slipgrasp.web.scene.contact_view
 const MARGIN = 8;
 
 let known = null;
@@ -51,11 +51,26 @@ function paintMarks() {
   const { nodeRefFromName } = window.__viserMutable;
   for (const [name, { message }] of Object.entries(window.__viserSceneTree.getState())) {
     if (!MARK.test(name)) continue;
-    const [red, green, blue] = message.props.color ?? message.props.colors;
+    const colours = message.props.color ?? message.props.colors;
+    const [red, green, blue] = colours;
     const colour = (red << 16) | (green << 8) | blue;
-    nodeRefFromName[name]?.traverse(({ material }) => {
-      if (material?.color && material.color.getHex() !== colour) material.color.setHex(colour);
+    nodeRefFromName[name]?.traverse((node) => {
+      const paint = node.material?.color;
+      if (node.setColorAt) paintArrows(node, colours);
+      else if (paint && paint.getHex() !== colour) paint.setHex(colour);
     });
+  }
+}
+
+/** Gives arrows, which are instances of one mesh, their colours: three bytes each. */
+function paintArrows(mesh, colours) {
+  if (!mesh.colorsTexture) return; // not drawn yet
+  const paint = mesh.material.color.clone();
+  for (let i = 0; i < mesh.instancesCount; i += 1) {
+    const wanted = [0, 1, 2].map((k) => Math.fround(colours[3 * i + k] / 255));
+    const { r, g, b } = mesh.getColorAt(i, paint);
+    if (r === wanted[0] && g === wanted[1] && b === wanted[2]) continue;
+    mesh.setColorAt(i, paint.setRGB(...wanted));
   }
 }
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 from itertools import zip_longest
 
@@ -75,7 +75,11 @@ class ChartsPanel:
         self._read, self._read_at = Cursors(0.0, None), 0.0
 
     def update(self, view: ViewState) -> None:
-        """Draws a new run or window immediately, and updates values ten times a second."""
+        """Draws a new run or window immediately.
+
+        While the run plays, values of XY charts and of a second cursor are updated ten times a
+        second.
+        """
         if view.shown is None or view.playback is None:
             return
         self._laws.update(view)
@@ -89,7 +93,7 @@ class ChartsPanel:
         if drawing != self._drawing:
             self._drawing, self._drawn = drawing, set()
         due = _tabs_in_sight(view.charts) - self._drawn
-        if not (due or self._must_read(playback, cursors, now)):
+        if not (due or self._must_read(playback, cursors, view.charts.seen, now)):
             return
         with self._client.atomic():
             self._draw(due, run, view, playback.window)
@@ -152,9 +156,13 @@ class ChartsPanel:
             self._ghost_run = ChartedRun.of(pale, known, charts_view) if pale else None
         return self._run
 
-    def _must_read(self, playback: Playback, cursors: Cursors, now: float) -> bool:
+    def _must_read(
+        self, playback: Playback, cursors: Cursors, seen: Collection[str], now: float
+    ) -> bool:
         if not playback.playing:
             return cursors != self._read
+        if cursors.mark is None and XY_TAB not in seen:
+            return False  # The page reads the lines that it has.
         since = now - self._read_at
         return is_reading_due(self._read.time, playback.time, playback.window, since)
 
@@ -213,4 +221,6 @@ class _Tab:
             drawn.chart.key: read_lines(drawn.chart, trace, cursors, drawn.scale)
             for drawn in self._drawn
         }
-        self._readings.content = readings_html(Readings(values, changes, cursors.mark))
+        self._readings.content = readings_html(
+            Readings(cursors.time, values, changes, cursors.mark)
+        )

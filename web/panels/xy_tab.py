@@ -68,6 +68,7 @@ class XyTab:
         self._cursors.content = cursor_html(cursors)
         self._readings.content = readings_html(
             Readings(
+                time=cursors.time,
                 values={
                     xy.xy.chart.key: read_lines(xy.xy.chart, trace, cursors, xy.largest)
                     for xy in self._drawn

@@ -217,7 +217,7 @@ class Capture:
             self._plots = [
                 Plot(gui, _CHART_HEIGHT, drawn, dark=self._dark) for drawn in self._drawn()
             ]
-            gui.add_html(readings_html(Readings({}, ())))
+            gui.add_html(readings_html(Readings(0.0, {}, ())))
         if len(self._controls) > 1:
             with self._results.add_tab("Map", viser.Icon.LAYOUT_GRID):
                 html["map"] = gui.add_html("")

@@ -303,7 +303,7 @@ function read(time) {
   if (own === null || now - readAt < READ_EVERY_MS) return;
   readAt = now;
   const readings = Object.fromEntries(data.charts.map(({ key, read: words }) => [key, words(own, time)]));
-  const text = JSON.stringify({ values: readings, spots: {}, marked: {}, changes: [], mark: null });
+  const text = JSON.stringify({ time, values: readings, spots: {}, marked: {}, changes: [], mark: null });
   const element = document.querySelector("[data-sg-readings]");
   if (element && element.dataset.sgReadings !== text) element.dataset.sgReadings = text;
 }
