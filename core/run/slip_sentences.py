@@ -7,11 +7,14 @@ from collections.abc import Iterator, Sequence
 from itertools import islice
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario.scenario import AnyPulse
 from slipgrasp.core.trace.types import ContactPhase, Outcome, PhaseChange
 from slipgrasp.core.words.phrases import joined, length_words, milliseconds
+
+Values = NDArray[np.float64]
 
 _SOON = 0.05
 """Longest time from a change to a slip that may be due to it [s]."""
@@ -22,7 +25,9 @@ def describe_slips(result: RunResult) -> str:
     """Slip distances and times of the contacts; without slip, the smallest margin."""
     names, paths = result.scenario.finger_names, result.metrics.slip_path
     spins = result.metrics.spin_path or (0.0,) * len(paths)
-    slipped = [i for i, path in enumerate(paths) if path > 0.0 or spins[i] > 0.0]
+    # The spin of a contact that only sticks can be a rounding error.
+    has_slipped = (result.trace.phase != ContactPhase.STICK).any(axis=0)
+    slipped = [i for i, path in enumerate(paths) if path > 0.0 or has_slipped[i]]
     if not slipped:
         return f"No fingertip slipped{_describe_least_margin(result)}."
     who = _fingertips([names[i] for i in slipped], len(names))
@@ -127,28 +132,43 @@ def _describe_least_margin(result: RunResult) -> str:
 
 
 def describe_grip_force(result: RunResult) -> Iterator[str]:
-    """Final normal force of the contact closest to slip, and the smallest sufficient force then."""
+    """Final normal force of the contact closest to slip, and the smallest sufficient force.
+
+    The latter for the final state, and before it where more was needed.
+    """
     trace = result.trace
-    friction, normal = trace.friction_coefficient[-1], trace.normal_force[-1]
-    tangential = trace[-1:].tangential_size[0]
-    sticks = (trace.phase[-1] == ContactPhase.STICK).all() and (friction > 0.0).all()
-    if result.outcome is not Outcome.COMPLETED or not sticks or tangential.max() < _LEAST_FORCE:
+    normal = trace.normal_force[-1]
+    sticks = (trace.phase[-1] == ContactPhase.STICK).all()
+    has_friction = (trace.friction_coefficient[-1] > 0.0).all()
+    is_loaded = trace[-1:].tangential_size.max() >= _LEAST_FORCE
+    if result.outcome is not Outcome.COMPLETED or not (sticks and has_friction and is_loaded):
         return
-    if result.scenario.has_soft_fingers:
-        # The moment about the normal uses part of the friction.
-        tangential = friction * normal - trace.friction_margin[-1]
-    needed = tangential / np.where(friction > 0.0, friction, 1.0)
-    i = int(np.argmin(normal - needed))
-    force, least = _distinguished(float(normal[i]), float(needed[i]))
+    # In the first row, the first command has no effect yet.
+    needed = _needed_forces(result)[1:]
+    i = int(np.argmin(normal - needed[-1]))
+    force, least = _distinguished(float(normal[i]), float(needed[-1, i]))
     limit = f"less than {least} N" if force != least else "any less"
     slipping = trace.normal_force[trace.phase[:, i] != ContactPhase.STICK, i]
     more = "faster motion or a push can require more"
+    most = math.ceil(10.0 * needed[:, i].max()) / 10.0  # with which it does not slip
     if slipping.size:
         more = f"earlier it slipped at up to {slipping.max():.1f} N"
+    elif most > needed[-1, i] + 0.1:
+        more = f"earlier it needed up to {most:.1f} N"
     yield (
         f"At the end the {result.scenario.finger_names[i]} fingertip presses with {force} N; with "
         f"{limit} it would slip in this state, and {more}."
     )
+
+
+def _needed_forces(result: RunResult) -> Values:
+    """Smallest normal forces at which no contact slips, shape ``(rows, contacts)`` [N]."""
+    trace = result.trace
+    friction, used = trace.friction_coefficient, trace.tangential_size
+    if result.scenario.has_soft_fingers:
+        # The moment about the normal uses part of the friction.
+        used = friction * trace.normal_force - trace.friction_margin
+    return used / np.where(friction > 0.0, friction, 1.0)
 
 
 def _distinguished(one: float, other: float) -> tuple[str, str]:

@@ -500,6 +500,11 @@ def check_squeeze(result: RunResult, found: re.Match[str]) -> None:
     assert (found["most"] is not None) == bool(slipping.size)
     if found["most"]:
         assert abs(float(found["most"]) - max(slipping)) <= 0.051
+    used = abs(trace.tangential_force[1:, i]) / np.maximum(trace.friction_coefficient[1:, i], 1e-9)
+    if found["needed"]:
+        assert 0.0 <= float(found["needed"]) - max(used) < 0.1
+    elif not slipping.size:
+        assert max(used) <= least + 0.1
 
 
 def check_lasting_error(result: RunResult, found: re.Match[str]) -> None:
@@ -577,7 +582,8 @@ SENTENCES: tuple[tuple[str, Callable[[RunResult, re.Match[str]], None]], ...] = 
     (
         r"At the end the (?P<finger>.+) fingertip presses with (?P<normal>[\d.]+) N; with (?:less "
         r"than (?P<least>[\d.]+) N|any less) it would slip in this state, and (?:faster motion or "
-        r"a push can require more|earlier it slipped at up to (?P<most>[\d.]+) N)\.",
+        r"a push can require more|earlier it slipped at up to (?P<most>[\d.]+) N|earlier it "
+        r"needed up to (?P<needed>[\d.]+) N)\.",
         check_squeeze,
     ),
     *KNOWLEDGE,

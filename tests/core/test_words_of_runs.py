@@ -302,3 +302,15 @@ def test_a_hint_offers_nothing_where_nothing_is_left_to_set() -> None:
     check_words(result, describe_run(result))
     hint = result.reason.hint
     assert "raise controller" not in hint and "composite" not in hint
+
+
+def test_a_gripper_says_with_which_force_it_had_not_slipped() -> None:
+    def words(force: float) -> str:
+        grip = {"controller.grip_force": force, "simulation.duration": 0.3}
+        scenario = with_values(load_scenario("parallel-gripper"), grip)
+        return " ".join(describe_run(simulate(scenario)).sentences)
+
+    assert words(40.0).startswith("No fingertip slipped; ")
+    assert "and earlier it needed up to 29.2 N." in words(40.0)
+    assert words(29.2).startswith("No fingertip slipped; ")
+    assert words(29.1).startswith("Both fingertips slipped by less than 1 nm")
