@@ -21,11 +21,11 @@ from slipgrasp.core.run.slide_outcome import (
     slows_down,
 )
 from slipgrasp.core.run.slip_sentences import describe_causes, describe_grip_force, describe_slips
-from slipgrasp.core.scenario import FingerParameters, Scenario
+from slipgrasp.core.scenario import FingerParameters, ObjectParameters, Scenario
 from slipgrasp.core.scenario.custom_laws import law_of
 from slipgrasp.core.scenario.loading import all_preset_names, load_scenario
 from slipgrasp.core.scenario.scenario import of_hand
-from slipgrasp.core.scenario.spatial import SpatialFinger
+from slipgrasp.core.scenario.spatial import SpatialFinger, SpatialObject
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.trace.types import ContactPhase, Outcome, Reason
 from slipgrasp.core.words.cures import come_nearer, hold, leave_the_cones, slip_less
@@ -151,7 +151,7 @@ def headline_of(run: RunResult | RunSummary) -> str:
     if not run.scenario.space.has_hand:
         return headline_of_slide(run.scenario, metrics)
     if metrics.held:
-        body = of_hand(scenario_at(run.scenario, run.end_time)).object
+        body = _body_at_end(run)
         slipped = max(metrics.slip_path)
         after = f" after {length_words(slipped)} of slip" if is_large(body, slipped) else ""
         offset = describe_offset(body, metrics.final_tracking_error)
@@ -240,17 +240,22 @@ def _describe_switching(result: RunResult) -> Iterator[str]:
 
 def _describe_lasting_error(result: RunResult) -> Iterator[str]:
     """Distance of a held object from its target, unless the headline contains it."""
+    words = _lasting_error(result)
+    if words and not describe_offset(_body_at_end(result), result.metrics.final_tracking_error):
+        yield f"At the end the object is {words} from its target, and is hardly getting closer."
+
+
+def _lasting_error(result: RunResult) -> str:
+    """Distance of a held object from its target; empty if small or decreasing."""
     if not result.metrics.held:
-        return
+        return ""
     trace = result.trace
-    body = of_hand(scenario_at(result.scenario, result.end_time)).object
-    final = result.metrics.final_tracking_error
-    if not is_far_off(body, final):
-        earlier = trace.tracking_error[np.searchsorted(trace.times, result.end_time - _WATCHED)]
-        words = describe_lasting_error(final, earlier.tolist())
-        yield from [
-            f"At the end the object is {words} from its target, and is hardly getting closer."
-        ] * bool(words)
+    earlier = trace.tracking_error[np.searchsorted(trace.times, result.end_time - _WATCHED)]
+    return describe_lasting_error(result.metrics.final_tracking_error, earlier.tolist())
+
+
+def _body_at_end(run: RunResult | RunSummary) -> ObjectParameters | SpatialObject:
+    return of_hand(scenario_at(run.scenario, run.end_time)).object
 
 
 class _Overestimate(NamedTuple):
@@ -374,10 +379,9 @@ def _suggest(result: RunResult, found: Sequence[_Overestimate]) -> Hint:
 
 
 def _is_off(result: RunResult) -> bool:
-    """True if a held object is described as not at its target."""
-    body = of_hand(scenario_at(result.scenario, result.end_time)).object
-    far = is_far_off(body, result.metrics.final_tracking_error)
-    return far or any(True for _ in _describe_lasting_error(result))
+    """True if a held object is far from its target, or hardly getting closer."""
+    final = result.metrics.final_tracking_error
+    return is_far_off(_body_at_end(result), final) or bool(_lasting_error(result))
 
 
 def _ask_for_the_margin(scenario: Scenario) -> Hint:

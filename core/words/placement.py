@@ -14,7 +14,9 @@ from slipgrasp.core.scenario.spatial import SpatialObject
 from slipgrasp.core.scenario.spatial_geometry import base_corners
 from slipgrasp.core.words.phrases import joined
 
-_SHARE = 0.1  # fraction of the object's smallest extent
+# Fractions of the object's smallest extent.
+_FAR_OFF = 0.1
+_LARGE = 0.05
 _WORTH_TELLING = 1e-3  # [m]
 _LASTING = 0.99  # fraction of the earlier distance
 
@@ -26,7 +28,7 @@ def is_far_off(body: ObjectParameters | SpatialObject, error: Sequence[float]) -
         body: The object.
         error: Desired minus actual pose: x, y, theta [m, m, rad], or six coordinates.
     """
-    return bool(_offsets(body, error))
+    return bool(_offsets(body, error, _FAR_OFF))
 
 
 def describe_offset(body: ObjectParameters | SpatialObject, error: Sequence[float]) -> str:
@@ -36,13 +38,13 @@ def describe_offset(body: ObjectParameters | SpatialObject, error: Sequence[floa
         body: The object.
         error: Desired minus actual pose: x, y, theta [m, m, rad], or six coordinates.
     """
-    offsets = _offsets(body, error)
+    offsets = _offsets(body, error, _LARGE)
     return f"{joined(offsets)} from its target" if offsets else ""
 
 
 def is_large(body: ObjectParameters | SpatialObject, length: float) -> bool:
-    """Whether a length is more than a tenth of an object's smallest extent."""
-    return length > _SHARE * _extent(body)
+    """Whether a length is more than a twentieth of an object's smallest extent."""
+    return length > _LARGE * _extent(body)
 
 
 def describe_lasting_error(error: Sequence[float], earlier: Sequence[float]) -> str:
@@ -58,8 +60,10 @@ def describe_lasting_error(error: Sequence[float], earlier: Sequence[float]) -> 
     return _rounded(distance) if lasts else ""
 
 
-def _offsets(body: ObjectParameters | SpatialObject, error: Sequence[float]) -> list[str]:
-    """The distance, and the angle if it moves a corner as far; only large values."""
+def _offsets(
+    body: ObjectParameters | SpatialObject, error: Sequence[float], fraction: float
+) -> list[str]:
+    """The distance, and the angle if it moves a corner as far; above a fraction of the extent."""
     if isinstance(body, SpatialObject):
         distance, angle = math.hypot(*error[:3]), math.hypot(*error[3:])
         corners = np.array(base_corners(body))
@@ -67,9 +71,10 @@ def _offsets(body: ObjectParameters | SpatialObject, error: Sequence[float]) -> 
     else:
         distance, angle = math.hypot(*error[:2]), error[2]
         radius = float(np.hypot(*outline(body).T).max())
+    limit = fraction * _extent(body)
     return [
-        *[_rounded(distance)] * is_large(body, distance),
-        *[f"{abs(math.degrees(angle)):.0f}°"] * is_large(body, abs(angle) * radius),
+        *[_rounded(distance)] * (distance > limit),
+        *[f"{abs(math.degrees(angle)):.0f}°"] * (abs(angle) * radius > limit),
     ]
 
 
