@@ -201,7 +201,9 @@ class Screen:
         self._arrange(self._page_layout.arrangement)
         results = sizes.study if self._is_wide else sizes.results
         panels = (self._results, self._gui.main_panel, self._player)
-        widths = (results, sizes.scenario, self._page_layout.playback)
+        # viser places a floating panel without its height, until its size changes.
+        playback = self._page_layout.playback - self._restored % 2
+        widths = (results, sizes.scenario, playback)
         for panel, width, before in zip(panels, widths, self._widths, strict=True):
             if width not in (before, 0):
                 panel.set_width(width)

@@ -27,7 +27,7 @@ def find_nothing_to_adapt(study: Study) -> Iterator[str]:
     known = knowledge_in(study)
     if study.base.space.has_hand and not known.estimated:
         yield (
-            f"its controllers are given {given_words(known)} at every instant and have no "
+            f"the controllers are given {given_words(known)} at every instant and have no "
             "estimates: the study compares no adaptation"
         )
 

@@ -37,6 +37,11 @@ _CHANGES = (
     (re.compile(rb"`data:image/jpeg;base64,[\w+/=]{1000,}`"), b"null"),
     # Without the lights that it turns off: the first pictures would have shadows.
     (re.compile(rb"enableDefaultLights:!0"), b"enableDefaultLights:!1"),
+    # The arrow to the mouse while something is dragged: grey and slender. It would be orange, which
+    # is the colour of slip, with a head as large as the object.
+    (re.compile(rb"16747586,.18,.09"), b"7829367,.04,.02"),
+    (re.compile(rb"Math.min\(.18,"), b"Math.min(.04,"),
+    (re.compile(rb"Math.min\(.09,"), b"Math.min(.02,"),
 )
 
 

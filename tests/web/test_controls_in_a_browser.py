@@ -130,10 +130,17 @@ def test_a_panel_that_was_torn_off_comes_back(page: Page) -> None:
         page.mouse.move(torn["x"] + 40.0 * k, torn["y"] + 20.0 * k)
     page.mouse.up()
     wait_until(lambda: above_run() not in (None, 0.0), "the panel stayed")
+    transport = page.locator(".sg-transport")
+    before = transport.bounding_box()
     page.keyboard.press("r")
     # viser puts what comes back behind the other tabs.
     wait_until(lambda: above_run() == 0.0, "the panel does not come back")
     assert run.bounding_box() == other
+    assert before is not None
+    wait_until(
+        lambda: (transport.bounding_box() or {}).get("y") == before["y"],
+        "the playback panel moves",
+    )
 
 
 def test_arrows_on_a_control_leave_the_camera_where_it_is(page: Page) -> None:

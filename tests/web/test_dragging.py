@@ -59,8 +59,11 @@ def test_letting_go_is_a_push_at_the_play_head_which_plays_on_and_can_be_undone(
     assert pushed.draft.scenario().pulses == (Pulse(time=0.5, force=(3.0, -4.0)),)
     assert pushed.playback.playing and not np.any(pushed.sample.external_wrench)
     assert after(pushed, Undo()).draft == view.draft
-    dragged = after(view, DragObject((3.0, -4.0)))
-    assert after(dragged, LetGo((3.0, -4.0))).playback == dragged.playback
+    at_rest = after(view, DragObject((1.0, 2.0)))
+    assert not at_rest.playback.playing and at_rest.playback.time > 0.5
+    let_go = after(at_rest, LetGo((3.0, -4.0))).playback
+    assert let_go.playing and let_go.time == 0.5
+    assert not after(at_rest, LetGo((0.0, 0.0))).playback.playing
 
 
 @pytest.mark.parametrize("newtons", [0.3, 3.0, 10.0])

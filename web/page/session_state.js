@@ -24,7 +24,7 @@ export let state = {
 };
 
 const HOLD_MS = 2000;
-const LAG = 0.5; // up to which a picture may be late or early [s]
+const LAG = 2; // up to which a picture may be late or early [s]
 const SHORTEST = 1e-3; // of the times that are shown [s]
 const changeListeners = [];
 const frameListeners = [];

@@ -238,7 +238,7 @@ def _speed_html(playback: Playback, with_pace: bool) -> str:
         f"{PACED}: each slip takes some seconds, the time between slips one"
     )
     return (
-        f'<label class="sg-field" title="{hint}"><span>speed</span><select aria-label="speed" '
+        f'<label class="sg-field" title="{hint}"><select aria-label="speed" '
         f"{change_attribute(SetSpeed, 'name')}>{options}</select></label>"
     )
 

@@ -223,8 +223,10 @@ def _law_button(name: str, run: LawRun | None, is_present: bool) -> str:
 def reach_html(reach: Reach, playback: Playback | None) -> str:
     """A sentence about the reach of a control that is moved now."""
     time = _resting_time(playback)
-    if reach is Reach.WHOLE_RUN or (time is not None and time <= 0.0):
+    if reach is Reach.WHOLE_RUN:
         words = "A control acts <b>on the whole run</b>."
+    elif time is not None and time <= 0.0:
+        words = "At t = 0 a control acts <b>on the whole run</b>."
     elif time is None:
         words = "A control acts <b>from the play head on</b>."
     else:

@@ -294,7 +294,8 @@ def draft_html(study: StudyView) -> str:
         text = f"<b>{runs}</b>"
     warnings = study.price.warnings if study.price is not None else ()
     boxes = [box_html("Not run", [escape(f"{m}.") for m in study.problems])] * bool(study.problems)
-    boxes += [box_html("Mind", [escape(f"{w}.") for w in warnings])] * bool(warnings)
+    notes = [escape(f"{text[:1].upper()}{text[1:]}.") for text in warnings]
+    boxes += [box_html("Note", notes)] * bool(notes)
     boxes += [box_html("Not opened", [escape(study.message)])] * bool(study.message)
     return f"<div style='padding:0.4em 0.75em;font-size:0.85em'>{''.join(boxes)}{text}</div>"
 

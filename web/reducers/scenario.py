@@ -176,7 +176,7 @@ def _dragged(view: ViewState, force: tuple[float, ...]) -> ViewState:
 
 
 def _let_go(view: ViewState, force: tuple[float, ...]) -> ViewState:
-    """The view with the push of a drag; playing continues, and a picture at rest stays as it is."""
+    """The view with the push of a drag, which plays from the push on."""
     drag = view.drag
     if drag is not None and len(force) != len(drag.force):
         force = (0.0,) * len(drag.force)
@@ -184,7 +184,7 @@ def _let_go(view: ViewState, force: tuple[float, ...]) -> ViewState:
     if dragged.drag is None:
         return dragged
     before, playback = dragged.drag.playback, dragged.playback
-    if before.playing and playback is not None:
+    if playback is not None and (before.playing or any(force)):
         playback = replace(playback, time=playback.window.clamp(before.time), playing=True)
     return replace(dragged, drag=None, playback=playback)
 
