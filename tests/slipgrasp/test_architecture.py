@@ -21,7 +21,8 @@ PACKAGES = ("core", "recordings", "scene", "figures", "server", "web", "slipgras
 KINDS = (
     *("parameter", "drawn object", "signal", "chart", "metric", "control law"),
     *("export format", "job whose memory grows with a run", "REST route", "REST filter"),
-    *("integration method", "executor", "guard that ends a run", "outcome", "finger kind"),
+    *("integration method", "executor", "guard that ends a run"),
+    *("guard that changes a phase, or known instant", "outcome", "finger kind"),
     *("figure", "panel", "CLI command", "preset"),
 )
 
