@@ -8,12 +8,13 @@ from slipgrasp.core.trace.types import RunWarning
 _COUNTED = (
     (
         "multiple_phases",
-        "several combinations of phases were consistent; the one with most sticking was taken",
+        "the forces allowed several combinations of stick and slip; the one with most sticking "
+        "contacts was taken",
     ),
     (
         "recognition_hold",
-        "no combination of stick and slip followed from the torque commanded for it; "
-        "the controller kept the one it had recognised for the recognition time",
+        "whichever contacts the controller assumed to stick, its torque would have made others "
+        "stick; it kept its previous assumption for the recognition time",
     ),
     (
         "adaptation_unphysical",

@@ -74,12 +74,12 @@ def _spin_charts(result: RunResult) -> tuple[Chart, ...]:
         ),
         Chart(
             "moments",
-            "Torsional moment |F_τ| and its limit at the present tangential force",
+            "Torsional moment and its limit at the current tangential force",
             "mN m",
             "The band between a moment and its limit is the margin; where it closes, the fingertip "
             "turns and slides simultaneously.",
             (
-                *_per_finger("moment", [f"{name} |F_τ|" for name in names], moments),
+                *_per_finger("moment", [f"{name} moment" for name in names], moments),
                 *_per_finger("most", [f"{name} limit" for name in names], limits, dashed=True),
             ),
             tuple((f"most-{i}", f"moment-{i}") for i in range(len(names))),

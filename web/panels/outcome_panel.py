@@ -179,7 +179,7 @@ def _knowledge_html(known: str, result: RunResult) -> str:
 def _asked_html(result: RunResult, how_heavy: str) -> str:
     """Buttons for the first slip and for the largest mass, and the answer to the latter."""
     buttons = _first_slip_html(result) + ("" if how_heavy else _how_heavy_html(result))
-    answer = f"<p role='status'>{escape(how_heavy)}</p>" if how_heavy else ""
+    answer = f"<p role='status'>How much heavier? {escape(how_heavy)}</p>" if how_heavy else ""
     return (f"<div class='sg-tries'>{buttons}</div>" if buttons else "") + answer
 
 
