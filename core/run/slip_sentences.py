@@ -19,6 +19,8 @@ Values = NDArray[np.float64]
 _SOON = 0.05
 """Longest time from a change to a slip that may be due to it [s]."""
 _LEAST_FORCE = 1e-3  # [N]
+_PUSHES = 2
+"""Largest number of pushes whose slips are named."""
 
 
 def describe_slips(result: RunResult) -> str:
@@ -51,10 +53,10 @@ def _describe_pivots(spins: Sequence[float]) -> str:
 
 
 def describe_causes(result: RunResult) -> Iterator[str]:
-    """The contacts that began to slip with the first such push, and after the first such change."""
+    """The contacts that began to slip with each of two pushes, and after the first such change."""
     every = _onsets(result)
     pushes = sorted(result.scenario.pulses, key=lambda push: push.time)
-    yield from islice(filter(None, (_push_words(result, push, every) for push in pushes)), 1)
+    yield from islice(filter(None, (_push_words(result, push, every) for push in pushes)), _PUSHES)
     onsets = [c for c in every if c.time > 0.0]
     for change in sorted(result.scenario.changes, key=lambda change: change.time):
         soon = [c for c in onsets if change.time <= c.time <= change.time + _SOON]
@@ -77,7 +79,9 @@ def _push_words(result: RunResult, push: AnyPulse, onsets: Sequence[PhaseChange]
         return f"During the push at t = {when} {_tips_of(result, during)} began to slip."
     other = any(each.time == end for each in result.scenario.pulses)
     if not other and (then := [c for c in onsets if c.time == end]):
-        return f"As the push at t = {when} ended, {_tips_of(result, then)} began to slip."
+        return (
+            f"As the push that began at t = {when} ended, {_tips_of(result, then)} began to slip."
+        )
     return ""
 
 

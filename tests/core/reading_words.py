@@ -533,7 +533,7 @@ SENTENCES: tuple[tuple[str, Callable[[RunResult, re.Match[str]], None]], ...] = 
         check_slips,
     ),
     (
-        r"(?P<how>During|As) the push at t = (?P<when>[\d.]+ m?s)(?: ended,)? "
+        r"(?P<how>During|As) the push (?:that began )?at t = (?P<when>[\d.]+ m?s)(?: ended,)? "
         r"(?P<who>.+) began to slip\.",
         check_push,
     ),

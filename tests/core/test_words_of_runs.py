@@ -176,7 +176,7 @@ def test_bounds_are_asked_for_only_where_there_are_none() -> None:
     [
         (
             [{"time": 0.003181, "force": [2.8, 1.6]}],
-            "As the push at t = 3 ms ended, the right fingertip began to slip.",
+            "As the push that began at t = 3 ms ended, the right fingertip began to slip.",
         ),
         (
             [{"time": 0.0, "force": [0.0, -2.9]}],

@@ -93,8 +93,8 @@ def test_a_complete_measured_pose_is_drawn_without_a_hand(
     scene.show(case_1, pale)
     scene.update(Sampler(case_1.trace).at(0.05), Sampler(pale.trace).at(0.05))
 
-    corners = node(viewer_server, "/ghost/edges").points.reshape(-1, 3)
-    np.testing.assert_allclose(corners.mean(axis=0)[[0, 2]], (0.05, 0.0), atol=1e-6)
+    place = node(viewer_server, "/ghost/plane/edges").position
+    np.testing.assert_allclose(place[:2], (0.05, 0.0), atol=1e-6)
     assert viewer_server.scene.get_handle_by_name("/ghost/tip0") is None
     assert "ghostSlip" not in sent_for_close_ups(viewer_server)[1]
 

@@ -15,6 +15,7 @@ from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.recordings.palette import PHASES
+from slipgrasp.scene.rotations import matrices
 from slipgrasp.server.viewer.server import ViewerServer
 from slipgrasp.web.model.appearance import Appearance
 from slipgrasp.web.model.sampling import Sampler
@@ -126,8 +127,8 @@ def test_the_pale_run_stands_where_it_is_and_goes_when_it_is_dismissed(
     shown, other = Sampler(case_2.trace).at(2.0), Sampler(heavier.trace).at(2.0)
     scene.show(case_2, heavier)
     scene.update(shown, other)
-    corners = node(viewer_server, "/ghost/edges").points.reshape(-1, 3)
-    assert corners.mean(axis=0)[[0, 2]] == pytest.approx(other.object_pose[:2])
+    place = node(viewer_server, "/ghost/plane/edges").position
+    assert place[:2] == pytest.approx(other.object_pose[:2])
     _, arrays = sent_for_close_ups(viewer_server)
     slip = heavier.trace.slip.astype(np.float32)
     np.testing.assert_array_equal(arrays["ghostSlip"][..., 0], slip)
@@ -141,7 +142,7 @@ def test_a_pale_hand_of_another_shape_has_nodes_of_its_own(
     scene: Scene, viewer_server: ViewerServer, case_2: RunResult, heavier: RunResult
 ) -> None:
     def width() -> float:
-        return float(np.ptp(node(viewer_server, "/ghost/edges").points[..., 0]))
+        return float(np.ptp(node(viewer_server, "/ghost/plane/edges").points[..., 0]))
 
     scene.show(case_2, heavier)
     scene.update(Sampler(case_2.trace).at(0.0), Sampler(heavier.trace).at(0.0))
@@ -208,8 +209,11 @@ def test_a_polygon_is_drawn_with_its_corners_and_a_ghost_of_it_too(
     np.testing.assert_allclose(drawn, np.unique(CORNERS, axis=0), atol=1e-6)
     x, y, angle = sample.object_pose
     turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
-    pale = node(viewer_server, "/ghost/edges").points[: len(CORNERS), 0]
-    np.testing.assert_allclose(pale[:, [0, 2]], CORNERS @ turn.T + (x, y), atol=1e-6)
+    edges = node(viewer_server, "/ghost/plane/edges")
+    pale = edges.points[: len(CORNERS), 0] @ matrices(edges.wxyz[None])[0].T + edges.position
+    np.testing.assert_allclose(pale[:, :2], CORNERS @ turn.T + (x, y), atol=1e-6)
+    plane = matrices(node(viewer_server, "/ghost/plane").wxyz[None])[0]
+    np.testing.assert_allclose(plane @ [x, y, 0.0], [x, 0.0, y], atol=1e-12)
     assert (layout.low < np.array(CORNERS) + sample.object_pose[:2]).all()
     assert (layout.hand_high > np.array(CORNERS) + sample.object_pose[:2]).all()
 

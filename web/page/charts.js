@@ -11,6 +11,7 @@ import { zoom } from "./gestures.js";
 import { post } from "./post.js";
 
 const LEAST_DRAG = 4;
+const MOST_DECIMALS = 12;
 const readings = new WeakMap();
 let drag = null;
 
@@ -44,6 +45,7 @@ function fillIn(time) {
     const { texts, isRead } = values[head.dataset.sgChart] ?? { texts: [], isRead: true };
     writeValues(head, isRead || !chart ? texts : readLines(head, chart, texts, time));
     if (!area) continue;
+    if (chart) labelTicks(chart);
     if (chart) placeRange(chart);
     mark(area, changes, second);
   }
@@ -119,6 +121,22 @@ function placeRange(chart) {
   const { start: min, end: max } = state;
   const shown = chart.scales.x;
   if (shown && (shown.min !== min || shown.max !== max)) chart.setScale("x", { min, max });
+}
+
+/** Writes ticks with as many decimals as distinguish them; uPlot itself stops at three. */
+function labelTicks(chart) {
+  for (const axis of chart.axes) {
+    if (axis.values !== writeTicks) axis.values = writeTicks;
+  }
+}
+
+function writeTicks(_chart, ticks, _axis, _space, step) {
+  const decimals = [...Array(MOST_DECIMALS).keys()].find((count) => isWhole(step * 10 ** count));
+  return ticks.map((tick) => (tick === null ? null : String(Number(tick.toFixed(decimals ?? MOST_DECIMALS)))));
+}
+
+function isWhole(value) {
+  return value >= 0.5 && Math.abs(value - Math.round(value)) < 1e-6 * value;
 }
 
 /** Puts the play head, the changes and what is dragged over into an area. */

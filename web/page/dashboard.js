@@ -20,7 +20,7 @@
 //   banner.js         whether the server is there, and what the page has to say
 //   reconnect.js      when viser opens its connection again
 import { followPicture, watchSessionState } from "./session_state.js";
-import { picturedTime } from "./viser_view.js";
+import { onPicture, picturedTime } from "./viser_view.js";
 import { startBanner } from "./banner.js";
 import { startCharts } from "./charts.js";
 import { startClock } from "./clock.js";
@@ -59,6 +59,6 @@ function start() {
   startLecture();
   startKeyboard();
   startBanner();
-  followPicture(picturedTime);
+  followPicture(picturedTime, onPicture);
   watchSessionState();
 }

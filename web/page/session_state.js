@@ -24,7 +24,7 @@ export let state = {
 };
 
 const HOLD_MS = 2000;
-const LAG = 2; // up to which a picture may be late or early [s]
+const LAG_MS = 5000; // after which the play head no longer waits for a picture
 const SHORTEST = 1e-3; // of the times that are shown [s]
 const changeListeners = [];
 const frameListeners = [];
@@ -32,6 +32,7 @@ let written = "";
 let toldAt = performance.now();
 let held = null;
 let picturedTime = () => null;
+let picturedAt = -Infinity;
 let shown = null;
 
 /** Calls back with (state, previous state) whenever the session has sent its state. */
@@ -44,18 +45,28 @@ export function onFrame(listener) {
   frameListeners.push(listener);
 }
 
-/** Makes a moving play head stand where the picture does. time: of the last one [s], or null. */
-export function followPicture(time) {
+/**
+ * Makes a moving play head stand where the picture does, and all that shows its time change with it.
+ * time: of the last picture [s], or null; onPicture: calls back after every picture.
+ */
+export function followPicture(time, onPicture) {
   picturedTime = time;
+  onPicture(() => {
+    picturedAt = performance.now();
+    if (state.playing) notifyFrame();
+  });
+}
+
+function isFollowing() {
+  return state.playing && performance.now() - picturedAt < LAG_MS;
 }
 
 /** Where the play head stands now [s]. */
 export function timeNow() {
   if (held !== null) return held.time;
   if (!state.playing) return state.time;
-  const seconds = (performance.now() - toldAt) / 1000;
-  const [now, later, seen] = [advance(state, seconds), advance(state, seconds + LAG), picturedTime()];
-  return seen !== null && Math.abs(seen - now) <= later - now ? seen : now;
+  const seen = isFollowing() ? picturedTime() : null;
+  return seen ?? advance(state, (performance.now() - toldAt) / 1000);
 }
 
 /** Which share of the window lies before a time, from 0 to 1. */
@@ -89,9 +100,13 @@ export function watchSessionState() {
   if (shown !== null && performance.now() > shown.until) [shown, written] = [null, ""];
   read();
   if (held !== null && performance.now() > held.until) held = null;
+  if (held !== null || !isFollowing()) notifyFrame();
+  requestAnimationFrame(watchSessionState);
+}
+
+function notifyFrame() {
   const time = timeNow();
   for (const listener of frameListeners) listener(time);
-  requestAnimationFrame(watchSessionState);
 }
 
 function read() {

@@ -14,7 +14,7 @@ let run = null;
 let overlay = null;
 let pictured = null; // the run and the time of the last picture
 let isPictured = false;
-let toldOfPicture = () => {};
+const pictureListeners = [];
 
 /**
  * Draws the close-ups over the view. covered: what of its top and bottom is not free [px]; given:
@@ -38,7 +38,7 @@ export function drawCloseUps(covered, given = null) {
   scene.onAfterRender = () => {
     pictured = given ?? shownByScene();
     isPictured = draw(pictured);
-    toldOfPicture();
+    for (const listener of pictureListeners) listener();
   };
   draw(given ?? pictured);
 }
@@ -86,7 +86,7 @@ export function hasPicture() {
 
 /** Calls back after every picture. */
 export function onPicture(call) {
-  toldOfPicture = call;
+  pictureListeners.push(call);
 }
 
 /** Calls back once the next picture is being drawn, by the graphics process and meanwhile. */

@@ -7,7 +7,7 @@ import viser
 from numpy.typing import NDArray
 
 from slipgrasp.core.scenario import Scenario
-from slipgrasp.scene import parts, skeleton
+from slipgrasp.scene import parts, rotations, skeleton
 from slipgrasp.scene.states import States
 from slipgrasp.web.model.surfaces import Surfaces
 from slipgrasp.web.scene.detail import Detail, Follower
@@ -43,29 +43,37 @@ class GhostView:
         self._count = fingers if has_hand else 0
         sizes = parts.sizes_of(scenario)
         # Behind the edges of the desired pose.
-        self._corners = parts.solid(scenario, 1.02 * sizes.half_depth).points
-        self._pairs = parts.edges_of(scenario)
+        corners = parts.solid(scenario, 1.02 * sizes.half_depth).points
+        self._object = next(f for f in self._frames if f.name == skeleton.OBJECT)
         self.name, self._root = name, scene.add_frame(name, show_axes=False)
-        self._edges, self._links = (
-            scene.add_line_segments(
-                f"{name}/{part}", np.zeros((1, 2, 3)), surfaces.pale_edge, thickness=thickness
-            )
-            for part, thickness in (("edges", 0.006), ("links", 0.012))
+        # Moved as a whole, since viser draws other points of lines one picture later.
+        plane = next((f for f in self._frames if f.name == self._object.parent), None)
+        turn = rotations.UNTURNED if plane is None else plane.rotation
+        scene.add_frame(f"{name}/plane", show_axes=False, wxyz=np.array(turn))
+        self._edges = scene.add_line_segments(
+            f"{name}/plane/edges",
+            corners[parts.edges_of(scenario)].astype(np.float32),
+            surfaces.pale_edge,
+            thickness=0.006,
+        )
+        self._links = scene.add_line_segments(
+            f"{name}/links", np.zeros((1, 2, 3)), surfaces.pale_edge, thickness=0.012
         )
         self._balls = [
             scene.add_icosphere(f"{name}/tip{i}", radius=sizes.tip_radius, color=surfaces.pale_edge)
             for i in range(self._count)
         ]
-        self._follow_edges = Follower(detail, self._draw_edges)
+        self._follow_object = Follower(detail, self._draw_object)
         self._follow_links = Follower(detail, self._draw_links)
 
     def update(self, states: States) -> None:
         """Shows a single state of the other run."""
-        poses = skeleton.world_poses(self._frames, states)
-        position, turn = (each[0] for each in poses[skeleton.OBJECT])
-        self._follow_edges.follow(position + self._corners @ turn.T)
+        position, rotation = self._object.position, self._object.rotation
+        assert callable(position) and callable(rotation), "objects move"
+        self._follow_object.follow(np.concatenate([position(states)[0], rotation(states)[0]]))
         if self._count == 0:
             return
+        poses = skeleton.world_poses(self._frames, states)
         links = [f.name for f in self._frames if "/link_" in f.name or f.name.endswith("/tip")]
         points = np.stack([poses[name][0][0] for name in links])
         self._follow_links.follow(points.reshape(self._count, -1, 3))
@@ -78,8 +86,8 @@ class GhostView:
         """Removes every node."""
         self._root.remove()
 
-    def _draw_edges(self, corners: Points) -> None:
-        self._edges.points = corners[self._pairs].astype(np.float32)
+    def _draw_object(self, pose: Points) -> None:
+        self._edges.position, self._edges.wxyz = pose[:3], pose[3:]
 
     def _draw_links(self, chains: Points) -> None:
         self._links.points = np.concatenate([joined(chain) for chain in chains])
