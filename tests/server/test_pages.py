@@ -74,7 +74,7 @@ def test_the_viewer_works_on_the_one_port_in_both_directions(viewing, watched, n
 
 def test_a_page_cannot_be_made_to_talk_to_another_server(viewing, watched) -> None:
     with socket.create_server(("127.0.0.1", 0)) as other:
-        other.settimeout(3.0)
+        other.settimeout(1.0)
         address = f"ws://127.0.0.1:{other.getsockname()[1]}"
         with watched.page.expect_console_message(lambda m: f"Connecting to: {address}" in m.text):
             watched.page.goto(f"{viewing.server.url}/?websocket={address}")

@@ -103,7 +103,7 @@ def viewer_server() -> Iterator[ViewerServer]:
 
 @pytest.fixture(scope="session")
 def dashboard(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningServer]:
-    settings = patient_settings(tmp_path_factory.mktemp("dashboard"))
+    settings = patient_settings(tmp_path_factory.mktemp("dashboard"), study_executor="inline")
     with serve(settings, create_dashboard_app(settings)) as running:
         yield running
 
@@ -219,8 +219,9 @@ def begin_anew(page: Page, server: RunningServer) -> None:
         send(intent)
     page.locator(".sg-origin", has_text="paper-case-1").wait_for()
     page.get_by_text("left: 2.59 mm").wait_for()
+    pause(page)  # A run that is shown for the first time plays: from here on, or a little later.
     page.get_by_text("Saved as").wait_for()
-    pause(page)  # A run that is shown for the first time plays.
+    pause(page)
 
 
 @contextmanager

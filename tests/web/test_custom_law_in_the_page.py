@@ -181,6 +181,7 @@ def test_a_law_that_the_server_was_started_with_has_controls_signals_and_branche
     choose_law(page, "squeeze")
     unfold_changes(page)
     expect(control(page, "grip [N]")).to_have_attribute("aria-valuenow", "30")
+    pause(page)
     page.get_by_role("tab", name="Estimates", exact=True).click()
     head = page.locator("[data-sg-chart=law-grip]")
     value = head.locator("[data-sg-value]")

@@ -146,7 +146,7 @@ def test_a_run_that_ends_early_says_how_also_in_the_dark(open_page: Open, tmp_pa
     result = simulate(scenario)
     with path.open("wb") as stream:
         write_page(result, stream, ["object.mass"])
-    page = open_page("", "tablet", "dark", path)
+    page = open_page("#t=0", "tablet", "dark", path)
     assert sha256_of(page) == result.sha256
     check_axe(page, "tablet")
     card = page.locator(".sg-outcome").first.inner_text()
@@ -170,7 +170,7 @@ def test_a_spatial_hand_is_simulated_too_by_pages_that_share_files(
         assert path.stat().st_size < 1e5
     # One kernel per kind of hand; styles; all other code.
     assert len(list(tmp_path.glob("shared-*.js"))) == 4
-    page = open_page(path=path)
+    page = open_page("#t=0", path=path)
     assert sha256_of(page) == result.sha256
     check_forces(page.locator(".sg-outcome").first.inner_text(), result)
     page.get_by_role("slider", name="object mass [kg]").focus()

@@ -14,7 +14,7 @@ from slipgrasp.recordings.store.store import RecordingStore
 from tests.server.serving import RunningServer
 from tests.waiting import wait_until
 from tests.web.conftest import Visitors
-from tests.web.driving import fill, number_field
+from tests.web.driving import fill, number_field, pause
 
 pytestmark = [
     pytest.mark.browser,
@@ -55,6 +55,7 @@ def row(page: Page, words: str) -> Locator:
 def open_row(page: Page, words: str) -> None:
     row(page, words).get_by_label("Open ").click()
     expect(row(page, words).get_by_text("on screen")).to_be_visible()
+    pause(page)  # A picture that plays takes the time of everything else.
 
 
 def test_a_run_is_found_opened_renamed_and_deleted_and_others_deletions_are_told(

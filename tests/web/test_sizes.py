@@ -9,7 +9,7 @@ import pytest
 from playwright.sync_api import Error, Locator, Page, ViewportSize
 
 from tests.waiting import wait_until
-from tests.web.driving import control
+from tests.web.driving import control, pause
 
 pytestmark = [
     pytest.mark.browser,
@@ -87,6 +87,7 @@ def test_the_scene_has_its_width_from_the_start(page: Page) -> None:
     page.add_init_script(WATCH_WIDTHS)
     page.reload()
     page.wait_for_function("document.documentElement.dataset.sgStarted !== undefined")
+    pause(page)  # A picture that plays takes the time of everything else.
     (width,) = page.evaluate("window.widths")
     scene = page.locator(SCENE)
     wait_until(lambda: scene.evaluate("e => e.clientWidth") == width, "another width")
