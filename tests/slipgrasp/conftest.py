@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from slipgrasp.cli.main import main
-from tests.slipgrasp.forked import run_forked
+from tests.slipgrasp.forked import Forked, run_forked
 from tests.waiting import PATIENCE
 
 ROOT = Path(__file__).parents[2]
@@ -57,11 +57,14 @@ class CommandLine:
             **options,
         )
 
-    def start(self, *arguments, script: str | None = None) -> subprocess.Popen[str]:
-        """Starts a command; or a script that is given its arguments instead."""
-        program = ["-m", "slipgrasp"] if script is None else ["-c", script]
+    def start(self, *arguments) -> Forked:
+        """Starts a command."""
+        return Forked([*map(str, arguments)], self.folder, self.environment)
+
+    def start_script(self, script: str, *arguments) -> subprocess.Popen[str]:
+        """Starts a script that is given the arguments of a command."""
         return subprocess.Popen(
-            [sys.executable, *program, *map(str, arguments)],
+            [sys.executable, "-c", script, *map(str, arguments)],
             cwd=self.folder,
             env=self.environment,
             stdout=subprocess.PIPE,
