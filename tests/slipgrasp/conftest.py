@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 from collections.abc import Callable
@@ -19,10 +20,8 @@ ROOT = Path(__file__).parents[2]
 
 def without_waiting(stderr: str) -> str:
     """What a command complains of, without the words for those who wait longer than a second."""
-    waiting = ("slipgrasp: loading the drawing program\n", "slipgrasp: reading the recording\n")
-    for line in waiting:
-        stderr = stderr.replace(line, "")
-    return stderr
+    waiting = "loading the drawing program|reading the recording|writing the [a-z]+ file"
+    return re.sub(f"slipgrasp: ({waiting})\n", "", stderr)
 
 
 @dataclass
