@@ -18,7 +18,8 @@ def wait_until(
         holds: Whether it is.
         what: What did not happen, should it never become true; may be found out then.
     """
-    deadline = time.monotonic() + PATIENCE
+    deadline, pause = time.monotonic() + PATIENCE, 0.002
     while not holds():
         assert time.monotonic() < deadline, what() if callable(what) else what
-        time.sleep(0.05)
+        time.sleep(pause)
+        pause = min(2.0 * pause, 0.05)

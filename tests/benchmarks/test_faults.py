@@ -6,6 +6,7 @@ import sys
 
 import pytest
 
+from benchmarks.faults import survivors
 from benchmarks.faults.bombs import BOMBS, MAX_MEGABYTES, WHOLE_BOMBS, defuse, write_bombs
 from benchmarks.faults.clients import hold_connections, read_signals
 from benchmarks.faults.clock import LARGEST_JUMP, jump_while_serving
@@ -15,20 +16,20 @@ from benchmarks.faults.full_disk import fill_the_disk
 from benchmarks.faults.kills import kill_writers
 from benchmarks.faults.services import restart_with_unfinished
 from benchmarks.faults.stops import stop_runs
-from benchmarks.faults.survivors import kill_and_compare
 from slipgrasp.recordings.file.reader import read_recording
 
 pytestmark = pytest.mark.slow
 
 
 def test_what_a_killed_process_had_flushed_is_read_to_the_last_sample():
-    kills = kill_writers(1, seed=3, duration=150.0)
+    kills = kill_writers(1, seed=3, duration=75.0)
     assert kills.readable == kills.count == 1
     assert kills.fewest > 1000
 
 
-def test_what_survives_a_kill_at_any_instant_has_the_bytes_of_an_undisturbed_run():
-    found = kill_and_compare(at_random=1, in_last_second=1, seed=5)
+def test_what_survives_a_kill_at_any_instant_has_the_bytes_of_an_undisturbed_run(monkeypatch):
+    monkeypatch.setitem(survivors.VALUES, "simulation.duration", 20.0)
+    found = survivors.kill_and_compare(at_random=1, in_last_second=1, seed=5)
     assert found.whole + found.recovered + found.nothing == found.kills == 2
 
 
@@ -52,7 +53,7 @@ def test_a_disk_that_fails_at_any_write_leaves_a_prefix():
 def test_a_power_cut_loses_no_more_than_the_time_between_two_syncs():
     # A clock that no machine's speed moves.
     clock = (0.005 * look for look in itertools.count()).__next__
-    assert 0.0 < cut_the_power(seed=3, duration=20.0, clock=clock).longest_loss < 1.3
+    assert 0.0 < cut_the_power(seed=3, duration=10.0, clock=clock).longest_loss < 1.3
 
 
 @pytest.mark.skipif(

@@ -11,6 +11,7 @@ from functools import cache, lru_cache
 from itertools import islice
 from random import Random
 from typing import NamedTuple
+from unittest.mock import patch
 
 from slipgrasp.core.exceptions import ScenarioError
 from slipgrasp.core.scenario import Scenario
@@ -77,6 +78,8 @@ def sizes(spatial: bool) -> list[int]:
     return [len(factor.levels) for factor in factors(spatial)]
 
 
+# To find what a refused name may have meant takes most of the time of a refusal.
+@patch("difflib.get_close_matches", lambda *_, **__: [])
 def draw_levels(spatial: bool, row: Row, seed: str) -> Scenario | None:
     """A scenario with given levels; None if validation refuses all that are drawn.
 

@@ -122,6 +122,8 @@ def looking_at(scenario):
 
         def command(self, seen, memory, out):
             super().command(seen, memory, out)
+            if seen.tick % 5:
+                return
             near = {"rtol": 0.0, "atol": 1e-12}
             moving = np.einsum("nij,nj->ni", seen.jacobian, seen.joint_velocity)
             sliding = np.einsum("nk,nkc->nc", seen.slip_velocity, seen.contact_tangents)

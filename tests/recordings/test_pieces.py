@@ -69,8 +69,8 @@ def test_recording_a_run_takes_no_more_memory_the_longer_it_is(tmp_path: Path) -
         finally:
             tracemalloc.stop()
 
-    short, long = peak(5.0), peak(25.0)
-    rows_more = 20.0 * 2000.0 * 72 * 8
+    short, long = peak(3.0), peak(9.0)
+    rows_more = 6.0 * 2000.0 * 72 * 8
     assert long - short < 0.1 * rows_more
 
 

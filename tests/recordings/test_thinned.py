@@ -21,14 +21,14 @@ from slipgrasp.recordings.file.writer import write_recording
 
 Pair = tuple[RunResult, RunResult]
 
-VALUES = {"simulation.duration": 6.0, "simulation.output_rate": 4000.0}
+VALUES = {"simulation.duration": 3.0, "simulation.output_rate": 4000.0}
 
 
 @pytest.fixture(scope="module", params=["paper-case-1", "spatial-box"])
 def runs(request: pytest.FixtureRequest) -> Pair:
     """Two long runs, the second of another mass and shorter."""
     scenario = with_values(load_scenario(request.param), VALUES)
-    other = {"object.mass": 1.02 * scenario.object.mass, "simulation.duration": 5.0}
+    other = {"object.mass": 1.02 * scenario.object.mass, "simulation.duration": 2.5}
     return simulate(scenario), simulate(with_values(scenario, other))
 
 
@@ -44,12 +44,17 @@ def thin(paths: tuple[Path, Path]) -> Pair:
     return read_thinned(paths, (read_size(paths[0]), read_size(paths[1])), DRAWN_SIGNALS)
 
 
+@pytest.fixture(scope="module")
+def thinned_runs(paths: tuple[Path, Path]) -> Pair:
+    return thin(paths)
+
+
 def drawn(run: RunResult) -> dict[str, np.ndarray]:
     return {c.name: c.values for c in columns_of(run.trace) if c.signal in DRAWN_SIGNALS}
 
 
-def test_extremes_ends_and_every_sample_of_a_slip_remain(runs, paths) -> None:
-    for few, whole in zip(thin(paths), runs, strict=True):
+def test_extremes_ends_and_every_sample_of_a_slip_remain(runs, thinned_runs) -> None:
+    for few, whole in zip(thinned_runs, runs, strict=True):
         assert len(few.trace) < len(whole.trace) / 2
         few_columns, columns = drawn(few), drawn(whole)
         assert few_columns.keys() == columns.keys()
@@ -70,8 +75,8 @@ def test_extremes_ends_and_every_sample_of_a_slip_remain(runs, paths) -> None:
         )
 
 
-def test_the_largest_differences_are_those_of_the_whole_runs(runs, paths) -> None:
-    whole, few = compare(*runs), compare(*thin(paths), check_claims=False)
+def test_the_largest_differences_are_those_of_the_whole_runs(runs, thinned_runs) -> None:
+    whole, few = compare(*runs), compare(*thinned_runs, check_claims=False)
     assert few.phase_changes == whole.phase_changes
     names = drawn(runs[0]).keys() & few.signals.keys()
     assert len(names) > 10
@@ -82,12 +87,11 @@ def test_the_largest_differences_are_those_of_the_whole_runs(runs, paths) -> Non
 
 
 def test_a_run_that_never_stops_slipping_keeps_a_bounded_number_of_samples(
-    paths, monkeypatch
+    paths, thinned_runs, monkeypatch
 ) -> None:
-    unbounded = thin(paths)
     monkeypatch.setattr(thinned, "MOST_OF_EVENTS", 10)
     monkeypatch.setattr(thinned, "NUM_BINS", 5)
-    for few, more in zip(thin(paths), unbounded, strict=True):
+    for few, more in zip(thin(paths), thinned_runs, strict=True):
         width = sum(len(drawn(more)) for _ in range(3))
         assert len(few.trace) <= 10 + 6 * (2 + 2 * width)
         assert len(few.trace) < len(more.trace)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -10,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import httpx2
+import uvicorn.server
 from fastapi import FastAPI
 
 from slipgrasp.server.app import StoppableServer, create_app, server_config
@@ -62,6 +64,19 @@ class RunningServer:
             verify=False,
             limits=httpx2.Limits(max_keepalive_connections=0),
         )
+
+
+class _BriskAsyncio:
+    """The module for uvicorn, which else looks and waits for 0.1 s at the end of each server."""
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(asyncio, name)
+
+    async def sleep(self, seconds: float) -> None:
+        await asyncio.sleep(0.2 * seconds)
+
+
+uvicorn.server.asyncio = _BriskAsyncio()
 
 
 @contextmanager

@@ -24,8 +24,8 @@ QUICK: dict[str, Any] = {
 # Of many runs and no long ones: a service simulates some of them for its estimate.
 LONG: dict[str, Any] = {
     **QUICK,
-    "set": {"simulation.duration": 2.0, "simulation.max_step": 0.001},
-    "sampling": {"method": "latin-hypercube", "runs": 5000, "seed": 3},
+    "set": {"simulation.duration": 2.0, "simulation.max_step": 0.0005},
+    "sampling": {"method": "latin-hypercube", "runs": 1500, "seed": 3},
 }
 
 

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 from collections.abc import Callable
@@ -11,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from slipgrasp.cli.main import main
-from tests.slipgrasp.forked import run_forked
+from tests.slipgrasp.forked import Forked, run_forked
 from tests.waiting import PATIENCE
 
 ROOT = Path(__file__).parents[2]
@@ -19,10 +20,8 @@ ROOT = Path(__file__).parents[2]
 
 def without_waiting(stderr: str) -> str:
     """What a command complains of, without the words for those who wait longer than a second."""
-    waiting = ("slipgrasp: loading the drawing program\n", "slipgrasp: reading the recording\n")
-    for line in waiting:
-        stderr = stderr.replace(line, "")
-    return stderr
+    waiting = "loading the drawing program|reading the recording|writing the [a-z]+ file"
+    return re.sub(f"slipgrasp: ({waiting})\n", "", stderr)
 
 
 @dataclass
@@ -57,11 +56,14 @@ class CommandLine:
             **options,
         )
 
-    def start(self, *arguments, script: str | None = None) -> subprocess.Popen[str]:
-        """Starts a command; or a script that is given its arguments instead."""
-        program = ["-m", "slipgrasp"] if script is None else ["-c", script]
+    def start(self, *arguments) -> Forked:
+        """Starts a command."""
+        return Forked([*map(str, arguments)], self.folder, self.environment)
+
+    def start_script(self, script: str, *arguments) -> subprocess.Popen[str]:
+        """Starts a script that is given the arguments of a command."""
         return subprocess.Popen(
-            [sys.executable, *program, *map(str, arguments)],
+            [sys.executable, "-c", script, *map(str, arguments)],
             cwd=self.folder,
             env=self.environment,
             stdout=subprocess.PIPE,

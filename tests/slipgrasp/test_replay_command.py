@@ -31,20 +31,13 @@ def recording(slipgrasp):
     return next(slipgrasp.data.glob("*.mcap"))
 
 
-def test_the_first_line_is_the_url_of_a_dashboard(slipgrasp, recording):
-    (slipgrasp.folder / "here.mcap").write_bytes(recording.read_bytes())
-    with replaying(slipgrasp, "here.mcap") as url:
-        assert re.fullmatch(r"http://127\.0\.0\.1:\d+/", url)
-        with urllib.request.urlopen(url) as page:
-            assert page.status == 200
-
-
 def test_a_replay_by_id_shares_the_folder_with_a_service_that_runs(slipgrasp, recording):
     service = slipgrasp.start("serve", "--port", "0")
     with service:
         try:
             assert service.stdout.readline(), service.stderr.read()
             with replaying(slipgrasp, recording.stem) as url, urllib.request.urlopen(url) as page:
+                assert re.fullmatch(r"http://127\.0\.0\.1:\d+/", url)
                 assert page.status == 200
         finally:
             service.send_signal(signal.SIGINT)

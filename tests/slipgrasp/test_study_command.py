@@ -231,7 +231,7 @@ def test_an_interrupted_study_keeps_what_is_done_and_the_same_command_goes_on(
 ):
     study = study_of_sixty(tmp_path / "sixty.toml")
     arguments = ("study", study, "--output", tmp_path / "done", "--json", "--executor", "inline")
-    process = slipgrasp.start(*arguments, script=HELD)
+    process = slipgrasp.start_script(HELD, *arguments)
     with process:
         wait_until(lambda: (slipgrasp.folder / "waits").exists() or process.poll() is not None)
         process.send_signal(number)
