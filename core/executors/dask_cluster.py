@@ -176,7 +176,7 @@ class _Map:
             self._connection.client.cancel(unfinished)
 
     def _hand_out(self, window: Window[Any]) -> None:
-        """Submits as many tasks as the workers can take.
+        """Submits as many tasks as the workers accept.
 
         When a worker dies, Dask cannot tell which of its tasks caused it, so that a task at its
         last attempt is executed alone.
@@ -242,7 +242,7 @@ def _do_on_worker(asked: Message) -> Message:
 
 
 def _given_up() -> Callable[[], bool]:
-    """Whether the scheduler has cancelled the present task, or lost its client."""
+    """Whether the scheduler has cancelled the current task, or lost its client."""
     from distributed import get_worker
 
     worker = get_worker()

@@ -12,7 +12,7 @@ from typing import Generic, Protocol, Self, TypeVar
 from slipgrasp.core.exceptions import SlipgraspError
 
 AHEAD = 64
-"""Smallest number of tasks that are taken ahead of the oldest unfinished one."""
+"""Smallest length of a window of tasks, from the oldest unfinished one to the newest."""
 
 ATTEMPTS = 3
 """Number of attempts at a task whose worker dies."""
@@ -101,15 +101,15 @@ class Executor(Protocol):
     ) -> Iterator[Finished[Task, Result]]:
         """Executes all tasks, each exactly once from the caller's point of view.
 
-        A task whose worker dies is attempted again, up to `ATTEMPTS` times; then it has failed, and
-        the other tasks continue.
+        A task whose worker dies is attempted again, up to `ATTEMPTS` times (processes: up to
+        `ATTEMPTS_IF_KILLED` times if it is killed); then it has failed, and the others continue.
 
         Args:
             function: A function of an imported module, not of the main script, that depends only on
                 its task. It should call its second argument every few milliseconds, and raise
                 `Cancelled` if that returns True.
             tasks: The tasks, taken one by one: at most `AHEAD`, or four per worker if that is more,
-                ahead of the oldest unfinished one.
+                from the oldest unfinished one to the newest.
             should_stop: Called about 20 times a second; True ends the iteration within half a
                 second, without the unfinished tasks.
 

@@ -146,7 +146,7 @@ class ProcessExecutor(Executor):
                 worker.end_if_overdue()
 
     def _hand_out(self, function: TaskFunction[Task, Result], window: Window[Task]) -> None:
-        """Gives tasks to idle workers, and starts missing workers."""
+        """Assigns tasks to workers with space for them, and starts missing workers."""
         for depth in range(_DEPTH):
             for place, worker in enumerate(self._workers):
                 if worker is None and not self._may_start():
@@ -175,7 +175,7 @@ class ProcessExecutor(Executor):
             return None
 
     def _note(self, event: Event, window: Window[Task]) -> Iterator[Finished[Task, Any]]:
-        """Handles an event with regard to the tasks."""
+        """Updates the tasks after an event, and yields those that it finishes."""
         worker, message = event
         if worker not in self._workers:
             return
@@ -187,7 +187,7 @@ class ProcessExecutor(Executor):
             yield Finished(window.finish(message.number), open_answer(message))
 
     def _note_life(self, event: Event) -> None:
-        """Handles an event with regard to the worker.
+        """Updates the worker after an event.
 
         Raises:
             ExecutorError: If it is the last of several that exited before they were ready.
@@ -200,7 +200,11 @@ class ProcessExecutor(Executor):
             self._failed_starts = self._killed_starts = 0
 
     def _forget(self, worker: WorkerProcess) -> None:
-        """Replaces a worker that has exited."""
+        """Removes a worker that has exited, so that another one is started in its place.
+
+        Raises:
+            ExecutorError: If it is the last of several that exited before they were ready.
+        """
         if worker not in self._workers:
             return
         self._workers[self._workers.index(worker)] = None
@@ -214,7 +218,10 @@ class ProcessExecutor(Executor):
             )
 
     def _note_failed_start(self, was_killed: bool) -> None:
-        """The cause of kills is often temporary: the delay grows with each attempt."""
+        """Counts a failed start, and delays the next one if the worker was killed.
+
+        The cause of a kill is often temporary, so the delay doubles with each of them.
+        """
         if not was_killed:
             self._failed_starts += 1
             return
@@ -225,7 +232,11 @@ class ProcessExecutor(Executor):
     def _note_death(
         self, worker: WorkerProcess, window: Window[Task]
     ) -> Iterator[Finished[Task, Any]]:
-        """The current task caused the death of a worker; the waiting ones did not."""
+        """Requeues the tasks of a dead worker; only the current one may have caused its death.
+
+        The current task is attempted again, or yielded as failed if it exceeded a limit or this
+        was its last attempt.
+        """
         if worker.ready and worker.pending:
             number = worker.pending.popleft()
             how = worker.how_it_ended()

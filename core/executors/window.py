@@ -14,7 +14,7 @@ _PER_WORKER = 4
 
 
 def window_length(num_workers: int) -> int:
-    """Number of tasks that may be taken ahead of the oldest unfinished one."""
+    """Largest number of tasks from the oldest unfinished one, included, to the newest."""
     return max(AHEAD, _PER_WORKER * num_workers)
 
 
@@ -24,7 +24,7 @@ class Attempt(NamedTuple, Generic[Task]):
     Attributes:
         number: Index of the task.
         task: The task.
-        is_last: Whether this is the last attempt.
+        is_last: Whether this is attempt `ATTEMPTS`, the last one unless its worker is killed.
     """
 
     number: int
@@ -33,14 +33,14 @@ class Attempt(NamedTuple, Generic[Task]):
 
 
 class Window(Generic[Task]):
-    """The tasks that are taken but not finished."""
+    """The tasks that are taken and not finished."""
 
     def __init__(self, tasks: Iterable[Task], length: int) -> None:
         """Creates an empty window.
 
         Args:
             tasks: All tasks.
-            length: Number of tasks that may be taken ahead of the oldest unfinished one.
+            length: Largest number of tasks from the oldest unfinished one, included, to the newest.
         """
         self._source = iter(tasks)
         self._length = length
@@ -56,7 +56,7 @@ class Window(Generic[Task]):
         return self._exhausted and not self._unfinished
 
     def take(self) -> Attempt[Task] | None:
-        """The task to start now, None if there is none or the oldest must finish first."""
+        """The task to start now; None if there is none, or if the oldest must finish first."""
         if self._again:
             number = self._again.popleft()
             is_last = self._deaths.get(number, 0) == ATTEMPTS - 1
@@ -77,15 +77,18 @@ class Window(Generic[Task]):
         return self._unfinished.pop(number)
 
     def put_back(self, number: int) -> None:
-        """Records that a task was not started, without counting an attempt."""
+        """Requeues a task that was not started, without counting an attempt."""
         self._again.append(number)
 
     def note_death(self, number: int, attempts: int = ATTEMPTS) -> bool:
-        """Records that a worker died at this task; returns whether to attempt it again.
+        """Counts the death of a worker at this task, and requeues the task unless it has failed.
 
         Args:
             number: The task.
             attempts: Number of attempts for this kind of death.
+
+        Returns:
+            Whether the task is attempted again.
         """
         deaths = self._deaths.get(number, 0) + 1
         self._deaths[number] = deaths

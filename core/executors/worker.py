@@ -43,7 +43,7 @@ def serve(memory: int) -> None:
 
 
 def _take_streams() -> tuple[BinaryIO, BinaryIO]:
-    """Reserves the pipes: tasks read and print elsewhere."""
+    """Reserves the pipes, so that tasks read from and print to other files."""
     requests, replies = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
     nothing = os.open(os.devnull, os.O_RDONLY)
     os.dup2(nothing, 0)

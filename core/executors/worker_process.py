@@ -72,7 +72,7 @@ class WorkerProcess:
         threading.Thread(target=self._listen, args=(events,), daemon=True).start()
 
     def do(self, asked: Message) -> None:
-        """Gives it a task, to be executed after the previous ones."""
+        """Assigns it a task, to be executed after the previous ones."""
         if not self.pending:
             self._at_task = AwakeClock()
         self.pending.append(asked.number)
@@ -82,7 +82,7 @@ class WorkerProcess:
             self._asked.append(asked)
 
     def note_ready(self) -> None:
-        """Sends it the tasks that were retained while it started."""
+        """Records that it is ready, and sends it the tasks that were queued while it started."""
         self.ready = True
         self._at_task = AwakeClock()
         for asked in self._asked:
@@ -102,7 +102,7 @@ class WorkerProcess:
             self.kill()
 
     def stop(self, round: int) -> None:
-        """Requests cancellation of all tasks up to this round, and takes back unsent ones."""
+        """Requests cancellation of all tasks up to this round, or discards them if none is sent."""
         if self.ready:
             self._tell(Message(Kind.STOP, round))
         else:
@@ -115,12 +115,12 @@ class WorkerProcess:
             self._requests.close()
 
     def kill(self) -> None:
-        """Kills it."""
+        """Kills the process, and closes its pipe of tasks."""
         self._process.kill()
         self.close()
 
     def was_killed(self) -> bool:
-        """Waits for its end; returns whether another process, or the system, killed it."""
+        """Waits for its end; returns whether SIGKILL or SIGTERM ended it."""
         return -self._wait() in _SIGNALS_OF_OTHERS
 
     def went_too_far(self) -> bool:

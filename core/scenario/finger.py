@@ -73,8 +73,8 @@ JointFriction = Annotated[
     Ge(0.0),
     Le(1e3),
     Quantity(
-        "Dry friction of each joint (for slides: N), which reaches this value at about 0.01 rad/s "
-        "(for slides: 0.01 m/s); unknown to all laws.",
+        "Dry friction of each joint at high speed (for slides: N); at 0.01 rad/s (for slides: "
+        "0.01 m/s) it is 71 % of this value; unknown to all laws.",
         "N m",
         typical=(0.0, 1.0),
         changeable=True,
@@ -119,7 +119,11 @@ class FingerParameters:
     )
     base: Annotated[
         tuple[Coordinate, Coordinate],
-        Quantity("Position (x, y) of the first joint (for slides: their origin).", "m"),
+        Quantity(
+            "Position (x, y) of the first joint (for slides: their origin; for a chain: the frame "
+            "of its base).",
+            "m",
+        ),
     ]
     friction: Friction = 0.25
     static_friction: StaticFriction = None

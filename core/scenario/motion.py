@@ -28,7 +28,7 @@ MoveDuration = Annotated[float, Ge(1e-3), Le(600.0), Quantity("Duration of the m
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
 class SetPoint:
-    """A pose to move to with least jerk, from the end of the previous motion."""
+    """A pose to move to with minimum jerk, from the end of the previous motion."""
 
     time: MoveTime
     duration: MoveDuration

@@ -28,7 +28,8 @@ PadRadius = Annotated[
     Le(1.0),
     Quantity(
         "Radius of the pad of a soft fingertip, which resists rotation about the normal of the "
-        "face; below 1 mm: a hard point, which turns freely.",
+        "face; a pad with an eccentricity below 0.5 mm (a radius below 0.75 mm, with hertz "
+        "0.85 mm) is a hard point, which turns freely.",
         "m",
         typical=(0.0, 0.03),
         hands=(SPATIAL,),

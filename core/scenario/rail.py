@@ -161,7 +161,7 @@ class RailFinger:
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
 class RailSetPoint:
-    """A position to move to with least jerk, from the end of the previous motion."""
+    """A position to move to with minimum jerk, from the end of the previous motion."""
 
     time: MoveTime
     duration: MoveDuration

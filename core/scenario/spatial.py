@@ -212,7 +212,11 @@ class SpatialFinger:
     )
     base: Annotated[
         tuple[Coordinate, Coordinate, Coordinate],
-        Quantity("Position (x, y, z) of the first joint (for slides: their origin).", "m"),
+        Quantity(
+            "Position (x, y, z) of the first joint (for slides: their origin; for a chain: the "
+            "frame of its base).",
+            "m",
+        ),
     ]
     friction: Friction = 0.25
     static_friction: StaticFriction = None
@@ -270,7 +274,7 @@ class SpatialFinger:
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
 class SpatialSetPoint:
-    """A pose to move to with least jerk, from the end of the previous motion."""
+    """A pose to move to with minimum jerk, from the end of the previous motion."""
 
     time: MoveTime
     duration: MoveDuration

@@ -102,8 +102,9 @@ class Trace(Samples):
     def to_xarray(self) -> xarray.Dataset:
         """The trace as labelled arrays: one variable per signal, with its unit.
 
-        Dimensions are time, coordinate (x, y, theta), contact, joint (finger_joint) and
-        unknown (dotted keys); phases are the numbers of `slipgrasp.core.trace.types.ContactPhase`.
+        Dimensions are time, coordinate (x, y, theta), contact, joint (finger_joint), unknown
+        (dotted keys) and, for laws with diagnostics, diagnostic; spatial hands also have pose and
+        tangent. Phases are the numbers of `slipgrasp.core.trace.types.ContactPhase`.
 
         Raises:
             MissingPackageError: If xarray is not installed.

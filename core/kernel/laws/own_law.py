@@ -95,7 +95,7 @@ def is_answer_finite(model: Record, answer: Record) -> bool:
 
 @compiled
 def show_fingers(model: Record, hand: Record, believed: Record, seen: Record) -> None:
-    """Sets the assumed links and friction of the fingers.
+    """Sets the assumed links and friction of the fingers, gravity and the torque limit.
 
     Args:
         model: Constants of the run.

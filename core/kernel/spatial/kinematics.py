@@ -57,8 +57,10 @@ KINEMATICS = np.dtype(
         ),  # of slides, and coordinates of chains [m, rad]
         ("chains", CHAIN_STATE, (MAX_FINGERS,)),
         ("rates", np.float64, (MAX_FINGERS, 3)),  # q' [rad/s, m/s]
-        ("extension", np.float64, (MAX_FINGERS,)),  # sin^2 q3 minus its minimum
-        ("clearance", np.float64, (MAX_FINGERS,)),  # tip radius minus its minimum [m]
+        # sin^2 q3 minus its minimum; of chains the margin of `solve_chain`, of slides 1
+        ("extension", np.float64, (MAX_FINGERS,)),
+        # tip radius minus its minimum [m]; of chains and slides 1
+        ("clearance", np.float64, (MAX_FINGERS,)),
     ],
     align=True,
 )
@@ -228,7 +230,10 @@ def _solve_links(hand: Record, i: int, dx: float, dy: float, dz: float, kin: Rec
 
 @compiled
 def joint_position(hand: Record, kin: Record, i: int, joint: int) -> float:
-    """Joint position: yaw, pitch, pitch relative to the first link [rad]; slide position [m]."""
+    """Joint position: yaw, pitch, pitch relative to the first link [rad].
+
+    For slides and chains, the coordinate [m, rad].
+    """
     if hand.kinds[i] != BY_LINKS:
         return kin.positions[i, joint]
     if joint == 0:
