@@ -63,4 +63,7 @@ OUTCOMES: dict[Outcome, Rgb] = {
     Outcome.RECOVERED: (226, 228, 232),
     Outcome.FAILED: (250, 250, 250),
 }
-"""Runs of a study that do not hold the object, by outcome; completed means that it still slips."""
+"""Runs of a study that do not hold the object, by outcome.
+
+Those that completed still slip, have only just stopped, exceed a limit, or are too short to tell.
+"""

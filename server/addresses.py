@@ -14,7 +14,7 @@ ESTIMATE_PATH = f"{STUDIES_PATH}/estimate"
 SESSIONS_PATH = f"{DASHBOARD_PATH}/sessions"
 
 root_path: ContextVar[str] = ContextVar("root_path", default="")
-"""Root path of the proxy of the present request; usually empty."""
+"""Root path of the proxy of the current request; usually empty."""
 
 
 def from_outside(path: str) -> str:

@@ -306,7 +306,7 @@ class MemoryBudget:
 
     @contextmanager
     def reserve_to_hold(self, need: Need, soon_free: int = 0) -> Iterator[Lease]:
-        """Reserves memory for a job whose result is retained: pages have a share of the budget.
+        """Reserves memory for a job whose result is retained, in the part for pages.
 
         Args:
             need: The memory it needs, which is also the most that it retains.

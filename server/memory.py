@@ -36,7 +36,7 @@ LOOK_SECONDS = 5.0
 """Interval between checks of the free memory."""
 
 IDLE_SHARE = 0.05
-"""A service that uses less than this share of a processor is idle."""
+"""A service that uses less than this fraction of a processor is idle."""
 
 FEW_BLOCKS = 5_000
 """Change of the number of objects below which collecting them is not worth its time."""

@@ -78,7 +78,7 @@ class RunIndex:
         self._look: _Look | None = None
 
     def find(self, query: RunQuery) -> FoundRuns:
-        """Searches the present runs."""
+        """Searches the runs in the folder."""
         for replacement in (self._replace, self._retreat):
             table = self._table
             try:

@@ -146,7 +146,7 @@ class StudyStore:
         return self._folder / f"{study_id}.mcap"
 
     def file_of(self, study_id: str) -> Path:
-        """Path of the present file of a study, finished or not."""
+        """Path of the current file of a study, finished or not."""
         path = self.path_of(study_id)
         return path if path.exists() else part_of(path)
 

@@ -154,7 +154,7 @@ class FitPublic(BaseModel):
     free: list[str] = Field(description="free parameters, as requested")
     signals: dict[str, float]
     created: str = Field(description="ISO 8601, UTC")
-    stage: str = Field(description="present stage; empty unless the fit runs")
+    stage: str = Field(description="current stage; empty unless the fit runs")
     share: float = Field(description="completed fraction of the stage, 0 to 1")
     evaluations: int = Field(description="number of different runs so far, without those of twins")
     message: str = Field(description="reason of a failure; otherwise empty")

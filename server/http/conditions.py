@@ -46,7 +46,7 @@ def expected_revisions(if_match: str | None) -> frozenset[str] | None:
 
 
 def is_known(tag: str, if_none_match: str | None) -> bool:
-    """Whether the client already has the present version.
+    """Whether the client already has the current version.
 
     Args:
         tag: Present ``ETag``.

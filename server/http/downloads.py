@@ -57,7 +57,7 @@ class DownloadRequest:
     if_none_match: str | None = None
 
     def wants_part(self, tag: str) -> bool:
-        """Whether the range applies to the present tag, if there is a range."""
+        """Whether the range applies to the current tag, if there is a range."""
         return not self.is_head and (self.if_range is None or self.if_range.strip() == tag)
 
 

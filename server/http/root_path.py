@@ -24,7 +24,7 @@ class RootPath:
         self._root = root
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Handles one connection; other protocols than HTTP and websocket pass."""
+        """Handles one connection; protocols other than HTTP and websocket pass unchanged."""
         if not self._root or scope["type"] not in ("http", "websocket"):
             await self._app(scope, receive, send)
             return

@@ -190,7 +190,7 @@ def _answer(
     status: int,
     if_none_match: str | None = None,
 ) -> Response:
-    """The present state of a run, with the status code if it has ended."""
+    """The current state of a run, with the status code if it has ended."""
     if isinstance(found, PendingRun):
         if not found.done():
             return _answer_pending(service, found, preference)

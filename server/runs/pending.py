@@ -47,7 +47,7 @@ class PendingRun:
 
     @property
     def state(self) -> RunState:
-        """Its present state."""
+        """Its current state."""
         return RunState.RUNNING if self._begun.locked() else RunState.WAITING
 
     @property

@@ -232,7 +232,7 @@ class PendingRunPublic(BaseModel):
 
     id: str
     state: RunState
-    progress: Annotated[float, Field(ge=0.0, le=1.0, description="simulated share")]
+    progress: Annotated[float, Field(ge=0.0, le=1.0, description="simulated fraction")]
     links: dict[str, str]
     compiling: str = Field(
         description="progress and remaining time of compiling the simulation, if runs wait for it; "
@@ -241,7 +241,7 @@ class PendingRunPublic(BaseModel):
 
     @classmethod
     def from_pending(cls, pending: PendingRun, compiling: str) -> Self:
-        """The present state of the run.
+        """The current state of the run.
 
         Args:
             pending: The run.

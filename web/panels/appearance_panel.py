@@ -72,7 +72,7 @@ class AppearancePanel:
             widget.on_update(self._pass_on)
 
     def update(self, view: ViewState) -> None:
-        """Shows the present options."""
+        """Shows the current options."""
         appearance = view.appearance
         self.dark.value = appearance.dark
         self.force_scale.value = appearance.force_scale

@@ -27,7 +27,7 @@ _BUTTONS: tuple[tuple[str, viser.IconName, str, type[Intent]], ...] = (
     (
         "View (PNG)",
         viser.Icon.PHOTO,
-        "Saves the present view of the scene as an image.",
+        "Saves the current view of the scene as an image.",
         ExportPicture,
     ),
     (
@@ -67,7 +67,8 @@ class ExportPanel:
                 button = gui.add_button(
                     f"Still ({form.title})",
                     icon=viser.Icon.PHOTO_STAR,
-                    hint=f"Draws the instant at the play head as {form.contents} of any size.",
+                    hint=f"Draws the instant at the play head as {form.contents}, with the width "
+                    "and height below.",
                     disabled=True,
                 )
                 button.on_click(lambda _, name=form.name: send(self._still(name)))

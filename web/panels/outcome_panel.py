@@ -177,7 +177,7 @@ def _knowledge_html(known: str, result: RunResult) -> str:
 
 
 def _asked_html(result: RunResult, how_heavy: str) -> str:
-    """Buttons for the first slip and for the largest mass, and the answer to the latter."""
+    """Buttons for the first slip and for the largest mass, and the largest mass if it is known."""
     buttons = _first_slip_html(result) + ("" if how_heavy else _how_heavy_html(result))
     answer = f"<p role='status'>How much heavier? {escape(how_heavy)}</p>" if how_heavy else ""
     return (f"<div class='sg-tries'>{buttons}</div>" if buttons else "") + answer
@@ -327,7 +327,7 @@ def _metrics_html(result: RunResult) -> str:
         for title, hint in (
             ("slip path", f"Distance that {who}"),
             ("peak Fₙ", "Largest normal force"),
-            ("least margin in stick", "Smallest margin of the tangential force to slip"),
+            ("smallest margin in stick", "Smallest margin of the tangential force to slip"),
         )
     )
     rows = "".join(f"<tr>{row}</tr>" for row in _finger_rows(result))

@@ -301,7 +301,7 @@ def draft_html(study: StudyView) -> str:
 
 
 def summary_html(followed: Followed, opening: int | None = None, wrong: str = "") -> str:
-    """The title, the progress and the present results of a study.
+    """The title, the progress and the results so far of a study.
 
     Args:
         followed: The study.

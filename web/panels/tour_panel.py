@@ -23,7 +23,7 @@ _BELOW = 0.5
 
 
 class TourPanel:
-    """Shows the present stop of the tour; empty outside the tour.
+    """Shows the current stop of the tour; empty outside the tour.
 
     Args:
         gui: Parent of the widgets.
