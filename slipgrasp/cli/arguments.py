@@ -22,10 +22,17 @@ NONE = "none"
 Read = TypeVar("Read")
 
 
-def add_scenario(parser: argparse.ArgumentParser) -> None:
-    """Adds ``SCENARIO``, ``--law``, ``--set`` and help with parameters to a parser without help."""
+def add_scenario(
+    parser: argparse.ArgumentParser, accepted: str = "name of a preset, or a TOML file"
+) -> None:
+    """Adds ``SCENARIO``, ``--law``, ``--set`` and help with parameters to a parser without help.
+
+    Args:
+        parser: The parser.
+        accepted: Help for ``SCENARIO``.
+    """
     parser.add_argument("-h", "--help", action=HelpWithParameters)
-    parser.add_argument("scenario", metavar="SCENARIO", help="name of a preset, or a TOML file")
+    parser.add_argument("scenario", metavar="SCENARIO", help=accepted)
     add_changes(parser)
 
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from slipgrasp.recordings.compare.comparison import Comparison
 
 DESCRIPTION = (
-    "Compare two recordings at the sampling times that they share: parameters, phase changes, "
+    "Compare two recordings at their common sampling times: parameters, phase changes, "
     "columns (the first and the largest deviation) and metrics. Two runs are equal if outcome, end "
     "time, phase changes and all columns agree within the tolerance, and if the metrics of each "
     "agree with its samples. Parameters may differ. For measured data ('slipgrasp import') the "

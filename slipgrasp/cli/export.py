@@ -100,7 +100,7 @@ def _add_clip(parser: argparse.ArgumentParser) -> None:
         default=Fraction(1),
         help="simulated seconds per second, such as 1/32 (default: 1)",
     )
-    height = "height of a GIF (default: 560) or a film (default: 720), such as 1080"
+    height = "height of a GIF (default: 560) or a video (default: 720), such as 1080"
     clip.add_argument("--height", metavar="PX", type=int, help=height)
 
 

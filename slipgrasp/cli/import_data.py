@@ -70,7 +70,7 @@ def add_map(parser: argparse.ArgumentParser, *, required: bool = False) -> None:
         help="time of the first sample [s] (default: as in the table)",
     )
     group.add_argument(
-        "--every", metavar="N", type=int, default=1, help="use every Nth sample only"
+        "--every", metavar="N", type=int, default=1, help="use only every Nth sample"
     )
     group.add_argument(
         "--gap",

@@ -41,7 +41,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         epilog=EPILOG,
         add_help=False,
     )
-    add_scenario(parser)
+    add_scenario(parser, "name of a preset, a TOML file, a recording (FILE.mcap), or 'why'")
     parser.add_argument(
         "--output", metavar="FILE.html", type=Path, required=True, help="file to write"
     )

@@ -17,9 +17,10 @@ if TYPE_CHECKING:
     from slipgrasp.recordings.study.retention import Expired, Retention
 
 DESCRIPTION = (
-    "List the stored runs that the given rules do not retain; with --delete, delete them. Runs "
-    "with a name, a tag or notes, results of studies, and recordings of unfinished studies are "
-    "always retained. Recordings of a finished study can be computed again from its results."
+    "List the stored runs that the given rules do not retain; with --delete, delete them. At least "
+    "one rule is required. Runs with a name, a tag or notes, results of studies, and recordings of "
+    "unfinished studies are always retained. Recordings of a finished study can be computed again "
+    "from its results."
 )
 MAX_DAYS = 36_500.0
 
@@ -36,8 +37,8 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     parser.set_defaults(execute=_execute)
 
 
-def add_retention(parser: argparse.ArgumentParser) -> None:
-    """Adds ``--keep-days``, ``--keep-runs`` and ``--keep-size``."""
+def add_retention(parser: argparse._ActionsContainer) -> None:
+    """Adds ``--keep-days``, ``--keep-runs`` and ``--keep-size`` to a parser or a group."""
     parser.add_argument(
         "--keep-days",
         metavar="DAYS",
@@ -45,7 +46,7 @@ def add_retention(parser: argparse.ArgumentParser) -> None:
         help="retain runs without a name, a tag or notes for this many days",
     )
     parser.add_argument(
-        "--keep-runs", metavar="N", type=_count, help="retain only this many of them, the newest"
+        "--keep-runs", metavar="N", type=_count, help="retain only the newest N of them"
     )
     parser.add_argument(
         "--keep-size",

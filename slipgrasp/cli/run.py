@@ -60,7 +60,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         "--display-rate",
         metavar="HZ",
         type=_display_rate,
-        help="rate of the hand and object in the recording for Foxglove and Rerun, "
+        help="rate at which the recording shows hand and object in Foxglove and Rerun, "
         f"0 for never (default: 50, at most {MAX_DISPLAY_RATE:g})",
     )
     parser.add_argument("--json", action="store_true", help="print the result as one JSON object")

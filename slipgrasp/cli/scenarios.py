@@ -1,4 +1,4 @@
-"""``slipgrasp scenarios``: list presets and parameters, or write a new scenario."""
+"""``slipgrasp scenarios``: list presets and parameters, or print or write a scenario."""
 
 from __future__ import annotations
 
@@ -59,10 +59,10 @@ def _described(key: str, parameter: Parameter) -> str:
 
 def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Adds the command to the parser."""
-    description = "List the presets, print one of them, or write a new scenario."
+    description = "List the presets, print a scenario, list its parameters, or write a new one."
     parser = commands.add_parser(
         "scenarios",
-        help="list or print the presets, or write a new scenario",
+        help="list presets and parameters, or print or write a scenario",
         description=description,
     )
     parser.set_defaults(execute=_list)
@@ -81,7 +81,10 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         description="List the parameters of a scenario: key, value, allowed values and meaning.",
     )
     parameters.add_argument(
-        "scenario", metavar="NAME", nargs="?", help="name of a preset, or a TOML file"
+        "scenario",
+        metavar="NAME",
+        nargs="?",
+        help="name of a preset, or a TOML file (default: paper-case-1)",
     )
     parameters.set_defaults(execute=_list_parameters)
 

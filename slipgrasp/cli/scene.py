@@ -11,7 +11,7 @@ from slipgrasp.cli.progress import Progress, load_simulation
 from slipgrasp.cli.status import CommandError, ExitStatus
 
 DESCRIPTION = (
-    "Write the grasp of a scenario as a scene of another engine, and the expected answer beside it "
+    "Write the grasp of a scenario as a scene of another engine, and the expected result beside it "
     "as JSON: joint torques for each step, and at stated times slip and forces, the phase changes, "
     "the creep in stick (zero) and the tolerance within which the engine reproduces the slip. "
     "No engine has simulated files in USD, so these have no tolerance."
@@ -41,7 +41,8 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         metavar="FILE",
         type=Path,
         required=True,
-        help="file to write (hold.xml, hold.sdf, hold.usda); the answer goes into hold.json",
+        help="file to write, such as hold.xml, hold.sdf or hold.usda; the expected result is "
+        "written beside it, with the suffix .json",
     )
     parser.add_argument("--force", action="store_true", help="replace existing files")
     parser.set_defaults(execute=_execute)
@@ -51,7 +52,9 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
     scene: Path = arguments.output
     answer = scene.with_suffix(".json")
     if scene == answer:
-        raise CommandError(f"--output '{scene}': the answer goes there; use another ending")
+        raise CommandError(
+            f"--output '{scene}': the expected result is written there; use another suffix"
+        )
     for each in (scene, answer):
         check_output(each, arguments.force)
     scenario = read_scenario(arguments)
@@ -69,5 +72,5 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
     known = "not simulated"
     if "tolerance" in content:
         known = f"slips within {1e6 * content['tolerance']['slip']:.0f} µm"
-    print(f"{scene}: the scene; {answer}: the expected answer, {known}")
+    print(f"{scene}: the scene; {answer}: the expected result, {known}")
     return ExitStatus.COMPLETED

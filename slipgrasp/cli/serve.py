@@ -34,15 +34,22 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     parser = commands.add_parser(
         "serve",
         help="serve the dashboard",
-        description="Serve the dashboard at / and the REST interface at /api/v1 to this machine "
-        "until interrupted. The first line of standard output is the URL.",
+        description="Serve the dashboard at / and the REST interface at /api/v1 until "
+        "interrupted, by default only to this machine. The first line of standard output is the "
+        "URL.",
     )
     add_port(parser)
     add_network(parser)
     add_data_directory(parser)
     add_limits(parser)
     add_executor(parser)
-    add_retention(parser)
+    add_retention(
+        parser.add_argument_group(
+            "retention",
+            "By default no run is deleted. Runs that these rules do not retain are deleted at the "
+            "start and every hour.",
+        )
+    )
     add_log_format(parser)
     add_metrics(parser)
     parser.add_argument(

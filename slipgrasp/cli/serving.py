@@ -52,8 +52,8 @@ def add_network(parser: argparse.ArgumentParser) -> None:
         "--host",
         metavar="ADDRESS",
         default=HOST,
-        help="address to listen on; for any other than this machine, all users need the token in "
-        f"the printed link, or in SLIPGRASP_TOKEN (default: {HOST})",
+        help="address to listen on; for any address other than that of this machine, all users "
+        f"need the token in the printed link, or in SLIPGRASP_TOKEN (default: {HOST})",
     )
     parser.add_argument(
         "--public-url",

@@ -34,7 +34,7 @@ value = 0.15
 
 
 def write(folder, preset, form, suffix="scene", assignments=None):
-    """The file of a scene, and the expected answer."""
+    """The file of a scene, and the expected result."""
     path, more = folder / f"hold.{suffix}", []
     for key, value in (assignments or {}).items():
         more += ["--set", f"{key}={value}"]

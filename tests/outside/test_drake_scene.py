@@ -1,4 +1,4 @@
-"""``slipgrasp scene --format drake``: Drake opens the file and reproduces the expected answer."""
+"""``slipgrasp scene --format drake``: Drake opens the file and reproduces the expected result."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""``slipgrasp scene`` for MuJoCo, which opens the file and reproduces the expected answer."""
+"""``slipgrasp scene`` for MuJoCo, which opens the file and reproduces the expected result."""
 
 import re
 from pathlib import Path
@@ -96,7 +96,7 @@ def test_what_the_scene_cannot_have_is_refused(tmp_path, preset, words, capsys):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_scene_does_not_replace_its_own_answer(tmp_path, capsys):
+def test_a_scene_does_not_replace_its_own_expected_result(tmp_path, capsys):
     file = tmp_path / "hold.json"
     assert main(["scene", "paper-case-1", "--output", str(file)]) == 2
-    assert "use another ending" in capsys.readouterr().err and not file.exists()
+    assert "use another suffix" in capsys.readouterr().err and not file.exists()
