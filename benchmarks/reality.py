@@ -240,7 +240,14 @@ def _models(fitted: Sequence[Slide], held_out: Sequence[Slide]) -> Table:
         f"the start of each is known from its first {FIRST_SAMPLES} samples. Medians of absolute "
         "errors."
     )
-    heads = ("model", "friction", "radius", "stop distance", "of spinning", "final yaw of spinning")
+    heads = (
+        "model",
+        "friction",
+        "radius",
+        "stop distance",
+        "of spinning slides",
+        "final yaw of spinning slides",
+    )
     return Table("reality-models", heads, tuple(rows), (note,), page=PAGE)
 
 

@@ -105,8 +105,8 @@ def test_the_premises_are_told_with_their_numbers():
     least = min(np.nanmin(each.least_excitation) for each in (one, two))
     greatest = max(np.nanmax(each.greatest_excitation) for each in (one, two))
     told = [
-        f"the least eigenvalue of the integral is {least:.1e}".replace("e-05", "e-5"),
-        f"the greatest {greatest:.1f} in both cases",
+        f"the smallest eigenvalue of the integral is {least:.1e}".replace("e-05", "e-5"),
+        f"the largest {greatest:.1f} in both cases",
         f"falls from {one.error[0]:.3f} to {one.error[-1]:.3f} in case I",
         f"from {two.error[0]:.2f} to {two.error[-1]:.3f} in case II",
         f"in case II it is {two.disturbance.max():.0f} at most",
