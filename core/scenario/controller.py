@@ -394,7 +394,7 @@ VelocityNoise = Annotated[
     Le(10.0),
     Quantity(
         "assumed standard deviation of the noise of measured velocities (of angles in rad/s); a "
-        "value twice too high costs little, a value twice too low may lose the object.",
+        "value twice too high costs little, a value twice too low can lose the object.",
         "m/s",
         typical=(0.0, 0.01),
         changeable=True,

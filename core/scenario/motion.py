@@ -117,7 +117,7 @@ class TrajectoryParameters:
         tuple[tuple[Time, Coordinate, Coordinate, Angle], ...],
         Len(0, MAX_TABLE_ROWS),
         Quantity(
-            "rows of time and pose (t, x, y, theta), joined by a smooth curve; a scenario file may "
+            "rows of time and pose (t, x, y, theta), joined by a smooth curve; a scenario file can "
             "instead give the name of a CSV file in the same folder.",
             "s, m, m, rad",
             used_by=("table",),

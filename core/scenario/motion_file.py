@@ -23,7 +23,7 @@ _SIZE = 200_000, f"a table has at most {_MOST}"
 
 
 def fill_in_table(mapping: dict[str, Any], folder: Path) -> None:
-    """Replaces the file name in ``trajectory.table``, if any, by the rows of the file.
+    """Replaces the file name in ``trajectory.table``, if any, with the rows of the file.
 
     Args:
         mapping: A scenario as plain values, changed in place.

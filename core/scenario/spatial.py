@@ -353,7 +353,7 @@ class SpatialTrajectory:
         Len(0, MAX_TABLE_ROWS),
         Quantity(
             "rows of time, position and rotation vector (t, x, y, z, rx, ry, rz), joined by a "
-            "smooth curve; a scenario file may instead give the name of a CSV file in the same "
+            "smooth curve; a scenario file can instead give the name of a CSV file in the same "
             "folder.",
             "s, m, m, m, rad, rad, rad",
             used_by=("table",),

@@ -155,7 +155,7 @@ class SupportParameters:
 
     @property
     def eccentricity(self) -> float:
-        """Its radius, with the name that it has for a soft fingertip [m]."""
+        """Radius of the support, with the name that it has for a soft fingertip [m]."""
         return self.radius
 
     @property

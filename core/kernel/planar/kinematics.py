@@ -92,7 +92,7 @@ def _store_bias(
 
 @compiled
 def mistake_lengths(nominal: Record, state: Record, kin: Record) -> None:
-    """Replaces Jacobians and biases by those for the assumed link lengths.
+    """Replaces Jacobians and biases with those for the assumed link lengths.
 
     Args:
         nominal: Model with the assumed lengths.

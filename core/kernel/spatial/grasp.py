@@ -108,7 +108,7 @@ def spatial_origin(grasp: Record, n: int, num_rows: int) -> None:
 
 @compiled
 def _soften(grasp: Record, j: int, p: int, strength: float, wanted: float, size: int) -> None:
-    """Replaces a weak row of G by a free variable with a penalty on the residual of the row.
+    """Replaces a weak row of G with a free variable with a penalty on the residual of the row.
 
     With c along the row, c^2 + (strength c - wanted)^2 / delta^2 = w^2 (c - m)^2 + const.
     """
