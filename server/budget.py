@@ -23,43 +23,43 @@ from slipgrasp.server.exceptions import MemoryBusyError, MemoryHeldError, Memory
 
 DEFAULT_BYTES = 600_000_000
 SHARE_OF_MACHINE = 0.5
-"""Default memory of all jobs together: the smaller of both."""
+"""Default memory of all jobs together: the smaller of this fraction and `DEFAULT_BYTES`."""
 
 HELD_SHARE = 0.75
 """Fraction of the budget for runs on pages; the rest is for requests."""
 
 SMALL_BYTES = 8_000_000
-"""Smaller jobs never wait, but are counted."""
+"""Largest memory of a job that never waits, although it is counted [bytes]."""
 
 MAX_WAITING = 16
 WAIT_SECONDS = 10.0
 POLL_SECONDS = 0.25
 
 RECORDED_RUN_BYTES = 80_000_000
-"""A run of any length whose samples are released after they are written."""
+"""Memory of a run of any length whose samples are released once they are written [bytes]."""
 
 UNPACKING_BYTES = 24_000_000
-"""The chunk of a recording that is being decompressed."""
+"""Memory of the chunk of a recording that is being decompressed [bytes]."""
 
 MOST_DRAWN_WHOLE = 20_000
-"""A figure of a longer run reads only the samples that it needs."""
+"""Samples of a run above which a figure reads only those that it needs."""
 
 SPARE_SAMPLES = 5000
-"""Samples of a run in addition to the output rate: at events and in slips."""
+"""Samples of a run in addition to those at the output rate: at events and in slips."""
 
 NUMBER_BYTES = 8
 
 COLUMN_BYTES = 10
-"""A number of a column in memory, with the spare length of its array [bytes]."""
+"""Memory of a number in a column, with the spare length of its array [bytes]."""
 
 MOST_EXPORTED_WHOLE = 100_000
-"""A longer recording is written as a table while it is being read."""
+"""Samples of a recording above which a table is written while they are read."""
 
 GROUP_COST = 8.0
 """Peak memory of writing a table, per byte of the rows that are written together."""
 
 PAGE_BYTES = 60_000_000
-"""Writing a page that simulates."""
+"""Memory for writing a page that simulates [bytes]."""
 
 READ_COST = 2.3
 DIFF_COST = 2.0
@@ -287,7 +287,7 @@ class MemoryBudget:
 
     @asynccontextmanager
     async def reserve_async(self, need: Need) -> AsyncIterator[Lease]:
-        """The same as `reserve`, for coroutines."""
+        """Reserves memory as `reserve` does, for coroutines."""
         turn = self._ask(need)
         try:
             async with asyncio.timeout(self._patience):
@@ -309,7 +309,7 @@ class MemoryBudget:
         """Reserves memory for a job whose result is retained, in the part for pages.
 
         Args:
-            need: The memory it needs, which is also the most that it retains.
+            need: The memory it needs, which is also the largest amount that it retains.
             soon_free: Memory of pages that is freed after the result is available.
 
         Raises:

@@ -49,7 +49,7 @@ IdempotencyKey = Annotated[
         examples=["5f0c8f6e-6c1b-4d0e-9f57-3f6f0f1c2a4b"],
     ),
 ]
-"""As in the draft "The Idempotency-Key HTTP Header Field"; empty if absent."""
+"""Key of a repeatable request (draft "The Idempotency-Key HTTP Header Field"); empty if absent."""
 
 LastEventId = Annotated[
     str,

@@ -142,7 +142,7 @@ class Settings:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Its host name in addition to loopback and its public URLs."""
+        """Host name of the server in addition to loopback and its public URLs."""
         if self.host in (*LOOPBACK_HOSTS, *_ANY_HOSTS):
             return ()
         return (f"[{self.host}]" if ":" in self.host else self.host,)

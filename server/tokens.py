@@ -103,7 +103,7 @@ def _digest(text: str) -> bytes:
 
 
 def _write_private(path: Path, text: str) -> None:
-    """Replaces a file by one that only its owner can read."""
+    """Replaces a file with one that only its owner can read."""
     part = path.with_name(f"{path.name}.part")
     try:
         part.unlink(missing_ok=True)

@@ -37,7 +37,7 @@ class PhaseDifference:
 
     @property
     def time_difference(self) -> float | None:
-        """Its delay in the second run [s]; None if it is in one run only."""
+        """Delay of the change in the second run [s]; None if it is in one run only."""
         return None if self.a is None or self.b is None else self.b - self.a
 
 

@@ -179,7 +179,7 @@ class Contents:
         return so_far
 
     def _up_to_shortest(self) -> Contents:
-        """Format 1 had no checkpoints: the number of samples is the smallest over all topics."""
+        """The samples that all topics have, for format 1, which had no checkpoints."""
         samples = min(len(self.columns[topic.name]["t"]) for topic in SAMPLE_TOPICS)
         return self._cut(samples, len(self.columns[PHASE_CHANGES.name]["t"]), 0)
 

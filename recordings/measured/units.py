@@ -24,7 +24,7 @@ _LARGEST = {"m": 5.0, "rad": 12.6, "N": 1e4, "N m": 1e3, "m/s": 50.0}
 """Values above which a missing unit is suspicious, by SI unit."""
 
 _LARGEST_SLIP = 0.5
-"""The same for slips [m]."""
+"""Slip above which a missing unit is suspicious [m]."""
 
 LONGEST_INTERVAL = 1.0
 """Longest plausible time between samples [s]; times in ms exceed it."""

@@ -48,10 +48,10 @@ from slipgrasp.recordings.store.stored_run import StoredRun
 
 DATA_VARIABLE = "SLIPGRASP_DATA"
 UPLOAD_SUFFIX = ".upload.part"
-"""Unlike the suffix of runs: an unfinished upload is useless."""
+"""Suffix of an unfinished upload; unlike that of runs, because it cannot be recovered."""
 
 SIDECAR_PART = ".json.part"
-"""An unfinished sidecar adds nothing to the recording, or to the previous sidecar."""
+"""Suffix of an unfinished sidecar, which adds nothing to the recording or the previous one."""
 
 CHECK_BYTES = 1 << 24
 

@@ -102,6 +102,6 @@ class StoredRun:
         return hashlib.blake2b(told, digest_size=_REVISION_BYTES).hexdigest()
 
     def told(self) -> dict[str, Any]:
-        """Its description as plain values for JSON: everything except id and path."""
+        """Description of the run as plain values for JSON: everything except id and path."""
         names = (field.name for field in fields(self) if field.name not in ("id", "path"))
         return {name: getattr(self, name) for name in names}

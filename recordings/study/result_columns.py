@@ -191,7 +191,7 @@ class HashColumn:
         return [value.decode("ascii") for value in found]
 
     def numbers(self, count: int) -> NDArray[np.float64]:
-        """NaN: hashes are not numbers."""
+        """NaN for each row, because hashes are not numbers."""
         return np.full(count, math.nan)
 
     def order(self, rows: NDArray[np.intp], *, descending: bool) -> NDArray[np.intp]:

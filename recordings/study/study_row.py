@@ -198,5 +198,5 @@ def _reader() -> TypeAdapter[StudyRow]:
 
 
 def _finite(value: float | int | bool | None) -> float | int | bool | None:
-    """Replaces values that are not finite by None, because JSON has no infinity."""
+    """Replaces values that are not finite with None, because JSON has no infinity."""
     return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -112,7 +112,7 @@ class _LoggedLines(io.TextIOBase):
         return self.beneath.fileno()
 
     def writable(self) -> bool:
-        """True: the stream is writable."""
+        """Always True: the stream is writable."""
         return True
 
     def write(self, text: str) -> int:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 RESOURCE_CONTENT_POLICY = "default-src 'none'; frame-ancestors 'self'"
-"""For all responses other than pages: nothing in them may be executed or loaded."""
+"""Policy of all responses other than pages: nothing in them can be executed or loaded."""
 
 SAFE_HEADERS: Mapping[str, str] = {
     "X-Content-Type-Options": "nosniff",

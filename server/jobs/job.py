@@ -31,7 +31,7 @@ class JobStatus(Protocol):
 
     @property
     def state(self) -> StudyState:
-        """Its state."""
+        """State of the job."""
         ...
 
     @property
@@ -124,4 +124,4 @@ class Job(ABC):
 
     @abstractmethod
     def status(self) -> JobStatus:
-        """Its progress."""
+        """Progress of the job."""

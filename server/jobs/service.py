@@ -34,7 +34,7 @@ class StoredJob(Protocol):
 
     @property
     def id(self) -> str:
-        """Its id."""
+        """Id of the job."""
         ...
 
     @property

@@ -48,7 +48,7 @@ class ExpiredRunPublic(BaseModel):
 
     @classmethod
     def from_expired(cls, expired: Expired) -> Self:
-        """Its description."""
+        """Description of the run."""
         run = expired.run
         return cls(
             id=run.id,

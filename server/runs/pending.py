@@ -47,7 +47,7 @@ class PendingRun:
 
     @property
     def state(self) -> RunState:
-        """Its current state."""
+        """Current state of the run."""
         return RunState.RUNNING if self._begun.locked() else RunState.WAITING
 
     @property

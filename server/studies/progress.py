@@ -129,7 +129,7 @@ class LiveStudy(Job):
             self._outcomes[row.outcome.value] += 1
 
     def status(self) -> StudyStatus:
-        """Its progress."""
+        """Progress of the study."""
         now = time.monotonic()
         with self._lock:
             running = self._state is StudyState.RUNNING

@@ -176,4 +176,4 @@ class ViewerCameraMessage(Message):
 
 
 MESSAGES = tuple(Message.__subclasses__())
-"""All of these."""
+"""All kinds of messages."""

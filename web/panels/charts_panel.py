@@ -205,7 +205,7 @@ class _Tab:
         self._note.content = note_html(remarks)
 
     def resize(self, height: int) -> None:
-        """Changes the height of all charts, also of later ones [px]."""
+        """Changes the height of these charts, including later ones [px]."""
         self._height = height
         for plot in self._plots:
             plot.resize(height)

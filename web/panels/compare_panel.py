@@ -350,7 +350,7 @@ def _single_row(words: str, unit: str, a: Any, b: Any) -> str:
 
 
 def _is_amount(value: Any) -> bool:
-    """Whether it is a number, or a dash for a missing one."""
+    """Whether a value is a number, or None for a missing one."""
     return value is None or (isinstance(value, (int, float)) and not isinstance(value, bool))
 
 

@@ -152,7 +152,7 @@ class _SliderControl(Control):
 
     @property
     def _fits(self) -> bool:
-        """A slider cannot show a list."""
+        """Whether a slider can show the value: a number, not a list."""
         return self._is_single
 
     def _span(self, low: float, high: float) -> None:
@@ -171,7 +171,7 @@ class _PlainControl(Control):
             self.input.value = value
 
     def read(self, value: Any) -> Value:
-        """Integers stay integers."""
+        """The value; an integer if its parameter is one."""
         return int(value) if self._parameter.kind == "integer" and value == int(value) else value
 
 

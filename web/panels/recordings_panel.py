@@ -208,7 +208,7 @@ def distinct_names(runs: Sequence[StoredRun]) -> dict[str, str]:
 
 
 def _timed_name(run: StoredRun) -> str:
-    """Its name, and when it was saved to the second."""
+    """The name of a run, and the time at which it was saved."""
     return f"{run.display_name} · {run.created[11:19]}"
 
 

@@ -159,7 +159,7 @@ class ScenarioPanel:
             self.laws.content = law_buttons_html(law, runs)
 
     def _offer_disturbances(self, draft: Draft) -> None:
-        """Offers low-friction patches only to hands, and pushes not on a rail."""
+        """Offers low-friction patches only to hands, and pushes except on a rail."""
         space = draft.base.space
         has_hand = space.has_hand
         offered = tuple(each.value for each in DisturbanceKind if is_offered(each, space))

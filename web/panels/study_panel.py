@@ -185,7 +185,7 @@ class _MapPart:
         self._drawn: tuple[object, int | None] = (None, None)
 
     def show(self, study: StudyView, ringed: int | None) -> None:
-        """Shows the study on the screen; without one, or while planning, it hides.
+        """Shows the study on the screen; without one, or while planning, hides the panel.
 
         Args:
             study: The state of studies.
