@@ -47,7 +47,8 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         "--output",
         metavar="DIR",
         type=Path,
-        help="folder for the figures, created if missing (default: NAME-figures in this folder)",
+        help="folder for the figures, created if missing "
+        "(default: NAME-figures in the current folder)",
     )
     parser.add_argument(
         "--format",

@@ -37,7 +37,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     parts = parser.add_subparsers(metavar="COMMAND", required=True)
     command = parts.add_parser(
         "import",
-        help="from a URDF or MJCF file",
+        help="read the fingers from a URDF or MJCF file",
         description="Read the joints and links from the base of a hand to its fingertips, merge "
         "links that are fixed to each other, and write the fingers as TOML. A scenario file in "
         "the same folder uses the result with the line 'hand = \"FILE.toml\"'; --scenario writes "
@@ -90,8 +90,8 @@ def _add_options(command: argparse.ArgumentParser) -> None:
         metavar=_COUPLING,
         action="append",
         default=[],
-        help="a joint that follows another one: its position is RATIO times that of LEADER, and "
-        "OFFSET; as the mimic joints of a URDF file and the joint equalities of an MJCF file",
+        help="a joint that follows another one: its position is RATIO times that of LEADER, "
+        "plus OFFSET; like mimic joints of a URDF file and joint equalities of an MJCF file",
     )
     command.add_argument(
         "--packages",

@@ -46,13 +46,13 @@ def add_retention(parser: argparse._ActionsContainer) -> None:
         help="retain runs without a name, a tag or notes for this many days",
     )
     parser.add_argument(
-        "--keep-runs", metavar="N", type=_count, help="retain only the newest N of them"
+        "--keep-runs", metavar="N", type=_count, help="retain only the newest N such runs"
     )
     parser.add_argument(
         "--keep-size",
         metavar="SIZE",
         type=parse_size,
-        help="retain the newest of them up to this total size, such as 5GB",
+        help="retain only the newest such runs, up to this total size, such as 5GB",
     )
 
 

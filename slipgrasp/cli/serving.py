@@ -92,7 +92,10 @@ def add_limits(parser: argparse.ArgumentParser) -> None:
     """Adds ``--quota``, ``--min-free`` and ``--memory``."""
     for name, what in (
         ("--quota", "total size of the recordings, such as 5GB, above which no run starts"),
-        ("--min-free", "free space on their disk, such as 500MB, below which no run starts"),
+        (
+            "--min-free",
+            "free space on the recordings' disk, such as 500MB, below which no run starts",
+        ),
         (
             "--memory",
             "memory for runs, recordings, figures and pages together, such as 2GB, in addition to "
