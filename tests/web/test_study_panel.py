@@ -118,7 +118,7 @@ def test_the_cost_and_what_stands_in_the_way_are_told_before_it_runs() -> None:
     refused = draft_html(replace(PLANNED, problems=("object mass is <b>",)))
     assert "Not run" in refused
     assert "&lt;b&gt;" in refused
-    assert "little room" in draft_html(replace(PLANNED, price=Price(1.0, ("little room",))))
+    assert "Little room." in draft_html(replace(PLANNED, price=Price(1.0, ("little room",))))
 
 
 def test_the_map_takes_the_place_of_the_plan_and_more_room(
