@@ -13,8 +13,8 @@ _COUNTED = (
     ),
     (
         "recognition_hold",
-        "whichever contacts the controller assumed to stick, its torque would have made others "
-        "stick; it kept its previous assumption for the recognition time",
+        "whichever combination of stick and slip the controller assumed, its torque would have "
+        "caused another; it kept the previous one for the recognition time",
     ),
     (
         "adaptation_unphysical",
