@@ -159,7 +159,7 @@ def test_the_card_tells_what_matters_most_and_unfolds_the_rest(case_2: RunResult
     normal, across = case_2.trace.normal_force[-1], np.abs(case_2.trace.tangential_force[-1])
     side = ("left", "right")[int(np.argmin(normal - across / 0.25))]
     assert f"At the end the {side} fingertip presses with" in unfolded
-    assert "least margin" in unfolded
+    assert "smallest margin" in unfolded
 
 
 def test_the_card_names_the_fingertip_that_slips_first() -> None:
