@@ -38,8 +38,14 @@ _CHANGES = (
     # Without the lights that it turns off: the first pictures would have shadows.
     (re.compile(rb"enableDefaultLights:!0"), b"enableDefaultLights:!1"),
     # It would draw for a quarter of a second after each change, and meanwhile answer to nothing
-    # where a picture takes long: without a graphics card. What comes late is in the next picture.
+    # where a picture takes long: without a graphics card. Twice is enough, and once more a little
+    # later, for what React draws late.
     (re.compile(rb"=250,(\w+)=1e3;function"), rb"=20,\1=1e3;function"),
+    (
+        re.compile(rb"performance\.now\(\)<(\w+)\.current&&(\w+)\(\)\}\)"),
+        rb"clearTimeout(\1.late);performance.now()<\1.current?\2():\1.seen!==\1.current&&"
+        rb"(\1.late=setTimeout(()=>{\1.seen=\1.current;\2()},60))})",
+    ),
     # The arrow to the mouse while something is dragged: grey and slender. It would be orange, which
     # is the colour of slip, with a head as large as the object.
     (re.compile(rb"16747586,.18,.09"), b"7829367,.04,.02"),
