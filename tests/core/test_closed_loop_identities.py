@@ -221,8 +221,8 @@ RUNS = {
         # The estimate of the inertia runs through zero at 0.043 s and ends the run.
         {"fingers.1.friction": 0.26, "simulation.duration": 0.03},
     ),
-    "3 fingers, theorem 4": (carrying_hand(3, "friction"), MORE_FINGERS),
-    "4 fingers, theorem 3": (carrying_hand(4, "masses"), SMOOTH),
+    **{f"{n} fingers, theorem 3": (carrying_hand(n, "masses"), SMOOTH) for n in (3, 4)},
+    **{f"{n} fingers, theorem 4": (carrying_hand(n, "friction"), MORE_FINGERS) for n in (3, 4)},
 }
 LOPSIDED = ("theorem 3", "theorem 4 with unequal friction")
 

@@ -15,7 +15,7 @@ from tests.core.drawn_scenarios import KINDS, draw_scenario
 
 pytestmark = pytest.mark.slow
 
-RATES = (7.0, 10_000.0)
+RATES = (7.0, 630.0, 10_000.0)
 SEEDS = range(6)
 
 

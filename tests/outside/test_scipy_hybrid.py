@@ -163,10 +163,12 @@ def test_continuous_run_follows_scipy_through_every_phase(name):
 
 
 @pytest.mark.parametrize(
-    "values", [PUSHED, STATIC, WET], ids=["pulses", "static friction", "patches"]
+    ("number", "values"),
+    [(1, {}), (2, {}), (1, PUSHED), (1, STATIC), (1, WET)],
+    ids=["paper case I", "paper case II", "pulses", "static friction", "patches"],
 )
-def test_sampled_run_follows_the_reference_through_every_phase(values):
-    scenario = paper_case(1, period=0.001, duration=0.15, **values)
+def test_sampled_run_follows_the_reference_through_every_phase(number, values):
+    scenario = paper_case(number, period=0.001, duration=0.15, **values)
     world = World.from_scenario(scenario)
     check(simulate(scenario), run_sampled(world, 0.001, 0.15, [0.05, 0.1, 0.145]))
 
