@@ -40,7 +40,10 @@ export function onChange(listener) {
   changeListeners.push(listener);
 }
 
-/** Calls back with the time of the play head [s] for every picture of the browser. */
+/**
+ * Calls back with the time of the play head [s]: for every picture of the browser, or while the run
+ * plays, of the scene.
+ */
 export function onFrame(listener) {
   frameListeners.push(listener);
 }
@@ -95,7 +98,7 @@ function showRange() {
   else state = { ...state, start, end };
 }
 
-/** Begins to look at it, once for every picture of the browser. */
+/** Begins to look at the state, once for every picture of the browser. */
 export function watchSessionState() {
   if (shown !== null && performance.now() > shown.until) [shown, written] = [null, ""];
   read();
