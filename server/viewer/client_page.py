@@ -38,8 +38,8 @@ _CHANGES = (
     # Without the lights that it turns off: the first pictures would have shadows.
     (re.compile(rb"enableDefaultLights:!0"), b"enableDefaultLights:!1"),
     # It would draw for a quarter of a second after each change, and meanwhile answer to nothing
-    # where a picture takes long: without a graphics card. 20 ms are enough, and one picture a little
-    # later, for what React draws late.
+    # where a picture takes long: without a graphics card. 20 ms are enough, and one picture later
+    # for what React draws late.
     (re.compile(rb"=250,(\w+)=1e3;function"), rb"=20,\1=1e3;function"),
     (
         re.compile(rb"performance\.now\(\)<(\w+)\.current&&(\w+)\(\)\}\)"),
