@@ -37,13 +37,17 @@ _CHANGES = (
     (re.compile(rb"`data:image/jpeg;base64,[\w+/=]{1000,}`"), b"null"),
     # Without the lights that it turns off: the first pictures would have shadows.
     (re.compile(rb"enableDefaultLights:!0"), b"enableDefaultLights:!1"),
+    # Without the plane of the background image, whose shader passes over every pixel of a picture.
+    (
+        re.compile(rb"\{(ref:\w+,material:\w+,children:\(0,\w+\.jsx\)\(`planeGeometry`)"),
+        rb"{visible:!1,\1",
+    ),
     # It would draw for a quarter of a second after each change, and meanwhile answer to nothing
-    # where a picture takes long: without a graphics card. 20 ms are enough, and one picture later
-    # for what React draws late.
-    (re.compile(rb"=250,(\w+)=1e3;function"), rb"=20,\1=1e3;function"),
+    # where a picture takes long: without a graphics card. One picture is enough, and one later for
+    # what React draws late.
     (
         re.compile(rb"performance\.now\(\)<(\w+)\.current&&(\w+)\(\)\}\)"),
-        rb"clearTimeout(\1.late);performance.now()<\1.current?\2():\1.seen!==\1.current&&"
+        rb"clearTimeout(\1.late);\1.seen!==\1.current&&"
         rb"(\1.late=setTimeout(()=>{\1.seen=\1.current;\2()},60))})",
     ),
     # The arrow to the mouse while something is dragged: grey and slender. It would be orange, which
