@@ -73,7 +73,14 @@ class ProcessExecutor(Executor):
         self._closed = False
 
     def prepare(self, should_stop: ShouldStop = never) -> float:
-        """Starts all workers, waits until each is ready, and returns the time taken [s]."""
+        """Starts all workers and waits until each is ready, or until `should_stop`.
+
+        Returns:
+            Time taken [s].
+
+        Raises:
+            ExecutorError: If the workers are in use, are stopped or cannot be started.
+        """
         started = time.perf_counter()
         with only_caller(self._at_work, "the worker processes are"):
             self._compile_kernel(should_stop)
@@ -213,7 +220,7 @@ class ProcessExecutor(Executor):
             self._note_failed_start(worker.was_killed())
         if self._failed_starts >= _STARTS or self._killed_starts >= _KILLED_STARTS:
             raise ExecutorError(
-                f"worker processes cannot be started: the last one {how} before its first task; "
+                f"worker processes cannot be started: the last worker {how} before its first task; "
                 "its messages are on standard error"
             )
 
@@ -244,7 +251,7 @@ class ProcessExecutor(Executor):
             if worker.went_too_far():
                 yield Finished(window.finish(number), None, f"its worker {how}")
             elif not window.note_death(number, attempts):
-                told = f"its worker died {attempts} times, the last one {how}"
+                told = f"its worker died {attempts} times; the last worker {how}"
                 yield Finished(window.finish(number), None, told)
         while worker.pending:
             window.put_back(worker.pending.popleft())

@@ -68,7 +68,8 @@ class Simulation(Computation):
         The law of the scenario is not used; the run has the law ``outside`` instead.
 
         Raises:
-            ScenarioError: If control is continuous, so that there are no ticks.
+            ScenarioError: If control is continuous, so that there are no ticks, or if the
+                scenario has no hand.
         """
         assert self._run.begun == 0, "a run can only be stepped from its start"
         own = need_hand(self.scenario, "stepping with torques", "call advance instead")
@@ -146,7 +147,7 @@ class Simulation(Computation):
         return Trace.from_rows(self.shape, self.rows_from(row))
 
     def rows_from(self, row: int) -> np.ndarray:
-        """As `trace_from`, as rows ``(rows, shape.num_columns)``, see `Trace.to_rows`."""
+        """Like `trace_from`, but as rows ``(rows, shape.num_columns)``, see `Trace.to_rows`."""
         end = self.num_settled_rows
         last = rows_in(self._outlet, self.shape.num_columns)
         blocks = [*self._rows, last[: end - self._num_taken_rows]]

@@ -319,7 +319,7 @@ ForceRate = Annotated[
     Ge(0.0),
     Le(1e6),
     Quantity(
-        "fastest change of the closing force.",
+        "largest rate of change of the closing force.",
         "N/s",
         typical=(20.0, 1000.0),
         changeable=True,

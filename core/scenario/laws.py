@@ -132,7 +132,8 @@ CONTROL_LAWS = {
         ),
         ControlLaw(
             kind="theorem-4",
-            summary="The paper's law for unknown friction too; large estimates are pulled back.",
+            summary="The paper's law for unknown masses and friction; large estimates are pulled "
+            "back.",
             learns=True,
             pulls_back=True,
             stops_slip_with=("controller.lyapunov_weight",),

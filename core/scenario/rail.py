@@ -220,7 +220,7 @@ class RailController:
         Ge(0.0),
         Le(1e4),
         Quantity(
-            "Smallest commanded normal force, so that the fingertip stays on the object; without "
+            "Smallest commanded normal force, so that the fingertip stays on the object; has no "
             "effect at an angle of pi/2.",
             "N",
             typical=(0.0, 20.0),

@@ -144,7 +144,8 @@ class SensingParameters:
         Literal["threshold", "cumulative-sum"],
         Quantity(
             "Detection of slip: by a velocity above the threshold for the duration of the delay, "
-            "or by a cumulative sum of velocities that exceeds the sum of the noise.",
+            "or by a cumulative sum of the velocities (Page's test), with a limit that follows "
+            "from slip_threshold, slip_delay and controller.velocity_noise.",
             changeable=True,
         ),
     ] = "threshold"

@@ -165,7 +165,7 @@ def test_a_task_that_always_kills_its_worker_fails_and_the_others_finish(pool, t
 
 def test_a_task_that_goes_too_far_costs_itself_alone():
     told = {
-        "segmentation fault": "its worker died 3 times, the last one was killed by SIGSEGV",
+        "segmentation fault": "its worker died 3 times; the last worker was killed by SIGSEGV",
         "memory": "its worker exceeded its memory limit of 0.4 GB",
         "time": "its worker exceeded the time limit of 2 s",
     }

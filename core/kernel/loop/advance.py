@@ -174,7 +174,7 @@ def make_advance(
         Args:
             model: Constants up to ``t_stop``.
             run: The run.
-            outlet: Output buffers for rows and phase changes; the caller empties them.
+            outlet: Output buffers for rows, phase changes and ticks; the caller empties them.
             t_stop: End of the run, or the next timed change [s].
             first: 1 if the run starts with this segment.
             same_ticks: 1 if sampled control continues the ticks of the previous segment.
