@@ -30,14 +30,14 @@ from slipgrasp.scene.states import States
 Values = NDArray[np.float64]
 
 LONGEST_ARROW = 100.0
-"""Longest arrow, as a multiple of the object's size, so that a run that diverges can be drawn."""
+"""Length limit of arrows, as a multiple of `Sizes.mark`, so that a diverging run can be drawn."""
 
 _TAPER = 0.7
 _ARC_PIECES = 24
 PAD_THICKNESS = 0.25
 """Thickness of the disc of a soft fingertip, in radii of its ball."""
 PAD_POINTER = 1.35
-"""Length of its pointer relative to its radius, so that it is visible from all sides."""
+"""Length of the pad's pointer, in radii of the pad, so that it is visible from all sides."""
 _LEAST_GRAVITY = 1.0
 
 
@@ -154,7 +154,8 @@ class Sizes(NamedTuple):
 def sizes_of(scenario: Scenario) -> Sizes:
     """Chooses sizes for a hand and object of any scale.
 
-    An arrow for twice the weight is as long as the distance of the nearest face from the centre.
+    An arrow for twice the weight (on a support: a third of it) is as long as the distance from the
+    centre to the nearest face.
 
     Args:
         scenario: Hand and object.
@@ -195,7 +196,10 @@ def _sizes_on_support(scenario: SupportScenario, unit: float) -> Sizes:
 
 
 def _lengths(scenario: HandScenario | RailScenario, i: int) -> tuple[float, ...]:
-    """Length of the links of a finger, or distance of its tip from the origin of its slides."""
+    """Lengths of the links [m].
+
+    For a chain, half its length; for slides, the distance of the tip from their origin.
+    """
     finger = skeleton.mechanism_of(scenario, i)
     if i in scenario.slides:
         return (float(np.linalg.norm(skeleton.tip_at_start(of_hand(scenario), i))),)
@@ -253,7 +257,7 @@ def solid(scenario: Scenario, half_depth: float) -> Triangles:
 
 
 def edges_of(scenario: Scenario) -> NDArray[np.int64]:
-    """Pairs of points of the `solid` for its edges; some rings for round ones."""
+    """Pairs of points of the `solid` for its edges; for round objects, only some rings."""
     count = len(outline_of(scenario))
     if scenario.object.shape == "sphere":
         return _ball_rings(count)
@@ -464,7 +468,7 @@ def _arrow(forces: Values, sizes: Sizes) -> Values:
 
 
 def _friction(scenario: SupportScenario, sizes: Sizes) -> Iterator[Shape]:
-    """The friction force on a body on a support, and the line from its start, on the plane."""
+    """The friction force on a body on a support, and the line from its initial position."""
 
     def phase(states: States) -> NDArray[np.int8]:
         return states.phases[:, 0]
@@ -483,7 +487,7 @@ def _friction(scenario: SupportScenario, sizes: Sizes) -> Iterator[Shape]:
 
 
 def _rail(scenario: RailScenario, sizes: Sizes) -> Iterator[Entity]:
-    """The rail, its force on the object, and the line from the start of the object."""
+    """The rail, its force on the object, and the line from the initial position of the object."""
     ends, body = rail_ends(scenario), scenario.object
     radius = 0.5 * sizes.link_radius
     start, end = (np.array([x, -radius, 0.0]) for x in ends)
@@ -535,13 +539,13 @@ def _cone_lines(scenario: Scenario, contact: Contact, i: int, sizes: Sizes, fron
 
 
 def _pad_hand(contact: Contact, pad: Pad, states: States) -> Values:
-    """From the centre of a pad beyond its edge, ``(n, 2, 3)``."""
+    """The pointer of a pad, from its centre beyond its edge, ``(n, 2, 3)``."""
     end = -PAD_POINTER * contact.across(pad.hand(states))
     return np.stack([np.zeros_like(end), end], axis=1)
 
 
 def _first_touch(contact: Contact, i: int, front: Values, states: States) -> Values:
-    """From the initial contact point on the face to the present one, ``(n, k, 3)``.
+    """The line from the initial contact point on the face to the present one, ``(n, k, 3)``.
 
     On a curved face along its arc, in the present contact frame.
     """
