@@ -1,7 +1,7 @@
 """The page of viser, taken apart.
 
 viser packs its page into one file, whose script unpacks the rest at each load. With separate files,
-a browser compiles the script while it arrives, keeps the result, and asks only for changes.
+a browser compiles the script while it arrives, caches the result, and requests only changed files.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ DIGITS = (
 )
 """Digits of base 88, in which the page holds binary data."""
 POWERS = len(DIGITS) ** np.arange(4, -1, -1)
-"""Values of the five digits of a 32-bit word."""
+"""Place values of the five digits of a 32-bit word."""
 
 _HEAD, _END_OF_HEAD = b"<head>", b"</head>"
 _NAME_AND_ICON = re.compile(rb"<title>.*?</title>|<link\s[^>]*rel=\"icon\"[^>]*>", re.DOTALL)
@@ -33,18 +33,19 @@ _SCRIPT = re.compile(
     re.DOTALL,
 )
 _CHANGES = (
-    # Without the environment map that the first message turns off: 40 kB, and two shaders.
+    # Removes the environment map, which the first message turns off anyway; saves 40 kB and two
+    # shaders.
     (re.compile(rb"`data:image/jpeg;base64,[\w+/=]{1000,}`"), b"null"),
-    # Without the lights that it turns off: the first pictures would have shadows.
+    # Removes the lights, which it turns off too; the first pictures would have shadows.
     (re.compile(rb"enableDefaultLights:!0"), b"enableDefaultLights:!1"),
-    # Without the plane of the background image, whose shader passes over every pixel of a picture.
+    # Hides the plane of the background image, whose shader passes over every pixel of a picture.
     (
         re.compile(rb"\{(ref:\w+,material:\w+,children:\(0,\w+\.jsx\)\(`planeGeometry`)"),
         rb"{visible:!1,\1",
     ),
-    # It would draw for a quarter of a second after each change, and meanwhile answer to nothing
-    # where a picture takes long: without a graphics card. One picture is enough, and one later for
-    # what React draws late.
+    # It would draw for a quarter of a second after each change, and would not respond meanwhile if
+    # rendering is slow, as without a graphics card. One picture is enough, and one later for what
+    # React draws late.
     (
         re.compile(rb"performance\.now\(\)<(\w+)\.current&&(\w+)\(\)\}\)"),
         rb"clearTimeout(\1.late);\1.seen!==\1.current&&"
@@ -59,7 +60,7 @@ _CHANGES = (
 
 
 class PackingError(SlipgraspError):
-    """A version of viser whose page is packed in another way."""
+    """A version of viser whose page is packed differently."""
 
 
 class ClientPage(NamedTuple):
@@ -79,7 +80,7 @@ class ClientPage(NamedTuple):
 
 
 def packed_page() -> bytes:
-    """The page as viser has it, found without importing viser, which takes seconds."""
+    """The page as shipped with viser, found without importing viser, which takes seconds."""
     spec = find_spec("viser")
     assert spec is not None and spec.origin is not None
     return (Path(spec.origin).parent / "client" / "build" / "index.html").read_bytes()
@@ -90,11 +91,11 @@ def unpack_page(page: bytes) -> ClientPage:
     """Takes viser's page apart.
 
     Raises:
-        PackingError: If this version of viser packs its page in another way.
+        PackingError: If this version of viser packs its page differently.
     """
     found = _SCRIPT.search(page)
     if found is None:
-        raise PackingError("this version of viser packs its page in another way: use 1.1.1")
+        raise PackingError("this version of viser packs its page differently; use viser 1.1.1")
     content = zstandard.ZstdDecompressor().decompress(_decode(found["code"]))
     style, code = content[: int(found["style"])], content[int(found["style"]) :]
     for pattern, replacement in _CHANGES:
@@ -104,13 +105,15 @@ def unpack_page(page: bytes) -> ClientPage:
 
 
 def with_head(page: bytes, head: str) -> bytes:
-    """Inserts HTML at the start of the head of the page, in place of viser's title.
+    """Inserts HTML at the start of the head of the page, in place of viser's title and icon.
+
+    Does nothing if `head` is empty.
 
     Raises:
-        RuntimeError: If the page has no suitable head.
+        RuntimeError: If the page does not have exactly one head.
     """
     if page.count(_HEAD) != 1:
-        raise RuntimeError("viser's page has no head that something can be put into")
+        raise RuntimeError("expected exactly one <head> in viser's page")
     if not head:
         return page
     return _NAME_AND_ICON.sub(b"", page).replace(_HEAD, _HEAD + head.encode())
