@@ -66,7 +66,7 @@ class Services:
 
     Attributes:
         runs: Simulates and stores runs.
-        live: Simulates the runs of pages, which share equal ones.
+        live: Simulates runs for pages; pages with equal scenarios share one run.
         saved: Store of the runs.
         recordings: Opens recordings, and accounts for their memory.
         studies: Runs studies, one at a time.
@@ -145,12 +145,12 @@ class Session:
         self._thread.start()
 
     def close(self) -> None:
-        """Requests the session to end; a run that is being saved is completed."""
+        """Asks the session to end; a save in progress is finished first."""
         self._gone.set()
         self._mailbox.send(Close())
 
     def join(self, timeout: float) -> None:
-        """Waits until the session has ended [s]."""
+        """Waits for the thread and each worker of the session, at most `timeout` each [s]."""
         self._thread.join(timeout)
         for worker in self._workers():
             worker.join(timeout)
@@ -167,7 +167,7 @@ class Session:
             # It is no error if the viewer disconnects during a frame. The page detects and
             # reports a lost session.
             if not self._gone.wait(_TIME_TO_LEAVE):
-                _logger.exception("session %d ended by an error", self._client.client_id)
+                _logger.exception("session %d ended with an error", self._client.client_id)
         finally:
             self._directory.remove(self._key)
             for worker in self._workers():
@@ -202,7 +202,7 @@ class Session:
         began = time.thread_time()
         for draw in first:
             self._send_drawing(draw)
-            # The loop that sends takes the interpreter lock, before the rest is drawn.
+            # Lets the sending loop take the interpreter lock before the rest is drawn.
             time.sleep(_HEAD_START)
         self._send_drawing(screen.update)
         if playing:
@@ -219,7 +219,7 @@ class Session:
         return (screen.update_scene,) if has_moved and is_paused else ()
 
     def _has_new_run(self) -> bool:
-        """Whether a run is to be shown that was not drawn yet."""
+        """Whether the run to be shown has not been drawn yet."""
         drawn = None if self._drawn is None else self._drawn.shown
         return self._view.shown is not None and self._view.shown is not drawn
 

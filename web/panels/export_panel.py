@@ -43,7 +43,7 @@ _BUTTONS: tuple[tuple[str, viser.IconName, str, type[Intent]], ...] = (
         ExportPage,
     ),
 )
-_CLIP = "Saves the time range on the screen, at the speed on the screen, as "
+_CLIP = "Saves the visible time range, at the current playback speed, as "
 _HEIGHTS = ("480", "720", "1080")
 
 
@@ -151,7 +151,9 @@ def export_html(exporting: Exporting, run_id: str) -> str:
             f"<a href='{run}/signals.csv' download>signals (CSV)</a></div>"
         )
     else:
-        lines.append("<div>Recording (MCAP) and signals (CSV): once the run is saved.</div>")
+        lines.append(
+            "<div>Recording (MCAP) and signals (CSV) are available once the run is saved.</div>"
+        )
     return f"<div style='padding:0.3em 1em;font-size:0.85em;line-height:1.4'>{''.join(lines)}</div>"
 
 

@@ -173,7 +173,7 @@ def _charts_file(view: ViewState, shown: Shown) -> bytes:
 
 
 def clip_of(view: ViewState, height: int | None = None) -> Clip:
-    """The time range on the screen, at the speed on the screen."""
+    """The visible time range, at the current playback speed."""
     if view.playback is None:
         return Clip(height=height)
     window = view.playback.window

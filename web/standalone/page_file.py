@@ -85,7 +85,7 @@ def write_page(
         PageError: If a page cannot simulate or show the run.
         ControlError: If a parameter cannot have a slider.
         LinkError: If the kernel has to be linked and the linker is missing.
-        PackingError: If this version of viser packs its page in another way.
+        PackingError: If this version of viser packs its page differently.
     """
     check_for_page(result)
     sliders = controls_of(result.scenario, controls)

@@ -18,11 +18,11 @@ class Worker(ABC):
 
     @abstractmethod
     def close(self) -> None:
-        """Requests the thread to end; data to be stored are still stored."""
+        """Asks the thread to end; data to be stored are still stored."""
 
     @abstractmethod
     def join(self, timeout: float) -> None:
-        """Waits until it has ended [s]."""
+        """Waits for the thread to end, at most `timeout` [s]."""
 
 
 class _Waiting(NamedTuple):
@@ -79,7 +79,7 @@ class QueueWorker(Worker):
         return self._closed
 
     def join(self, timeout: float) -> None:
-        """Waits until the thread has ended [s]."""
+        """Waits for the thread to end, at most `timeout` [s]."""
         if self._is_started:
             self._thread.join(timeout)
 
