@@ -43,8 +43,8 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         "--tolerance",
         metavar="T",
         type=float,
-        help="largest absolute difference of equal values, in SI units (default: the integration "
-        "error that the tolerances of the runs allow)",
+        help="largest absolute difference at which values count as equal, in SI units (default: "
+        "the integration error that the tolerances of the runs allow)",
     )
     parser.add_argument(
         "--figure",

@@ -35,7 +35,7 @@ DESCRIPTION = (
 )
 EPILOG = (
     "exit status: 0 fitted, 1 fitted, but the residuals are larger than the noise, 2 bad input, "
-    "4 interrupted or the disk failed (repeat the command to continue)"
+    "4 interrupted, or disk failure (repeat the command to continue)"
 )
 
 
@@ -105,7 +105,8 @@ def _add_search(parser: argparse.ArgumentParser) -> None:
         metavar="KEY[=LOW..HIGH],…",
         action="append",
         default=[],
-        help="compare a model in which these parameters are free too; may be repeated",
+        help="compare the fit with a model in which these parameters are also free; may be "
+        "repeated",
     )
     parser.add_argument(
         "--starts", metavar="N", type=int, default=20, help="number of starts (default: 20)"

@@ -171,7 +171,7 @@ def _report(
     parts = [names for finger in fingers for names in finger.parts]
     joined = "; ".join(f"{first} with {', '.join(rest)}" for first, *rest in parts if rest)
     left = ", ".join(sorted(hand.links.difference(*parts)))
-    print(f"{arguments.output}: {len(fingers)} fingers")
+    print(f"Wrote {arguments.output} with {len(fingers)} fingers.")
     print(f"merged, since they move together: {joined or 'none'}")
     print(f"omitted, since they belong to no finger: {left or 'none'}")
     if arguments.scenario is None:

@@ -22,7 +22,7 @@ DESCRIPTION = (
     "column name (x_mm, yaw_deg, vx_m_s, 'F [N]'). 'slipgrasp diff' compares such recordings with "
     "runs, and 'slipgrasp export' writes them as tables."
 )
-EPILOG = "exit status: 0 imported, 2 bad input, 4 the disk failed"
+EPILOG = "exit status: 0 imported, 2 bad input, 4 disk failure"
 
 
 def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:

@@ -113,6 +113,6 @@ def _write(arguments: argparse.Namespace) -> ExitStatus:
         test.write_text(TEST.substitute(names), encoding="utf-8")
     except OSError as error:
         raise CommandError(f"'{law}' cannot be written: {error.strerror}") from error
-    print(f"{law}: the law; slipgrasp run composite-case-2 --law {law}:{names['name']}")
-    print(f"{test}: its test; pip install pytest, then python -m pytest {test}")
+    print(f"Wrote {law}. Run it with: slipgrasp run composite-case-2 --law {law}:{names['name']}")
+    print(f"Wrote {test}. Run it with: python -m pytest {test} (needs pytest)")
     return ExitStatus.COMPLETED

@@ -51,7 +51,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         type=lambda text: [word.strip() for word in text.split(",") if word.strip()],
         help="parameters with sliders, fingers.*.KEY for all fingers at once; LOW and HIGH are the "
         "ends of a slider (default: "
-        "object.mass,fingers.*.friction and, of planar hands, controller.position_gain)",
+        "object.mass,fingers.*.friction and, for planar hands, controller.position_gain)",
     )
     parser.add_argument(
         "--shared",

@@ -19,7 +19,9 @@ class HelpWithParameters(argparse.Action):
     """``--help`` that also lists the parameters, whose definitions it imports only when used."""
 
     def __init__(self, option_strings: Sequence[str], dest: str) -> None:
-        super().__init__(option_strings, argparse.SUPPRESS, nargs=0, help="show this help and exit")
+        super().__init__(
+            option_strings, argparse.SUPPRESS, nargs=0, help="show this help message and exit"
+        )
 
     def __call__(
         self,
@@ -130,7 +132,7 @@ def _write(arguments: argparse.Namespace) -> ExitStatus:
         raise CommandError(f"'{file}' exists; choose another name") from None
     except OSError as error:
         raise CommandError(f"'{file}' cannot be written: {error.strerror}") from error
-    print(f"{file}: the scenario; slipgrasp run {file}")
+    print(f"Wrote {file}. Run it with: slipgrasp run {file}")
     return ExitStatus.COMPLETED
 
 

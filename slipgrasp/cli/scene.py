@@ -14,7 +14,7 @@ DESCRIPTION = (
     "Write the grasp of a scenario as a scene of another engine, and the expected result beside it "
     "as JSON: joint torques for each step, and at stated times slip and forces, the phase changes, "
     "the creep in stick (zero) and the tolerance within which the engine reproduces the slip. "
-    "No engine has simulated files in USD, so these have no tolerance."
+    "USD files have not been simulated in any engine, so no tolerance is given."
 )
 EPILOG = "exit status: 0 written, 2 bad input"
 
@@ -34,7 +34,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         choices=["mjcf", "drake", "usd"],
         default="mjcf",
         help="mjcf: MuJoCo 3.3 or later (default); drake: SDFormat for Drake, tested with "
-        "1.51; usd: UsdPhysics as text, tested as a file and not simulated",
+        "1.51; usd: UsdPhysics as text, checked as a file, but not simulated",
     )
     parser.add_argument(
         "--output",

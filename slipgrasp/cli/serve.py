@@ -66,7 +66,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         metavar="FILE.toml",
         type=Path,
         help="draw the fingers of this file, written by 'slipgrasp hands import' (or of a scenario "
-        "file that names it), with the meshes beside it; a scenario file also opens first",
+        "file that names it), with the meshes beside it; a scenario file is also opened first",
     )
     parser.set_defaults(execute=_execute)
 
