@@ -1,7 +1,7 @@
 """Colours of phases, fingers and surfaces, common to the dashboard and figures.
 
-The phase colours are based on Okabe and Ito, with a darker blue and a lighter purple, because
-people with protanopia can hardly distinguish the original ones.
+The phase colours are based on Okabe and Ito, with a darker blue, a lighter purple and a modified
+vermillion, because people with protanopia can hardly distinguish the original ones.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ SHADE: Rgb = (230, 97, 0)
 """Background of a chart during slip of any contact."""
 
 HELD: Rgb = PHASES[ContactPhase.STICK]
-"""Runs of a study that hold the object; the darkest colour of a map, also without colours."""
+"""Runs of a study that hold the object; the darkest colour of a map, also in greyscale."""
 OUTCOMES: dict[Outcome, Rgb] = {
     Outcome.COMPLETED: (240, 160, 90),
     Outcome.LEFT_FACE: (236, 178, 216),
