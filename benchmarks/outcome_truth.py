@@ -98,8 +98,8 @@ def tabulate_truth(comparisons: list[Comparison]) -> Table:
     drawn = comparisons[-1].number + 1 if comparisons else 0
     told = f": indices {', '.join(map(str, missed))}" if missed else ""
     note = (
-        f"{drawn} runs were drawn for {len(comparisons)} whose truth is known. "
-        f"Target: none; {'missed' if missed else 'met'}{told}."
+        f"{drawn} runs drawn to obtain {len(comparisons)} with a reliable reference. "
+        f"Target: no violations. {'Missed' if missed else 'Met'}{told}."
     )
     heads = ("differs from the truth in", f"of {len(comparisons)}", "largest, in limits")
     return Table("outcomes-truth", heads, tuple(rows), (note,), "verification.md")
