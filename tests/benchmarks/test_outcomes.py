@@ -280,7 +280,7 @@ def test_table_counts_every_check_and_names_its_worst():
     found = {row[0]: row[1:] for row in counts.rows}
     assert found[CHECKS["ledger"].text] == ("2", "7e-06 J")
     assert found[CHECKS["rate"].text] == ("1", "–")
-    assert "missed in 2 of 10 rows" in counts.notes[0]
+    assert "Missed in 2 of 10 rows" in counts.notes[0]
     assert ends.rows == (("`separated`", "66.67 %"), ("`completed`", "33.33 %"))
 
 
@@ -289,7 +289,7 @@ def test_table_of_truth_names_the_runs_that_miss_it():
     comparisons = [Comparison(0, True, near), Comparison(4, True, {**near, "slip": 3.0})]
     table = tabulate_truth(comparisons)
     assert [row[1] for row in table.rows] == ["0", "0", "1", "0"]
-    assert "missed: indices 4" in table.notes[0]
+    assert "Missed: indices 4" in table.notes[0]
 
 
 def test_a_seed_is_refused_where_nothing_is_drawn(capsys):
