@@ -207,7 +207,8 @@ class Contents:
         for start in range(0, len(trace), _HASHED_AT_ONCE):
             rows = trace[start : start + _HASHED_AT_ONCE]
             # Older formats lack signals; those of hands count as 0 without a hand.
-            state.add_samples(rows.to_rows([s for s in SIGNALS if s.name not in rows.absent]))
+            known = [s for s in SIGNALS if FIRST_FORMAT_WITH.get(s.name, 1) <= version]
+            state.add_samples(rows.to_rows([s for s in known if s.name not in rows.absent]))
         state.add_phase_changes(changes)
         if (ticks := self.ticks()) is not None:
             state.add_ticks(ticks.to_rows())
