@@ -204,11 +204,10 @@ class Contents:
     def _state_hash(self, trace: Trace, changes: tuple[PhaseChange, ...]) -> bytes:
         version = int(self.metadata[START]["format"])
         state = StateHash(version)
+        # Signals of hands count as 0 without a hand; those of later formats do not count.
+        signals = [s for s in SIGNALS if FIRST_FORMAT_WITH.get(s.name, 1) <= version]
         for start in range(0, len(trace), _HASHED_AT_ONCE):
-            rows = trace[start : start + _HASHED_AT_ONCE]
-            # Older formats lack signals; those of hands count as 0 without a hand.
-            known = [s for s in SIGNALS if FIRST_FORMAT_WITH.get(s.name, 1) <= version]
-            state.add_samples(rows.to_rows([s for s in known if s.name not in rows.absent]))
+            state.add_samples(trace[start : start + _HASHED_AT_ONCE].to_rows(signals))
         state.add_phase_changes(changes)
         if (ticks := self.ticks()) is not None:
             state.add_ticks(ticks.to_rows())
