@@ -36,7 +36,7 @@ _CHANGES = (
     # Removes the environment map, which the first message turns off anyway; saves 40 kB and two
     # shaders.
     (re.compile(rb"`data:image/jpeg;base64,[\w+/=]{1000,}`"), b"null"),
-    # Removes the lights, which it turns off too; the first pictures would have shadows.
+    # Removes the lights, which it turns off too: else the first pictures would have shadows.
     (re.compile(rb"enableDefaultLights:!0"), b"enableDefaultLights:!1"),
     # Hides the plane of the background image, whose shader passes over every pixel of a picture.
     (
