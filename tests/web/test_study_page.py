@@ -60,7 +60,7 @@ def test_two_parameters_are_chosen_the_map_fills_and_a_click_opens_a_run(
     choose(page, "object mass [kg]", "0.2")
     page.get_by_role("button", name="Open this run").click()
     wait_for_run(page, index % 3)
-    assert page.locator(".sg-map-ring").count() == 1
+    page.locator(".sg-map-ring").wait_for()  # The map comes after the title.
 
     with dashboard.client() as client:
         study = client.get("/studies").json()["data"][0]
