@@ -14,7 +14,7 @@ from slipgrasp.core.run.result import RunResult
 from slipgrasp.figures.hand_motion import motion_of
 from slipgrasp.figures.moving_hand import SIZE, MovingHand
 from slipgrasp.figures.slip_times import Window
-from slipgrasp.figures.style import paper_style
+from slipgrasp.figures.style import screen_style
 from slipgrasp.recordings.clip import WHOLE, Clip
 
 MAX_FRAMES = 400
@@ -63,7 +63,7 @@ def write_gif(
     start, end = clip.span(result)
     durations = [round(1000 * _step(end - start, fps, clip))] * (len(times) - 1) + [_LAST_FRAME]
     height = clip.height or round(SIZE[1] * _DPI)
-    with paper_style():
+    with screen_style():
         size = round(height * SIZE[0] / SIZE[1]), height
         hand = MovingHand(result, motion_of(result, times), Window(start, end), clip.clock, size)
         frames = _frames(hand, len(times), progress)

@@ -15,7 +15,7 @@ from slipgrasp.core.trace.frames import import_optional
 from slipgrasp.figures.hand_motion import motion_of
 from slipgrasp.figures.moving_hand import MovingHand
 from slipgrasp.figures.slip_times import Window
-from slipgrasp.figures.style import paper_style
+from slipgrasp.figures.style import screen_style
 from slipgrasp.recordings.clip import WHOLE, Clip
 
 MAX_FRAMES = 3600
@@ -59,7 +59,7 @@ def write_film(
     size = round(height * _WIDE / 2) * 2, height
     codec, options = _CODECS[container]
     file: Any = av.open(stream, "w", format=container)
-    with file, paper_style():
+    with file, screen_style():
         window = Window(*clip.span(result))
         hand = MovingHand(result, motion_of(result, times), window, clip.clock, size)
         # The length of the clip is not a multiple of the frame interval: the rate sets the speed.

@@ -148,3 +148,23 @@ def new_drawing(
 def unit(angle: float) -> Point:
     """The unit vector in a direction [rad]."""
     return np.array([math.cos(angle), math.sin(angle)])
+
+
+def arrow_outline(tail: Point, along: Point, shaft: float, head: float) -> Point:
+    """Corners of an arrow, shape ``(7, 2)``; a point if it has no length.
+
+    Args:
+        tail: Its start.
+        along: Vector to its tip.
+        shaft: Width of the shaft.
+        head: Length of the head; a shorter arrow is a head alone.
+    """
+    length = float(np.hypot(*along))
+    forward = along / length if length > 0.0 else np.zeros(2)
+    aside = np.array([-forward[1], forward[0]])
+    neck = max(length - head, 0.0)
+    half, wide = 0.5 * shaft, 0.4 * min(head, length)
+    corners = ((0.0, half), (neck, half), (neck, wide), (length, 0.0))
+    left = [tail + forward * x + aside * y for x, y in corners]
+    right = [tail + forward * x - aside * y for x, y in corners[-2::-1]]
+    return np.stack([*left, *right])

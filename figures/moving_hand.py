@@ -19,8 +19,10 @@ from numpy.typing import NDArray
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.trace.trace import rows_from_start
 from slipgrasp.core.trace.types import ContactPhase
+from slipgrasp.figures.centre_mark import CentreMark
 from slipgrasp.figures.hand_motion import HandMotion
-from slipgrasp.figures.moving_lens import MovingLens
+from slipgrasp.figures.lenses import add_lenses
+from slipgrasp.figures.marks import arrow_outline
 from slipgrasp.figures.panels import finger_colour, lighter
 from slipgrasp.figures.phases import draw_lanes, name_lanes, phase_patches
 from slipgrasp.figures.sheet import ending_words
@@ -37,6 +39,7 @@ from slipgrasp.recordings.palette import (
     OBJECT_EDGE,
     PHASES,
 )
+from slipgrasp.scene.parts import sizes_of
 from slipgrasp.scene.states import drawable
 
 Pixels = NDArray[np.uint8]
@@ -48,12 +51,14 @@ SIZE = (6.4, 5.6)
 _MARGIN = 0.35
 _FORCE_LENGTH = 0.22
 _CONE_LENGTH = 0.16
+_SHAFT, _HEAD = 0.012, 0.04
 _TIP_RADIUS = 0.022
 _LINK_WIDTH = 0.05
 """Width of a finger [m], at most `_WIDEST_LINK` times the span."""
 _WIDEST_LINK = 0.09
 _GLASS, _BEHIND = 0.75, 2.0  # of a spatial object, and of parts behind it
 _TITLE_WIDTH = 75
+_CHART_TOP, _LANE, _LEAST_LANES = 0.36, 0.0165, 0.035  # fractions of the image
 _POINTS_PER_INCH = 72.0
 
 
@@ -64,8 +69,7 @@ class _Finger(NamedTuple):
     links: Line2D
     joints: Line2D
     cone: Polygon
-    force: Line2D
-    head: Polygon
+    force: Polygon
     tip: Line2D
     slip: Line2D
 
@@ -78,7 +82,7 @@ class _Sizes(NamedTuple):
 
 
 class MovingHand:
-    """Draws a run at successive times; must be used inside `style.paper_style`.
+    """Draws a run at successive times; must be used inside `style.screen_style`.
 
     Args:
         result: The run.
@@ -104,6 +108,7 @@ class MovingHand:
         self._span, points_per_metre = _show_what_is_held(hand, motion)
         strength = float(np.hypot(*np.moveaxis(motion.forces, -1, 0)).max())
         self._metres_per_newton = _FORCE_LENGTH * self._span / max(strength, 1e-9)
+        self._arrow = _SHAFT * self._span, _HEAD * self._span
         ghost: dict[str, Any] = {
             "gid": "desired",
             "fill": False,
@@ -130,12 +135,14 @@ class MovingHand:
         width, dot = self._link_width, 2.0 * _TIP_RADIUS * self._span
         sizes = _Sizes(points_per_metre * width, points_per_metre * dot)
         self._fingers = [_add_finger(hand, chart, i, sizes) for i in range(count)]
-        self._lenses: list[MovingLens] = []
+        self._centre: CentreMark | None = None
         if result.scenario.space.num_positions == 3:
             self._body.set_alpha(_GLASS)
             for part in (p for i in np.flatnonzero(motion.behind) for p in self._fingers[i][:3]):
                 part.set_zorder(part.get_zorder() - _BEHIND)
-            self._lenses = [MovingLens(self._figure, result, i, motion) for i in range(count)]
+        else:
+            self._centre = CentreMark(hand, sizes_of(result.scenario).inner_radius)
+        self._lenses = add_lenses(hand, result, motion)
         self._clock = self._figure.text(0.98, 0.955, "", ha="right", va="center", fontsize=11)
         self._ending = self._figure.text(0.5, 0.895, "", ha="center", va="center", fontsize=10)
         self._last_words = ending_words(result)
@@ -152,9 +159,11 @@ class MovingHand:
         """The moving artists, from back to front."""
         fingers = [part for finger in self._fingers for part in finger]
         lenses = [part for lens in self._lenses for part in lens.artists]
+        centre = () if self._centre is None else self._centre.artists
         words = [self._clock, self._ending]
+        body = [self._ghost, self._body, self._edges, *centre]
         return sorted(
-            [self._ghost, self._body, self._edges, self._cursor, *fingers, *lenses, *words],
+            [*body, self._cursor, *fingers, *lenses, *words],
             key=lambda a: a.get_zorder(),
         )
 
@@ -193,6 +202,8 @@ class MovingHand:
         self._ending.set_text(self._last_words if is_last else "")
         for i, finger in enumerate(self._fingers):
             self._place(finger, i, frame)
+        if self._centre is not None:
+            self._centre.place(motion.states.object_pose[frame])
         for lens in self._lenses:
             lens.place(frame)
 
@@ -211,10 +222,8 @@ class MovingHand:
         finger.tip.set_markerfacecolor(colour)
         finger.cone.set_xy(tip + _CONE_LENGTH * self._span * motion.cones[frame, index])
         force = self._metres_per_newton * motion.forces[frame, index]
-        finger.force.set_data(*np.stack([tip, tip + 0.9 * force]).T)
+        finger.force.set_xy(arrow_outline(tip, force, *self._arrow))
         finger.force.set_color(colour)
-        finger.head.set_xy(_arrow_head(tip + force, force, 0.018 * self._span))
-        finger.head.set_color(colour)
         finger.slip.set_data([motion.states.times[frame]], [1e3 * motion.slip[frame, index]])
         finger.slip.set_markerfacecolor(colour)
 
@@ -252,10 +261,11 @@ def _shortened(
 def _draw_chart(figure: Figure, result: RunResult, window: Window) -> Axes:
     """The slips in a time range of the run, with the phases above them and the legend."""
     contacts = range(result.trace.shape.num_contacts)
-    strip = figure.add_axes((0.1, 0.325, 0.87, 0.035))
+    top = _CHART_TOP - max(_LANE * len(contacts), _LEAST_LANES)
+    strip = figure.add_axes((0.1, top, 0.87, _CHART_TOP - top))
     draw_lanes(strip, result, contacts, window)
     name_lanes(strip, result, contacts, offset=0.008)
-    chart = figure.add_axes((0.1, 0.125, 0.87, 0.19))
+    chart = figure.add_axes((0.1, 0.125, 0.87, top - 0.135))
     rows = rows_from_start(result.trace)
     slips = result.trace.slip_of_contacts
     for i in contacts:
@@ -289,9 +299,9 @@ def _add_finger(hand: Axes, chart: Axes, index: int, sizes: _Sizes) -> _Finger:
     }
     grey: dict[str, Any] = {"fc": paint(lighter(CONE, 0.45)), "alpha": 0.45, "lw": 0.0}
     cone = Polygon(np.zeros((3, 2)), gid=f"cone-{index}", zorder=2.2, **grey)
-    head = Polygon(np.zeros((3, 2)), lw=0.0, zorder=3.3)
+    force = Polygon(np.zeros((3, 2)), gid=f"force-{index}", lw=0.0, zorder=3.3)
     hand.add_patch(cone)
-    hand.add_patch(head)
+    hand.add_patch(force)
     return _Finger(
         outline=line(hand, 2.4, color=edge, linewidth=sizes.link + 1.6, **links),
         links=line(hand, 2.5, color=paint(lighter(LINK, 0.3)), linewidth=sizes.link, **links),
@@ -299,23 +309,9 @@ def _add_finger(hand: Axes, chart: Axes, index: int, sizes: _Sizes) -> _Finger:
             hand, 2.6, markersize=sizes.link, markerfacecolor=paint(lighter(LINK, 0.7)), **dot
         ),
         cone=cone,
-        force=line(hand, 3.2, gid=f"force-{index}", linewidth=2.2),
-        head=head,
+        force=force,
         tip=line(hand, 3.4, gid=f"fingertip-{index}", markersize=sizes.tip, **dot),
         slip=line(
             chart, 3.0, markersize=5.0, **{**dot, "markeredgecolor": paint(finger_colour(index))}
         ),
     )
-
-
-def _arrow_head(
-    point: NDArray[np.float64], along: NDArray[np.float64], size: float
-) -> NDArray[np.float64]:
-    """A triangle with its tip at a point; empty without a direction."""
-    length = float(np.hypot(*along))
-    if length == 0.0:
-        return np.stack([point] * 3)
-    forward = along / length * size
-    aside = 0.55 * np.array([-forward[1], forward[0]])
-    back = point - 1.6 * forward
-    return np.stack([point, back + aside, back - aside])

@@ -21,8 +21,8 @@ from slipgrasp.recordings.palette import MARK, PHASES, SHADE
 _TINT = 0.86
 _WORDS = {
     (ContactPhase.STICK,): "stick",
-    (ContactPhase.SLIP_FORWARD,): r"slip forward ($\dot s > 0$)",
-    (ContactPhase.SLIP_BACKWARD,): r"slip backward ($\dot s < 0$)",
+    (ContactPhase.SLIP_FORWARD,): r"slip clockwise ($\dot s > 0$)",
+    (ContactPhase.SLIP_BACKWARD,): r"slip counterclockwise ($\dot s < 0$)",
     (ContactPhase.SLIP,): "slip",
     SLIPS_ALONG_ONE_TANGENT: "slip along one tangent",
     SLIPS_ALONG_BOTH_TANGENTS: "slip along both tangents",

@@ -14,8 +14,8 @@ from slipgrasp.core.run.result import RunResult
 from slipgrasp.figures.files import save_figure
 from slipgrasp.figures.hand_motion import motion_of
 from slipgrasp.figures.moving_hand import MovingHand
-from slipgrasp.figures.slip_times import Window
-from slipgrasp.figures.style import paper_style
+from slipgrasp.figures.slip_times import Window, closer_look
+from slipgrasp.figures.style import screen_style
 from slipgrasp.recordings.clip import WHOLE, Clip
 from slipgrasp.recordings.still import AT_THE_END, Still
 
@@ -34,7 +34,7 @@ def write_still(
         result: The run.
         stream: Output stream.
         still: Instant and size.
-        clip: Time range of the chart in it.
+        clip: Time range of the chart; by default the slip at the instant, if it is short.
         ending: ``png`` or ``svg``.
 
     Raises:
@@ -43,14 +43,22 @@ def write_still(
     """
     motion = motion_of(result, np.array([still.time_in(result)]))
     size = still.width, still.height
-    with paper_style():
-        hand = MovingHand(result, motion, Window(*clip.span(result)), _clock, size)
+    with screen_style():
+        window = _window(result, motion.states.times[0], clip)
+        hand = MovingHand(result, motion, window, _clock, size)
         if ending == "png":
             Image.fromarray(hand.draw(0)).save(stream, format="PNG")
             return
         drawing = io.BytesIO()
         save_figure(hand.draw_figure(0), drawing, ending)
     stream.write(_in_pixels(drawing.getvalue().decode(), still).encode())
+
+
+def _window(result: RunResult, time: float, clip: Clip) -> Window:
+    """The time range of the chart: of a whole run with a short slip, the slip at the time."""
+    whole = Window(*clip.span(result))
+    slip = closer_look(result) if clip == WHOLE else None
+    return slip if slip is not None and slip.start <= time <= slip.end else whole
 
 
 def _clock(time: float) -> str:

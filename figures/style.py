@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Iterator, Mapping
+from contextlib import AbstractContextManager, contextmanager
 from threading import RLock
+from types import MappingProxyType
 from typing import Any
 
 import matplotlib
@@ -52,11 +53,13 @@ _STYLE: dict[Any, Any] = {
     "pdf.fonttype": 42,
 }
 
+_SCREEN: dict[Any, Any] = {"font.family": "DejaVu Sans", "mathtext.fontset": "dejavusans"}
+
 _TURN = RLock()
 
 
 @contextmanager
-def paper_style() -> Iterator[None]:
+def paper_style(overrides: Mapping[Any, Any] = MappingProxyType({})) -> Iterator[None]:
     """A context with the style of all figures, independent of the user's settings.
 
     Figures must be drawn and saved in it. matplotlib's settings and fonts are global to the
@@ -64,8 +67,13 @@ def paper_style() -> Iterator[None]:
     """
     with _TURN, matplotlib.rc_context():
         matplotlib.rcdefaults()
-        matplotlib.rcParams.update(_STYLE)
+        matplotlib.rcParams.update(_STYLE | dict(overrides))
         yield
+
+
+def screen_style() -> AbstractContextManager[None]:
+    """The same for pictures of a hand, with the typeface of a screen."""
+    return paper_style(_SCREEN)
 
 
 def new_figure(height: float) -> Figure:

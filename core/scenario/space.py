@@ -117,7 +117,7 @@ SPATIAL = Space(
     has_paths=True,
     has_pads=True,
     slip_signal="slip_path",
-    slip_words="way slid",
+    slip_words="distance slid",
     force_index="t",
     # First the cone, then one tangent and both tangents of the pyramid.
     phases=(0, 2, 10, 4, 8, 6, 11, 9, 5, 3),

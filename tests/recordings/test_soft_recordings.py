@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.figures.hand_motion import motion_of
-from slipgrasp.figures.moving_lens import MovingLens
+from slipgrasp.figures.lenses import add_lenses
 from slipgrasp.figures.style import paper_style
 from slipgrasp.recordings.export import write_csv
 from slipgrasp.recordings.file.reader import read_recording
@@ -82,8 +82,8 @@ def test_foxglove_shows_a_pad_as_a_disc_with_a_line_that_turns(pivot, tmp_path):
 def test_moving_pictures_show_the_pad_of_a_soft_fingertip(pivot):
     times = np.array([0.0, pivot.end_time])
     with paper_style():
-        lens = MovingLens(Figure(), pivot, 1, motion_of(pivot, times))
-    _, _, pad, hand = lens.artists[:4]
+        lens = add_lenses(Figure().add_axes((0, 0, 1, 1)), pivot, motion_of(pivot, times))[1]
+    pad, hand = lens.artists[3:5]
     ends = []
     for frame in range(2):
         lens.place(frame)
@@ -95,8 +95,8 @@ def test_moving_pictures_show_the_pad_of_a_soft_fingertip(pivot):
     assert_allclose(ends, [(0.0, 1.0), (np.sin(spin), np.cos(spin))], atol=1e-12)
     hard = short(0.0)
     with paper_style():
-        lens = MovingLens(Figure(), hard, 0, motion_of(hard, times[:1]))
-    assert not any(part.get_visible() for part in lens.artists[2:4])
+        lens = add_lenses(Figure().add_axes((0, 0, 1, 1)), hard, motion_of(hard, times[:1]))[0]
+    assert not any(part.get_visible() for part in lens.artists[3:5])
 
 
 def test_the_short_table_has_the_spins_contact_by_contact(soft_run):

@@ -1,0 +1,44 @@
+"""The symbol of the centre of mass of a planar object: a disc with two dark quarters."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.patches import Circle, Wedge
+from numpy.typing import NDArray
+
+from slipgrasp.figures.style import paint
+from slipgrasp.recordings.palette import JOINT
+
+_SHARE = 0.22  # of the distance to the nearest face
+_STARTS = (0.0, 180.0)  # of the quarters [degrees]
+_ORIGIN = (0.0, 0.0)
+
+
+class CentreMark:
+    """Moves and turns with the object.
+
+    Args:
+        axes: The picture of the hand.
+        inner_radius: Distance from the centre of mass to the nearest face [m].
+    """
+
+    def __init__(self, axes: Axes, inner_radius: float) -> None:
+        dark, radius = paint(JOINT), _SHARE * inner_radius
+        self._disc = Circle(_ORIGIN, radius, fc="white", ec=dark, lw=0.8, zorder=1.5)
+        self._quarters = [
+            Wedge(_ORIGIN, radius, start, start + 90.0, fc=dark, lw=0.0, zorder=1.6)
+            for start in _STARTS
+        ]
+        self.artists = (self._disc, *self._quarters)
+        for artist in self.artists:
+            axes.add_patch(artist)
+
+    def place(self, pose: NDArray[np.float64]) -> None:
+        """Moves it to a pose: position [m] and unit quaternion (w, x, y, z), about z alone."""
+        centre, turn = pose[:2], math.degrees(2.0 * math.atan2(pose[6], pose[3]))
+        self._disc.set(center=centre)
+        for quarter, start in zip(self._quarters, _STARTS, strict=True):
+            quarter.set(center=centre, theta1=start + turn, theta2=start + turn + 90.0)
