@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.lines import Line2D
-from matplotlib.patches import Circle, Polygon
+from matplotlib.patches import Circle, Patch, Polygon
 from numpy.typing import NDArray
 
 from slipgrasp.core.run.result import RunResult
@@ -24,6 +24,7 @@ from slipgrasp.figures.panels import lighter
 from slipgrasp.figures.slip_planes import in_plane
 from slipgrasp.figures.style import paint
 from slipgrasp.recordings.palette import CONE, JOINT, MARK, MUTED, PHASES, Rgb
+from slipgrasp.scene.patches import FacePatch
 from slipgrasp.scene.skeleton import Contact
 from slipgrasp.scene.states import States, drawable
 
@@ -44,6 +45,10 @@ class _Parts(NamedTuple):
 
 class FaceLens(MovingLens):
     """A contact of a spatial hand, seen from outside."""
+
+    def _water(self, patch: FacePatch, contact: Contact) -> Patch:
+        up, right = patch.centre
+        return Circle((self.scale * right, self.scale * up), self.scale * patch.radius)
 
     def _add_parts(
         self, result: RunResult, contact: Contact, index: int, motion: HandMotion

@@ -12,16 +12,18 @@ import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
-from matplotlib.patches import Circle
+from matplotlib.patches import Circle, Patch
 from numpy.typing import NDArray
 
 from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.scenario.scenario import is_there
 from slipgrasp.core.trace.types import ContactPhase
 from slipgrasp.core.words.phrases import length_words
 from slipgrasp.figures.hand_motion import HandMotion
 from slipgrasp.figures.panels import lighter
 from slipgrasp.figures.style import paint
-from slipgrasp.recordings.palette import MUTED, OBJECT, PHASES, Rgb
+from slipgrasp.recordings.palette import MUTED, OBJECT, PHASES, WATER, Rgb
+from slipgrasp.scene.patches import FacePatch, patches_on
 from slipgrasp.scene.skeleton import Contact, contacts_of
 
 Values = NDArray[np.float64]
@@ -43,7 +45,8 @@ class MovingLens(ABC):
         box: The place of the close-up.
     """
 
-    words_at = -0.63  # radii below its centre
+    words_at = -0.63  # radii above its centre
+    background = lighter(OBJECT, 0.4)
 
     def __init__(
         self, hand: Axes, result: RunResult, contact: int, motion: HandMotion, box: Box
@@ -64,9 +67,17 @@ class MovingLens(ABC):
         self.axes.set_aspect("equal")
         self.axes.set_xlim(-_EXTENT, _EXTENT)
         self.axes.set_ylim(min(-_EXTENT, self.words_at - 0.15), _EXTENT)
-        colour = paint(lighter(OBJECT, 0.4))
-        self._face = self.axes.add_patch(Circle((0.0, 0.0), 1.0, fc=colour, lw=0.0, zorder=10.0))
-        self._drawn = self._add_parts(result, contacts[contact], contact, motion)
+        background = paint(self.background)
+        self._face = self.axes.add_patch(Circle((0.0, 0.0), 1.0, fc=background, lw=0.0, zorder=10))
+        self._times = states.times
+        self._patches = [
+            (each, self.axes.add_patch(self._water(each, contacts[contact])))
+            for each in patches_on(result.scenario, contact)
+        ]
+        water = [drawn for _, drawn in self._patches]
+        for each in water:
+            each.set(facecolor=paint(WATER), linewidth=0.0, zorder=10.07)
+        self._drawn = *water, *self._add_parts(result, contacts[contact], contact, motion)
         for part in self._drawn:
             part.set_clip_path(self._face)
         self._rim = self.axes.add_patch(Circle((0.0, 0.0), 1.0, fill=False, lw=2.0, zorder=10.6))
@@ -95,6 +106,8 @@ class MovingLens(ABC):
         tip = in_image.transform(self._tips[frame])
         ends = in_image.inverted().transform([self._nearest(tip), tip])
         self._leader.set_data(*ends.T)
+        for each, water in self._patches:
+            water.set_visible(is_there(each.patch, float(self._times[frame])))
         self._move(frame, PHASES[phase])
 
     def _nearest(self, point: Values) -> Values:
@@ -102,6 +115,10 @@ class MovingLens(ABC):
         middle, right = self.axes.transData.transform([(0.0, 0.0), (1.0, 0.0)])
         away = point - middle
         return middle + (right[0] - middle[0]) / max(float(np.hypot(*away)), 1.0) * away
+
+    @abstractmethod
+    def _water(self, patch: FacePatch, contact: Contact) -> Patch:
+        """The outline of a low-friction patch."""
 
     @abstractmethod
     def _add_parts(

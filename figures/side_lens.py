@@ -22,7 +22,8 @@ from slipgrasp.figures.marks import arrow_outline
 from slipgrasp.figures.moving_lens import MovingLens
 from slipgrasp.figures.panels import lighter
 from slipgrasp.figures.style import paint
-from slipgrasp.recordings.palette import CONE, JOINT, LINK, OBJECT, OBJECT_EDGE, PHASES, Rgb
+from slipgrasp.recordings.palette import CONE, JOINT, LENS, LINK, OBJECT, OBJECT_EDGE, PHASES, Rgb
+from slipgrasp.scene.patches import FacePatch
 from slipgrasp.scene.skeleton import Contact
 from slipgrasp.scene.states import States, drawable
 
@@ -51,6 +52,13 @@ class SideLens(MovingLens):
     """A contact of a planar hand, seen from the side."""
 
     words_at = -1.3
+    background = LENS
+
+    def _water(self, patch: FacePatch, contact: Contact) -> Patch:
+        (middle,) = patch.centre
+        ends = self.scale * (middle + patch.radius * np.array([-1.0, 1.0]))
+        face = ends[:, None] * -contact.axes[:2, 0]
+        return Polygon(np.concatenate([face, face[::-1] + _TRAIL * contact.axes[:2, 1]]))
 
     def _add_parts(
         self, result: RunResult, contact: Contact, index: int, motion: HandMotion

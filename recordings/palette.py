@@ -43,6 +43,10 @@ OBJECT_EDGE: Rgb = (120, 112, 96)
 GHOST: Rgb = (0, 133, 97)
 """Outline of the desired pose of the object."""
 CONE: Rgb = (70, 76, 88)
+LENS: Rgb = (247, 248, 250)
+"""Background of a close-up from the side."""
+WATER: Rgb = (96, 200, 226)
+"""A low-friction patch."""
 MUTED: Rgb = (120, 128, 140)
 MARK: Rgb = (30, 30, 30)
 SHADE: Rgb = (230, 97, 0)

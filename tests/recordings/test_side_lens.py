@@ -18,7 +18,7 @@ from slipgrasp.figures.lenses import add_lenses
 from slipgrasp.figures.still import write_png
 from slipgrasp.figures.style import paint, screen_style
 from slipgrasp.recordings.clip import Clip
-from slipgrasp.recordings.palette import PHASES
+from slipgrasp.recordings.palette import PHASES, WATER
 from slipgrasp.recordings.still import Still
 
 PRESETS = ("paper-case-1", "tilted-object", "three-fingers")
@@ -90,3 +90,24 @@ def _chart(run, still, clip):
     write_png(run, stream, still, clip)
     image = Image.open(stream)
     return image.crop((0, image.height // 2, image.width, image.height)).tobytes()
+
+
+def test_a_close_up_shows_a_low_friction_patch_while_it_is_there():
+    run = simulate(load_scenario("wet-patch"))
+    (patch,) = run.scenario.patches
+    times = np.array([0.0, patch.start_time - 1e-3, patch.start_time, run.end_time])
+    with screen_style():
+        axes = Figure().add_axes((0, 0, 1, 1))
+        lenses = add_lenses(axes, run, motion_of(run, times))
+    dry, wet = sorted(lenses, key=lambda lens: len(lens.artists))
+    (water,) = (part for part in wet.artists if _has_colour(part, WATER))
+    assert not any(_has_colour(part, WATER) for part in dry.artists)
+    seen = []
+    for frame in range(len(times)):
+        wet.place(frame)
+        seen.append(water.get_visible())
+    assert seen == [time >= patch.start_time for time in times]
+
+
+def _has_colour(part, colour):
+    return hasattr(part, "get_facecolor") and part.get_facecolor()[:3] == paint(colour)

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from slipgrasp.recordings.palette import (
-    Rgb,
-)
+from slipgrasp.recordings.palette import Rgb
 
-LENS: Rgb = (247, 248, 250)
 BELIEVED_CONE: Rgb = (150, 156, 168)
 PUSH: Rgb = (176, 24, 40)
 """The arrow of a push."""
-WATER: Rgb = (96, 200, 226)
 WAVES: Rgb = (236, 250, 255)
 CONE_INSIDE: Rgb = (198, 207, 220)
 _WHITE_ON_DARK = 0.35

@@ -4,8 +4,17 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from slipgrasp.recordings.palette import GROUND, JOINT, LINK, MOUNT, MUTED, OBJECT, OBJECT_EDGE, Rgb
-from slipgrasp.web.model.colours import LENS
+from slipgrasp.recordings.palette import (
+    GROUND,
+    JOINT,
+    LENS,
+    LINK,
+    MOUNT,
+    MUTED,
+    OBJECT,
+    OBJECT_EDGE,
+    Rgb,
+)
 
 
 class Surfaces(NamedTuple):

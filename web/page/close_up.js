@@ -73,8 +73,8 @@ export class Lens {
     make("path", { d: solid, fill: "var(--sg-object)" }, parent);
     make("path", { d: solid, fill: "url(#sg-hatch)" }, parent);
     const scale = 1 / this.facts.reach;
-    const water = patches.map(({ ends }) => {
-      const [a, b] = ends.map((slip) => times(scale * slip, tangent));
+    const water = patches.map(({ centre: [middle], radius }) => {
+      const [a, b] = [-radius, radius].map((aside) => times(scale * (middle + aside), tangent));
       const inside = times(PATCH, inward);
       const d = `M${[a, b, sum(b, inside), sum(a, inside)].map(point).join("L")}Z`;
       return make("path", { d, fill: "var(--sg-water)" }, parent);

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import json
 
-from slipgrasp.recordings.palette import CONE, PHASES
-from slipgrasp.web.model.colours import BELIEVED_CONE, CONE_INSIDE, WATER, css
+from slipgrasp.recordings.palette import CONE, PHASES, WATER
+from slipgrasp.web.model.colours import BELIEVED_CONE, CONE_INSIDE, css
 from slipgrasp.web.model.surfaces import surfaces_for
 
 

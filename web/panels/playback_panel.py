@@ -8,8 +8,8 @@ from html import escape
 import viser
 
 from slipgrasp.core.scenario import Scenario
-from slipgrasp.recordings.palette import CONE, GHOST, PHASES, Rgb
-from slipgrasp.web.model.colours import BELIEVED_CONE, PUSH, WATER, css, sign
+from slipgrasp.recordings.palette import CONE, GHOST, PHASES, WATER, Rgb
+from slipgrasp.web.model.colours import BELIEVED_CONE, PUSH, css, sign
 from slipgrasp.web.model.events import HINTS, PHASE_HINTS, PHASE_WORDS, WORDS, phases_in
 from slipgrasp.web.model.intents.intent import Intent, Send
 from slipgrasp.web.model.intents.playback import (

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -18,12 +17,11 @@ import viser
 from numpy.typing import NDArray
 
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.core.scenario import FingerParameters, PlanarScenario, Scenario, SpatialScenario
-from slipgrasp.core.scenario.geometry import contact_frame
-from slipgrasp.core.scenario.scenario import AnyPatch
+from slipgrasp.core.scenario import FingerParameters, PlanarScenario
 from slipgrasp.core.scenario.spatial_geometry import friction_outline
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.scene.parts import sizes_of
+from slipgrasp.scene.patches import FacePatch, patches_on
 from slipgrasp.scene.skeleton import Contact, contacts_of
 from slipgrasp.server.viewer.server import release_arrays
 from slipgrasp.web.model.appearance import Appearance
@@ -103,7 +101,7 @@ def facts_of(
                 **_contact_facts(contact, front),
                 "name": name,
                 "ghost": bool(has_ghost),
-                "patches": list(_patches(scenario, i)),
+                "patches": [_patch_facts(each) for each in patches_on(scenario, i)],
             }
             for i, (contact, name, has_ghost) in enumerate(
                 zip(own, scenario.finger_names[: len(own)], alike, strict=True)
@@ -219,24 +217,6 @@ def _contact_facts(contact: Contact, front: Values) -> dict[str, Any]:
     }
 
 
-def _patches(scenario: Scenario, i: int) -> Iterator[dict[str, Any]]:
-    """Low-friction patches on the face of a contact, from the initial contact point [m]."""
-    if isinstance(scenario, SpatialScenario):
-        for patch in scenario.patches:
-            if patch.face == scenario.fingers[i].face:
-                centre = np.subtract(patch.centre, scenario.fingers[i].contact_offset)
-                yield {**_while(patch), "centre": centre.tolist(), "radius": patch.radius}
-        return
-    assert isinstance(scenario, PlanarScenario), "a support has no patches"
-    finger = scenario.fingers[i]
-    frame = contact_frame(scenario.object, finger)
-    for band in scenario.patches:
-        if band.face == finger.face:
-            ends = band.centre - finger.contact_offset + np.array([-1.0, 1.0]) * band.half_length
-            on_face = ends.clip(frame.slip_minimum, frame.slip_maximum)
-            yield {**_while(band), "ends": on_face.tolist()}
-
-
-def _while(patch: AnyPatch) -> dict[str, float | None]:
-    """Times of a patch [s]; without an end it is permanent."""
-    return {"start": patch.start_time, "end": patch.end_time}
+def _patch_facts(each: FacePatch) -> dict[str, Any]:
+    start, end = each.patch.start_time, each.patch.end_time
+    return {"start": start, "end": end, "centre": each.centre, "radius": each.radius}

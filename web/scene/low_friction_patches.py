@@ -15,9 +15,10 @@ from slipgrasp.core.scenario.geometry import contact_frame, inner_radius
 from slipgrasp.core.scenario.scenario import FreeScenario, is_there
 from slipgrasp.core.scenario.spatial import SpatialPatch, SpatialScenario
 from slipgrasp.core.scenario.spatial_geometry import edges_of, spatial_contact
+from slipgrasp.recordings.palette import WATER
 from slipgrasp.scene import parts, rotations
 from slipgrasp.scene.skeleton import LYING
-from slipgrasp.web.model.colours import WATER, WAVES
+from slipgrasp.web.model.colours import WAVES
 from slipgrasp.web.model.selection import PATCH
 from slipgrasp.web.scene.picking import Picking
 from slipgrasp.web.scene.shapes import circle, extrude, faceted, polyline
