@@ -65,15 +65,22 @@ def differing(seen: np.ndarray, before: np.ndarray) -> float:
     return float((np.abs(seen - before).max(axis=2) > 40).mean())
 
 
-def test_the_camera_is_turned_and_goes_back_to_the_front(seen_page: Page) -> None:
+def resolution(page: Page) -> float:
+    """Pixels of the picture per pixel of the page."""
+    return page.evaluate("(({ width, clientWidth }) => width / clientWidth)(__viserMutable.canvas)")
+
+
+def test_the_camera_is_turned_in_fewer_pixels_and_goes_back_to_the_front(seen_page: Page) -> None:
     page = seen_page
     pause_at(page, 0.08)
-    front = picture(page)
+    front, full = picture(page), resolution(page)
 
     page.mouse.move(640, 300)
     page.mouse.down()
     page.mouse.move(740, 340, steps=5)
+    wait_until(lambda: abs(resolution(page) - 0.4) < 2e-3, "the picture has all pixels")
     page.mouse.up()
+    wait_until(lambda: resolution(page) == full > 0.45, "pixels are missing at rest")
     wait_until(lambda: differing(picture(page), front) > 0.02, "the camera was not moved")
     page.keyboard.press("f")
     wait_until(lambda: differing(picture(page), front) < 2e-3, "it is not back at the front")

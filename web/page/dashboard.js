@@ -7,6 +7,7 @@
 //   keyboard.js       the keys, and their list
 //   charts.js         values and marks in the charts, and zoom by dragging over them
 //   close_ups.js      the close-ups over the scene, which overlay.js draws from what viser_view.js reads
+//   resolution.js     fewer pixels while the mouse moves what a processor draws
 //   picture.js        the picture of the scene as a file
 //   page_layout.js    the size of the page
 //   numbers.js        numbers as people write them, where viser would read others
@@ -34,6 +35,7 @@ import { startNames } from "./names.js";
 import { startNumbers } from "./numbers.js";
 import { startPicture } from "./picture.js";
 import { startPageLayout } from "./page_layout.js";
+import { startResolution } from "./resolution.js";
 import { startStart } from "./start.js";
 import { startUploads } from "./uploads.js";
 import { startWelcome } from "./welcome.js";
@@ -49,6 +51,7 @@ function start() {
   startGestures();
   startCharts();
   startCloseUps();
+  startResolution();
   startPicture();
   startUploads();
   startFolds();

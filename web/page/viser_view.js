@@ -14,7 +14,7 @@ let run = null;
 let overlay = null;
 let pictured = null; // the run and the time of the last picture
 let isPictured = false;
-const pictureListeners = [];
+const [beforeListeners, pictureListeners] = [[], []];
 
 /**
  * Draws the close-ups over the view. covered: what of its top and bottom is not free [px]; given:
@@ -33,7 +33,10 @@ export function drawCloseUps(covered, given = null) {
     overlay.draw(view);
     return view !== null;
   };
-  scene.onBeforeRender = paintMarks;
+  scene.onBeforeRender = (renderer) => {
+    paintMarks();
+    for (const listener of beforeListeners) listener(renderer);
+  };
   // What comes with a picture is drawn with it; all else that may change, before the next one.
   scene.onAfterRender = () => {
     pictured = given ?? shownByScene();
@@ -82,6 +85,11 @@ export function picturedTime() {
 /** Whether the last picture shows a run. */
 export function hasPicture() {
   return isPictured;
+}
+
+/** Calls back before every picture, with the renderer of three.js. */
+export function beforePicture(call) {
+  beforeListeners.push(call);
 }
 
 /** Calls back after every picture. */
