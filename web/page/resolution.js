@@ -1,11 +1,11 @@
-// Fewer pixels while the mouse pulls the object or turns the camera, where no graphics card draws
-// the pictures: a picture then takes a good part of the time between two.
+// Fewer pixels while the mouse pulls the object, turns the camera or moves the play head, where no
+// graphics card draws the pictures: a picture then takes a good part of the time between two.
 import { beforePicture } from "./viser_view.js";
 
 const REDUCED = 0.4; // pixels of a picture per pixel of the page
 const SOFTWARE = /swiftshader|llvmpipe|software|basic render/i;
 
-let isMoving = false; // the mouse, with a button pressed on the view
+let isMoving = false; // the mouse, with a button pressed on the view or the timeline
 let full = null; // the resolution to restore
 let isSoftware = null;
 
@@ -16,7 +16,7 @@ export function startResolution() {
 }
 
 function onPress({ target }) {
-  if (target !== window.__viserMutable?.canvas) return;
+  if (target !== window.__viserMutable?.canvas && !target.closest?.("[data-sg-track]")) return;
   const move = () => (isMoving = true);
   const end = () => {
     window.removeEventListener("pointermove", move);
