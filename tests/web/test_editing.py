@@ -57,9 +57,14 @@ def test_a_control_acts_where_the_play_head_stands(view: ViewState) -> None:
     assert after(at(view, 0.0), SetParameter(MASS, 1.4)).draft.edits == {MASS: 1.4}
 
 
-def test_a_control_acts_on_the_whole_run_if_the_user_says_so(view: ViewState) -> None:
-    draft = after(view, ChooseReach(Reach.WHOLE_RUN), SetParameter(MASS, 1.4)).draft
-    assert (draft.edits, draft.changes) == ({MASS: 1.4}, ())
+def test_a_control_acts_on_the_whole_run_while_it_plays_and_if_the_user_says_so(
+    view: ViewState,
+) -> None:
+    assert view.playback is not None
+    playing = replace(view, playback=replace(view.playback, playing=True))
+    for start in (after(view, ChooseReach(Reach.WHOLE_RUN)), playing):
+        draft = after(start, SetParameter(MASS, 1.4)).draft
+        assert (draft.edits, draft.changes) == ({MASS: 1.4}, ())
 
 
 def test_a_drag_is_one_change_and_one_step_of_undo_although_the_play_head_moves(

@@ -44,7 +44,7 @@ def touch(target: Any, value: str) -> None:
 
 def test_the_note_says_what_a_control_acts_on_now() -> None:
     assert "from 0.05 s on" in reach_html(Reach.PLAY_HEAD, at(0.05))
-    assert "from the play head on" in reach_html(Reach.PLAY_HEAD, at(0.05, playing=True))
+    assert "on the whole run" in reach_html(Reach.PLAY_HEAD, at(0.05, playing=True))
     assert "on the whole run" in reach_html(Reach.PLAY_HEAD, at(0.0))
     assert "on the whole run" in reach_html(Reach.WHOLE_RUN, at(0.05))
 

@@ -78,9 +78,9 @@ class ScenarioPanel:
             "controls act",
             tuple(_REACHES),
             initial_value=Reach.PLAY_HEAD.value,
-            hint="At the play head: a control changes its value from there on, and earlier samples "
-            "do not change. On the whole run: the value holds from the start. A control law that "
-            "is chosen while the run plays acts on the whole run.",
+            hint="At the play head: while the run is paused, a control changes its value from "
+            "there on, and earlier samples do not change; while it plays, the value holds from "
+            "the start. On the whole run: it always holds from the start.",
         )
         self.note = gui.add_html("")
         self.disturbances = gui.add_button_group(
@@ -228,7 +228,7 @@ def reach_html(reach: Reach, playback: Playback | None) -> str:
     elif time is not None and time <= 0.0:
         words = "At t = 0 a control acts <b>on the whole run</b>."
     elif time is None:
-        words = "A control acts <b>from the play head on</b>."
+        words = "While the run plays, a control acts <b>on the whole run</b>."
     else:
         words = f"A control acts <b>from {time:.5g} s on</b>."
     return f"<div class='sg-editor-note sg-reach'>{words}</div>"

@@ -229,8 +229,9 @@ def _multiplied(draft: Draft, moment: float, key: str, factor: float) -> Draft:
 
 
 def _moved(view: ViewState, intent: SetParameter, now: float) -> ViewState:
-    """The view after a control was moved."""
-    play_head = view.playback.time if view.playback else 0.0
+    """The view after a control was moved; while the run plays, it acts on the whole run."""
+    playback = view.playback
+    play_head = 0.0 if playback is None or playback.playing else playback.time
     editing = view.editing.move(view.draft, intent.key, play_head, now)
     draft = editing.apply(view.draft, intent.value)
     return replace(view, draft=draft, editing=editing, opening=view.opening + 1)
