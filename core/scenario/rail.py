@@ -317,7 +317,7 @@ class RailScenario(WithoutHand):
 
     @property
     def friction_cone(self) -> FrictionCone:
-        """The bound of the friction of both contacts."""
+        """Shape of the friction cone of both contacts: a line."""
         return "line"
 
     @property
@@ -327,7 +327,7 @@ class RailScenario(WithoutHand):
         return -self.object.half_width * cosine, self.object.face_half_length * sine
 
     def to_mapping(self) -> dict[str, Any]:
-        """The scenario as nested plain values, without absent ones."""
+        """The scenario as nested plain values, omitting None."""
         return asdict(self, dict_factory=without_none)
 
 
