@@ -139,7 +139,7 @@ def _cells(campaign: Campaign, name: str, check: Check) -> tuple[str, str]:
 def _outcome(campaigns: Sequence[Campaign], checks: Mapping[str, Check]) -> str:
     counts = {check: sum(len(c.failures(check)) for c in campaigns) for check in checks}
     missed = sum(count > 0 for count in counts.values())
-    outcome = f"Missed in {missed} of {len(checks)} rows" if missed else "Met"
+    outcome = f"Missed in {missed} of {len(checks)} checks" if missed else "Met"
     return f"Target: no violations. {outcome} (seed {campaigns[0].seed})."
 
 

@@ -1,4 +1,4 @@
-"""A contact magnified, at successive times.
+"""A magnified contact at successive times.
 
 The face is fixed and the fingertip moves on it; the rim has the colour of the phase.
 """
@@ -31,7 +31,7 @@ Box = tuple[float, float, float, float]
 """Left, bottom, width and height as fractions of the image."""
 
 _REACH, _EXTENT = 0.62, 1.15  # in radii of the close-up
-_LEAST_SLIP = 1e-6  # that corresponds to the size of the close-up [m]
+_LEAST_SLIP = 1e-6  # smallest extent shown at full size [m]
 
 
 class MovingLens(ABC):
@@ -94,11 +94,11 @@ class MovingLens(ABC):
 
     @property
     def artists(self) -> tuple[Artist, ...]:
-        """The moving artists from back to front; all, so that they cover the fingers."""
+        """All artists, fixed ones too, from back to front, to cover the fingers."""
         return (self._leader, self._face, *self._drawn, self._rim, self._words)
 
     def place(self, frame: int) -> None:
-        """Shows one time."""
+        """Shows a frame."""
         phase = ContactPhase(int(self._phases[frame]))
         self._rim.set_edgecolor(paint(PHASES[phase]))
         self._words.set_text(f"{self._name}\n{length_words(abs(float(self._slid[frame])))}")
@@ -124,11 +124,11 @@ class MovingLens(ABC):
     def _add_parts(
         self, result: RunResult, contact: Contact, index: int, motion: HandMotion
     ) -> tuple[Artist, ...]:
-        """Adds what is inside of the rim, from back to front."""
+        """Adds the parts inside the rim, from back to front."""
 
     @abstractmethod
     def _move(self, frame: int, colour: Rgb) -> None:
-        """Moves the parts to one time."""
+        """Moves the parts for a frame."""
 
     def line(self, zorder: float, **style: Any) -> Line2D:
         """Adds a line without points."""

@@ -13,8 +13,8 @@
 are x and z of the world, its z points to the viewer. A link lies along x of its frame; planar
 joints turn about z, spatial ones about z (yaw) and -y. For slides, link_0 is their zero and link_1
 the carriage on the first slide, along x; nothing turns. `contact_i` is at fingertip i. The
-tangential force is expressed along its first axes, so that positive slip is along their negatives;
-the normal into the object is the d-th axis. The plane of a support is inclined, with z along its
+tangential force is along its first d - 1 axes (d = 2 planar, 3 spatial), positive slip opposite to
+them; axis d is the normal into the object. The plane of a support is inclined, with z along its
 normal; there contact_0 is at the top of the body and does not turn.
 """
 
@@ -111,7 +111,7 @@ class Contact(NamedTuple):
 
     @property
     def front(self) -> float:
-        """Direction of the viewer of a planar contact along z of its frame: 1 or -1."""
+        """1 if the z axis of a planar contact frame points to the viewer, else -1."""
         return float(self.axes[2, 2])
 
     @property
@@ -204,7 +204,7 @@ def body_frames(scenario: Scenario) -> list[Frame]:
 
 
 def world_poses(frames: list[Frame], states: States) -> dict[str, tuple[Values, Values]]:
-    """Positions ``(n, 3)`` and rotation matrices ``(n, 3, 3)`` of all frames in the first's parent.
+    """Positions ``(n, 3)`` and rotation matrices ``(n, 3, 3)`` of all frames in the tree's root.
 
     Args:
         frames: A tree, parents first.
@@ -224,7 +224,7 @@ def world_poses(frames: list[Frame], states: States) -> dict[str, tuple[Values, 
 
 
 def body_height(scenario: SupportScenario) -> float:
-    """Half the height of a body on a support as it is drawn, which has no effect [m]."""
+    """Half the drawn height of a body on a support; does not affect its motion [m]."""
     return inner_radius(scenario.object)
 
 
@@ -266,26 +266,26 @@ def _touched(contact: Contact, i: int, states: States) -> Values:
 
 
 def _following(contact: Contact, i: int, turn: Values, states: States) -> Values:
-    """Rotation of the contact frame in the object's frame, which follows a curved face."""
+    """Rotation of the contact frame, following a curved face, in the object's frame."""
     return rotations.product(turn, contact.turned(states.slip[:, i]))
 
 
 def mechanism_of(
     scenario: HandScenario | RailScenario, i: int
 ) -> FingerParameters | SpatialFinger | RailFinger:
-    """Finger i; on a rail, the second contact has none."""
+    """Finger i; on a rail its only finger, for any i."""
     return scenario.finger if isinstance(scenario, RailScenario) else scenario.fingers[i]
 
 
 def chain_of(finger: FingerParameters | SpatialFinger | RailFinger) -> Chain | None:
-    """The chain of joints of a finger of this kind."""
+    """A finger's joint chain; None if it has none."""
     if isinstance(finger, RailFinger) or finger.kind != "chain":
         return None
     return finger.chain
 
 
 def _finger(scenario: HandScenario | RailScenario, root: str, i: int) -> Iterator[Frame]:
-    """Base, joints and tip: every link turns about the end of the previous one."""
+    """Base, joints and tip of a finger of any kind."""
     finger = mechanism_of(scenario, i)
     if (chain := chain_of(finger)) is not None:
         yield from _chain(chain, root, i)

@@ -28,7 +28,7 @@ def simulate(
         scenario: Scenario to simulate.
         progress: Called with the simulated fraction, 0 to 1, after every chunk.
         should_stop: Called after every chunk; True ends the run as ``stopped``.
-        wall_limit: Computing time after which the run ends as ``limit`` [s].
+        wall_limit: Elapsed time, without suspensions, after which the run ends as ``limit`` [s].
 
     Returns:
         The run; physics never raises exceptions, see ``outcome`` and ``reason``.
@@ -59,7 +59,7 @@ def run_to_end(
         simulation: Run to advance.
         watch: Called after every chunk, including the last; it may end the run.
         should_stop: Called after every chunk; True ends the run as ``stopped``.
-        wall_limit: Computing time after which the run ends as ``limit`` [s].
+        wall_limit: Elapsed time, without suspensions, after which the run ends as ``limit`` [s].
     """
     clock = AwakeClock()
     while not simulation.finished:
@@ -79,7 +79,7 @@ def prepare_kernel(
     *,
     machine_code: bool = False,
 ) -> None:
-    """Loads the kernel; on first use compiles it, in the background if it can run meanwhile.
+    """Loads the kernel; compiles it on first use, in the background if a fallback can run then.
 
     Args:
         progress: Called with the completed fraction, 0 to 1.

@@ -112,7 +112,7 @@ class ChainJoint:
     ] = 1.0
     offset: Annotated[
         Angle,
-        Quantity("Position at which the leading joint is at 0 (prismatic: in m).", "rad"),
+        Quantity("Position when the leading joint is at 0 (prismatic: in m).", "rad"),
     ] = 0.0
 
 
@@ -187,7 +187,7 @@ class _Finger(Protocol):
 
 
 def sliding_joints(fingers: Sequence[_Finger], count: int) -> tuple[int, ...]:
-    """Indices of the prismatic joints, counted through all fingers.
+    """Indices of the prismatic joints among those of all fingers.
 
     Args:
         fingers: The fingers.
@@ -206,7 +206,7 @@ def sliding_joints(fingers: Sequence[_Finger], count: int) -> tuple[int, ...]:
 def torque_limits(
     fingers: Sequence[_Finger], limit: float | None, count: int
 ) -> tuple[tuple[str, float | None], ...]:
-    """Key and value of the torque limit of every joint, counted through all fingers.
+    """Key and value of the torque limit of every joint, finger by finger.
 
     Args:
         fingers: The fingers.

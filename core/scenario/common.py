@@ -46,7 +46,7 @@ def names_by_face(faces: Sequence[str]) -> tuple[str, ...]:
 
 
 def without_none(items: list[tuple[str, Any]]) -> dict[str, Any]:
-    """Returns a mapping of the items without absent ones (None, no parameters)."""
+    """Returns a mapping of the items, omitting None and empty ``parameters``."""
     empty = ("parameters", {})
     return {key: value for key, value in items if value is not None and (key, value) != empty}
 

@@ -62,7 +62,7 @@ RecognitionTime = Annotated[
     Ge(1e-5),
     Le(0.1),
     Quantity(
-        "Time for which continuous control keeps its estimated phase if no phase is consistent.",
+        "Time for which continuous control keeps its assumed phase when no phase is consistent.",
         "s",
         typical=(0.0001, 0.01),
         changeable=True,
@@ -174,8 +174,8 @@ SpatialVelocityGain = Annotated[
 AdaptationGain = Annotated[
     PositiveGain | tuple[PositiveGain, ...],
     Quantity(
-        "Gamma: speed of adaptation, one number or one per unknown. The recorded Lyapunov function "
-        "of every law contains it.",
+        "Gamma: speed of adaptation, one number or one per unknown. It enters every law's recorded "
+        "Lyapunov function.",
         "1",
         typical=(0.05, 10.0),
         changeable=True,
@@ -215,7 +215,7 @@ PlanarDistribution = Annotated[
     Quantity(
         "How the contact forces produce the desired wrench: exact (forces of slipping contacts lie "
         "on their friction cones, so that slip is controlled too) or hold (every force lies inside "
-        "its cone, so that changes of the estimated phase do not change the command).",
+        "its cone, so that changes of the assumed phase do not change the command).",
         changeable=True,
         used_by=tuple(law.kind for law in _LAWS if law.uses_friction),
     ),
@@ -294,8 +294,7 @@ JawStiffness = Annotated[
     Le(1e7),
     Quantity(
         "stiffness of a jaw's position relative to the arm, perpendicular to its closing "
-        "direction; along the closing direction, stiffness of all jaws together, which centre "
-        "themselves.",
+        "direction; along it, stiffness of the common motion of the self-centring jaws.",
         "N/m",
         typical=(1000.0, 50000.0),
         changeable=True,

@@ -191,8 +191,8 @@ class RailController:
         Literal["theorem-3", "certainty-equivalence", "pd-gravity"],
         BeforeValidator(law_kind),
         Quantity(
-            "Control law. theorem-3 (adaptive-mass): computed torque with an estimate of the mass "
-            "that the tracking error changes while the fingertip sticks and the object slides. "
+            "Control law. theorem-3 (adaptive-mass): computed torque; the tracking error adapts "
+            "the estimated mass while the fingertip sticks and the object slides. "
             "certainty-equivalence: the same with the initial estimate. pd-gravity: feedback, a "
             "constant normal force, and compensation of the links.",
             changeable=True,
@@ -209,7 +209,7 @@ class RailController:
         Ge(0.0),
         Le(1e4),
         Quantity(
-            "Commanded normal force, without the part of the force along the rail.",
+            "Commanded normal force, to which the force along the rail is added.",
             "N",
             typical=(0.0, 50.0),
             changeable=True,
@@ -317,7 +317,7 @@ class RailScenario(WithoutHand):
 
     @property
     def friction_cone(self) -> FrictionCone:
-        """The bound of the friction of both contacts."""
+        """Shape of the friction cone of both contacts: a line."""
         return "line"
 
     @property
@@ -327,7 +327,7 @@ class RailScenario(WithoutHand):
         return -self.object.half_width * cosine, self.object.face_half_length * sine
 
     def to_mapping(self) -> dict[str, Any]:
-        """The scenario as nested plain values, without absent ones."""
+        """The scenario as nested plain values, omitting None."""
         return asdict(self, dict_factory=without_none)
 
 

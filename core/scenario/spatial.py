@@ -448,22 +448,22 @@ class SpatialScenario:
 
     @property
     def sliding_joints(self) -> tuple[int, ...]:
-        """Indices of the prismatic joints, counted through all fingers."""
+        """Indices of the prismatic joints among those of all fingers."""
         return sliding_joints(self.fingers, SPATIAL.joints_per_finger)
 
     @property
     def torque_limits(self) -> tuple[tuple[str, float | None], ...]:
-        """Key and value of the torque limit of every joint, counted through all fingers."""
+        """Key and value of the torque limit of every joint, finger by finger."""
         limit = self.actuation.torque_limit
         return torque_limits(self.fingers, limit, SPATIAL.joints_per_finger)
 
     @property
     def friction_cone(self) -> FrictionCone:
-        """The bound of the friction of a contact along its two tangents."""
+        """Shape of the friction cone: a cone, or a pyramid along both tangents."""
         return self.simulation.friction
 
     def to_mapping(self) -> dict[str, Any]:
-        """The scenario as nested plain values, without absent ones (None, no parameters)."""
+        """The scenario as nested plain values, omitting None and empty ``parameters``."""
         return asdict(self, dict_factory=without_none)
 
 

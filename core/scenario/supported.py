@@ -274,11 +274,11 @@ class SupportScenario(WithoutHand):
 
     @property
     def friction_cone(self) -> FrictionCone:
-        """The bound of the friction force."""
+        """Shape of the bound of the friction force: a cone."""
         return "cone"
 
     def to_mapping(self) -> dict[str, Any]:
-        """The scenario as nested plain values, without absent ones."""
+        """The scenario as nested plain values, omitting None."""
         return asdict(self, dict_factory=without_none)
 
 

@@ -88,7 +88,7 @@ class TraceShape:
         unknowns: Dotted keys of the estimated parameters.
         diagnostics: Diagnostics of a custom law; empty without one.
         space: Kind of hand, planar or spatial.
-        slides: Indices of the prismatic joints, counted through all fingers; they have other units.
+        slides: Indices of the prismatic joints among those of all fingers; they have other units.
         soft: Whether any fingertip is soft.
     """
 

@@ -83,7 +83,7 @@ class Trace(Samples):
 
     @property
     def energy_residual(self) -> NDArray[np.float64]:
-        """Energy balance [J], which should stay 0: stored minus initial, supplied plus lost."""
+        """Energy error [J], ideally 0: stored energy gained, minus supplied, plus lost."""
         stored = self.kinetic_energy + self.potential_energy
         return (stored - stored[0]) - self.supplied_energy + self.dissipated_energy
 
@@ -91,7 +91,7 @@ class Trace(Samples):
         """The trace as a table: one row per sample, its index the time ``t`` [s].
 
         Columns have the names of the CSV export, and include all other signals
-        (`slipgrasp.core.trace.columns`); phases are categories of words; ``attrs["units"]`` has the
+        (`slipgrasp.core.trace.columns`); phases are categorical text; ``attrs["units"]`` has the
         SI units.
 
         Raises:
@@ -113,5 +113,5 @@ class Trace(Samples):
 
 
 def rows_from_start(trace: Trace) -> slice:
-    """All rows except those before the phase selection at the start, which do not affect motion."""
+    """All rows from the phase selection at the start on; earlier ones do not affect motion."""
     return slice(int(np.searchsorted(trace.times, trace.times[0], side="right")) - 1, None)

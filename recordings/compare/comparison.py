@@ -69,12 +69,12 @@ class Comparison:
         tolerance: Absolute tolerance from the user, in the SI unit of each column; None for the
             accuracy of the integration (`slipgrasp.recordings.compare.accuracy`).
         time_tolerance: Tolerance of times [s].
-        identical: Whether there is no difference at all; then all lists are empty.
+        identical: Whether nothing differs; then the lists of differences are empty.
         equal: Whether outcome, end time, phase changes and all columns agree within the tolerance,
             and neither run contradicts itself. Parameters may differ.
         cause: Time of the first effect of different parameters [s]; None if there is none.
         integration_error: Difference of the runs before that time; None if there is none.
-        contradictions: Statements of the runs that contradict their samples, with ``a`` or ``b``.
+        contradictions: Stated results that contradict the samples, with the run, ``a`` or ``b``.
         scenario: Differing parameters.
         phase_changes: Phase changes that moved by more than the tolerance, or are in one run only.
         signals: Every common column, by name.
@@ -177,12 +177,12 @@ def compare(
         b: Second run.
         tolerance: Absolute tolerance, in the SI unit of each column; the accuracy of the
             integration if None.
-        check_claims: Whether the statements of the runs are compared with their samples, which must
-            be complete.
+        check_claims: Whether to check stated results against the samples, which must then be
+            complete.
 
     Raises:
-        IncomparableError: If one hand is planar and the other spatial, if they have different
-            numbers of fingers, or if the runs have fewer than two common instants.
+        IncomparableError: If the kinds of scenario or the numbers of fingers differ, or if fewer
+            than two instants are common (one, if each run has only one).
         ToleranceError: If the tolerance is negative or not finite.
     """
     if tolerance is not None:

@@ -34,7 +34,7 @@ class IsolatedRun:
     Attributes:
         scenario: Scenario to simulate.
         law: Its custom law.
-        wall_limit: Computing time after which the run ends as ``limit`` [s].
+        wall_limit: Elapsed time, without suspensions, after which the run ends as ``limit`` [s].
         path: The recording to write; None for no recording.
     """
 
@@ -100,7 +100,7 @@ class IsolatedRuns:
         """Creates the object without starting a process.
 
         Args:
-            wall_limit: Computing time after which a run ends as ``limit`` [s].
+            wall_limit: Elapsed time, without suspensions, after which a run ends as ``limit`` [s].
             max_running: Number of processes that share the memory of the machine.
         """
         limits = WorkerLimits.shared_by(max_running)

@@ -73,7 +73,7 @@ def record(
         display_rate: Rate of the display topics, 0 for none [Hz].
         progress: Called with the simulated fraction, 0 to 1, after every chunk.
         should_stop: Called after every chunk; True ends the run as ``stopped``.
-        wall_limit: Computing time after which the run ends as ``limit`` [s].
+        wall_limit: Elapsed time, without suspensions, after which the run ends as ``limit`` [s].
         only_recorded: Whether to simulate nothing if the recording cannot be started.
         keep_trace: Whether the result has the whole trace; otherwise samples are released after
             they are written, and memory does not depend on the length of the run.

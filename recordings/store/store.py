@@ -48,7 +48,7 @@ from slipgrasp.recordings.store.stored_run import StoredRun
 
 DATA_VARIABLE = "SLIPGRASP_DATA"
 UPLOAD_SUFFIX = ".upload.part"
-"""Suffix of an unfinished upload; unlike that of runs, because it cannot be recovered."""
+"""Suffix of an unfinished upload, not that of a run, because it cannot be recovered."""
 
 SIDECAR_PART = ".json.part"
 """Suffix of an unfinished sidecar, which adds nothing to the recording or the previous one."""
@@ -65,7 +65,7 @@ _logger = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True)
 class Reservation:
-    """A place for a run that is to be recorded.
+    """A reserved place for a run.
 
     Attributes:
         id: The run's name in the store.
@@ -150,15 +150,15 @@ class RecordingStore:
     def register(
         self, reservation: Reservation, result: RunResult, annotations: Annotations | None = None
     ) -> StoredRun:
-        """Describes a run whose recording was written at its place.
+        """Registers a run whose recording is at its reserved path.
 
         If the sidecar cannot be written the run is still stored, and its recording describes
-        it. The statements of a run are compared with its samples when its file is read, also
-        for an `Upload`.
+        it. A run's stated results are checked against its samples on reading, also for an
+        `Upload`.
 
         Args:
             reservation: The place.
-            result: The run; the last of its samples suffice.
+            result: The run; its last samples suffice.
             annotations: Its name, notes and tags.
 
         Raises:
@@ -168,7 +168,7 @@ class RecordingStore:
         return self._describe(reservation, description, annotations or Annotations())
 
     def register_measured(self, reservation: Reservation, outline: MeasuredOutline) -> StoredRun:
-        """Describes measured data whose recording was written at its place; see `register`."""
+        """Registers measured data whose recording is at its reserved path; see `register`."""
         annotations = Annotations.checked({"name": outline.title})
         return self._describe(reservation, Description.from_measured(outline), annotations)
 
@@ -198,8 +198,8 @@ class RecordingStore:
         """Stores a run.
 
         Raises:
-            ContradictoryRecordingError: If its statements do not follow from its samples.
-            RecordingWriteError: If it cannot be written; nothing of it remains then.
+            ContradictoryRecordingError: If its stated results contradict its samples.
+            RecordingWriteError: If it cannot be written; nothing of it remains.
             StorageFullError: If there is no space.
         """
         reservation = self.reserve()
@@ -261,7 +261,7 @@ class RecordingStore:
         return self._index.find(query)
 
     def begin_listing(self) -> None:
-        """Starts reading a large folder, for which the first search would wait."""
+        """Starts indexing the folder, to shorten the wait of the first search."""
         self._index.begin()
 
     def note(self, run_id: str) -> None:
@@ -269,14 +269,14 @@ class RecordingStore:
         self._index.note(run_id)
 
     def count(self) -> int:
-        """The number of runs, by the files themselves."""
+        """The number of runs, counted from the files."""
         return len(self._files.scan())
 
     def get(self, run_id: str) -> StoredRun:
         """One run by its id.
 
         Raises:
-            RecordingNotFoundError: If there is none, for any text.
+            RecordingNotFoundError: If no stored run has this id, which may be any text.
         """
         if not self._files.holds(run_id):
             raise RecordingNotFoundError(run_id)
@@ -356,7 +356,7 @@ class RecordingStore:
 
 
 class Upload:
-    """Receives the bytes of a recording; leaving its ``with`` block early deletes them.
+    """Receives the bytes of a recording; an error before the end of `finish` deletes them.
 
     Args:
         path: The path of the recording once it is complete and was read without error.
@@ -399,7 +399,7 @@ class Upload:
             raise RecordingWriteError(self._path, error.strerror or "disk error") from error
 
     def read_size(self) -> RecordingSize:
-        """The memory that the run needs, as its file states it.
+        """The memory that the run needs according to its file.
 
         Raises:
             UploadError: If it is not a recording that this program can read.

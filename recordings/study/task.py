@@ -25,10 +25,10 @@ HASHED_AT_ONCE = 4096
 """Number of samples or ticks of a run after which they are hashed and released."""
 
 WALL_LIMIT = 60.0
-"""Computing time after which a run ends as ``limit`` [s], because later rows wait for its row."""
+"""Elapsed time after which a run ends as ``limit`` [s], because later rows wait for its row."""
 
 TASK_SECONDS = 0.5
-"""Computing time after which the rest of a task returns to the queue [s]."""
+"""Elapsed time after which the rest of a task returns to the queue [s]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -32,7 +32,7 @@ from slipgrasp.server.tokens import Right
 
 LOOPBACK_NAMES = ("127.0.0.1", "localhost", "[::1]")
 PAGES = ("/", DOCS_PATH)
-"""Pages that people open, including links on other sites' pages."""
+"""Pages that people open, also by links from other sites."""
 
 RELAY_TOKEN = secrets.token_urlsafe(32)
 """The secret that this process sends to its own ports, which reject other senders."""
@@ -43,7 +43,7 @@ _CHALLENGE = {"WWW-Authenticate": 'Bearer realm="slipgrasp"'}
 
 
 def in_one_line(record: logging.LogRecord) -> bool:
-    """A filter of a logger: the name of an error replaces its traceback."""
+    """A logging filter: an error's name and text replace its traceback."""
     if record.exc_info and record.exc_info[1] is not None:
         error = record.exc_info[1]
         words = printable(str(error), _MAX_LOGGED)
@@ -81,8 +81,9 @@ class Rejection:
 UNKNOWN = Rejection(
     401,
     "The sender of the request is unknown; open the link that the server printed at its start, or "
-    "send its token as 'Authorization: Bearer TOKEN'. On the same machine its user needs no token, "
-    "unless the server was started with --require-token.",
+    "send its token as 'Authorization: Bearer TOKEN'. On Linux the user who started the server "
+    "needs no token, unless it was started with --require-token, --host, --public-url or "
+    "--root-path.",
 )
 READ_ONLY = Rejection(
     403, "This token is read-only; ask the person who started the server for the full token."
@@ -138,7 +139,7 @@ def is_foreign(sites: Sequence[str]) -> bool:
 class AccessGuard:
     """ASGI middleware that rejects foreign requests before routes and upgrades, and adds headers.
 
-    ``state.right`` has the right of the sender.
+    ``state.right`` holds the sender's right.
 
     Args:
         app: The guarded application.
@@ -233,7 +234,7 @@ def _with_safe_headers(send: Send) -> Send:
 
 @contextmanager
 def guarded_websocket_listeners() -> Iterator[None]:
-    """Restricts servers that the ``websockets`` package opens meanwhile to this process.
+    """Admits only this process to ports that ``websockets`` opens inside the block.
 
     viser opens its port in this way, accepts all connections there, and has no option to change
     that. Errors there are logged on one line, because most are caused by clients.
@@ -277,7 +278,7 @@ def _guarded(process_request: Any) -> Any:
 
 
 def _check_listener(connection: ServerConnection, request: Request) -> Rejection | None:
-    """Whether a request to a port of the ``websockets`` package is from this process itself."""
+    """The rejection of a request to a ``websockets`` port; None if this process sent it."""
     headers = request.headers
     port = connection.local_address[1]
     rejection = check_access(headers.get_all("Host"), headers.get_all("Origin"), port)

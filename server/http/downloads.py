@@ -57,7 +57,7 @@ class DownloadRequest:
     if_none_match: str | None = None
 
     def wants_part(self, tag: str) -> bool:
-        """Whether the range applies to the current tag, if there is a range."""
+        """Whether a range, if requested, applies to this tag; never for HEAD."""
         return not self.is_head and (self.if_range is None or self.if_range.strip() == tag)
 
 
@@ -69,7 +69,7 @@ class Download:
         tag: Strong entity tag, in quotes, which changes with any byte.
         name: Suggested file name.
         media_type: Media type.
-        open: Opens or creates the file; called only if the tag is not sufficient.
+        open: Opens or creates the file; called unless the tag decides the answer.
     """
 
     tag: str

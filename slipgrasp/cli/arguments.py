@@ -52,7 +52,7 @@ def add_changes(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         help="set a parameter, such as object.mass=1.4 or fingers.*.friction=0.3; may be repeated; "
-        "'none' removes an optional one",
+        "the value 'none' removes an optional parameter",
     )
 
 

@@ -90,7 +90,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
 
 def _add_clip(parser: argparse.ArgumentParser) -> None:
     """Adds the options of animations."""
-    clip = parser.add_argument_group("animations, and the chart in a still")
+    clip = parser.add_argument_group("animations, and charts in stills")
     clip.add_argument("--start", metavar="T", type=float, help="start of the time range [s]")
     clip.add_argument("--end", metavar="T", type=float, help="end of the time range [s]")
     clip.add_argument(

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from slipgrasp.recordings.measured.recording import MeasuredOutline
 
 DESCRIPTION = (
-    "Make a recording of measured data in a CSV file (docs/fit.md). Nothing is simulated. Signals "
+    "Turn measured data (CSV) into a recording (docs/fit.md). Nothing is simulated. Signals "
     "are named like the columns of runs, such as x, theta, slip_0 or normal_force_1, and are "
     "converted to SI units according to the unit after the colon in --map, or the end of the "
     "column name (x_mm, yaw_deg, vx_m_s, 'F [N]'). 'slipgrasp diff' compares such recordings with "

@@ -12,8 +12,8 @@ from slipgrasp.cli.status import CommandError, ExitStatus
 
 DESCRIPTION = (
     "Write the grasp of a scenario as a scene of another engine, and the expected result beside it "
-    "as JSON: joint torques for each step, and at stated times slip and forces, the phase changes, "
-    "the creep in stick (zero) and the tolerance within which the engine reproduces the slip. "
+    "as JSON: joint torques for each step, slip and forces at given times, phase changes, creep in "
+    "stick (zero), and the tolerance within which the engine reproduces the slip. "
     "USD files have not been simulated in any engine, so no tolerance is given."
 )
 EPILOG = "exit status: 0 written, 2 bad input"

@@ -58,15 +58,15 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         metavar="NAME|FILE.py:Name",
         action="append",
         default=[],
-        help="offer this custom law to clients, which can choose no other custom laws; may be "
-        "repeated",
+        help="custom law to offer to clients, which can choose no custom laws that are not "
+        "offered; may be repeated",
     )
     parser.add_argument(
         "--hand",
         metavar="FILE.toml",
         type=Path,
-        help="draw the fingers of this file, written by 'slipgrasp hands import' (or of a scenario "
-        "file that names it), with the meshes beside it; a scenario file is also opened first",
+        help="file written by 'slipgrasp hands import', or a scenario file that names it: its "
+        "fingers are drawn with the meshes beside it; a scenario is opened first",
     )
     parser.set_defaults(execute=_execute)
 

@@ -52,8 +52,8 @@ def add_network(parser: argparse.ArgumentParser) -> None:
         "--host",
         metavar="ADDRESS",
         default=HOST,
-        help="address to listen on; for any address other than that of this machine, all users "
-        f"need the token in the printed link, or in SLIPGRASP_TOKEN (default: {HOST})",
+        help="address to listen on; for all but 127.0.0.1, ::1 and localhost, all users need the "
+        f"token in the printed link, or in SLIPGRASP_TOKEN (default: {HOST})",
     )
     parser.add_argument(
         "--public-url",
@@ -99,7 +99,8 @@ def add_limits(parser: argparse.ArgumentParser) -> None:
         (
             "--memory",
             "memory for runs, recordings, figures and pages together, such as 2GB, in addition to "
-            "about 200MB for the server (default: 600MB, or half of the memory if that is less)",
+            "about 200MB for the server (default: 600MB, or half of the memory of the machine or "
+            "container if that is less)",
         ),
     ):
         parser.add_argument(name, metavar="SIZE", type=parse_size, help=what)

@@ -280,7 +280,7 @@ def test_table_counts_every_check_and_names_its_worst():
     found = {row[0]: row[1:] for row in counts.rows}
     assert found[CHECKS["ledger"].text] == ("2", "7e-06 J")
     assert found[CHECKS["rate"].text] == ("1", "–")
-    assert "Missed in 2 of 10 rows" in counts.notes[0]
+    assert "Missed in 2 of 10 checks" in counts.notes[0]
     assert ends.rows == (("`separated`", "66.67 %"), ("`completed`", "33.33 %"))
 
 

@@ -133,7 +133,7 @@ class Playback:
 def start_playback(result: RunResult) -> Playback:
     """Plays the slip of a run slowly, from its middle, so that the first image shows it.
 
-    Separate slips are slow one after another, starting before the first.
+    Separate slips each play slowly, starting before the first.
     """
     window = slip_window(result)
     pace = None if is_even(result, window.start, window.end) else pace_of(result)
@@ -163,7 +163,7 @@ def whole_window(result: RunResult) -> TimeWindow:
 
 
 def slip_window(result: RunResult) -> TimeWindow:
-    """The time range of slip in a run, and of pushes that begin in it, with a margin after it.
+    """The time range of slip in a run and of pushes that begin in it, with margins around it.
 
     Args:
         result: A run; without slip the whole run is returned.

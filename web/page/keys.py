@@ -90,7 +90,7 @@ KEYS: tuple[KeyCommand, ...] = (
     _command("1", "Push the object", Icon.ARROW_BIG_DOWN, AddDisturbance(DisturbanceKind.PUSH)),
     _command(
         "2",
-        "Wet the face where it is nearest to slip",
+        "Wet the face that is nearest to slipping",
         Icon.DROPLET,
         AddDisturbance(DisturbanceKind.LOW_FRICTION_PATCH),
     ),
