@@ -19,6 +19,7 @@ Values = NDArray[np.float64]
 _SOON = 0.05
 """Longest time from a change to a slip that may be due to it [s]."""
 _LEAST_FORCE = 1e-3  # [N]
+_CLEARLY_MORE = 1.2
 _PUSHES = 2
 """Largest number of pushes whose slips are named."""
 
@@ -140,29 +141,55 @@ def describe_grip_force(result: RunResult) -> Iterator[str]:
 
     The latter for the final state, and before it where more was needed.
     """
+    if not _rests_at_end(result):
+        return
     trace = result.trace
     normal = trace.normal_force[-1]
-    sticks = (trace.phase[-1] == ContactPhase.STICK).all()
-    has_friction = (trace.friction_coefficient[-1] > 0.0).all()
-    is_loaded = trace[-1:].tangential_size.max() >= _LEAST_FORCE
-    if result.outcome is not Outcome.COMPLETED or not (sticks and has_friction and is_loaded):
-        return
     # In the first row, the first command has no effect yet.
     needed = _needed_forces(result)[1:]
     i = int(np.argmin(normal - needed[-1]))
     force, least = _distinguished(float(normal[i]), float(needed[-1, i]))
-    limit = f"less than {least} N" if force != least else "any less"
+    enough = f"{least} N is enough" if force != least else "no less is enough"
     slipping = trace.normal_force[trace.phase[:, i] != ContactPhase.STICK, i]
     more = "faster motion or a push can require more"
     most = math.ceil(10.0 * needed[:, i].max()) / 10.0  # with which it does not slip
     if slipping.size:
-        more = f"earlier it slipped at up to {slipping.max():.1f} N"
+        more = f"earlier it slipped even at {slipping.max():.1f} N"
     elif most > needed[-1, i] + 0.1:
         more = f"earlier it needed up to {most:.1f} N"
     yield (
-        f"At the end the {result.scenario.finger_names[i]} fingertip presses with {force} N; with "
-        f"{limit} it would slip in this state, and {more}."
+        f"At the end the {result.scenario.finger_names[i]} fingertip presses with {force} N; in "
+        f"this state {enough}, but {more}."
     )
+
+
+def describe_first_force(result: RunResult) -> str:
+    """A clause on the first normal force that is smallest beside that needed at the end.
+
+    Empty if no fingertip pressed with clearly less, or if the run does not end at rest.
+    """
+    if not _rests_at_end(result):
+        return ""
+    trace, needed = result.trace, _needed_forces(result)[-1]
+    # The last row of the first instant contains the effect of the first command.
+    first = trace.normal_force[np.searchsorted(trace.times, trace.times[0], side="right") - 1]
+    i = int(np.argmax(needed - first))
+    if needed[i] < _CLEARLY_MORE * first[i]:
+        return ""
+    name = result.scenario.finger_names[i]
+    return (
+        f" and pressed the {name} fingertip with {first[i]:.3g} N; at the end it needs "
+        f"{needed[i]:.3g} N"
+    )
+
+
+def _rests_at_end(result: RunResult) -> bool:
+    """Whether a complete run ends with all contacts loaded, with friction and in stick."""
+    last = result.trace[-1:]
+    sticks = (last.phase == ContactPhase.STICK).all()
+    has_friction = (last.friction_coefficient > 0.0).all()
+    is_loaded = last.tangential_size.max() >= _LEAST_FORCE
+    return bool(result.outcome is Outcome.COMPLETED and sticks and has_friction and is_loaded)
 
 
 def _needed_forces(result: RunResult) -> Values:

@@ -20,7 +20,12 @@ from slipgrasp.core.run.slide_outcome import (
     headline_of_slide,
     slows_down,
 )
-from slipgrasp.core.run.slip_sentences import describe_causes, describe_grip_force, describe_slips
+from slipgrasp.core.run.slip_sentences import (
+    describe_causes,
+    describe_first_force,
+    describe_grip_force,
+    describe_slips,
+)
 from slipgrasp.core.scenario import FingerParameters, ObjectParameters, Scenario
 from slipgrasp.core.scenario.custom_laws import law_of
 from slipgrasp.core.scenario.loading import all_preset_names, load_scenario
@@ -356,7 +361,8 @@ def _describe_other_estimate(result: RunResult) -> Iterator[str]:
     trace = result.trace
     if result.reason is None and trace.phase[trace.times == 0.0].any():
         misbelief = describe_misbelief(result.scenario, trace[:1], of_friction=False)
-        yield from [sentence(f"at the start {misbelief}")] * bool(misbelief)
+        if misbelief:
+            yield sentence(f"at the start {misbelief}{describe_first_force(result)}")
 
 
 def _suggest(result: RunResult, found: Sequence[_Overestimate]) -> Hint:

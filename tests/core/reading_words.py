@@ -485,6 +485,13 @@ def check_other_belief(result: RunResult, found: re.Match[str]) -> None:
     assert "friction" not in found["what"]
     assert near(found["believed"], believed) and near(found["true"], true)
     assert max(believed / true, true / believed) > 1.29
+    if found["first"]:
+        i = finger_called(result, found["finger"])
+        assert result.outcome is Outcome.COMPLETED and not trace.phase[-1].any()
+        assert near(found["first"], trace.normal_force[trace.times == 0.0][-1, i])
+        least = trace[-1:].tangential_size[0, i] / trace.friction_coefficient[-1, i]
+        assert near(found["needed"], least) or result.scenario.has_soft_fingers
+        assert float(found["needed"]) > 1.19 * float(found["first"])
 
 
 def check_squeeze(result: RunResult, found: re.Match[str]) -> None:
@@ -566,7 +573,9 @@ SENTENCES: tuple[tuple[str, Callable[[RunResult, re.Match[str]], None]], ...] = 
     ),
     (
         rf"At the start the controller estimated the (?P<what>.+) as "
-        rf"(?P<believed>{NUMBER}){UNIT} instead of (?P<true>{NUMBER}){UNIT}\.",
+        rf"(?P<believed>{NUMBER}){UNIT} instead of (?P<true>{NUMBER}){UNIT}"
+        rf"(?: and pressed the (?P<finger>.+) fingertip with (?P<first>{NUMBER}) N; at the end it "
+        rf"needs (?P<needed>{NUMBER}) N)?\.",
         check_other_belief,
     ),
     (
@@ -580,10 +589,10 @@ SENTENCES: tuple[tuple[str, Callable[[RunResult, re.Match[str]], None]], ...] = 
         check_switching,
     ),
     (
-        r"At the end the (?P<finger>.+) fingertip presses with (?P<normal>[\d.]+) N; with (?:less "
-        r"than (?P<least>[\d.]+) N|any less) it would slip in this state, and (?:faster motion or "
-        r"a push can require more|earlier it slipped at up to (?P<most>[\d.]+) N|earlier it "
-        r"needed up to (?P<needed>[\d.]+) N)\.",
+        r"At the end the (?P<finger>.+) fingertip presses with (?P<normal>[\d.]+) N; in this state "
+        r"(?:(?P<least>[\d.]+) N|no less) is enough, but (?:faster motion or a push can require "
+        r"more|earlier it slipped even at (?P<most>[\d.]+) N|earlier it needed up to "
+        r"(?P<needed>[\d.]+) N)\.",
         check_squeeze,
     ),
     *KNOWLEDGE,
