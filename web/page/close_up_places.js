@@ -52,9 +52,9 @@ function arrangements(count, box, free, words) {
   return [
     ...rowsIn(count, "above", box, free, words, most),
     ...rowsIn(count, "below", box, free, words, most),
+    inColumns("beside", [Math.ceil(count / 2), Math.floor(count / 2)], box, free, words, most),
     inColumns("left", [count, 0], box, free, words, most),
     inColumns("right", [0, count], box, free, words, most),
-    inColumns("beside", [Math.ceil(count / 2), Math.floor(count / 2)], box, free, words, most),
   ];
 }
 

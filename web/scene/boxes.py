@@ -9,10 +9,28 @@ Points = NDArray[np.float64]
 
 _MOST_IN_A_ROW = 3
 _RADIUS, _OF_WIDTH, _LEAST_ASPECT = 0.18, 0.44, 1.1
-_ROW = 3.8  # height of a row of close-ups with their captions, in radii
+# In radii: the height of a row of close-ups with their captions, and the width of a column.
+_ROW, _COLUMN = 3.8, 2.6
 _MARGIN = 0.3
 _MOST_LAG = 4.0  # radii of the object; larger distances are outside the view
 _DIGITS = 5
+
+
+def with_close_ups_beside(low: Points, high: Points, count: int) -> tuple[Points, Points]:
+    """A box with space for close-ups at both sides, for a low view.
+
+    Args:
+        low: Lower left corner of the box [m].
+        high: Upper right corner [m].
+        count: Number of close-ups.
+
+    Returns:
+        Lower left and upper right corner.
+    """
+    radius = _RADIUS * float((high - low).max())
+    rows = -(-count // 2)
+    aside = np.array([_COLUMN * radius, 0.5 * max(rows * _ROW * radius - (high - low)[1], 0.0)])
+    return low - aside, high + aside
 
 
 def with_close_ups(low: Points, high: Points, count: int) -> tuple[Points, Points]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,8 +16,10 @@ from slipgrasp.web.scene.view_plane import FRONT, ViewPlane
 
 FIELD_OF_VIEW = math.radians(10.0)
 Place = tuple[float, float, float]
+Box = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 _FREE_SHARE = 0.3
+_CLEARLY = 0.75  # of the distance of the first framing
 _TOLERANCE = 0.03
 _REMEMBERED = 4  # camera positions that may still be reported
 
@@ -64,6 +67,19 @@ def frame_box(
     return Framing(middle, whole / math.tan(0.5 * FIELD_OF_VIEW), plane)
 
 
+def frame_nearest(boxes: Sequence[Box], picture: Picture, plane: ViewPlane = FRONT) -> Framing:
+    """The camera that sees the whole first box, or another if that is clearly nearer.
+
+    Args:
+        boxes: Lower left and upper right corners in the plane [m].
+        picture: Size of the view.
+        plane: The view plane.
+    """
+    first, *others = (frame_box(low, high, picture, plane) for low, high in boxes)
+    nearest = min(others, key=lambda framing: framing.distance, default=first)
+    return nearest if nearest.distance < _CLEARLY * first.distance else first
+
+
 OPENING = frame_box(np.array([-0.3, -0.3]), np.array([3.2, 2.4]), Picture(700, 900))
 """The camera of a page before its first run."""
 
@@ -90,7 +106,7 @@ class FrontCamera:
         self._framing: Framing | None = None
         self._arrived = False
         self._left: deque[Place] = deque(maxlen=_REMEMBERED)
-        self._box: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
+        self._boxes: Sequence[Box] = ()
         self._plane = FRONT
         self._free = True
         self._is_held = self._is_due = False
@@ -105,19 +121,16 @@ class FrontCamera:
         if self._is_due and not is_held:
             self.frame()
 
-    def show(
-        self, low: NDArray[np.float64], high: NDArray[np.float64], plane: ViewPlane = FRONT
-    ) -> None:
-        """Frames a box, initially and whenever its size changes.
+    def show(self, boxes: Sequence[Box], plane: ViewPlane = FRONT) -> None:
+        """Frames a box, initially and whenever its size changes; see `frame_nearest`.
 
         Args:
-            low: Its lower left corner [m].
-            high: Its upper right corner [m].
+            boxes: Lower left and upper right corners [m].
             plane: The view plane.
         """
-        same = self._box is not None and np.allclose((low, high), self._box)
+        same = len(boxes) == len(self._boxes) and np.allclose(boxes, self._boxes)
         if not same or plane != self._plane:
-            self._box, self._plane = (low, high), plane
+            self._boxes, self._plane = boxes, plane
             self.frame()
 
     def measure(self, picture: Picture) -> None:
@@ -153,12 +166,12 @@ class FrontCamera:
     def frame(self) -> None:
         """Resets the camera to the front."""
         self._is_due = self._is_held
-        if self._box is None or self._is_held:
+        if not self._boxes or self._is_held:
             return
         self._free = True
         x, y, z = self._camera.position
         self._left.append((float(x), float(y), float(z)))
-        self._framing = frame_box(*self._box, self._picture, self._plane)
+        self._framing = frame_nearest(self._boxes, self._picture, self._plane)
         self._arrived = False
         self._camera.fov = FIELD_OF_VIEW
         self._camera.up_direction = (0.0, 0.0, 1.0)

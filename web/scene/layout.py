@@ -14,7 +14,7 @@ from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario import PLANAR, RAIL, SPATIAL, SUPPORT, Scenario
 from slipgrasp.scene import parts, rotations, skeleton
 from slipgrasp.scene.states import States, states_of
-from slipgrasp.web.scene.boxes import box_around, with_close_ups
+from slipgrasp.web.scene.boxes import box_around, with_close_ups, with_close_ups_beside
 from slipgrasp.web.scene.view_plane import FRONT, ViewPlane
 
 Points = NDArray[np.float64]
@@ -56,6 +56,7 @@ class SceneLayout:
             [m].
         low: Lower left corner of the view.
         high: Its upper right corner.
+        beside: Both corners of a view with close-ups at the sides of the hand.
         hand_low: Lower left corner of the visible part of the hand, without close-ups.
         hand_high: Upper right corner of that part.
     """
@@ -68,6 +69,7 @@ class SceneLayout:
     held: Points
     low: Points
     high: Points
+    beside: tuple[Points, Points]
     hand_low: Points
     hand_high: Points
 
@@ -103,6 +105,7 @@ def lay_out(result: RunResult, *, whole_hand: bool = False) -> SceneLayout:
         held=_held_points(result),
         low=low,
         high=high,
+        beside=with_close_ups_beside(hand_low, hand_high, count),
         hand_low=hand_low,
         hand_high=hand_high,
     )
