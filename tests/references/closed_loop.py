@@ -53,8 +53,9 @@ class ClosedLoop(NamedTuple):
             scenario.object.inertia,
             np.array([f.friction for f in scenario.fingers]),
         )
+        hand, ratio = _hand(scenario), scenario.controller.link_length_ratio
         return cls(
-            hand=_hand(scenario),
+            hand=hand,
             truth=truth,
             unknowns=Unknowns(
                 tuple(e.parameter for e in scenario.estimates),
@@ -70,7 +71,7 @@ class ClosedLoop(NamedTuple):
                 ]
             ),
             load=np.zeros(3),
-            believed_hand=_hand(scenario, scenario.controller.link_length_ratio),
+            believed_hand=hand if ratio == 1.0 else _hand(scenario, ratio),
             rubbing=np.array([(f.joint_damping, f.joint_friction) for f in scenario.fingers]),
         )
 
@@ -107,7 +108,8 @@ class ClosedLoop(NamedTuple):
             torques: Torques that act; those of the law if left out.
             stopping: What is added to the commanded slip accelerations, ``(n,)``.
         """
-        kin = self.believed_hand.kinematics(state, self.hand)
+        is_known = self.believed_hand is self.hand
+        kin = self.believed_hand.kinematics(state, None if is_known else self.hand)
         violation, forces = 0.0, np.zeros(0)
         if torques is None:
             believed = phase if belief is None else belief
@@ -116,12 +118,17 @@ class ClosedLoop(NamedTuple):
             torques, violation, forces = self.law.command(
                 self.believed_hand, kin, self.unknowns.fill(estimates), believed, v
             )
-        motion = self.solve_plant(state, phase, torques)
+        motion = self.solve_plant(state, phase, torques, kin if is_known else None)
         return Evaluation(kin, torques, violation, motion, forces)
 
-    def solve_plant(self, state: State, phase: Phase, torques: Array) -> Motion:
-        """What the plant does under torques, less what the friction of its joints takes."""
-        kin = self.hand.kinematics(state)
+    def solve_plant(
+        self, state: State, phase: Phase, torques: Array, kin: Kinematics | None = None
+    ) -> Motion:
+        """What the plant does under torques, less what the friction of its joints takes.
+
+        ``kin`` is the kinematics of the plant in that state, if known.
+        """
+        kin = kin or self.hand.kinematics(state)
         given = np.ravel(torques) - self.joint_friction(kin)
         return self.hand.solve_all_unknowns(kin, self.truth, phase, given, self.load)
 
