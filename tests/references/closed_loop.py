@@ -96,6 +96,7 @@ class ClosedLoop(NamedTuple):
         belief: Phase | None = None,
         torques: Array | None = None,
         stopping: Array | None = None,
+        kin: Kinematics | None = None,
     ) -> Evaluation:
         """Torques, accelerations and contact forces at one instant.
 
@@ -107,9 +108,9 @@ class ClosedLoop(NamedTuple):
             belief: Phase the controller acts on; the plant's if left out.
             torques: Torques that act; those of the law if left out.
             stopping: What is added to the commanded slip accelerations, ``(n,)``.
+            kin: The believed kinematics of the state, if known.
         """
-        is_known = self.believed_hand is self.hand
-        kin = self.believed_hand.kinematics(state, None if is_known else self.hand)
+        kin = kin or self.believed_kinematics(state)
         violation, forces = 0.0, np.zeros(0)
         if torques is None:
             believed = phase if belief is None else belief
@@ -118,8 +119,14 @@ class ClosedLoop(NamedTuple):
             torques, violation, forces = self.law.command(
                 self.believed_hand, kin, self.unknowns.fill(estimates), believed, v
             )
-        motion = self.solve_plant(state, phase, torques, kin if is_known else None)
+        is_true = self.believed_hand is self.hand
+        motion = self.solve_plant(state, phase, torques, kin if is_true else None)
         return Evaluation(kin, torques, violation, motion, forces)
+
+    def believed_kinematics(self, state: State) -> Kinematics:
+        """How the controller believes the fingers to be in a state."""
+        is_true = self.believed_hand is self.hand
+        return self.believed_hand.kinematics(state, None if is_true else self.hand)
 
     def solve_plant(
         self, state: State, phase: Phase, torques: Array, kin: Kinematics | None = None

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tests.references.closed_loop import ClosedLoop, Evaluation
-from tests.references.hand import Motion, State
+from tests.references.hand import Kinematics, Motion, State
 
 Array = NDArray[np.float64]
 Guard = Callable[[float, Array], float]
@@ -32,6 +32,7 @@ class Flow:
         piece_time: A time inside the piece of the desired motion.
         belief: Phase the controller acts on, where it is not the plant's.
         torques: Torques that are held; None while the law acts continuously.
+        known: Kinematics of the last state, of whatever phase: flows that differ in it share them.
         latest: What the last evaluation gave, by its time and state: guards ask for it again.
     """
 
@@ -40,6 +41,7 @@ class Flow:
     piece_time: float
     belief: tuple[int, ...] | None = None
     torques: Array | None = None
+    known: dict[bytes, Kinematics] = field(default_factory=dict)
     latest: dict[tuple[float, bytes], Evaluation] = field(default_factory=dict, init=False)
 
     def evaluate(self, t: float, z: Array) -> Evaluation:
@@ -49,11 +51,20 @@ class Flow:
             state, estimates = unpack(self.loop, z)
             desired = self.loop.trajectory.desired(t, self.piece_time)
             now = self.loop.evaluate(
-                state, self.phase, estimates, desired, belief=self.belief, torques=self.torques
+                *(state, self.phase, estimates, desired),
+                belief=self.belief,
+                torques=self.torques,
+                kin=self._kinematics(state, z[: len(z) - len(estimates)].tobytes()),
             )
             self.latest.clear()
             self.latest[instant] = now
         return self.latest[instant]
+
+    def _kinematics(self, state: State, coordinates: bytes) -> Kinematics:
+        if coordinates not in self.known:
+            self.known.clear()
+            self.known[coordinates] = self.loop.believed_kinematics(state)
+        return self.known[coordinates]
 
     def motion(self, t: float, z: Array) -> Motion:
         """Accelerations and contact forces of the plant."""
