@@ -150,20 +150,20 @@ def test_the_static_grip_is_what_the_measured_force_needs():
 
 
 @numba.njit
-def _squeeze_alone(seen, grip, out):
-    """In place of `carry_with_grip`, which `ReactiveForce` compiles too, and longest of all."""
+def _squeeze_alone(seen, squeeze, out):
+    """In place of `carry`, which `ReactiveForce` compiles too, and longest of all."""
     for i in range(len(seen.slip)):
         for joint in range(2):
-            pull = seen.jacobian[i, 0, joint] * seen.contact_normal[i, 0]
-            pull += seen.jacobian[i, 1, joint] * seen.contact_normal[i, 1]
-            out.torque[i, joint] = grip * pull
+            pull = seen.jacobian[i, 0, joint] * squeeze[i, 0]
+            pull += seen.jacobian[i, 1, joint] * squeeze[i, 1]
+            out.torque[i, joint] = pull
 
 
 @pytest.mark.parametrize("name", ["LearntFriction", "ObservedSlip"])
 def test_a_grip_is_the_same_compiled_and_in_python(name, monkeypatch):
     scenario = scenario_of(name, 0.004)
     law = custom_law(scenario.controller.kind)
-    monkeypatch.setitem(law.code.command.py_func.__globals__, "carry_with_grip", _squeeze_alone)
+    monkeypatch.setitem(law.code.command.py_func.__globals__, "carry", _squeeze_alone)
     told = simulate(scenario).ticks.diagnostics
     assert len(told) == 4
     monkeypatch.setattr(law_code, "INTERPRETED", True)
