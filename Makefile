@@ -50,11 +50,12 @@ PREPARE := from slipgrasp.core.run.simulator import prepare_kernel; \
 kernel: $(VENV)/.develop
 	$(BIN)/python -c "$(PREPARE)"
 
-# The same for WebAssembly too, which tests need; each unit is compiled once, on two processors.
+# The same, on two processors, and those of hands for WebAssembly too, which tests need.
 kernels: $(VENV)/.develop
 	@for end in first last; do \
 	  $(BIN)/python -m slipgrasp.core.kernel.compilation.webassembly $$end & \
 	done; wait
+	@$(BIN)/python -c "$(PREPARE)"
 
 lint: $(VENV)/.develop
 	$(BIN)/ruff check

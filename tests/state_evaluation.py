@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import ArrayLike
 
 from slipgrasp.core.kernel.compilation.cache import INTERPRETED
-from slipgrasp.core.kernel.compilation.compiler import OPTIONS, call
+from slipgrasp.core.kernel.compilation.compiler import call
 from slipgrasp.core.kernel.compilation.records import Floats, Record, make_record
 from slipgrasp.core.kernel.loop import motion
 from slipgrasp.core.kernel.planar import dynamics, kinematics, law, reduced
@@ -21,12 +20,24 @@ from slipgrasp.core.kernel.planar.packing import make_table, pack_model, whole_f
 from slipgrasp.core.kernel.planar.reduced import multiply_regressor
 from slipgrasp.core.kernel.planar.state import STATE, parts_of
 from slipgrasp.core.kernel.planar.workspace import DISCRETE, WORKSPACE
+from slipgrasp.core.run.checked_code import in_python
 from slipgrasp.core.scenario import Scenario
 
 
 def from_python(function: Any) -> Any:
-    """A function that the kernel inlines, to be called from Python."""
-    return function if INTERPRETED else numba.njit(**OPTIONS)(function.py_func)
+    """A function that the kernel inlines, called from Python, which executes it.
+
+    To compile it takes longer than a few thousand calls; that machine code computes the same is
+    what tests of the interpreted kernel say.
+    """
+    if INTERPRETED:
+        return function
+
+    def called(*arguments: Any) -> Any:
+        with in_python():
+            return function.py_func(*arguments)
+
+    return called
 
 
 _apply_tip_forces = from_python(reduced.apply_tip_forces)

@@ -11,7 +11,7 @@ import pytest
 from slipgrasp.core.exceptions import ScenarioError
 from slipgrasp.core.kernel.compilation.compiler import call
 from slipgrasp.core.kernel.compilation.normal_form import NormalForm, tree_of
-from slipgrasp.core.kernel.compilation.records import make_record
+from slipgrasp.core.kernel.compilation.records import make_unset_record
 from slipgrasp.core.kernel.planar import run as planar_run
 from slipgrasp.core.kernel.spatial import run as spatial_run
 from slipgrasp.core.run.engine import PlanarEngine
@@ -140,30 +140,34 @@ def test_a_parameter_that_a_kernel_does_not_use_is_refused_there(key):
     assert (error.field, error.value) == (key, f"{value:g}")
 
 
-def leaves(record, names, path=""):
-    """Fields of a record that have one of some names, as bytes."""
-    for name in record.dtype.names:
-        if name not in names:
-            continue
-        value, key = record[name], f"{path}.{name}"
-        if value.dtype.names is None:
-            yield key, value.tobytes()
-        else:
-            for i, entry in enumerate(np.atleast_1d(value).ravel()):
-                yield from leaves(entry, names, f"{key}.{i}")
+@cache
+def bytes_read(layout, hand):
+    """Which bytes of a record belong to fields that the kernel reads."""
+    read = np.zeros(layout.itemsize, bool)
+    for name in names_read(hand).intersection(layout.names):
+        field, start = layout.fields[name][:2]
+        base, shape = field.subdtype or (field, ())
+        one = bytes_read(base, hand) if base.names else np.ones(base.itemsize, bool)
+        read[start : start + field.itemsize] = np.tile(one, int(np.prod(shape)))
+    return read
+
+
+def part_read(record, hand):
+    """The bytes of a record that the kernel reads."""
+    return np.frombuffer(record.tobytes(), np.uint8)[bytes_read(record.dtype, hand)].tobytes()
 
 
 def consumed(scenario):
     """All that the kernel is given for a run and reads: constants of all stretches, the start."""
-    names, simulation = names_read(scenario.space), Simulation(scenario)
+    hand, simulation = scenario.space, Simulation(scenario)
     engine, timetable = simulation._engine, simulation._timetable
-    given = [timetable._ends.copy(), dict(leaves(engine.run.step.start, names))]
-    given.append(dict(leaves(engine.run.discrete, names)))
+    given = [timetable._ends.copy(), part_read(engine.run.step.start, hand)]
+    given.append(part_read(engine.run.discrete, hand))
     given += [engine.estimates.tobytes(), engine.outlet.history.tobytes()]
-    given.append(dict(leaves(simulation._model, names)))
+    given.append(part_read(simulation._model, hand))
     while not timetable.is_last:
         engine.pass_instant()
-        given.append(dict(leaves(simulation._pack(), names)))
+        given.append(part_read(simulation._pack(), hand))
     return given
 
 
@@ -256,8 +260,14 @@ def uses(scenario, before, key, parameter):
 @pytest.fixture
 def _no_chance(monkeypatch):
     """Memory that a run does not set is zero, else what was there before seems to be used."""
+
+    def make_outlet(layout):
+        outlet = make_unset_record(layout)
+        outlet["history"] = 0.0  # all of it that `consumed` looks at
+        return outlet
+
     for made in (planar_run, spatial_run):
-        monkeypatch.setattr(made, "make_unset_record", make_record)
+        monkeypatch.setattr(made, "make_unset_record", make_outlet)
 
 
 @pytest.fixture

@@ -3,13 +3,16 @@
 import importlib.util
 from pathlib import Path
 
+import numba
 import numpy as np
 import pytest
 from scipy.linalg import null_space
 from scipy.optimize import nnls
 
 from slipgrasp import load_law, load_scenario, simulate, verify, with_law, with_values
-from slipgrasp.core.scenario.custom_laws import forget
+from slipgrasp.core.run import law_code
+from slipgrasp.core.run.checked_code import in_python
+from slipgrasp.core.scenario.custom_laws import custom_law, forget
 
 pytestmark = pytest.mark.usefixtures("known_laws")
 
@@ -26,11 +29,23 @@ def _import_file():
 FIELD = _import_file()
 
 
-def run(name):
+@pytest.fixture
+def _interpreted(monkeypatch):
+    """Python executes the laws, and what they call: each takes ten seconds to compile."""
+    monkeypatch.setattr(law_code, "INTERPRETED", True)
+    with in_python():
+        yield
+
+
+def scenario_of(name, duration=1.0):
     law = load_law(f"{FILE}:{name}")
     base = with_law(load_scenario("composite-case-2"), law.name)
-    told = {"estimates": [], "controller.grip_force": 10.0, "simulation.duration": 1.0}
-    return simulate(with_values(base, told))
+    told = {"estimates": [], "controller.grip_force": 10.0, "simulation.duration": duration}
+    return with_values(base, told)
+
+
+def run(name):
+    return simulate(scenario_of(name))
 
 
 def grasp_matrix(arm):
@@ -38,6 +53,7 @@ def grasp_matrix(arm):
     return np.hstack(blocks)
 
 
+@pytest.mark.usefixtures("_interpreted")
 @pytest.mark.parametrize("n", [2, 3, 4, 6])
 def test_least_forces_and_internal_forces_are_those_of_the_pseudo_inverse(n):
     rng = np.random.default_rng(n)
@@ -51,6 +67,7 @@ def test_least_forces_and_internal_forces_are_those_of_the_pseudo_inverse(n):
     np.testing.assert_allclose(forces.ravel(), expected, atol=1e-12)
 
 
+@pytest.mark.usefixtures("_interpreted")
 @pytest.mark.parametrize("n", [2, 3, 4, 6])
 @pytest.mark.parametrize("seed", range(5))
 def test_the_internal_step_is_that_of_a_librarys_quadratic_program(n, seed):
@@ -74,6 +91,7 @@ def test_the_internal_step_is_that_of_a_librarys_quadratic_program(n, seed):
     np.testing.assert_allclose(step.ravel(), basis @ (-rest[:-1] / rest[-1]), atol=1e-7)
 
 
+@pytest.mark.usefixtures("_interpreted")
 def test_an_internal_step_that_the_null_space_lacks_is_refused():
     arm = np.array([[1.0, 0.0], [0.0, 1.0]])  # not opposed: the internal force is along their line
     rows = np.zeros((1, 2, 2))
@@ -110,6 +128,7 @@ def test_the_reactive_force_runs_alike_with_and_without_prediction(reactive):
     assert runs[0] == runs[1]
 
 
+@pytest.mark.usefixtures("_interpreted")
 def test_learnt_friction_is_the_true_one_after_a_slide_and_sets_the_grip():
     result = run("LearntFriction")
     grip, friction = result.ticks.diagnostics[-1]
@@ -120,6 +139,7 @@ def test_learnt_friction_is_the_true_one_after_a_slide_and_sets_the_grip():
     assert result.metrics.held
 
 
+@pytest.mark.usefixtures("_interpreted")
 def test_the_static_grip_is_what_the_measured_force_needs():
     result = run("ObservedSlip")
     static, dynamic, _ = result.ticks.diagnostics[-1]
@@ -129,6 +149,29 @@ def test_the_static_grip_is_what_the_measured_force_needs():
     assert result.metrics.held
 
 
+@numba.njit
+def _squeeze_alone(seen, squeeze, out):
+    """In place of `carry`, which `ReactiveForce` compiles too, and longest of all."""
+    for i in range(len(seen.slip)):
+        for joint in range(2):
+            pull = seen.jacobian[i, 0, joint] * squeeze[i, 0]
+            pull += seen.jacobian[i, 1, joint] * squeeze[i, 1]
+            out.torque[i, joint] = pull
+
+
+@pytest.mark.parametrize("name", ["LearntFriction", "ObservedSlip"])
+def test_a_grip_is_the_same_compiled_and_in_python(name, monkeypatch):
+    scenario = scenario_of(name, 0.004)
+    law = custom_law(scenario.controller.kind)
+    monkeypatch.setitem(law.code.command.py_func.__globals__, "carry", _squeeze_alone)
+    told = simulate(scenario).ticks.diagnostics
+    assert len(told) == 4
+    monkeypatch.setattr(law_code, "INTERPRETED", True)
+    with in_python():
+        np.testing.assert_array_equal(simulate(scenario).ticks.diagnostics, told)
+
+
+@pytest.mark.usefixtures("_interpreted")
 def test_the_observer_sees_the_slip_of_a_contact_with_bristles():
     """The LuGre model, integrated finely under a load beyond its friction, then below it."""
     mass, most, period, parts = 0.5, 2.0, 1e-3, 100

@@ -63,7 +63,7 @@ def test_a_run_that_breaks_its_worker_costs_that_run_with_its_reason(
 
 
 def test_a_study_of_which_six_workers_are_killed_in_a_row_is_the_same_file(tmp_path) -> None:
-    study = quick_study(1500)
+    study = quick_study(600)
     write_study(study, tmp_path / "whole.mcap")
     others, killed = set(family_of(os.getpid())), []
 

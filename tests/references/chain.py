@@ -49,23 +49,25 @@ class ChainFinger:
         """Acceleration of the fingertip at zero joint acceleration [m]/[s^2]."""
         return self._drift(q, qd, 1, complex(*self._finger.tip))
 
+    def link_dynamics(self, q: Array, qd: Array, gravity: float) -> tuple[Array, Array]:
+        """M and h of Eq. 1 per mass of each link, ``(2, 2, 2)`` and ``(2, 2)``."""
+        inertias, biases = np.empty((2, 2, 2)), np.empty((2, 2))
+        for k, joint in enumerate(self._finger.joints):
+            point = complex(*joint.centre)
+            J = self._columns(q, k, point)
+            spin = self._spin * (np.arange(2) <= k)
+            inertial = self._drift(q, qd, k, point) + np.array([0.0, gravity])
+            inertias[k] = J.T @ J + joint.unit_inertia * np.outer(spin, spin)
+            biases[k] = J.T @ inertial
+        return inertias, biases
+
     def inertia_matrix(self, q: Array, masses: Array) -> Array:
         """M of Eq. 1, shape ``(2, 2)``."""
-        total = np.zeros((2, 2))
-        for k, joint in enumerate(self._finger.joints):
-            J = self._columns(q, k, complex(*joint.centre))
-            spin = self._spin * (np.arange(2) <= k)
-            total += masses[k] * (J.T @ J + joint.unit_inertia * np.outer(spin, spin))
-        return total
+        return np.tensordot(masses, self.link_dynamics(q, np.zeros(2), 0.0)[0], 1)
 
     def bias(self, q: Array, qd: Array, masses: Array, gravity: float) -> Array:
         """h of Eq. 1: Coriolis, centrifugal and gravity terms."""
-        total = np.zeros(2)
-        for k, joint in enumerate(self._finger.joints):
-            point = complex(*joint.centre)
-            inertial = self._drift(q, qd, k, point) + np.array([0.0, gravity])
-            total += masses[k] * self._columns(q, k, point).T @ inertial
-        return total
+        return masses @ self.link_dynamics(q, qd, gravity)[1]
 
     def _walk(self, q: Array, link: int, point: complex) -> tuple[list[Joint], complex]:
         """The joints up to a link, and the position of a point of it."""

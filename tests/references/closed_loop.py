@@ -53,8 +53,9 @@ class ClosedLoop(NamedTuple):
             scenario.object.inertia,
             np.array([f.friction for f in scenario.fingers]),
         )
+        hand, ratio = _hand(scenario), scenario.controller.link_length_ratio
         return cls(
-            hand=_hand(scenario),
+            hand=hand,
             truth=truth,
             unknowns=Unknowns(
                 tuple(e.parameter for e in scenario.estimates),
@@ -70,7 +71,7 @@ class ClosedLoop(NamedTuple):
                 ]
             ),
             load=np.zeros(3),
-            believed_hand=_hand(scenario, scenario.controller.link_length_ratio),
+            believed_hand=hand if ratio == 1.0 else _hand(scenario, ratio),
             rubbing=np.array([(f.joint_damping, f.joint_friction) for f in scenario.fingers]),
         )
 
@@ -95,6 +96,7 @@ class ClosedLoop(NamedTuple):
         belief: Phase | None = None,
         torques: Array | None = None,
         stopping: Array | None = None,
+        kin: Kinematics | None = None,
     ) -> Evaluation:
         """Torques, accelerations and contact forces at one instant.
 
@@ -106,8 +108,9 @@ class ClosedLoop(NamedTuple):
             belief: Phase the controller acts on; the plant's if left out.
             torques: Torques that act; those of the law if left out.
             stopping: What is added to the commanded slip accelerations, ``(n,)``.
+            kin: The believed kinematics of the state, if known.
         """
-        kin = self.believed_hand.kinematics(state, self.hand)
+        kin = kin or self.believed_kinematics(state)
         violation, forces = 0.0, np.zeros(0)
         if torques is None:
             believed = phase if belief is None else belief
@@ -116,12 +119,23 @@ class ClosedLoop(NamedTuple):
             torques, violation, forces = self.law.command(
                 self.believed_hand, kin, self.unknowns.fill(estimates), believed, v
             )
-        motion = self.solve_plant(state, phase, torques)
+        is_true = self.believed_hand is self.hand
+        motion = self.solve_plant(state, phase, torques, kin if is_true else None)
         return Evaluation(kin, torques, violation, motion, forces)
 
-    def solve_plant(self, state: State, phase: Phase, torques: Array) -> Motion:
-        """What the plant does under torques, less what the friction of its joints takes."""
-        kin = self.hand.kinematics(state)
+    def believed_kinematics(self, state: State) -> Kinematics:
+        """How the controller believes the fingers to be in a state."""
+        is_true = self.believed_hand is self.hand
+        return self.believed_hand.kinematics(state, None if is_true else self.hand)
+
+    def solve_plant(
+        self, state: State, phase: Phase, torques: Array, kin: Kinematics | None = None
+    ) -> Motion:
+        """What the plant does under torques, less what the friction of its joints takes.
+
+        ``kin`` is the kinematics of the plant in that state, if known.
+        """
+        kin = kin or self.hand.kinematics(state)
         given = np.ravel(torques) - self.joint_friction(kin)
         return self.hand.solve_all_unknowns(kin, self.truth, phase, given, self.load)
 

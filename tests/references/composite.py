@@ -150,8 +150,8 @@ def _missing(
     """Force of the fingertips less what object and friction ask for; zero at the truth."""
     hand = loop.believed_hand
     M, h = hand.finger_dynamics(kin, believed)
-    qdd = np.linalg.solve(kin.A_q, kin.b - kin.A_o @ acceleration[:3] - kin.A_s @ acceleration[3:])
-    forces = np.linalg.solve(kin.J.T, torques - h - M @ qdd)
+    qdd = kin.A_q_inverse @ (kin.b - kin.A_o @ acceleration[:3] - kin.A_s @ acceleration[3:])
+    forces = kin.J_inverse_transposed @ (torques - h - M @ qdd)
     M_o, h_o = hand.object_dynamics(believed)
     body = kin.W @ forces - M_o @ acceleration[:3] - h_o
     sliding = [

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from tests.references.closed_loop import ClosedLoop
+from tests.references.hand import Kinematics
 from tests.references.hybrid import (
     REST_SPEED,
     Flow,
@@ -76,13 +77,16 @@ def run_continuous(
 def _select(
     loop: ClosedLoop, mode: Mode, t: float, z: Array, piece_time: float, recognition_time: float
 ) -> Mode:
+    known: dict[bytes, Kinematics] = {}
     if mode.belief is None:
-        phases = select_phases(lambda p: Flow(loop, p, piece_time), loop, t, z)
+        phases = select_phases(lambda p: Flow(loop, p, piece_time, known=known), loop, t, z)
         if phases:
             assert len(phases) == 1, f"{phases} are consistent at t = {t}"
             return mode._replace(phase=phases[0])
         mode = Mode(mode.phase, mode.phase, t + recognition_time)
-    phases = select_phases(lambda p: Flow(loop, p, piece_time, belief=mode.belief), loop, t, z)
+    phases = select_phases(
+        lambda p: Flow(loop, p, piece_time, belief=mode.belief, known=known), loop, t, z
+    )
     assert len(phases) == 1, f"{phases} are consistent at t = {t}"
     return mode._replace(phase=phases[0])
 

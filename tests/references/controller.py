@@ -60,12 +60,19 @@ def regressor(
     """U ``(3 + n, p)`` and the known part ``(3 + n,)`` of Eq. 21, by superposition.
 
     The left-hand side of Eq. 17 is affine in the unknowns, so U's columns are its
-    differences between unit vectors and zero.
+    differences between unit vectors and zero. It is what object and friction ask for less the
+    forces of fingertips that move so without torque.
     """
+    body, slip = acceleration[:3], acceleration[3:]
+    joints = kin.A_q_inverse @ (kin.b - kin.A_o @ body - kin.A_s @ slip)
 
     def left_hand_side(values: Array) -> Array:
-        reduced = hand.reduced_form(kin, unknowns.fill(values), phase)
-        return reduced.M @ acceleration + reduced.h
+        believed = unknowns.fill(values)
+        M, h = hand.finger_dynamics(kin, believed)
+        M_o, h_o = hand.object_dynamics(believed)
+        alpha, D = friction_rows(phase, believed.friction)
+        forces = -kin.J_inverse_transposed @ (M @ joints + h)
+        return np.concatenate((M_o @ body + h_o - kin.W @ forces, alpha @ slip + D @ forces))
 
     p = len(unknowns.keys)
     known = left_hand_side(np.zeros(p))

@@ -6,6 +6,7 @@ Jacobian of each centre of mass, so no Lagrangian formula is copied.
 
 from __future__ import annotations
 
+from math import cos, sin
 from typing import NamedTuple
 
 import numpy as np
@@ -13,15 +14,12 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-_SPIN = (np.array([1.0, 0.0]), np.array([1.0, 1.0]))  # angular velocity of a link per joint rate
+# Squared angular velocity of a link per products of joint rates.
+_SPIN = (np.array([[1.0, 0.0], [0.0, 0.0]]), np.ones((2, 2)))
 
 
 def _direction(angle: float) -> Array:
-    return np.array([np.cos(angle), np.sin(angle)])
-
-
-def _normal(angle: float) -> Array:
-    return np.array([-np.sin(angle), np.cos(angle)])
+    return np.array([cos(angle), sin(angle)])
 
 
 class Finger(NamedTuple):
@@ -62,40 +60,49 @@ class Finger(NamedTuple):
 
     def jacobian(self, q: Array, link: int = 1, distance: float | None = None) -> Array:
         """Jacobian ``(2, 2)`` of a point on a link, of the fingertip by default [m]."""
-        d = self.lengths[link] if distance is None else distance
+        d = float(self.lengths[link] if distance is None else distance)
+        q1, q2 = q.tolist()
         if link == 0:
-            return np.column_stack((d * _normal(q[0]), np.zeros(2)))
-        outer = d * _normal(q[0] + q[1])
-        return np.column_stack((self.lengths[0] * _normal(q[0]) + outer, outer))
+            return np.array([[-d * sin(q1), 0.0], [d * cos(q1), 0.0]])
+        l1 = float(self.lengths[0])
+        across, along = -d * sin(q1 + q2), d * cos(q1 + q2)
+        return np.array([[-l1 * sin(q1) + across, across], [l1 * cos(q1) + along, along]])
 
     def jacobian_rate_times_velocity(
         self, q: Array, qd: Array, link: int = 1, distance: float | None = None
     ) -> Array:
         """Acceleration of a point on a link at zero joint acceleration [m]/[s^2]."""
-        d = self.lengths[link] if distance is None else distance
+        d = float(self.lengths[link] if distance is None else distance)
+        (q1, q2), (w1, w2) = q.tolist(), qd.tolist()
         if link == 0:
-            return -d * qd[0] ** 2 * _direction(q[0])
-        return -self.lengths[0] * qd[0] ** 2 * _direction(q[0]) - d * (
-            qd[0] + qd[1]
-        ) ** 2 * _direction(q[0] + q[1])
+            pull = -d * w1**2
+            return np.array([pull * cos(q1), pull * sin(q1)])
+        pull, outer = -float(self.lengths[0]) * w1**2, -d * (w1 + w2) ** 2
+        return np.array(
+            [
+                pull * cos(q1) + outer * cos(q1 + q2),
+                pull * sin(q1) + outer * sin(q1 + q2),
+            ]
+        )
+
+    def link_dynamics(self, q: Array, qd: Array, gravity: float) -> tuple[Array, Array]:
+        """M and h of Eq. 1 per mass of each link, ``(2, 2, 2)`` and ``(2, 2)``."""
+        inertias, biases = np.empty((2, 2, 2)), np.empty((2, 2))
+        for k, c in enumerate(self.centres):
+            J = self.jacobian(q, k, c)
+            inertial = self.jacobian_rate_times_velocity(q, qd, k, c)
+            inertial[1] += gravity
+            inertias[k] = J.T @ J + self.inertias[k] * _SPIN[k]
+            biases[k] = J.T @ inertial
+        return inertias, biases
 
     def inertia_matrix(self, q: Array, masses: Array) -> Array:
         """M of Eq. 1, shape ``(2, 2)`` [kg m^2]."""
-        total = np.zeros((2, 2))
-        for k in range(2):
-            J = self.jacobian(q, k, self.centres[k])
-            total += masses[k] * (J.T @ J + self.inertias[k] * np.outer(_SPIN[k], _SPIN[k]))
-        return total
+        return np.tensordot(masses, self.link_dynamics(q, np.zeros(2), 0.0)[0], 1)
 
     def bias(self, q: Array, qd: Array, masses: Array, gravity: float) -> Array:
         """h of Eq. 1: Coriolis, centrifugal and gravity terms [N m]."""
-        total = np.zeros(2)
-        for k in range(2):
-            c = self.centres[k]
-            inertial = self.jacobian_rate_times_velocity(q, qd, k, c)
-            inertial[1] += gravity
-            total += masses[k] * self.jacobian(q, k, c).T @ inertial
-        return total
+        return masses @ self.link_dynamics(q, qd, gravity)[1]
 
     def coriolis_matrix(self, q: Array, qd: Array, masses: Array) -> Array:
         """C of Christoffel symbols: ``h = C qd + gravity`` and ``dM/dt - 2 C`` is skew."""

@@ -8,6 +8,9 @@ as printed, written with inverses of block-diagonal matrices.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from math import cos, sin
 from typing import NamedTuple
 
 import numpy as np
@@ -40,7 +43,8 @@ class State(NamedTuple):
     slip_velocity: Array  # (n,)
 
 
-class Kinematics(NamedTuple):
+@dataclass(frozen=True)
+class Kinematics:
     """Everything that follows from the state without masses, forces or friction."""
 
     q: Array  # (n, 2)
@@ -53,8 +57,16 @@ class Kinematics(NamedTuple):
     b: Array  # (2n,)
     J: Array  # (2n, 2n), the J of Eq. 1 in contact frames
     W: Array  # (3, 2n)
-    A_q_inverse: Array  # (2n, 2n)
-    J_inverse_transposed: Array  # (2n, 2n)
+    link_inertias: Array  # (n, 2, 2, 2), M of each finger per mass of each link
+    link_biases: Array  # (n, 2, 2), h of each finger per mass of each link
+
+    @cached_property
+    def A_q_inverse(self) -> Array:  # noqa: N802
+        return np.linalg.inv(self.A_q)
+
+    @cached_property
+    def J_inverse_transposed(self) -> Array:  # noqa: N802
+        return np.linalg.inv(self.J).T
 
 
 class Motion(NamedTuple):
@@ -108,44 +120,43 @@ class Hand(NamedTuple):
             r = tips[i] - state.pose[:2]
             q = true[i].joint_positions(tips[i])
             J = finger.jacobian(q)
-            A_o = -np.column_stack((np.eye(2), TURN @ r))
+            A_o = np.array([[-1.0, 0.0, r[1]], [0.0, -1.0, -r[0]]])
             tip_velocity = -A_o @ state.velocity + t * state.slip_velocity[i]
-            qd = np.linalg.solve(true[i].jacobian(q), tip_velocity)
+            own = J if plant is None else true[i].jacobian(q)
+            qd = np.linalg.solve(own, tip_velocity)
             b = (
                 -finger.jacobian_rate_times_velocity(q, qd)
                 - spin**2 * r
                 + 2.0 * spin * state.slip_velocity[i] * (TURN @ t)
             )
             normal = np.array([t[1], -t[0]])
-            frame = np.column_stack((-t, normal))
+            frame = np.array([-t, normal]).T
             moments = r[0] * frame[1] - r[1] * frame[0]
-            rows.append((q, qd, J, frame, A_o, -t[:, None], b, np.vstack((frame, moments))))
-        q, qd, J, frames, A_o, A_s, b, W = zip(*rows, strict=True)
-        A_q = block_diagonal(J)
-        J_c = block_diagonal([C.T @ j for C, j in zip(frames, J, strict=True)])
+            links = finger.link_dynamics(q, qd, self.gravity)
+            W = np.array([*frame, moments])
+            rows.append((q, qd, J, frame, A_o, -t[:, None], b, W, *links))
+        q, qd, J, frames, A_o, A_s, b, W, inertias, biases = zip(*rows, strict=True)
         return Kinematics(
             q=np.array(q),
             qd=np.array(qd),
             jacobians=np.array(J),
             frames=np.array(frames),
-            A_q=A_q,
+            A_q=block_diagonal(J),
             A_o=np.vstack(A_o),
             A_s=block_diagonal(A_s),
             b=np.concatenate(b),
-            J=J_c,
+            J=block_diagonal([C.T @ j for C, j in zip(frames, J, strict=True)]),
             W=np.hstack(W),
-            A_q_inverse=np.linalg.inv(A_q),
-            J_inverse_transposed=np.linalg.inv(J_c).T,
+            link_inertias=np.array(inertias),
+            link_biases=np.array(biases),
         )
 
     def finger_dynamics(self, kin: Kinematics, parameters: Parameters) -> tuple[Array, Array]:
         """M and h of all fingers, ``(2n, 2n)`` and ``(2n,)``."""
-        links = zip(self.fingers, kin.q, kin.qd, parameters.link_masses, strict=True)
-        pairs = [
-            (finger.inertia_matrix(q, m), finger.bias(q, qd, m, self.gravity))
-            for finger, q, qd, m in links
-        ]
-        return block_diagonal([M for M, _ in pairs]), np.concatenate([h for _, h in pairs])
+        masses = parameters.link_masses
+        M = (masses[:, :, None, None] * kin.link_inertias).sum(axis=1)
+        h = (masses[:, :, None] * kin.link_biases).sum(axis=1)
+        return block_diagonal(M), h.ravel()
 
     def object_dynamics(self, parameters: Parameters) -> tuple[Array, Array]:
         """M_o and h_o of Eq. 62."""
@@ -169,16 +180,17 @@ class Hand(NamedTuple):
         M, h = self.finger_dynamics(kin, parameters)
         M_o, h_o = self.object_dynamics(parameters)
         alpha, D = friction_rows(phase, parameters.friction)
-        zero = np.zeros
-        matrix = np.block(
-            [
-                [M, zero((2 * n, 3 + n)), kin.J.T],
-                [zero((3, 2 * n)), M_o, zero((3, n)), -kin.W],
-                [kin.A_q, kin.A_o, kin.A_s, zero((2 * n, 2 * n))],
-                [zero((n, 2 * n + 3)), alpha, D],
-            ]
-        )
-        right = np.concatenate((torques - h, load - h_o, kin.b, zero(n)))
+        # Unknowns: joints, object, slips, forces. Equations: joints, object, contacts, friction.
+        joints, body = slice(0, 2 * n), slice(2 * n, 2 * n + 3)
+        slips, forces = slice(2 * n + 3, 3 * n + 3), slice(3 * n + 3, 5 * n + 3)
+        contacts, friction = slice(2 * n + 3, 4 * n + 3), slice(4 * n + 3, 5 * n + 3)
+        matrix = np.zeros((5 * n + 3, 5 * n + 3))
+        matrix[joints, joints], matrix[joints, forces] = M, kin.J.T
+        matrix[body, body], matrix[body, forces] = M_o, -kin.W
+        matrix[contacts, joints], matrix[contacts, body] = kin.A_q, kin.A_o
+        matrix[contacts, slips] = kin.A_s
+        matrix[friction, slips], matrix[friction, forces] = alpha, D
+        right = np.concatenate((torques - h, load - h_o, kin.b, np.zeros(n)))
         solution = np.linalg.solve(matrix, right)
         return Motion(
             joint_accelerations=solution[: 2 * n].reshape(n, 2),
@@ -194,20 +206,18 @@ class Hand(NamedTuple):
         JMA = kin.J_inverse_transposed @ M @ kin.A_q_inverse
         J_h = kin.J_inverse_transposed @ h
         W = kin.W
+        reduced = np.empty((3 + len(D), 3 + len(D)))
+        reduced[:3, :3], reduced[:3, 3:] = M_o - W @ JMA @ kin.A_o, -W @ JMA @ kin.A_s
+        reduced[3:, :3], reduced[3:, 3:] = D @ JMA @ kin.A_o, alpha + D @ JMA @ kin.A_s
         return Reduced(
-            M=np.block(
-                [
-                    [M_o - W @ JMA @ kin.A_o, -W @ JMA @ kin.A_s],
-                    [D @ JMA @ kin.A_o, alpha + D @ JMA @ kin.A_s],
-                ]
-            ),
+            M=reduced,
             h=np.concatenate(
                 (
                     h_o + W @ JMA @ kin.b + W @ J_h,
                     -D @ JMA @ kin.b - D @ J_h,
                 )
             ),
-            B=np.vstack((W, -D)) @ kin.J_inverse_transposed,
+            B=np.concatenate((W, -D)) @ kin.J_inverse_transposed,
         )
 
     def kinetic_energy(self, state: State, kin: Kinematics, parameters: Parameters) -> float:
@@ -235,14 +245,16 @@ def block_diagonal(blocks: Sequence[Array]) -> Array:
 
 def friction_rows(phase: Phase, friction: Array) -> tuple[Array, Array]:
     """alpha and D of Eq. 10: ``alpha sdd + D F = 0``, shapes ``(n, n)`` and ``(n, 2n)``."""
-    stick = np.asarray(phase) == 0
-    rows = [
-        np.zeros((1, 2)) if stuck else np.array([[1.0, gamma * mu]])
-        for stuck, gamma, mu in zip(stick, phase, friction, strict=True)
-    ]
-    return np.diag(stick.astype(float)), block_diagonal(rows)
+    n = len(phase)
+    alpha, D = np.zeros((n, n)), np.zeros((n, 2 * n))
+    for i, gamma in enumerate(phase):
+        if gamma == 0:
+            alpha[i, i] = 1.0
+        else:
+            D[i, 2 * i], D[i, 2 * i + 1] = 1.0, gamma * friction[i]
+    return alpha, D
 
 
 def _rotation(angle: float) -> Array:
-    c, s = np.cos(angle), np.sin(angle)
+    c, s = cos(angle), sin(angle)
     return np.array([[c, -s], [s, c]])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import product
 from typing import NamedTuple
 
@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tests.references.closed_loop import ClosedLoop, Evaluation
-from tests.references.hand import Motion, State
+from tests.references.hand import Kinematics, Motion, State
 
 Array = NDArray[np.float64]
 Guard = Callable[[float, Array], float]
@@ -32,6 +32,8 @@ class Flow:
         piece_time: A time inside the piece of the desired motion.
         belief: Phase the controller acts on, where it is not the plant's.
         torques: Torques that are held; None while the law acts continuously.
+        known: Kinematics of the last state, of whatever phase: flows that differ in it share them.
+        latest: What the last evaluation gave, by its time and state: guards ask for it again.
     """
 
     loop: ClosedLoop
@@ -39,14 +41,30 @@ class Flow:
     piece_time: float
     belief: tuple[int, ...] | None = None
     torques: Array | None = None
+    known: dict[bytes, Kinematics] = field(default_factory=dict)
+    latest: dict[tuple[float, bytes], Evaluation] = field(default_factory=dict, init=False)
 
     def evaluate(self, t: float, z: Array) -> Evaluation:
         """Plant and control law."""
-        state, estimates = unpack(self.loop, z)
-        desired = self.loop.trajectory.desired(t, self.piece_time)
-        return self.loop.evaluate(
-            state, self.phase, estimates, desired, belief=self.belief, torques=self.torques
-        )
+        instant = (t, z.tobytes())
+        if instant not in self.latest:
+            state, estimates = unpack(self.loop, z)
+            desired = self.loop.trajectory.desired(t, self.piece_time)
+            now = self.loop.evaluate(
+                *(state, self.phase, estimates, desired),
+                belief=self.belief,
+                torques=self.torques,
+                kin=self._kinematics(state, z[: len(z) - len(estimates)].tobytes()),
+            )
+            self.latest.clear()
+            self.latest[instant] = now
+        return self.latest[instant]
+
+    def _kinematics(self, state: State, coordinates: bytes) -> Kinematics:
+        if coordinates not in self.known:
+            self.known.clear()
+            self.known[coordinates] = self.loop.believed_kinematics(state)
+        return self.known[coordinates]
 
     def motion(self, t: float, z: Array) -> Motion:
         """Accelerations and contact forces of the plant."""

@@ -36,7 +36,7 @@ class Links(NamedTuple):
 
     def biases(self, qd: Array) -> Array:
         """Second derivatives of the directions at zero joint acceleration, ``(2, n, 3)``."""
-        yaw, rate = qd[:, :1], np.stack((qd[:, 1:2], qd[:, 1:2] + qd[:, 2:]))
+        yaw, rate = qd[:, :1], np.array([qd[:, 1:2], qd[:, 1:2] + qd[:, 2:]])
         sine = self.directions[..., 2:]
         turning = -2.0 * rate * yaw * sine * self.sideways - yaw**2 * self.outward
         return turning - rate**2 * self.directions
@@ -69,14 +69,14 @@ class Fingers(NamedTuple):
         radius = np.hypot(reach[:, 0], reach[:, 1])
         inner = np.arctan2(l2 * np.sin(q3), l1 + l2 * cosine)
         q2 = np.arctan2(reach[:, 2], radius) - inner
-        return np.stack((np.arctan2(reach[:, 1], reach[:, 0]), q2, q3), axis=1)
+        return np.array([np.arctan2(reach[:, 1], reach[:, 0]), q2, q3]).T
 
     def links(self, q: Array) -> Links:
         """How both links of every finger point."""
-        height = np.stack((q[:, 1], q[:, 1] + q[:, 2]))[..., None]
+        height = np.array([q[:, 1], q[:, 1] + q[:, 2]])[..., None]
         yaw, zero = q[:, 0], np.zeros(len(q))
-        outward = np.stack((np.cos(yaw), np.sin(yaw), zero), axis=1)
-        sideways = np.stack((-np.sin(yaw), np.cos(yaw), zero), axis=1)
+        outward = np.array([np.cos(yaw), np.sin(yaw), zero]).T
+        sideways = np.array([-outward[:, 1], outward[:, 0], zero]).T
         c, s = np.cos(height), np.sin(height)
         return Links(
             c * outward + s * UP, -s * outward + c * UP, c * sideways, c * outward, sideways
@@ -91,8 +91,9 @@ class Fingers(NamedTuple):
         swings, bends = links.jacobians, links.biases(qd)
         inertias, biases = [], []
         for k in range(2):
-            to_centre = np.stack((self.lengths[:, 0], self.centres[:, 1]), axis=1)
-            to_centre = to_centre if k else self.centres * [1.0, 0.0]
+            to_centre = self.centres * [1.0, 0.0]
+            if k:
+                to_centre = np.array([self.lengths[:, 0], self.centres[:, 1]]).T
             centre, swing = self.along(to_centre, swings), swings[k]
             weight = self.inertias[:, k, None, None]
             centre_t, swing_t = centre.transpose(0, 2, 1), weight * swing.transpose(0, 2, 1)

@@ -17,6 +17,10 @@ from tests.references.spatial_fingers import UP, Fingers
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
+_UNIT = np.eye(3)
+# Rows are S of the unit vectors, number by number.
+_CROSS = np.array([np.cross(axis, _UNIT).T.ravel() for axis in _UNIT])
+
 
 class Parameters(NamedTuple):
     """What may be unknown: true values, or what the controller believes, SI units."""
@@ -117,7 +121,9 @@ class Hand(NamedTuple):
         frames = R @ self.faces * [-1.0, -1.0, 1.0]
         sliding = -frames[:, :, :2]
         omega, relative = state.velocity[3:], sliding @ state.slip_velocity[:, :, None]
-        A_o = np.concatenate((-np.tile(np.eye(3), (n, 1, 1)), cross_matrix(arms)), axis=2)
+        levers = cross_matrix(arms)
+        A_o = np.empty((n, 3, 6))
+        A_o[:, :, :3], A_o[:, :, 3:] = -_UNIT, levers
         q = self.fingers.joint_positions(state.position + arms)
         links = self.fingers.links(q)
         J = self.fingers.along(self.fingers.lengths, links.jacobians)
@@ -126,7 +132,7 @@ class Hand(NamedTuple):
         rate = self.fingers.along(self.fingers.lengths, links.biases(qd))
         spin = cross_matrix(omega)
         b = arms @ (spin @ spin).T + 2.0 * relative[:, :, 0] @ spin.T - rate
-        moments = cross_matrix(arms) @ frames
+        moments = levers @ frames
         return Kinematics(
             R, arms, frames, q, qd, J, rate,
             A_o.reshape(3 * n, 6), block_diagonal(-sliding), b.ravel(),
@@ -171,9 +177,9 @@ class Hand(NamedTuple):
     ) -> tuple[Array, Array]:
         """M_o and h_o, ``(6, 6)`` and ``(6,)``."""
         R, mass = kin.rotation, parameters.object_mass
-        inertia = R @ np.diag(parameters.object_inertias) @ R.T
+        inertia = (R * parameters.object_inertias) @ R.T
         M_o = np.zeros((6, 6))
-        M_o[:3, :3], M_o[3:, 3:] = mass * np.eye(3), inertia
+        M_o[:3, :3], M_o[3:, 3:] = mass * _UNIT, inertia
         gyroscopic = cross_matrix(np.asarray(spin)) @ inertia @ spin
         return M_o, np.concatenate((mass * self.gravity * UP, gyroscopic))
 
@@ -283,7 +289,7 @@ def rotation_matrix(quaternion: Array) -> Array:
     """World from body, of a quaternion (w, x, y, z) of any length but zero."""
     w, v = quaternion[0], quaternion[1:]
     S = cross_matrix(v)
-    return np.eye(3) + 2.0 / (quaternion @ quaternion) * (w * S + S @ S)
+    return _UNIT + 2.0 / (quaternion @ quaternion) * (w * S + S @ S)
 
 
 def quaternion_rate(quaternion: Array, omega: Array) -> Array:
@@ -294,16 +300,12 @@ def quaternion_rate(quaternion: Array, omega: Array) -> Array:
 
 def cross_matrix(vectors: Array) -> Array:
     """S(a) with S(a) b = a x b, for one vector or many."""
-    S = np.zeros((*vectors.shape, 3))
-    for k in range(3):
-        i, j = (k + 1) % 3, (k + 2) % 3
-        S[..., j, i], S[..., i, j] = vectors[..., k], -vectors[..., k]
-    return S
+    return (vectors @ _CROSS).reshape(*vectors.shape, 3)
 
 
 def block_diagonal(blocks: Array) -> Array:
     """Blocks of equal shape along the diagonal."""
     count, rows, columns = blocks.shape
     matrix = np.zeros((count, rows, count, columns))
-    matrix[np.arange(count), :, np.arange(count), :] = blocks
+    np.einsum("iaib->iab", matrix)[...] = blocks
     return matrix.reshape(count * rows, count * columns)

@@ -99,7 +99,8 @@ def test_no_handler_of_a_validation_error_is_silent():
     silent = set()
     for package in PACKAGES:
         for path in (ROOT / package).rglob("*.py"):
-            tree = ast.parse(path.read_text(encoding="utf-8"))
+            text = path.read_text(encoding="utf-8")
+            tree = ast.parse(text if "ValidationError" in text else "")
             for function in (n for n in ast.walk(tree) if isinstance(n, ast.FunctionDef)):
                 if any(map(is_silent, handlers_of_validation_errors(function))):
                     silent.add((path.relative_to(ROOT).as_posix(), function.name))
