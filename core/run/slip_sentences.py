@@ -149,17 +149,17 @@ def describe_grip_force(result: RunResult) -> Iterator[str]:
     needed = _needed_forces(result)[1:]
     i = int(np.argmin(normal - needed[-1]))
     force, least = _distinguished(float(normal[i]), float(needed[-1, i]))
-    enough = f"{least} N is enough" if force != least else "no less is enough"
+    need = f"{least} N" if force != least else "all of it"
     slipping = trace.normal_force[trace.phase[:, i] != ContactPhase.STICK, i]
     more = "faster motion or a push can require more"
     most = math.ceil(10.0 * needed[:, i].max()) / 10.0  # with which it does not slip
     if slipping.size:
-        more = f"earlier it slipped even at {slipping.max():.1f} N"
+        more = f"earlier it slipped while it pressed with up to {slipping.max():.1f} N"
     elif most > needed[-1, i] + 0.1:
         more = f"earlier it needed up to {most:.1f} N"
     yield (
-        f"At the end the {result.scenario.finger_names[i]} fingertip presses with {force} N; in "
-        f"this state {enough}, but {more}."
+        f"At the end the {result.scenario.finger_names[i]} fingertip presses with {force} N and "
+        f"needs {need} to stick; {more}."
     )
 
 

@@ -589,10 +589,10 @@ SENTENCES: tuple[tuple[str, Callable[[RunResult, re.Match[str]], None]], ...] = 
         check_switching,
     ),
     (
-        r"At the end the (?P<finger>.+) fingertip presses with (?P<normal>[\d.]+) N; in this state "
-        r"(?:(?P<least>[\d.]+) N|no less) is enough, but (?:faster motion or a push can require "
-        r"more|earlier it slipped even at (?P<most>[\d.]+) N|earlier it needed up to "
-        r"(?P<needed>[\d.]+) N)\.",
+        r"At the end the (?P<finger>.+) fingertip presses with (?P<normal>[\d.]+) N and needs "
+        r"(?:(?P<least>[\d.]+) N|all of it) to stick; (?:faster motion or a push can require "
+        r"more|earlier it slipped while it pressed with up to (?P<most>[\d.]+) N|earlier it needed "
+        r"up to (?P<needed>[\d.]+) N)\.",
         check_squeeze,
     ),
     *KNOWLEDGE,

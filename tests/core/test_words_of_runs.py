@@ -311,6 +311,6 @@ def test_a_gripper_says_with_which_force_it_had_not_slipped() -> None:
         return " ".join(describe_run(simulate(scenario)).sentences)
 
     assert words(40.0).startswith("No fingertip slipped; ")
-    assert "but earlier it needed up to 29.2 N." in words(40.0)
+    assert "; earlier it needed up to 29.2 N." in words(40.0)
     assert words(29.2).startswith("No fingertip slipped; ")
     assert words(29.1).startswith("Both fingertips slipped by less than 1 nm")

@@ -11,7 +11,7 @@ const LARGE = 1.6; // size of an enlarged close-up, as far as there is space, in
 const LARGEST_RING = 0.6; // of a ring around a contact, in the radius of a close-up
 const LEAST_RING = 4; // px
 // What a newcomer cannot know, beside the first close-up, where a page shows it.
-const EXPLAINED = ["◁ friction cone", "→ contact force", "▬ slip so far", "○ what is enlarged"];
+const EXPLAINED = ["◁ friction cone", "→ contact force", "▬ slip so far", "↑ slip velocity", "○ what is enlarged"];
 const STYLE = `
 .sg-overlay { position: absolute; inset: 0; width: 100%; height: 100%; overflow: hidden;
   z-index: 2; pointer-events: none; font-family: system-ui, sans-serif; }
@@ -154,18 +154,32 @@ class Explanation {
     this.lines = EXPLAINED.map(() => text(this.element));
   }
 
+  /** Beside the first close-up, or in the corner of the view: where nothing else is. */
   draw({ places, radius }, held, free, font) {
+    const [width, half] = [9 * font, 3.75 * font];
     const { x, y } = places[0];
-    const right = x - radius - 0.8 * font;
-    const [left, half] = [right - 9 * font, 3 * font];
-    const isOnObject =
-      left < held.right && right > held.left && y - half < held.bottom && y + half > held.top;
-    const isOnOther = places.some(
-      (each, i) => i > 0 && Math.abs(each.y - y) < 2 * radius && each.x < x && each.x + radius > left,
-    );
-    const fits = left > free.left && !isOnObject && !isOnOther;
-    set(this.element, { visibility: fits ? null : "hidden" });
-    this.lines.forEach((line, k) => write(line, EXPLAINED[k], right, y + 1.5 * (k - 1.5) * font, 0.9 * font));
+    const spots = [
+      { right: x - radius - 0.8 * font, y },
+      { right: free.left + width + font, y: free.top + half + font },
+    ];
+    const taken = [
+      held,
+      ...places.map((each) => ({
+        left: each.x - radius,
+        right: each.x + radius,
+        top: each.y - radius - 2 * font,
+        bottom: each.y + radius + 5 * font,
+      })),
+    ];
+    const spot = spots.find(({ right, y: middle }) => {
+      const box = { left: right - width, right, top: middle - half, bottom: middle + half };
+      return box.left > free.left && !taken.some((other) => overlap(box, other));
+    });
+    set(this.element, { visibility: spot ? null : "hidden" });
+    if (!spot) return;
+    this.lines.forEach((line, k) => {
+      write(line, EXPLAINED[k], spot.right, spot.y + 1.5 * (k - 2) * font, 0.9 * font);
+    });
   }
 }
 
@@ -379,6 +393,10 @@ function ringOf(objectToClip, anchor, reach, size) {
     project(objectToClip, anchor.map((value, k) => value + (k === axis ? reach : 0)), size),
   );
   return Math.max(...ends.map((end) => (end === null ? 0 : Math.hypot(end[0] - middle[0], end[1] - middle[1]))));
+}
+
+function overlap(a, b) {
+  return a.left < b.right && a.right > b.left && a.top < b.bottom && a.bottom > b.top;
 }
 
 function middleOf({ left, top, right, bottom }) {
