@@ -108,6 +108,7 @@ export class Overlay {
     const index = this.large?.index;
     this.enlarge(null);
     this.closeUps = facts.contacts.map((contact, i) => new CloseUp(facts, contact, i, this));
+    this.element.append(this.labels); // over them
     if (index !== undefined && index < run.count) this.enlarge(index);
   }
 

@@ -17,14 +17,16 @@ export function startResolution() {
 
 function onPress({ target }) {
   if (target !== window.__viserMutable?.canvas && !target.closest?.("[data-sg-track]")) return;
-  const move = () => (isMoving = true);
+  const pressed = new AbortController();
+  const listen = (type, call) => window.addEventListener(type, call, { signal: pressed.signal });
   const end = () => {
-    window.removeEventListener("pointermove", move);
+    pressed.abort();
     isMoving = false;
     if (full !== null) window.__viserMutable.requestRender();
   };
-  window.addEventListener("pointermove", move);
-  for (const type of ["pointerup", "pointercancel"]) window.addEventListener(type, end, { once: true });
+  listen("pointermove", () => (isMoving = true));
+  listen("pointerup", end);
+  listen("pointercancel", end);
 }
 
 function choose(renderer) {
