@@ -228,7 +228,7 @@ def reach_html(reach: Reach, playback: Playback | None) -> str:
     elif time is not None and time <= 0.0:
         words = "At t = 0 a control acts <b>on the whole run</b>."
     elif time is None:
-        words = "While it plays, a control acts <b>on the whole run</b>."
+        words = "While it plays: <b>on the whole run</b>."
     else:
         words = f"A control acts <b>from {time:.5g} s on</b>."
     return f"<div class='sg-editor-note sg-reach'>{words}</div>"
