@@ -186,9 +186,7 @@ class Screen:
         if drawn != self._drawn:
             self._drawn = drawn
             layout = self._scene.show(shown.result, pale, view.appearance)
-            has_lenses = view.appearance.lenses and shown.result.scenario.space.has_hand
-            boxes = [layout.corners(lenses=has_lenses), *[layout.beside] * has_lenses]
-            self._camera.show(boxes, layout.plane)
+            self._camera.show(layout.boxes(lenses=view.appearance.lenses), layout.plane)
         instant = (self._drawn, view.playback, view.drag)
         has_moved = not all(map(is_, instant, self._instant))
         if has_moved and view.sample is not None and view.playback is not None:

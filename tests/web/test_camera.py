@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from slipgrasp.web.model.page_layout import Picture
-from slipgrasp.web.scene.boxes import with_close_ups, with_close_ups_beside
+from slipgrasp.web.scene.boxes import with_close_ups
 from slipgrasp.web.scene.camera import OPENING, FrontCamera, frame_box, frame_nearest
 
 LOW, HIGH = np.array([0.0, 0.0]), np.array([3.0, 2.0])
@@ -133,10 +133,10 @@ def test_another_run_of_the_same_size_does_not_move_the_camera(
 
 def test_a_low_view_is_framed_with_close_ups_beside_the_hand_if_that_is_clearly_nearer() -> None:
     low, high = np.array([0.0, 0.0]), np.array([1.0, 1.0])
-    above, beside = with_close_ups(low, high, 2), with_close_ups_beside(low, high, 2)
+    above, beside = with_close_ups(low, high, 2)
     assert beside[0][0] < above[0][0] and beside[1][1] < above[1][1]
     for picture, box in ((Picture(700, 900, 200), above), (Picture(870, 750, 280), beside)):
         assert frame_nearest((above, beside), picture) == frame_box(*box, picture)
-    tall = with_close_ups_beside(low, high, 6)
+    _, tall = with_close_ups(low, high, 6)
     assert tall[1][1] - tall[0][1] > 1.9
     assert frame_nearest((above,), WIDE) == frame_box(*above, WIDE)

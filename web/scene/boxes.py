@@ -1,4 +1,4 @@
-"""Boxes in the view plane: around the motion of the object, with space for close-ups above."""
+"""Boxes in the view plane: around the motion of the object, with space for close-ups."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 Points = NDArray[np.float64]
+Box = tuple[Points, Points]
+"""Lower left and upper right corner [m]."""
 
 _MOST_IN_A_ROW = 3
 _RADIUS, _OF_WIDTH, _LEAST_ASPECT = 0.18, 0.44, 1.1
@@ -16,44 +18,32 @@ _MOST_LAG = 4.0  # radii of the object; larger distances are outside the view
 _DIGITS = 5
 
 
-def with_close_ups_beside(low: Points, high: Points, count: int) -> tuple[Points, Points]:
-    """A box with space for close-ups at both sides, for a low view.
+def with_close_ups(low: Points, high: Points, count: int) -> tuple[Box, Box]:
+    """Two boxes with space for close-ups: above, and at both sides for a low view.
+
+    Above they are in two rows if there are more than three.
 
     Args:
-        low: Lower left corner of the box [m].
+        low: Lower left corner of the box without them [m].
         high: Upper right corner [m].
         count: Number of close-ups.
-
-    Returns:
-        Lower left and upper right corner.
-    """
-    radius = _RADIUS * float((high - low).max())
-    rows = -(-count // 2)
-    aside = np.array([_COLUMN * radius, 0.5 * max(rows * _ROW * radius - (high - low)[1], 0.0)])
-    return low - aside, high + aside
-
-
-def with_close_ups(low: Points, high: Points, count: int) -> tuple[Points, Points]:
-    """A box with space above for close-ups, in two rows if there are more than three.
-
-    Args:
-        low: Lower left corner of the box [m].
-        high: Upper right corner [m].
-        count: Number of close-ups.
-
-    Returns:
-        Lower left and upper right corner.
     """
     size = high - low
+    largest = _RADIUS * float(size.max())
     rows = 1 if count <= _MOST_IN_A_ROW else 2
     width = max(size[0], _LEAST_ASPECT * size[1])
-    radius = min(_OF_WIDTH * width / -(-count // rows), _RADIUS * float(size.max()))
+    radius = min(_OF_WIDTH * width / -(-count // rows), largest)
     middle, half = 0.5 * (low[0] + high[0]), 0.5 * width
     top = high[1] + rows * _ROW * radius
-    return np.array([middle - half, low[1]]), np.array([middle + half, top])
+    in_a_column = -(-count // 2)
+    aside = np.array([_COLUMN * largest, 0.5 * max(in_a_column * _ROW * largest - size[1], 0.0)])
+    return (
+        (np.array([middle - half, low[1]]), np.array([middle + half, top])),
+        (low - aside, high + aside),
+    )
 
 
-def box_around(corners: Points, path: Points, lag: Points, radius: float) -> tuple[Points, Points]:
+def box_around(corners: Points, path: Points, lag: Points, radius: float) -> Box:
     """A box around the desired motion of an object, with a margin for its lag.
 
     Runs with one desired motion and small lags have the same box.

@@ -12,11 +12,11 @@ import viser
 from numpy.typing import NDArray
 
 from slipgrasp.web.model.page_layout import Picture
+from slipgrasp.web.scene.boxes import Box
 from slipgrasp.web.scene.view_plane import FRONT, ViewPlane
 
 FIELD_OF_VIEW = math.radians(10.0)
 Place = tuple[float, float, float]
-Box = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 _FREE_SHARE = 0.3
 _CLEARLY = 0.75  # of the distance of the first framing

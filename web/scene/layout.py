@@ -14,7 +14,7 @@ from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario import PLANAR, RAIL, SPATIAL, SUPPORT, Scenario
 from slipgrasp.scene import parts, rotations, skeleton
 from slipgrasp.scene.states import States, states_of
-from slipgrasp.web.scene.boxes import box_around, with_close_ups, with_close_ups_beside
+from slipgrasp.web.scene.boxes import Box, box_around, with_close_ups
 from slipgrasp.web.scene.view_plane import FRONT, ViewPlane
 
 Points = NDArray[np.float64]
@@ -56,7 +56,7 @@ class SceneLayout:
             [m].
         low: Lower left corner of the view.
         high: Its upper right corner.
-        beside: Both corners of a view with close-ups at the sides of the hand.
+        beside: Corners of a view with close-ups at the sides of the hand.
         hand_low: Lower left corner of the visible part of the hand, without close-ups.
         hand_high: Upper right corner of that part.
     """
@@ -69,13 +69,18 @@ class SceneLayout:
     held: Points
     low: Points
     high: Points
-    beside: tuple[Points, Points]
+    beside: Box
     hand_low: Points
     hand_high: Points
 
-    def corners(self, *, lenses: bool) -> tuple[Points, Points]:
-        """Lower left and upper right corner of the view, with or without close-ups [m]."""
+    def corners(self, *, lenses: bool) -> Box:
+        """Corners of the view, with or without close-ups."""
         return (self.low, self.high) if lenses else (self.hand_low, self.hand_high)
+
+    def boxes(self, *, lenses: bool) -> tuple[Box, ...]:
+        """The view, and with close-ups another for a low window; see `camera.frame_nearest`."""
+        first = self.corners(lenses=lenses)
+        return (first, self.beside) if lenses else (first,)
 
 
 def lay_out(result: RunResult, *, whole_hand: bool = False) -> SceneLayout:
@@ -89,10 +94,10 @@ def lay_out(result: RunResult, *, whole_hand: bool = False) -> SceneLayout:
     count = len(scenario.fingers)
     plane = _first_look(scenario, states_of(trace[:1]))
     box = _hand_box if whole_hand and scenario.space.has_control else _grasp_box
-    hand_low, hand_high = box(result, plane)
-    low, high = hand_low, hand_high
+    hand_low, hand_high = bare = box(result, plane)
+    (low, high), beside = bare, bare
     if scenario.space.has_hand:
-        low, high = with_close_ups(hand_low, hand_high, count)
+        (low, high), beside = with_close_ups(*bare, count)
     slip = np.linalg.norm(trace.slip.reshape(len(trace), count, -1), axis=2)
     reach, tick = reach_and_tick(scenario, float(slip.max()))
     limit = max(float(trace.friction_coefficient.max() * full.force), 1e-3)
@@ -105,7 +110,7 @@ def lay_out(result: RunResult, *, whole_hand: bool = False) -> SceneLayout:
         held=_held_points(result),
         low=low,
         high=high,
-        beside=with_close_ups_beside(hand_low, hand_high, count),
+        beside=beside,
         hand_low=hand_low,
         hand_high=hand_high,
     )
