@@ -277,7 +277,7 @@ def _draw_chart(figure: Figure, result: RunResult, window: Window) -> Axes:
     chart.set_xlim(*window)
     chart.margins(y=0.15)
     chart.set_xlabel("$t$ [s]", labelpad=1.0)
-    chart.set_ylabel(f"{result.scenario.space.slip_words} [mm]")
+    chart.set_ylabel(f"{result.scenario.space.slip_words} [mm]", fontsize=7.0)
     chart.legend(loc="best", ncols=3, borderaxespad=0.5)
     patches = phase_patches(result)
     figure.legend(handles=patches, loc="lower center", ncols=3, handlelength=1.2, fontsize=8.5)
