@@ -53,7 +53,7 @@ kernel: $(VENV)/.develop
 # The same, on two processors, and those of hands for WebAssembly too, which tests need.
 kernels: $(VENV)/.develop
 	@for end in first last; do \
-	  $(BIN)/python -m slipgrasp.core.kernel.compilation.webassembly $$end & \
+	  $(BIN)/python -m slipgrasp.core.kernel.webassembly.build $$end & \
 	done; wait
 	@$(BIN)/python -c "$(PREPARE)"
 
@@ -69,7 +69,7 @@ benchmark: $(VENV)/.benchmark
 
 # The kernel as one file that runs in a browser: docs/webassembly.md.
 wasm: $(VENV)/.wasm
-	$(BIN)/python -m slipgrasp.core.kernel.compilation.webassembly build/slipgrasp.wasm
+	$(BIN)/python -m slipgrasp.core.kernel.webassembly.build build/slipgrasp.wasm
 
 # The documentation as pages with a search and with live pages, to be read without a network:
 # build/site/index.html.

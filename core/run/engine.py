@@ -10,15 +10,15 @@ import numpy as np
 from slipgrasp.core.kernel.compilation.cache import IN_WEBASSEMBLY
 from slipgrasp.core.kernel.compilation.compiler import choose_backend, start_in
 from slipgrasp.core.kernel.compilation.records import Floats, Record
-from slipgrasp.core.kernel.compilation.shipped import enter_shipped, shipped_file
 from slipgrasp.core.kernel.planar import advance as kernel
 from slipgrasp.core.kernel.planar.run import last_row, make_run
 from slipgrasp.core.kernel.planar.state import StateParts, parts_of
+from slipgrasp.core.kernel.webassembly.shipped import enter_shipped, shipped_file
 from slipgrasp.core.run.schedule import Schedule, Timetable
 from slipgrasp.core.scenario import PLANAR, RAIL, SUPPORT, Change, PlanarScenario, Scenario, Space
 
 if IN_WEBASSEMBLY:
-    from slipgrasp.core.kernel.compilation.webassembly import in_wasmtime
+    from slipgrasp.core.kernel.webassembly.build import in_wasmtime
 
     choose_backend(in_wasmtime)
 elif shipped_file() is not None:

@@ -20,8 +20,8 @@ from slipgrasp.core.kernel.compilation.cache import read_code, write_code
 from slipgrasp.core.kernel.compilation.compiler import OPTIONS, call
 from slipgrasp.core.kernel.compilation.entry import compile_entry
 from slipgrasp.core.kernel.compilation.normal_form import NormalForm
-from slipgrasp.core.kernel.compilation.shipped import sources_digest
 from slipgrasp.core.kernel.laws.own_law import call_law
+from slipgrasp.core.kernel.webassembly.shipped import sources_digest
 from slipgrasp.core.run.computation import Computation
 from slipgrasp.core.run.engine import engine_of, make_engine
 from slipgrasp.core.run.metrics import compute_metrics
