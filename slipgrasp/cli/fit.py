@@ -91,7 +91,7 @@ def _add_search(parser: argparse.ArgumentParser) -> None:
         "--nuisance",
         metavar="delay,force_bias",
         default="",
-        help="errors of the measurement to estimate with the parameters",
+        help="measurement errors to estimate as well: a delay, a constant error of each force",
     )
     parser.add_argument(
         "--held-out",
@@ -109,7 +109,11 @@ def _add_search(parser: argparse.ArgumentParser) -> None:
         "repeated",
     )
     parser.add_argument(
-        "--starts", metavar="N", type=int, default=20, help="number of starts (default: 20)"
+        "--starts",
+        metavar="N",
+        type=int,
+        default=20,
+        help="number of points from which the search starts (default: 20)",
     )
     parser.add_argument(
         "--twins",

@@ -72,7 +72,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         metavar="METRES",
         type=_number,
         default=math.inf,
-        help="slip on any fingertip above which the object counts as not held, such as 0.001 "
+        help="slip of any fingertip above which the object counts as not held, such as 0.001 "
         "(default: any slip that ends is allowed); rotation of the object is not limited",
     )
     parser.add_argument(

@@ -27,7 +27,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         "replay",
         help="open a recording in the dashboard",
         description="Open a recording in the dashboard, and serve it until interrupted, by "
-        "default only to this machine. Nothing is simulated until a control is moved. The first "
+        "default only on this machine. Nothing is simulated until a control is moved. The first "
         "line of standard output is the URL.",
     )
     parser.add_argument(

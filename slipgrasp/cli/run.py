@@ -48,7 +48,12 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         add_help=False,
     )
     add_scenario(parser)
-    parser.add_argument("--output", metavar="FILE.mcap", type=Path, help="file to write")
+    parser.add_argument(
+        "--output",
+        metavar="FILE.mcap",
+        type=Path,
+        help="file to write (default: a new run in the data folder)",
+    )
     parser.add_argument(
         "--page",
         metavar="FILE.html",

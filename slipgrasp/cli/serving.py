@@ -122,7 +122,7 @@ def add_metrics(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--metrics",
         action="store_true",
-        help="serve metrics for Prometheus at /metrics; needs slipgrasp[metrics]",
+        help="serve metrics for Prometheus at /metrics; needs pip install 'slipgrasp[metrics]'",
     )
 
 

@@ -62,7 +62,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         "--workers",
         metavar="N",
         type=_workers,
-        help="number of processes (default: one per processor)",
+        help="number of processes of the executors processes and dask (default: one per processor)",
     )
     parser.add_argument(
         "--estimate",
