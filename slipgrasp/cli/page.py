@@ -24,7 +24,8 @@ DESCRIPTION = (
     "Write a live page: one HTML file that simulates a scenario in a browser. It needs no server, "
     "no network and no installation, and shows the SHA-256 of its run, which 'slipgrasp run "
     "--json' prints too. SCENARIO can also be a recording (FILE.mcap), whose scenario is simulated "
-    "again, or 'why': the page 'Why does my object slip?', which asks for five numbers of a gripper."
+    "again, or 'why': the page 'Why does my object slip?', which asks for five numbers of a "
+    "gripper."
 )
 EPILOG = (
     "The first use compiles the kernel to WebAssembly, which takes a minute or two and needs "
