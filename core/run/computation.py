@@ -159,7 +159,7 @@ class Computation:
         self._run.begun = 0
 
     def _pack(self) -> Record:
-        """Constants of the present segment."""
+        """Constants of the current segment."""
         model, present = self._engine.pack(), self._timetable.present
         model.num_diagnostics = len(self.shape.diagnostics)
         if self._replays_all:
@@ -189,7 +189,7 @@ class Computation:
             return
         contact = int(self._run.concerned)
         last = Trace.from_rows(self.shape, self._last_row())
-        # From the last row, because the present state may not be finite.
+        # From the last row, because the current state may not be finite.
         self.outcome, self._reason = describe_end(
             status, contact, self.scenario, self._timetable.present, last, float(last.times[0])
         )

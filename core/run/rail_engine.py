@@ -22,7 +22,7 @@ class RailEngine:
         self.run, self.outlet = make_run(scenario, keeps_rows=keeps_rows)
 
     def pack(self) -> Any:
-        """The constants of the present segment."""
+        """The constants of the current segment."""
         return pack_model(self.timetable.present)
 
     def advance(self, model: Record, *, first: bool, same_ticks: bool, max_steps: int) -> int:

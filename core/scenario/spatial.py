@@ -157,7 +157,7 @@ class SpatialObject:
 
     @property
     def half_height(self) -> float:
-        """Height along the z axis [m]."""
+        """Half the height along the z axis [m]."""
         return self.radius if self.shape == "sphere" else 0.5 * self.height
 
     @property

@@ -114,7 +114,7 @@ class ImportedFinger:
     Attributes:
         joints: Its chain.
         tip: Position of the tip in the frame of the last link [m].
-        parts: Poses of the links of the file that were merged to each link, by name.
+        parts: Poses of the links of the file that were merged into each link, by name.
     """
 
     joints: tuple[ChainJoint, ...]
