@@ -1,4 +1,4 @@
-"""``slipgrasp page``: one HTML file that simulates a scenario in a browser, without a network."""
+"""``slipgrasp page``: a live page, which simulates a scenario in a browser without a network."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     """Adds the command to the parser."""
     parser = commands.add_parser(
         "page",
-        help="write one HTML file that simulates a scenario in a browser",
+        help="write a live page: one HTML file that simulates a scenario",
         description=DESCRIPTION,
         epilog=EPILOG,
         add_help=False,

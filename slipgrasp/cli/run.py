@@ -58,7 +58,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         "--page",
         metavar="FILE.html",
         type=Path,
-        help="also write an HTML file that simulates the scenario in a browser ('slipgrasp page')",
+        help="also write a live page of the scenario ('slipgrasp page')",
     )
     parser.add_argument("--force", action="store_true", help="replace existing files")
     parser.add_argument(
