@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 DESCRIPTION = (
     "Find the boundary of the range of a parameter over which the grasp holds the object. The "
-    "command simulates both ends of the range and values between them, then bisects, and stores "
+    "command simulates the values --from and --to and some between them, then bisects, and stores "
     "the recordings of the runs on both sides of the boundary."
 )
 EPILOG = (

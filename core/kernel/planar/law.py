@@ -58,7 +58,7 @@ def believe(law: Record, truth: Record, unknowns: Record, state: Record, believe
 def demand_acceleration(
     law: Record, motion: Record, piece: int, t: float, state: Record, belief: Integers, room: Record
 ) -> None:
-    """V = x''_des + K_v e' + K_p e, with 0 for contacts in estimated stick.
+    """Computes v = x''_des + K_v e' + K_p e, with 0 for contacts in estimated stick.
 
     The desired slip of a sticking contact is its present slip, so its e is 0. Slipping contacts
     are also decelerated by up to ``slip_stop``, so that their slip ends in finite time (composite
