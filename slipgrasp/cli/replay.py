@@ -34,7 +34,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         "recording",
         metavar="FILE.mcap|ID",
         help="the recording, or the id of a stored run; a file that is still being written is "
-        "shown up to its last sample",
+        "shown up to its last complete chunk",
     )
     add_port(parser, default=0)
     add_network(parser)
