@@ -30,8 +30,8 @@ if TYPE_CHECKING:
 DESCRIPTION = (
     "Find parameters of a scenario from a recording or a table of measured data (docs/fit.md). "
     "Searches start from many points; a profile of each parameter gives its 95 % interval, or "
-    "shows that the data do not bound it. The runs, except those of twins, are stored as a study; a "
-    "report is written to the same folder as JSON and HTML. The same command continues an "
+    "shows that the data do not bound it. The runs, except those of twins, are stored as a study; "
+    "a report is written to the same folder as JSON and HTML. The same command continues an "
     "interrupted fit."
 )
 EPILOG = (
