@@ -60,7 +60,7 @@ class Body(NamedTuple):
     inertia: Floats
 
     def seen_from(self, pose: Pose) -> Body:
-        """The body in the frame in which its own has a pose."""
+        """The body in another frame, given the pose of its own frame in that."""
         turned = pose.turn @ self.inertia @ pose.turn.T
         return Body(self.mass, pose.place + pose.turn @ self.centre, turned)
 
