@@ -25,7 +25,7 @@ def describe_law_failure(kind: str, found: str, t: float) -> Reason:
 
 
 def describe_wall_limit(t: float, wall_limit: float) -> Reason:
-    """Reason of a run that reached its limit of computing time [s] at ``t`` [s]."""
+    """Reason of a run that reached its limit of elapsed time [s] at ``t`` [s]."""
     message = f"the computing time limit of {wall_limit:g} s was reached at {t:.4g} s"
     hint = "shorten the run, or raise the limit"
     return _interruption("wall_time", message, t, hint, limit=wall_limit)

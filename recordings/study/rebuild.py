@@ -55,10 +55,10 @@ def rebuild(
         study: The study.
         row: One of its rows.
         should_stop: Called every few milliseconds; True stops the simulation.
-        wall_limit: Limit of computing time [s]; none if None.
+        wall_limit: Limit of elapsed time [s]; none if None.
 
     Raises:
-        RebuildError: If the run differs, was never simulated, ended by its computing time, or takes
+        RebuildError: If the run differs, was never simulated, ended by its elapsed time, or takes
             too long.
         Cancelled: If it was stopped.
     """
