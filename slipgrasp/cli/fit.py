@@ -35,8 +35,8 @@ DESCRIPTION = (
     "interrupted fit."
 )
 EPILOG = (
-    "exit status: 0 fitted, 1 fitted, but the residuals are larger than the noise, 2 bad input, "
-    "4 interrupted, or disk failure (repeat the command to continue)"
+    "exit status: 0 fitted, 1 fitted with residuals larger than the noise, 2 bad input, "
+    "4 interrupted or disk failure (repeat the command to continue)"
 )
 
 

@@ -27,7 +27,7 @@ DESCRIPTION = (
 )
 EPILOG = (
     "exit status: 0 found, 1 held at both ends or at neither (nothing saved), 2 bad input, "
-    "4 interrupted, or disk failure"
+    "4 interrupted or disk failure"
 )
 HELD, LOST = "held.mcap", "lost.mcap"
 _VISIBLE_TURN = 0.5  # [°]

@@ -30,7 +30,7 @@ DESCRIPTION = (
     "where the object is held. The same command continues an interrupted study."
 )
 EPILOG = (
-    "exit status: 0 every run has an outcome, 2 bad input, 4 interrupted, or disk failure "
+    "exit status: 0 every run has an outcome, 2 bad input, 4 interrupted or disk failure "
     "(finished runs are stored)"
 )
 

@@ -91,7 +91,7 @@ def motion_charts(result: RunResult) -> tuple[Chart, ...]:
             "turn-rate",
             "Angular velocity",
             "rad/s",
-            "Rate of the turn about the normal of the support.",
+            "Angular velocity about the normal of the support.",
             (Line("turn-rate", "ω", FINGERS[2], velocity[:, 2]),),
         ),
     )

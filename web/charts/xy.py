@@ -21,7 +21,7 @@ from slipgrasp.web.charts.chosen import choosable, chosen_charts
 Values = NDArray[np.float64]
 
 XY_TAB = "XY"
-_BEFORE = "A force outside is the one that stick would have needed just before a slip."
+_BEFORE = "A force outside is the force that stick would have needed just before a slip."
 
 
 @dataclass(frozen=True, slots=True, eq=False)
