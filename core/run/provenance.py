@@ -33,7 +33,7 @@ class Provenance:
         return self.kernel.startswith(PORTABLE)
 
     def has_bits_of(self, present: Provenance) -> bool:
-        """True if runs of the current numerics are equal to the last bit."""
+        """True if runs of both numerics are equal to the last bit."""
         return same_bits(self.kernel, present.kernel)
 
 

@@ -42,7 +42,7 @@ class RailEngine:
         return self.timetable.end_stretch()
 
     def cross_edge(self, contact: int) -> bool:
-        """The face has no patches: its edge is its end."""
+        """Returns False: without patches, the only edge of the face is its end."""
         return False
 
     @property

@@ -49,12 +49,12 @@ class SupportEngine:
         return self.timetable.end_stretch()
 
     def cross_edge(self, contact: int) -> bool:
-        """The support has no edges."""
+        """Returns False; never called, because the support has no edges."""
         return False
 
     @property
     def estimates(self) -> Floats:
-        """Nothing is estimated."""
+        """An empty array: nothing is estimated."""
         return np.empty(0)
 
     def last_row(self, model: Record) -> Floats:

@@ -29,7 +29,7 @@ class Followed:
     Attributes:
         status: Its progress.
         behind: Number of studies before it, if it waits.
-        picture: Its present map; None if there is none yet.
+        picture: Its current map; None if there is none yet.
         has_map: Whether it can have one.
     """
 
