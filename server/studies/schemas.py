@@ -280,7 +280,7 @@ class StudyComparisonPublic(BaseModel):
 
     @classmethod
     def from_comparison(cls, comparison: CombinationComparison | None) -> Self:
-        """Converts the comparison to the response; None if nothing is crossed."""
+        """Converts the comparison to the response; empty if nothing is crossed."""
         if comparison is None:
             return cls(keys=[], combinations=[], pairs=[])
         return cls.model_validate(comparison)

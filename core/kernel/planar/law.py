@@ -60,7 +60,7 @@ def demand_acceleration(
 ) -> None:
     """Computes v = x''_des + K_v e' + K_p e, with 0 for contacts in estimated stick.
 
-    The desired slip of a sticking contact is its present slip, so its e is 0. Slipping contacts
+    The desired slip of a sticking contact is its current slip, so its e is 0. Slipping contacts
     are also decelerated by up to ``slip_stop``, so that their slip ends in finite time (composite
     law; 0 in the others).
     """
