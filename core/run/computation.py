@@ -100,7 +100,7 @@ class Computation:
         return min(1.0, self.time / self.scenario.simulation.duration)
 
     def advance(self) -> None:
-        """Advances by one chunk of at most about 50 ms of computing time."""
+        """Advances by one chunk, which takes at most about 50 ms."""
         if self.finished:
             return
         status = self._engine.advance(

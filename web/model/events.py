@@ -243,7 +243,7 @@ def _disturbances(result: RunResult) -> Iterator[RunEvent]:
 
 
 def _end_of(result: RunResult) -> RunEvent:
-    """The end of the run, with the reason of an early end."""
+    """The end of the run, with the reason for an early end."""
     if result.reason is not None:
         return RunEvent(result.end_time, EventKind.END, f"the run ends: {result.reason.message}")
     completed = result.outcome is Outcome.COMPLETED

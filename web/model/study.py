@@ -52,7 +52,7 @@ class StudyRun:
         study_id: The study.
         index: The run.
         run_id: Id of its recording; empty while it is being created, or after a failure.
-        message: Reason of a failure.
+        message: Reason for a failure.
     """
 
     study_id: str
