@@ -1,4 +1,4 @@
-"""Fingers that are chains of two joints in the plane (docs/model.md, Chains).
+"""Fingers that are chains of two joints in the plane (docs/model.md, Finger dynamics).
 
 The frames of the links are turned so that the inverse kinematics is that of two links, of a slide
 on a link, of a link on a slide, or of two slides. Vectors are in world axes unless their frame is

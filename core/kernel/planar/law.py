@@ -1,4 +1,4 @@
-"""Common functions of the control laws (docs/model.md, Controller).
+"""Common functions of the control laws (docs/model.md, Controllers).
 
 A law receives the state, the estimated phases and the estimates. It receives the masses and
 friction of the plant only in a copy in which estimates replace the unknown parameters.
