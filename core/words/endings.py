@@ -77,7 +77,7 @@ class _Ending:
     Attributes:
         outcome: Its outcome.
         code: Code of its reason.
-        explain: Description: a sentence with placeholders (`_blanks`), or a function if the text
+        explain: Description: a sentence with placeholders (`end_blanks`), or a function if the text
             depends on more.
         hint: Returns the suggestion.
         of_one_contact: Whether a single contact or finger is responsible.
