@@ -42,7 +42,7 @@ class Computation:
 
         Args:
             scenario: Scenario to simulate.
-            keep_trace: Whether to store the trace; without it only `Simulation.summary` is available.
+            keep_trace: Whether to store the trace, without which a run only has a summary.
 
         Raises:
             ScenarioError: If the scenario cannot be simulated.
