@@ -104,7 +104,8 @@ def measure_pages(rounds: int = ROUNDS, moves: int = MOVES) -> Table:
         browser.close()
     note = (
         "1440 x 900 at half resolution, without a graphics card, hashes equal to those of native "
-        f"runs. Targets: {SIZE_TARGET} MB, {FIRST_TARGET:g} s, planar hands {SLIDER_TARGET:g} ms."
+        f"runs. Targets: {SIZE_TARGET} MB, first picture {FIRST_TARGET:g} s, planar sliders "
+        f"{SLIDER_TARGET:g} ms."
     )
     heads = ("page", "MB", "first picture [s]", "run [ms]", "slider, median [ms]", "p95 [ms]")
     return Table("page", heads, tuple(rows), (note,), PAGE)
@@ -165,7 +166,7 @@ def measure_map(side: int = SIDE) -> Table:
         ("study, a process per processor", f"{native:.1f}"),
     )
     heads = (f"{side**2} runs of {MAPPED}", "s")
-    note = "All cells are equal. Wall time, one after the other on the same machine."
+    note = "All cells equal those of the study. Wall time, one after the other on the same machine."
     return Table("page-map", heads, rows, (note,), PAGE)
 
 

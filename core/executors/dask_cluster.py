@@ -169,7 +169,7 @@ class _Map:
                 yield from self._note(answer, window)
 
     def give_up(self) -> None:
-        """Cancels unfinished tasks on the cluster; the workers then stop."""
+        """Cancels unfinished tasks on the cluster; the workers then stop them."""
         unfinished = list(self._at.values())
         self._at.clear()
         if unfinished and not self._connection.is_lost:
@@ -178,8 +178,8 @@ class _Map:
     def _hand_out(self, window: Window[Any]) -> None:
         """Submits as many tasks as the workers accept.
 
-        When a worker dies, Dask cannot tell which of its tasks caused it, so that a task at its
-        last attempt is executed alone.
+        When a worker dies, Dask cannot tell which task killed it, so a task at its last attempt is
+        executed alone.
         """
         while self._alone not in self._at and len(self._at) < _DEPTH * self.num_workers:
             attempt, self._suspect = self._suspect or window.take(), None
@@ -242,7 +242,7 @@ def _do_on_worker(asked: Message) -> Message:
 
 
 def _given_up() -> Callable[[], bool]:
-    """Whether the scheduler has cancelled the current task, or lost its client."""
+    """Returns a check for a current task that is cancelled, or whose client is lost."""
     from distributed import get_worker
 
     worker = get_worker()

@@ -35,8 +35,8 @@ def _headline_on_rail(metrics: Metrics) -> str:
     along = f"Moved {length_words(moved)}" if moved > 0.0 else "The object did not move"
     finger = f"the fingertip slid {length_words(slipped)}" if slipped > 0.0 else ""
     finger = finger or "the fingertip did not slip"
-    slides = ["still slips at the end"] * metrics.slipping_at_end
-    return ", ".join([along, finger, *slides])
+    slides = ["still in motion at the end"] * metrics.slipping_at_end
+    return "; ".join([along, finger, *slides])
 
 
 def describe_motion(metrics: Metrics, trace: Trace) -> Iterator[str]:
@@ -50,7 +50,10 @@ def describe_motion(metrics: Metrics, trace: Trace) -> Iterator[str]:
     if trace.estimates.size:
         first, last = float(trace.estimates[0, 0]), float(trace.estimates[-1, 0])
         true = float(trace.true_parameters[-1, 0])
-        yield f"The estimated mass went from {first:.3g} to {last:.3g} kg; it is {true:.3g} kg."
+        yield (
+            f"The estimated mass went from {first:.3g} to {last:.3g} kg; "
+            f"the true one is {true:.3g} kg."
+        )
     margin = metrics.minimum_friction_margin[_FINGER]
     if margin is not None and metrics.slip_path[_FINGER] == 0.0:
         yield f"The fingertip could bear at least {margin:.3g} N more along its face."
@@ -71,8 +74,8 @@ def describe_slide(trace: Trace, metrics: Metrics) -> Iterator[str]:
         yield f"Friction dissipated {lost:.3g} J."
     if metrics.slipping_at_end:
         vx, vy, omega = trace.object_velocity[-1].tolist()
-        turns = f" and turns at {abs(omega):.3g} rad/s" if omega else ""
-        yield f"At the end it moves at {math.hypot(vx, vy):.3g} m/s{turns}."
+        turns = f" and {abs(omega):.3g} rad/s" if omega else ""
+        yield f"The final speed is {math.hypot(vx, vy):.3g} m/s{turns}."
     elif margin is not None:
         yield f"At rest, friction could bear at least {margin:.3g} N more."
 

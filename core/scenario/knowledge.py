@@ -29,7 +29,7 @@ class Knowledge:
         mistaken: Keys of the parameters that its model has wrong or lacks at some time: links with
             wrong mass or length ratios, static friction that differs from sliding friction, joint
             friction.
-        uses_friction: Whether its law uses friction; a custom law may.
+        uses_friction: Whether its law may use friction, as custom laws may.
         uses_object: Whether its law uses parameters of the object.
     """
 

@@ -217,7 +217,7 @@ def _described(scenario: Scenario) -> dict[str, Parameter]:
 
 
 def settable_parameters(scenario: Scenario) -> dict[str, Parameter]:
-    """Every parameter by dotted key; for absent list items, those of a first item without value."""
+    """Every parameter by dotted key; of an empty list, those of one item, without values."""
     definitions = parameter_definitions(scenario)
     for key, parameter in describe(full_scenario(scenario.space)).items():
         if not key.startswith("fingers."):

@@ -52,8 +52,8 @@ def check_values(problem: FitProblem) -> None:
     count = problem.data.count
     if count > MAX_VALUES:
         message = (
-            f"signals: the recording has {count} values of these signals, at most {MAX_VALUES} are "
-            "fitted on this server; choose fewer signals, import the data with --every N, or use "
+            f"signals: the recording has {count} values of these signals; this server fits at most "
+            f"{MAX_VALUES}: choose fewer signals, import the data with --every N, or use "
             "'slipgrasp fit' on the command line"
         )
         limit = f"at most {MAX_VALUES} values"

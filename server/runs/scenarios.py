@@ -28,7 +28,7 @@ class PresetSummary(BaseModel):
 
     @classmethod
     def from_name(cls, name: str) -> Self:
-        """Returns the preset of a name."""
+        """Returns the summary of a preset."""
         links = {"self": preset_path(name)}
         return cls(name=name, title=load_scenario(name).title, links=links)
 
@@ -77,7 +77,7 @@ class ParametersPublic(BaseModel):
 
     @classmethod
     def from_scenario(cls, scenario: Scenario) -> Self:
-        """All parameters; for absent list items, those of a first item without value."""
+        """All parameters; of an empty list, those of one item, without values."""
         definitions = settable_parameters(scenario).values()
         data = [ParameterPublic.from_parameter(parameter) for parameter in definitions]
         return cls(data=data, count=len(data))

@@ -42,7 +42,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     Returns:
         The exit status: 0 completed, 1 different, no margin, or residuals larger than the noise,
-        2 bad input, 3 ended early by physics, 4 any other early end.
+        2 bad input, 3 ended early for a physical reason, 4 any other early end.
     """
     _replace_what_the_terminal_cannot_show()
     try:

@@ -47,7 +47,8 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         parser.add_argument_group(
             "retention",
             "By default no run is deleted. Runs that these rules do not retain are deleted at the "
-            "start and every hour.",
+            "start and every hour; at the start, and for their age, at most a tenth of all runs at "
+            "a time.",
         )
     )
     add_log_format(parser)
@@ -65,7 +66,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         metavar="FILE.toml",
         type=Path,
         help="file written by 'slipgrasp hands import', whose fingers are drawn with the meshes "
-        "beside it, or a scenario file that names it, with which the dashboard starts",
+        "beside it; or a scenario file that names it, with which the dashboard then starts",
     )
     parser.set_defaults(execute=_execute)
 

@@ -144,9 +144,9 @@ def test_two_runs_are_compared_by_their_parameters_and_signals(runs):
 
 def test_the_outcome_is_told_in_words(runs):
     words = describe_run(runs["push"])
-    assert words.headline == "Moved 599 mm, the fingertip did not slip"
+    assert words.headline == "Moved 599 mm; the fingertip did not slip"
     assert any("estimated mass went from 0.6 to" in each for each in words.sentences)
-    assert describe_run(runs["drag"]).headline == "Moved 1000 mm, the fingertip slid 33.9 mm"
+    assert describe_run(runs["drag"]).headline == "Moved 1000 mm; the fingertip slid 33.9 mm"
 
 
 @pytest.mark.parametrize(

@@ -76,7 +76,7 @@ ON_RAIL = Kind(
     },
     ("pour",),
     [
-        "Moved 1000 mm, the fingertip slid 33.9 mm",
+        "Moved 1000 mm; the fingertip slid 33.9 mm",
         "object starts to slip to the right",
         "fingertip starts to slip to the left",
         "along the rail",

@@ -35,7 +35,7 @@ _PER_LEGEND_LINE = 4
 _PLOT = 34.0
 _TICKS = 10.5
 
-# Smaller numbers on an axis are in exponential notation.
+# Axes with smaller numbers only show three significant digits.
 _PLAIN = 1e-3
 _PALE, _BAND, _SLIPPING = 0.4, 0.12, 0.13
 _BROADER = 1.8

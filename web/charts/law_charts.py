@@ -66,7 +66,7 @@ _CHARTS: tuple[tuple[Chart, Callable[[Trace], Values]], ...] = (
     (
         Chart(
             "laws-force",
-            "Normal force, of the fingertip that presses hardest",
+            "Normal force of the fingertip that presses hardest",
             "N",
             "Effort of the grip, and load on a fragile object.",
             (),

@@ -30,12 +30,12 @@ def make_locate(
     Args:
         layouts: Records of this kind of hand.
         step_to: Repeats the step with another size.
-        least_fired: Returns the smallest distance of the fired guards to their levels.
+        least_fired: Returns the smallest distance of the fired guards from their levels.
         is_past_band: Returns 1 if a fired guard is below its level by more than its band.
         keep_first_fired: Keeps the fired guards that are at their level.
         size_of_zero: Returns the size of values that count as zero, from those at both ends.
         finish: Takes the step to the event, between two given sizes.
-        bisect_every: Every trial with this period is a bisection.
+        bisect_every: One trial in so many is a bisection.
     """
 
     @compiled_apart(
