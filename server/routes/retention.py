@@ -60,7 +60,7 @@ class ExpiredRunPublic(BaseModel):
 
 
 class RetentionPublic(BaseModel):
-    """The rules, and the runs that they delete now, newest first."""
+    """The rules, and the runs that they delete next, newest first."""
 
     rules: RetentionRulesPublic
     data: list[ExpiredRunPublic]
@@ -78,7 +78,7 @@ def read_retention(
     """The runs that the server deletes next, within an hour; this request deletes nothing.
 
     With parameters, all runs that other rules would delete. The server's rules are set at its
-    start; they delete at most a tenth of the folder at a time.
+    start; at the start, and later by age, they delete at most a tenth of the folder at a time.
     """
     asked = Retention(
         max_age=None if keep_days is None else timedelta(days=keep_days),

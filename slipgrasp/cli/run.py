@@ -33,7 +33,7 @@ DESCRIPTION = "Simulate a scenario, store the recording, and print the outcome."
 MAX_DISPLAY_RATE = 1000.0
 TRYING_LIMIT = 5.0  # [s]; the suggestions are tried within a second on most machines
 STATUSES = (
-    "exit status: 0 completed, 3 ended early for a physical reason, 2 bad input (nothing saved), "
+    "exit status: 0 completed, 2 bad input (nothing saved), 3 ended early for a physical reason, "
     "4 any other early end (limit, interrupt, disk)"
 )
 

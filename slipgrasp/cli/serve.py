@@ -47,7 +47,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         parser.add_argument_group(
             "retention",
             "By default no run is deleted. Runs that these rules do not retain are deleted at the "
-            "start and every hour; at the start, and for their age, at most a tenth of all runs at "
+            "start and every hour: at the start, and later by age, at most a tenth of all runs at "
             "a time.",
         )
     )

@@ -57,7 +57,7 @@ def scale_of(unit: str, values: Iterable[float] = ()) -> Scale:
 def number(value: float, *, signed: bool = False, padded: bool = False) -> str:
     """A number with three digits, or more if it is large: ``2.59``, ``5991``.
 
-    Numbers that are negligible in any unit, as rounding errors, are ``≈ 0``.
+    Numbers that are negligible in any unit, such as rounding errors, are ``≈ 0``.
 
     Args:
         value: The number.
@@ -72,7 +72,7 @@ def number(value: float, *, signed: bool = False, padded: bool = False) -> str:
 
 
 def scaled(scale: Scale, value: float, *, signed: bool = False) -> str:
-    """A number in the unit of a scale; counts are whole."""
+    """A number in the unit of a scale; counts are integers."""
     is_count = isinstance(value, int)
     return number(value if is_count else scale.factor * value, signed=signed, padded=not is_count)
 

@@ -100,7 +100,7 @@ class Editing:
         gesture: The control that was moved last, if nothing else happened since.
         ghost_due: Whether the run on the screen becomes the ghost of the next one.
         file_errors: Errors of the scenario file that was loaded last.
-        law_note: The settings of the law chosen in the last step, None if it chose none.
+        law_note: The settings of the law chosen in the last step; None if no law was chosen.
     """
 
     reach: Reach = Reach.PLAY_HEAD

@@ -201,7 +201,7 @@ def _way(result: RunResult, change: PhaseChange) -> str:
 
 
 def _way_on_face(result: RunResult, change: PhaseChange, row: int) -> str:
-    """As `_way`, for a spatial hand, seen from outside the object with the first tangent up."""
+    """Like `_way`, for a spatial hand, seen from outside the object with the first tangent up."""
     slips = result.trace.slip_velocity[row:, 2 * change.contact : 2 * change.contact + 2]
     moving = slips[np.any(slips != 0.0, axis=1)]
     if len(moving) == 0:

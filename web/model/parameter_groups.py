@@ -50,7 +50,7 @@ _DETAILS = (
     "minimum",
     "maximum",
 )
-# The main ones of a part, the most important first; others follow in the order of the scenario.
+# The main parameters of a part, the most important first; the others follow in scenario order.
 _FIRST = ("mass", "friction", "kind", "grip_force")
 _NOUNS = {"pulses": "Push", "patches": "Low-friction patch"}
 _FOLDED_TITLES = {

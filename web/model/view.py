@@ -275,7 +275,7 @@ class ViewState:
 
     @property
     def offers_premises(self) -> bool:
-        """Whether the theorems apply to the run on the screen, which is short enough and new."""
+        """Whether the assumptions of the theorems can be requested for the run on the screen."""
         if self.shown is None or not has_premises(self.shown.result.scenario):
             return False
         asked = self.premises is not None and self.premises.ticket == self.shown.ticket

@@ -30,7 +30,7 @@ _TABS = (*CHART_TABS, CHOSEN_TAB, XY_TAB, LAWS_TAB)
 
 
 class ChartsReducer(Reducer):
-    """Hides lines of the charts, adds signals and a second cursor, and reverts that."""
+    """Hides lines of the charts, adds signals and a second cursor, and undoes these changes."""
 
     takes: ClassVar[tuple[type[Intent], ...]] = (
         ToggleLine,
@@ -51,7 +51,7 @@ class ChartsReducer(Reducer):
 
 
 def _laid_out(intent: Intent, charts: ChartsView) -> ChartsView:
-    """Requests that are independent of a run."""
+    """The charts after a request that is independent of a run."""
     match intent:
         case LayOutCharts(layout):
             return charts.laid_out(layout)

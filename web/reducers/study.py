@@ -146,7 +146,7 @@ class StudyReducer(Reducer):
         return max(min(waits), 0.0) if waits else None
 
     def _in_step(self, view: ViewState) -> ViewState:
-        """Another scenario has other parameters; one with an unavailable law has none."""
+        """Adapts the study draft to another base scenario; none if no parameter can vary."""
         if view.draft.base is self._base:
             return view
         self._base = view.draft.base
