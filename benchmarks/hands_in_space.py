@@ -40,7 +40,7 @@ COUNT = 10_000
 LEDGER_SHARE = 1e-8  # of the largest energy of the run: the relative tolerance of the steps
 SAME_VELOCITY = 1e-7  # of 1 m/s and the velocity; slips below that may end together
 CHECKS_IN_SPACE = CHECKS | {
-    "ledger": Check("energy ledger off by more than 1e-6 J and 1e-8 of the greatest energy", "J"),
+    "ledger": Check("energy balance off by more than 1e-6 J and 1e-8 of the largest energy", "J"),
     "velocity": Check("velocities that differ at equal times by more than 1e-7", "m/s"),
 }
 

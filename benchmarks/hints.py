@@ -312,17 +312,20 @@ def tabulate(cases: list[Case], seed: int) -> Table:
     rows = (
         ("runs drawn", str(len(cases))),
         ("of these held", str(len(held))),
-        ("hints pressed", str(len(presses))),
-        ("do what they say", _share(presses, lambda press: press.is_true)),
+        ("applied hints", str(len(presses))),
+        ("have the stated effect", _share(presses, lambda press: press.is_true)),
         ("held objects that a hint lost", str(_lost_by_hints(held))),
-        ("not held: the first hint holds, where one is shown", _share(firsts, lambda p: p.holds)),
-        ("not held: the first hint holds, of all", format_share(len(firsts), len(lost))),
-        ("not held: nothing tried holds, which is said", str(len(lost) - len(firsts))),
-        ("ended early: what is named first without trying holds", _share(untried, bool)),
+        (
+            "not held before, held with the first hint, if there is one",
+            _share(firsts, lambda press: press.holds),
+        ),
+        ("not held before, held with the first hint, of all", format_share(len(firsts), len(lost))),
+        ("not held before, nor with any tried hint, as reported", str(len(lost) - len(firsts))),
+        ("ended early, held with the first hint without trials", _share(untried, bool)),
     )
     note = (
-        "Targets: at least 95 % do what they say, no held object lost, at least 70 % held by the "
-        f"first hint (seed {seed})."
+        "Targets: at least 95 % have the stated effect, no held object lost, at least 70 % held "
+        f"with the first hint (seed {seed})."
     )
     return Table("hints", ("", ""), rows, (note,), "verification.md")
 

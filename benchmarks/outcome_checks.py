@@ -53,14 +53,14 @@ class Check(NamedTuple):
 
 
 CHECKS = {
-    "stall": Check("`chattering` without the phase changes it states"),
+    "stall": Check("`chattering` without the stated phase changes"),
     "rate": Check("other phase changes, or another end, with 10 kHz output"),
-    "friction": Check("friction gives back more than 1e-9 J", "J"),
+    "friction": Check("friction does negative work of more than 1e-9 J", "J"),
     "cone": Check("a force outside its cone by more than 1e-9", "relative"),
-    "ledger": Check("energy ledger off by more than 1e-6 J and 1e-9 of the greatest energy", "J"),
+    "ledger": Check("energy balance off by more than 1e-6 J and 1e-9 of the largest energy", "J"),
     "velocity": Check("velocities that differ at equal times by more than 1e-8", "m/s"),
-    "inconsistent": Check("`inconsistent` though some phases, or open contacts, agree"),
-    "separated": Check("`separated` by a jump though the contact need not open, or cannot"),
+    "inconsistent": Check("`inconsistent` although some phases or open contacts agree"),
+    "separated": Check("`separated` at a jump although the contact need not or cannot open"),
     "metrics": Check("a metric that its trace exceeds, or other metrics with 10 kHz output"),
     "completed": Check("`completed` that does not reach its end, or a number not finite"),
 }

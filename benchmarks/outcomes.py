@@ -105,7 +105,7 @@ def tabulate(
         part: Name of the first table; the second one ends in ``-endings``.
         checks: The checks by name.
     """
-    heads = ["what must not be"]
+    heads = ["violation"]
     for campaign in campaigns:
         heads += [f"{campaign.population}: of {len(campaign.judgements)}", "worst"]
     rows = tuple(

@@ -43,10 +43,10 @@ SENTENCE = re.compile(
 )
 CHECKS_OF_SOFT = CHECKS_IN_SPACE | {
     "cone": Check("a wrench outside its limit surface, or off it in slip, by more than 1e-9"),
-    "ledger": Check("energy ledger off by more than 1e-6 J and 1e-9 of the greatest energy", "J"),
+    "ledger": Check("energy balance off by more than 1e-6 J and 1e-9 of the largest energy", "J"),
     "against": Check("friction off a slip above 10 um/s by more than 1e-3", "rad"),
-    "internal": Check("an end by the numerics and not by physics, its law or its time"),
-    "refusal": Check("a law that does not know of the moments, and is not refused in a sentence"),
+    "internal": Check("an end for a numerical reason"),
+    "refusal": Check("a law without moments that is not refused with a message"),
 }
 
 
