@@ -83,9 +83,9 @@ def stuck_contacts(
     """Contacts of which the data do not show that they slipped, by the index of their friction.
 
     In the best run they may slip a little, because that describes some of the noise; the profile
-    may then bound their friction on both sides. So as many frictions together as chi-squared allows
-    are fixed at their largest values. Where slip would allow a much smaller friction, the profile
-    decides.
+    may then bound their friction on both sides. So as many friction coefficients as chi-squared
+    allows together are fixed at their largest values. Where slip would allow a much smaller
+    friction, the profile decides.
     """
     problem = objective.problem
     limit = SLIP_RISE * threshold / THRESHOLD_95

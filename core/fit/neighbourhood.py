@@ -1,8 +1,8 @@
 """Minimization near a minimum where chi-squared jumps.
 
-Signals jump where an event crosses a control tick. Between two jumps chi-squared has a minimum of
-its own, which least squares do not leave. Runs on lines across the jumps show the lowest one, also
-with some parameters fixed or for other data, because signals do not depend on the data.
+Signals jump where an event crosses a control tick. Between two jumps chi-squared has its own
+minimum, which least squares does not leave. Runs on lines across the jumps show the lowest one,
+also with some parameters fixed or for other data, because signals do not depend on the data.
 """
 
 from __future__ import annotations

@@ -161,7 +161,7 @@ class _Side:
     """The search on one side of the minimum.
 
     The other parameters start from an extrapolation of the points so far: in a narrow valley, such
-    as that of two frictions with a determined ratio, a search from elsewhere would fail.
+    as that of two coefficients with a determined ratio, a search from elsewhere would fail.
     """
 
     def __init__(

@@ -1,8 +1,8 @@
 """Search for the lowest minimum: least squares from many starts, then scans over each friction.
 
 Where a contact sticks, chi-squared does not depend on its friction, and where slip begins it
-jumps. Least squares step across such a jump onto the plateau, and cannot leave it. A scan over the
-friction shows the valleys, and least squares that are confined to one do not leave it.
+jumps. Least squares steps across such a jump onto the plateau, and cannot leave it. A scan over the
+friction shows the valleys; a search that is confined to one does not leave it.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ def search_from_starts(
 def scan_frictions(
     objective: Objective, minima: Sequence[Minimum], reports: ProgressReports
 ) -> Minimum:
-    """The lowest minimum found by scans over the frictions from other minima.
+    """The lowest minimum found by scans over friction coefficients from other minima.
 
     Args:
         objective: The objective.

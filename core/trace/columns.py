@@ -115,7 +115,7 @@ def units_of(signal: Signal, shape: TraceShape) -> list[str]:
         joints = range(shape.width_of_joints)
         return [signal.slides_unit if k in shape.slides else signal.unit for k in joints]
     units = signal.unit_in(shape.space).split(", ")
-    # One common unit, one each, or one for x and y and one for the angle, which a rail has not.
+    # One common unit, one each, or one for x and y and one for the angle, which a rail lacks.
     units = units[: shape.width(signal)]
     return [*units[:1] * (shape.width(signal) - len(units)), *units]
 

@@ -17,7 +17,7 @@ class Ticks:
     Attributes:
         times: Times of the ticks, shape ``(ticks,)`` [s].
         commands: Commanded torque, before limits and latency, shape ``(ticks, 2 n)`` [N m].
-        estimates: Its estimates, shape ``(ticks, p)`` [SI].
+        estimates: Estimates of the law, shape ``(ticks, p)`` [SI].
         diagnostics: Diagnostics of the law, shape ``(ticks, d)``.
     """
 
