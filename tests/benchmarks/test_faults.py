@@ -28,7 +28,7 @@ def test_what_a_killed_process_had_flushed_is_read_to_the_last_sample():
 
 
 def test_what_survives_a_kill_at_any_instant_has_the_bytes_of_an_undisturbed_run(monkeypatch):
-    monkeypatch.setitem(survivors.VALUES, "simulation.duration", 6.0)
+    monkeypatch.setitem(survivors.VALUES, "simulation.duration", 20.0)
     found = survivors.kill_and_compare(at_random=1, in_last_second=1, seed=5)
     assert found.whole + found.recovered + found.nothing == found.kills == 2
 
