@@ -169,7 +169,6 @@ FIRST_WITHOUT_KNOWN_HOLES = {
     "pillow": (12, 3),  # CVE-2026-59199, CVE-2026-59205 and others
     "protobuf": (6, 33, 5),  # CVE-2025-4565, CVE-2026-0994
     "pyarrow": (23, 0, 1),  # CVE-2026-25087
-    "python-multipart": (0, 0, 27),  # CVE-2026-40347, CVE-2026-42561
     "starlette": (1, 3, 1),  # CVE-2025-62727, CVE-2026-48710, CVE-2026-54283 and others
 }
 
