@@ -48,7 +48,6 @@ from slipgrasp.server.routes import (
     fits,
     health,
     recordings,
-    retention,
     run_files,
     runs,
     scenarios,
@@ -160,7 +159,6 @@ async def _live(settings: Settings, lifespan: Lifespan | None, app: FastAPI) -> 
             service.is_recovered.wait,
             find_used=fits_kept.used_recordings,
         )
-        app.state.retention_service = retention_service
         retention_service.start()
         store.begin_listing()
         try:
@@ -219,7 +217,6 @@ def _api() -> APIRouter:
         runs,
         recordings,
         run_files,
-        retention,
         studies,
         study_events,
         study_results,

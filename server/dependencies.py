@@ -29,7 +29,6 @@ from slipgrasp.server.http.file_cache import FileCache
 from slipgrasp.server.http.json_body import JSON_TYPE, MERGE_TYPE, read_body, read_values
 from slipgrasp.server.http.waiting import WaitPreference
 from slipgrasp.server.reading import RecordingReads
-from slipgrasp.server.runs.retention import RetentionService
 from slipgrasp.server.runs.schemas import RunCreate, RunUpdate
 from slipgrasp.server.runs.search import RunsQuery
 from slipgrasp.server.runs.service import RunService
@@ -189,12 +188,6 @@ async def read_run_update(request: Request) -> RunUpdate:
     return await read_body(request, RunUpdate, (JSON_TYPE, MERGE_TYPE))
 
 
-async def get_retention_service(request: Request) -> RetentionService:
-    """The retention service of the application."""
-    service: RetentionService = request.app.state.retention_service
-    return service
-
-
 async def get_stopping(request: Request) -> asyncio.Event:
     """The event that is set when the server stops."""
     stopping: asyncio.Event = request.app.state.stopping
@@ -267,7 +260,6 @@ async def read_download_request(
     )
 
 
-RetentionServiceDep = Annotated[RetentionService, Depends(get_retention_service)]
 RunServiceDep = Annotated[RunService, Depends(get_run_service)]
 EndedRunIdDep = Annotated[str, Depends(check_ended)]
 ColumnsDep = Annotated[list[Column], Depends(open_columns)]
