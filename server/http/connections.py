@@ -12,6 +12,7 @@ from typing import Any
 
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
+from slipgrasp.server.exceptions import RETRY_AFTER
 from slipgrasp.server.http.errors import problem_response
 
 try:
@@ -26,7 +27,6 @@ MAX_CONNECTIONS = 1000
 DESCRIPTORS_KEPT = 128
 DESCRIPTORS_EACH = 2
 MAX_SHARE_OF_PEER = 0.5
-RETRY_AFTER = 5
 BACKLOG = 100
 """Number of connections that are accepted at a time."""
 

@@ -30,6 +30,7 @@ from slipgrasp.recordings.exceptions import (
 from slipgrasp.recordings.study.rebuild import RebuildError
 from slipgrasp.server.addresses import DOCS_PATH, from_outside
 from slipgrasp.server.exceptions import (
+    RETRY_AFTER,
     BodyTooLargeError,
     BodyTooSlowError,
     IdempotencyKeyReusedError,
@@ -175,7 +176,7 @@ async def _answer_own_error(request: Request, error: Exception) -> JSONResponse:
     elif status in (400, 422):
         errors = (FieldError(field="", value=None, limit=None, message=told),)
     if isinstance(error, ServiceBusyError):
-        headers["Retry-After"] = str(error.retry_after)
+        headers["Retry-After"] = str(RETRY_AFTER)
     if isinstance(error, BodyTooSlowError):
         # Other clients still send the rest of the body, which is discarded for some seconds,
         # because a client that sends to a closed connection cannot read the response.

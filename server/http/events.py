@@ -13,7 +13,6 @@ from starlette.types import Receive, Scope, Send
 from slipgrasp.server.exceptions import ServiceBusyError
 
 HEARTBEAT = format_sse_event(comment="still here")
-RETRY_AFTER = 5
 MAX_MAKERS = 1
 
 
@@ -54,8 +53,7 @@ class EventSlots:
             ServiceBusyError: If there are too many.
         """
         if self.num_open >= self._limit:
-            busy_with = "streams of events are open already"
-            raise ServiceBusyError(self.num_open, RETRY_AFTER, busy_with)
+            raise ServiceBusyError(f"{self.num_open} streams of events are open already")
 
 
 class EventStream(EventSourceResponse):

@@ -21,7 +21,6 @@ PATIENCE = 10.0
 """Waiting time for another slow file [s]."""
 MAX_WAITING = 16
 """Number of requests that may wait: each occupies a thread."""
-RETRY_AFTER = 5
 
 
 class FileCache:
@@ -71,7 +70,7 @@ class FileCache:
         with ExitStack() as stack:
             for gate, patience in ((self._places, 0.0), (self._long_turn, PATIENCE)):
                 if not gate.acquire(timeout=patience):
-                    raise ServiceBusyError(1, RETRY_AFTER, "long table is already being written")
+                    raise ServiceBusyError("another long table is being written")
                 stack.callback(gate.release)
             yield
 

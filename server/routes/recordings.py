@@ -25,7 +25,6 @@ from slipgrasp.server.http.errors import ProblemPublic
 from slipgrasp.server.runs.schemas import RunPublic
 
 MAX_UPLOADS = 4
-RETRY_AFTER = 5
 WRITE_BYTES = 1 << 20
 
 _RAW_TYPES = (
@@ -64,7 +63,7 @@ async def upload_recording(
 ) -> RunPublic:
     """Upload a recording; the server reads it completely before storing it."""
     if slots.locked():
-        raise ServiceBusyError(MAX_UPLOADS, RETRY_AFTER, "recordings are already being uploaded")
+        raise ServiceBusyError(f"{MAX_UPLOADS} recordings are already being uploaded")
     async with slots:
         stored = await _receive(request, service.store, memory, name)
     run = await run_in_threadpool(RunPublic.from_stored, stored)

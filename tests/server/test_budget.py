@@ -19,7 +19,7 @@ from slipgrasp.recordings.file.size import read_size, size_of_run
 from slipgrasp.recordings.store.store import RecordingStore
 from slipgrasp.server import budget
 from slipgrasp.server.budget import DEFAULT_BYTES, SMALL_BYTES, MemoryBudget, Need, default_limit
-from slipgrasp.server.exceptions import MemoryBusyError, MemoryLimitError, ServiceBusyError
+from slipgrasp.server.exceptions import MemoryLimitError, ServiceBusyError
 from slipgrasp.server.runs.service import RunService
 from slipgrasp.server.settings import LEAST_MEMORY
 from tests.server.serving import patient_settings, serve
@@ -101,7 +101,7 @@ def test_a_job_that_can_never_fit_is_refused_with_the_numbers_and_the_way_out() 
 def test_a_thread_that_waits_too_long_is_told_to_come_back() -> None:
     memory = MemoryBudget(LARGE, patience=0.05)
     with memory.reserve(ALL):
-        with pytest.raises(MemoryBusyError, match="try again in 5 s"), memory.reserve(ALL):
+        with pytest.raises(ServiceBusyError, match="try again in 5 s"), memory.reserve(ALL):
             pass
         with memory.reserve(Need(SMALL_BYTES - 1, "little")):
             assert memory.left < 0

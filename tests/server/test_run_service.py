@@ -17,7 +17,7 @@ from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.recordings.exceptions import StorageFullError
 from slipgrasp.recordings.store.store import RecordingStore, StoredRun
-from slipgrasp.server.exceptions import RunRecoveringError, RunUnrecordableError, ServiceBusyError
+from slipgrasp.server.exceptions import RunUnrecordableError, ServiceBusyError
 from slipgrasp.server.runs import recovery as run_recovery
 from slipgrasp.server.runs.service import RunService
 from tests.server.serving import LONG_RUN, patient_settings
@@ -187,9 +187,9 @@ def test_what_a_killed_service_left_is_recovered_behind_and_told_of(service, mon
     monkeypatch.setattr(run_recovery, "ProcessExecutor", LaterExecutor)
     service.start()
     assert service.recovering == [stored.id] and not service.is_recovered.is_set()
-    with pytest.raises(RunRecoveringError, match="is being recovered"):
+    with pytest.raises(ServiceBusyError, match="is being recovered"):
         service.look_up(stored.id)
-    with pytest.raises(RunRecoveringError):
+    with pytest.raises(ServiceBusyError):
         service.get(stored.id)
     gate.set()
     assert service.is_recovered.wait(PATIENCE)
