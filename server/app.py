@@ -52,7 +52,6 @@ from slipgrasp.server.routes import (
     runs,
     scenarios,
     studies,
-    study_events,
     study_results,
 )
 from slipgrasp.server.runs.retention import RetentionService
@@ -218,7 +217,6 @@ def _api() -> APIRouter:
         recordings,
         run_files,
         studies,
-        study_events,
         study_results,
         fits,
         diff,

@@ -27,6 +27,7 @@ from slipgrasp.server.fits.service import FitService
 from slipgrasp.server.http.downloads import DownloadRequest
 from slipgrasp.server.http.events import EventSlots
 from slipgrasp.server.http.file_cache import FileCache
+from slipgrasp.server.http.job_events import EventRequest
 from slipgrasp.server.http.json_body import JSON_TYPE, MERGE_TYPE, read_body, read_values
 from slipgrasp.server.http.waiting import WaitPreference
 from slipgrasp.server.reading import RecordingReads
@@ -50,17 +51,6 @@ IdempotencyKey = Annotated[
     ),
 ]
 """Key of a repeatable request (draft "The Idempotency-Key HTTP Header Field"); empty if absent."""
-
-LastEventId = Annotated[
-    str,
-    Header(
-        alias="Last-Event-ID",
-        pattern=r"^[0-9]{0,12}$",
-        description="id of the last received event; only newer events are sent",
-        examples=["120"],
-    ),
-]
-"""The header of that name; empty if absent."""
 
 
 def _in_state(name: str) -> Any:
@@ -172,6 +162,24 @@ async def read_study_body(request: Request) -> Any:
     return await read_values(request, (JSON_TYPE,), MAX_STUDY_VALUES)
 
 
+async def read_event_request(
+    settings: SettingsDep,
+    stopping: StoppingDep,
+    slots: EventSlotsDep,
+    last_event_id: Annotated[
+        str,
+        Header(
+            alias="Last-Event-ID",
+            pattern=r"^[0-9]{0,12}$",
+            description="id of the last received event; only newer events are sent",
+            examples=["120"],
+        ),
+    ] = "",
+) -> EventRequest:
+    """A request for the events of a job."""
+    return EventRequest(last_event_id, settings.event_heartbeat, stopping, slots)
+
+
 async def read_wait_preference(
     request: Request,
     settings: SettingsDep,
@@ -225,5 +233,6 @@ ColumnsDep = Annotated[list[Column], Depends(open_columns)]
 MemoryDep = Annotated[MemoryBudget, Depends(get_memory)]
 StudyResultsDep = Annotated[StudyResults, Depends(open_study_results)]
 StudyBodyDep = Annotated[Any, Depends(read_study_body)]
+EventRequestDep = Annotated[EventRequest, Depends(read_event_request)]
 WaitPreferenceDep = Annotated[WaitPreference, Depends(read_wait_preference)]
 DownloadRequestDep = Annotated[DownloadRequest, Depends(read_download_request)]

@@ -30,15 +30,6 @@ CHECKED_RUNS = 100
 Column = Annotated[str, Field(max_length=120)]
 
 
-class StudiesQuery(BaseModel):
-    """Pagination of studies."""
-
-    model_config = ConfigDict(extra="forbid")
-
-    limit: Limit = 100
-    offset: Offset = 0
-
-
 class ResultsQuery(BaseModel):
     """Filter and pagination of results."""
 
