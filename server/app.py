@@ -29,6 +29,7 @@ from slipgrasp.server.http.body_limit import BodyLimit
 from slipgrasp.server.http.connections import (
     BACKLOG,
     KEEP_ALIVE_SECONDS,
+    GuardedProtocol,
     note_failed_accepts,
 )
 from slipgrasp.server.http.ending import EndingLimit
@@ -38,7 +39,6 @@ from slipgrasp.server.http.file_cache import FileCache
 from slipgrasp.server.http.identity import Gate
 from slipgrasp.server.http.log_limit import log_config
 from slipgrasp.server.http.openapi import DescribedApi, operation_id
-from slipgrasp.server.http.protocol import GuardedProtocol
 from slipgrasp.server.http.root_path import RootPath
 from slipgrasp.server.jobs.queue import JobQueue
 from slipgrasp.server.reading import RecordingReads
@@ -115,9 +115,9 @@ def create_app(settings: Settings, lifespan: Lifespan | None = None) -> FastAPI:
     app.include_router(_api())
     if settings.metrics:
         # It needs an optional package.
-        from slipgrasp.server.http.metrics import Metrics
+        from slipgrasp.server.http.metrics import add_metrics
 
-        Metrics().add_to(app)
+        add_metrics(app)
     add_error_handlers(app)
     return app
 

@@ -199,33 +199,10 @@ async def read_wait_preference(
 
 
 async def read_download_request(
-    request: Request,
-    range_: Annotated[
-        str | None,
-        Header(
-            alias="Range",
-            description="range of bytes; one range only, otherwise the whole file is sent",
-            examples=["bytes=0-1023"],
-        ),
-    ] = None,
-    if_range: Annotated[
-        str | None, Header(description="send the range only if the `ETag` still matches")
-    ] = None,
-    if_match: Annotated[
-        str | None, Header(description="respond with 412 if the `ETag` differs")
-    ] = None,
-    if_none_match: Annotated[
-        str | None, Header(description="respond with 304 if the `ETag` still matches")
-    ] = None,
+    request: Request, asked: Annotated[DownloadRequest, Header()]
 ) -> DownloadRequest:
-    """The conditions and range of a file request."""
-    return DownloadRequest(
-        is_head=request.method == "HEAD",
-        range=range_,
-        if_range=if_range,
-        if_match=if_match,
-        if_none_match=if_none_match,
-    )
+    """The conditions and range of a file request; HEAD has no range."""
+    return asked.model_copy(update={"range": None}) if request.method == "HEAD" else asked
 
 
 EndedRunIdDep = Annotated[str, Depends(check_ended)]

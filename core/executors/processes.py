@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Iterable, Iterator
-from queue import Empty, SimpleQueue
+from queue import SimpleQueue
 from typing import Any, TypeVar
 
 from slipgrasp.core.executors.answers import ask, open_answer
@@ -23,7 +23,7 @@ from slipgrasp.core.executors.executor import (
 from slipgrasp.core.executors.limits import WorkerLimits
 from slipgrasp.core.executors.messages import Kind
 from slipgrasp.core.executors.window import Window, window_length
-from slipgrasp.core.executors.worker_process import Event, WorkerProcess
+from slipgrasp.core.executors.worker_process import Event, WorkerProcess, next_event
 from slipgrasp.core.processors import available_processors
 
 MAX_WORKERS = 1024
@@ -88,7 +88,7 @@ class ProcessExecutor(Executor):
                 for place, worker in enumerate(self._workers):
                     if worker is None and self._may_start():
                         self._workers[place] = self._start()
-                if (event := self._next_event()) is not None:
+                if (event := next_event(self._events)) is not None:
                     self._note_life(event)
         return time.perf_counter() - started
 
@@ -146,7 +146,7 @@ class ProcessExecutor(Executor):
             self._hand_out(function, window)
             if window.done:
                 return
-            event = self._next_event()
+            event = next_event(self._events)
             if event is not None:
                 yield from self._note(event, window)
             for worker in self._busy():
@@ -174,12 +174,6 @@ class ProcessExecutor(Executor):
         if self._closed:
             raise ExecutorError("the worker processes have been stopped")
         return WorkerProcess(self._events, self._limits)
-
-    def _next_event(self) -> Event | None:
-        try:
-            return self._events.get(timeout=_POLL)
-        except Empty:
-            return None
 
     def _note(self, event: Event, window: Window[Task]) -> Iterator[Finished[Task, Any]]:
         """Updates the tasks after an event, and yields those that it finishes."""
@@ -262,7 +256,7 @@ class ProcessExecutor(Executor):
         for worker in self._busy():
             worker.stop(self._round)
         while self._busy() and time.monotonic() < deadline:
-            if (event := self._next_event()) is None:
+            if (event := next_event(self._events)) is None:
                 continue
             self._note_life(event)
             if event.message is None:

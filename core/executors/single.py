@@ -24,12 +24,11 @@ from slipgrasp.core.executors.executor import (
 )
 from slipgrasp.core.executors.limits import WorkerLimits
 from slipgrasp.core.executors.messages import Kind, Message
-from slipgrasp.core.executors.worker_process import Event, WorkerProcess
+from slipgrasp.core.executors.worker_process import Event, WorkerProcess, next_event
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
 
-_POLL = 0.05  # [s] between two checks whether to stop
 _GIVING_UP = 1.0  # [s] until a worker that does not finish is killed
 _TOO_LATE = f"did not finish within {_GIVING_UP:g} s of the request"
 
@@ -125,7 +124,7 @@ class _Worker:
         self._process.do(ask(self._round, 0, *asked))
         told_at = math.inf
         while True:
-            event = self._next_event()
+            event = next_event(self._events)
             # Checked after every message: a task may report its progress more often than that.
             if told_at == math.inf and self._process.ready and should_stop():
                 self._process.stop(self._round)
@@ -146,12 +145,6 @@ class _Worker:
             else:
                 self._process.note_done(0)
                 return message
-
-    def _next_event(self) -> Event | None:
-        try:
-            return self._events.get(timeout=_POLL)
-        except Empty:
-            return None
 
     def close(self) -> None:
         """Ends the worker, and waits until it has exited."""

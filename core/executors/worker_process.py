@@ -16,7 +16,7 @@ import sys
 import threading
 from collections import deque
 from contextlib import suppress
-from queue import SimpleQueue
+from queue import Empty, SimpleQueue
 from typing import BinaryIO, NamedTuple, cast
 
 from slipgrasp.core.awake_clock import AwakeClock
@@ -29,6 +29,7 @@ _PROGRAM = (
 )
 _THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 _SIGNALS_OF_OTHERS = (9, 15)  # SIGKILL, SIGTERM
+_POLL = 0.05  # [s] between two checks whether to stop
 _PATIENCE = 2.0  # [s] until a process that should exit is killed
 
 
@@ -37,6 +38,14 @@ class Event(NamedTuple):
 
     worker: WorkerProcess
     message: Message | None
+
+
+def next_event(events: SimpleQueue[Event]) -> Event | None:
+    """The next event of some workers; None if there is none for a short time."""
+    try:
+        return events.get(timeout=_POLL)
+    except Empty:
+        return None
 
 
 class WorkerProcess:

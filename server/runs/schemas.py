@@ -176,14 +176,11 @@ class RunPublic(BaseModel):
         """A stored run; one whose recording cannot be read is ``failed``."""
         own = run_path(stored.id)
         kept = {
+            **_facts(stored),
             "id": stored.id,
-            "title": stored.title,
             "name": stored.name,
-            "display_name": stored.display_name,
             "notes": stored.notes,
             "tags": list(stored.tags),
-            "preset": stored.preset,
-            "controller": stored.controller,
             "created": stored.created,
             "size": stored.size,
             "recording": str(stored.path),
@@ -204,15 +201,14 @@ class RunPublic(BaseModel):
     @classmethod
     def from_description(cls, description: Description) -> Self:
         """A run that could not be stored."""
-        told = {
-            "title": description.title,
-            "display_name": description.display_name,
-            "preset": description.preset,
-            "controller": description.controller,
-        }
         unkept = {"id": None, "created": None, "recording": None, "size": None, "links": {}}
-        unwritten = {"name": "", "notes": "", "tags": []}
-        return cls.model_validate({**description.summary, **told, **unkept, **unwritten})
+        told = {**_facts(description), "name": "", "notes": "", "tags": []}
+        return cls.model_validate({**description.summary, **told, **unkept})
+
+
+def _facts(run: StoredRun | Description) -> dict[str, str]:
+    names = ("title", "display_name", "preset", "controller")
+    return {name: getattr(run, name) for name in names}
 
 
 class PendingRunPublic(BaseModel):

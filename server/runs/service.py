@@ -201,10 +201,6 @@ class RunService:
         with self.memory.reserve(Need.to_work_on(result)):
             return self.store.save(result)
 
-    def run(self, scenario: Scenario) -> Ended:
-        """Queues a run of a scenario; see `submit`."""
-        return self.submit(lambda: scenario).result()
-
     def submit(self, make_scenario: Callable[[], Scenario]) -> PendingRun:
         """Queues a run.
 
