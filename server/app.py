@@ -14,6 +14,7 @@ from contextlib import (
 from functools import partial
 
 import uvicorn
+from anyio import CapacityLimiter
 from fastapi import APIRouter, FastAPI
 from starlette.concurrency import run_in_threadpool
 from starlette.middleware import Middleware
@@ -34,7 +35,6 @@ from slipgrasp.server.http.connections import (
 )
 from slipgrasp.server.http.ending import EndingLimit
 from slipgrasp.server.http.errors import add_error_handlers
-from slipgrasp.server.http.events import EventSlots
 from slipgrasp.server.http.file_cache import FileCache
 from slipgrasp.server.http.identity import Gate
 from slipgrasp.server.http.log_limit import log_config
@@ -143,7 +143,8 @@ async def _live(settings: Settings, lifespan: Lifespan | None, app: FastAPI) -> 
         queue = JobQueue(settings, service.is_recovered.wait)
         study_service = StudyService(studies_kept, settings, queue, app.state.stopping.is_set)
         app.state.study_service = study_service
-        app.state.event_slots = EventSlots(settings.max_event_streams)
+        app.state.event_slots = asyncio.Semaphore(settings.max_event_streams)
+        app.state.event_makers = CapacityLimiter(1)
         study_service.start()
         fits_kept = FitStore(settings.data_directory, store)
         fit_service = FitService(
@@ -156,7 +157,7 @@ async def _live(settings: Settings, lifespan: Lifespan | None, app: FastAPI) -> 
             studies_kept,
             settings.retention,
             service.is_recovered.wait,
-            find_used=fits_kept.used_recordings,
+            fits_kept.used_recordings,
         )
         retention_service.start()
         store.begin_listing()

@@ -10,6 +10,7 @@ import asyncio
 from collections.abc import AsyncIterator
 from typing import Annotated, Any
 
+from anyio import CapacityLimiter
 from fastapi import Depends, Header, Query, Request
 from pydantic import BaseModel
 from starlette.concurrency import run_in_threadpool
@@ -25,7 +26,6 @@ from slipgrasp.server.budget import MemoryBudget, Need
 from slipgrasp.server.fits.schemas import FitCreate
 from slipgrasp.server.fits.service import FitService
 from slipgrasp.server.http.downloads import DownloadRequest
-from slipgrasp.server.http.events import EventSlots
 from slipgrasp.server.http.file_cache import FileCache
 from slipgrasp.server.http.job_events import EventRequest
 from slipgrasp.server.http.json_body import JSON_TYPE, MERGE_TYPE, read_body, read_values
@@ -78,7 +78,8 @@ StudyServiceDep = Annotated[StudyService, _in_state("study_service")]
 FitServiceDep = Annotated[FitService, _in_state("fit_service")]
 FileCacheDep = Annotated[FileCache, _in_state("file_cache")]
 RecordingReadsDep = Annotated[RecordingReads, _in_state("recording_reads")]
-EventSlotsDep = Annotated[EventSlots, _in_state("event_slots")]
+EventSlotsDep = Annotated[asyncio.Semaphore, _in_state("event_slots")]
+EventMakersDep = Annotated[CapacityLimiter, _in_state("event_makers")]
 UploadSlotsDep = Annotated[asyncio.Semaphore, _in_state("upload_slots")]
 RunCreateDep = Annotated[RunCreate, _json_body(RunCreate, JSON_TYPE)]
 RunUpdateDep = Annotated[RunUpdate, _json_body(RunUpdate, JSON_TYPE, MERGE_TYPE)]
@@ -166,6 +167,7 @@ async def read_event_request(
     settings: SettingsDep,
     stopping: StoppingDep,
     slots: EventSlotsDep,
+    makers: EventMakersDep,
     last_event_id: Annotated[
         str,
         Header(
@@ -177,7 +179,7 @@ async def read_event_request(
     ] = "",
 ) -> EventRequest:
     """A request for the events of a job."""
-    return EventRequest(last_event_id, settings.event_heartbeat, stopping, slots)
+    return EventRequest(last_event_id, settings, stopping, slots, makers)
 
 
 async def read_wait_preference(

@@ -254,7 +254,7 @@ class ProcessExecutor(Executor):
         """Makes the workers cancel their tasks; kills those that do not."""
         deadline = time.monotonic() + _GIVING_UP
         for worker in self._busy():
-            worker.stop(self._round)
+            worker.stop()
         while self._busy() and time.monotonic() < deadline:
             if (event := next_event(self._events)) is None:
                 continue

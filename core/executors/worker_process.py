@@ -54,6 +54,7 @@ class WorkerProcess:
     Attributes:
         ready: Whether the kernel is loaded.
         pending: Numbers of its tasks, in the order of execution.
+        events: Queue of its events.
     """
 
     def __init__(self, events: SimpleQueue[Event], limits: WorkerLimits) -> None:
@@ -65,6 +66,8 @@ class WorkerProcess:
         """
         self.ready = False
         self.pending: deque[int] = deque()
+        self.events = events
+        self._round = 0
         self._asked: list[Message] = []
         self._limits = limits
         self._at_task = AwakeClock()
@@ -78,13 +81,14 @@ class WorkerProcess:
         )
         self._requests = cast("BinaryIO", self._process.stdin)
         self._replies = cast("BinaryIO", self._process.stdout)
-        threading.Thread(target=self._listen, args=(events,), daemon=True).start()
+        threading.Thread(target=self._listen, daemon=True).start()
 
     def do(self, asked: Message) -> None:
         """Assigns it a task, to be executed after the previous ones."""
         if not self.pending:
             self._at_task = AwakeClock()
         self.pending.append(asked.number)
+        self._round = asked.round
         if self.ready:
             self._tell(asked)
         else:
@@ -110,10 +114,10 @@ class WorkerProcess:
             self._overran = True
             self.kill()
 
-    def stop(self, round: int) -> None:
-        """Requests cancellation of all tasks up to this round, or discards them if none is sent."""
+    def stop(self) -> None:
+        """Requests cancellation of all its tasks, or discards them if none is sent."""
         if self.ready:
-            self._tell(Message(Kind.STOP, round))
+            self._tell(Message(Kind.STOP, self._round))
         else:
             self._asked.clear()
             self.pending.clear()
@@ -160,11 +164,11 @@ class WorkerProcess:
         with suppress(OSError, ValueError):
             write_message(self._requests, message)
 
-    def _listen(self, events: SimpleQueue[Event]) -> None:
+    def _listen(self) -> None:
         with self._replies:
             while (message := read_message(self._replies)) is not None:
-                events.put(Event(self, message))
-        events.put(Event(self, None))
+                self.events.put(Event(self, message))
+        self.events.put(Event(self, None))
 
 
 def _environment() -> dict[str, str]:

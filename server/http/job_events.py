@@ -1,26 +1,70 @@
-"""Events of a study or a fit while it runs: progress, its new rows, and its end."""
+"""Events of a study or a fit while it runs: progress, its new rows, and its end.
+
+They are server-sent events (WHATWG HTML, section 9.2).
+"""
 
 from __future__ import annotations
 
 import asyncio
+import json
 import time
 from collections.abc import AsyncIterator, Callable
 from dataclasses import dataclass
 from typing import Any
 
-from anyio import to_thread
+from anyio import CapacityLimiter, to_thread
 from fastapi import Response
+from fastapi.sse import EventSourceResponse, format_sse_event
 from starlette.concurrency import run_in_threadpool
+from starlette.types import Receive, Scope, Send
 
+from slipgrasp.server.exceptions import ServiceBusyError
 from slipgrasp.server.http.errors import ProblemPublic
-from slipgrasp.server.http.events import HEARTBEAT, EventSlots, EventStream, encode_event
 from slipgrasp.server.jobs.job import StatusT, StudyState
+from slipgrasp.server.settings import Settings
 
 LOOK_EVERY = 0.25
 ROWS_AT_ONCE = 100
+HEARTBEAT = format_sse_event(comment="still here")
 
 RowsFrom = Callable[[int, int], list[dict[str, Any]]]
 """Returns rows, given the first number and the largest count."""
+
+
+def encode_event(kind: str, data: Any, event_id: int | None = None) -> bytes:
+    """An event to send.
+
+    Args:
+        kind: Name, which browsers call the event's type.
+        data: Plain values for JSON; numbers are finite.
+        event_id: Id with which a client may continue; None keeps the previous one.
+    """
+    text = json.dumps(data, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    told = None if event_id is None else str(event_id)
+    return format_sse_event(event=kind, data_str=text, id=told)
+
+
+class EventStream(EventSourceResponse):
+    """A response that lasts as long as its events, or until its client disconnects.
+
+    FastAPI supports generators of events, but then sends comments after 15 s of silence, regardless
+    of settings, and cannot respond with 204 to a client that has seen the end.
+
+    Args:
+        pieces: The encoded events.
+        slots: Counts further streams that may open, without this one during the response.
+    """
+
+    def __init__(self, pieces: AsyncIterator[bytes], slots: asyncio.Semaphore) -> None:
+        # Proxies must not buffer the response.
+        headers = {"Cache-Control": "no-store", "X-Accel-Buffering": "no"}
+        super().__init__(pieces, headers=headers)
+        self._slots = slots
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Sends the events; cancelled when the client disconnects."""
+        async with self._slots:
+            await super().__call__(scope, receive, send)
 
 
 def event_responses(events: str) -> dict[int | str, dict[str, Any]]:
@@ -42,15 +86,18 @@ class EventRequest:
 
     Attributes:
         last_event_id: Id of the last event that the client received; empty for a new client.
-        heartbeat: Time without events after which a comment is sent [s].
+        settings: The limits of streams.
         stopping: Set when the server stops.
-        slots: Number of open streams.
+        slots: Counts further streams that may open.
+        makers: Threads that encode rows: few, and separate from those of requests, which would
+            otherwise wait.
     """
 
     last_event_id: str
-    heartbeat: float
+    settings: Settings
     stopping: asyncio.Event
-    slots: EventSlots
+    slots: asyncio.Semaphore
+    makers: CapacityLimiter
 
     async def answer(
         self,
@@ -72,7 +119,9 @@ class EventRequest:
         seen = int(self.last_event_id) if self.last_event_id else None
         if status.state.has_ended and seen is not None and seen > status.finished:
             return Response(status_code=204)
-        self.slots.check()
+        if self.slots.locked():
+            limit = self.settings.max_event_streams
+            raise ServiceBusyError(f"{limit} streams of events are open already")
         # Unsent events follow.
         seen = None if seen is None else min(seen, status.finished)
         return EventStream(self._pieces(look, describe, rows_from, seen), self.slots)
@@ -94,7 +143,7 @@ class EventRequest:
                 count = min(ROWS_AT_ONCE, status.finished - seen)
                 # Encoded there too, because many rows for many clients would block the event loop.
                 rows, seen = await to_thread.run_sync(
-                    _encode_rows, rows_from, seen, count, limiter=self.slots.makers
+                    _encode_rows, rows_from, seen, count, limiter=self.makers
                 )
                 yield rows
             if status.state.has_ended:
@@ -107,7 +156,7 @@ class EventRequest:
                 yield encode_event("progress", describe(status), told)
                 spoken = time.monotonic()
             seen, state = max(status.finished, seen), status.state
-            if time.monotonic() - spoken >= self.heartbeat:
+            if time.monotonic() - spoken >= self.settings.event_heartbeat:
                 spoken = time.monotonic()
                 yield HEARTBEAT
             if await self._is_stopping():

@@ -33,9 +33,8 @@ class RetentionService:
         retention: Retention rules.
         wait_for_recordings: Waits for some time, and returns whether the runs of a killed service
             are recovered, so that all runs are known.
-        period: Interval between checks [s].
-        clock: Reference time of ages; the trusted wall clock if None.
         find_used: Returns the ids of runs that stay, since a fit needs them.
+        clock: Reference time of ages; the trusted wall clock if None.
     """
 
     def __init__(
@@ -44,15 +43,13 @@ class RetentionService:
         studies: StudyStore,
         retention: Retention,
         wait_for_recordings: Callable[[float], bool],
-        period: float = PERIOD,
+        find_used: Callable[[], Collection[str]],
         clock: TrustedClock | None = None,
-        find_used: Callable[[], Collection[str]] = tuple,
     ) -> None:
         self._retention = retention
         self._runs = runs
         self._studies = studies
         self._wait_for_recordings = wait_for_recordings
-        self._period = period
         self._find_used = find_used
         self._clock = clock or TrustedClock(runs)
         self._is_first_look = True
@@ -78,7 +75,7 @@ class RetentionService:
         pause = 0.0
         while not self._closing.wait(pause):
             self._delete()
-            pause = self._period
+            pause = PERIOD
 
     def _tell_doubts(self) -> None:
         """Logs that the wall clock is not trusted, before deletions that depend on it."""

@@ -117,12 +117,6 @@ class StudyService(JobService[StoredStudy, StudyStatus]):
         )
         return LiveStudy(stored, StudyResults(study), self._runner, cost, warnings)
 
-    def find_live(self, study_id: str) -> LiveStudy | None:
-        """A study that waits, runs, or has failed; None otherwise."""
-        live = self._find_live(study_id)
-        assert live is None or isinstance(live, LiveStudy)
-        return live
-
     def results(self, study_id: str) -> StudyResults:
         """The rows of a study, which grow as long as it runs.
 
@@ -130,8 +124,8 @@ class StudyService(JobService[StoredStudy, StudyStatus]):
             StudyNotFoundError: If it does not exist.
             RecordingError: If its file is damaged.
         """
-        live = self.find_live(study_id)
-        if live is not None:
+        live = self._find_live(study_id)
+        if isinstance(live, LiveStudy):
             return live.results
         # Two requests at once would read the file twice.
         with self._opening:

@@ -37,7 +37,7 @@ def test_a_clock_far_ahead_deletes_nothing_at_the_start_and_is_told_of(
     ahead = TrustedClock(store, lambda: datetime.now(UTC) + timedelta(days=400))
     retention = Retention(max_age=timedelta(days=30))
     service = RetentionService(
-        store, StudyStore(tmp_path, store), retention, lambda _: True, clock=ahead
+        store, StudyStore(tmp_path, store), retention, lambda _: True, tuple, ahead
     )
     service.start()
     service.close()
