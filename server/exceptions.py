@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
-from slipgrasp.core.exceptions import FieldError, SlipgraspError
+from slipgrasp.core.exceptions import ScenarioError, SlipgraspError
 from slipgrasp.server.addresses import run_path
 
 RETRY_AFTER = 5
@@ -15,12 +13,8 @@ class SettingsError(SlipgraspError):
     """Invalid settings of a server."""
 
 
-class InvalidRequestError(SlipgraspError):
+class InvalidRequestError(ScenarioError):
     """A malformed request, with one item per wrong field."""
-
-    def __init__(self, errors: Sequence[FieldError]) -> None:
-        self.errors = tuple(errors)
-        super().__init__("; ".join(error.message for error in self.errors))
 
 
 class UnreadableBodyError(SlipgraspError):

@@ -68,7 +68,6 @@ STATUSES: Mapping[type[SlipgraspError], int] = {
     BodyTooLargeError: 413,
     UnsupportedBodyError: 415,
     IdempotencyKeyReusedError: 422,
-    InvalidRequestError: 422,
     ScenarioError: 422,
     MemoryLimitError: 422,
     RecordingWriteError: 507,
@@ -80,15 +79,6 @@ STATUSES: Mapping[type[SlipgraspError], int] = {
     ServiceBusyError: 503,
 }
 """The status of each error; the first match applies."""
-
-
-class FieldErrorPublic(BaseModel):
-    """One wrong field of a request."""
-
-    field: str
-    value: float | int | bool | str | None
-    limit: str | None
-    message: str
 
 
 class ProblemPublic(BaseModel):
@@ -117,7 +107,7 @@ class ProblemPublic(BaseModel):
     title: str
     status: int
     detail: str
-    errors: list[FieldErrorPublic] = []
+    errors: list[FieldError] = []
 
     @classmethod
     def responses(cls, statuses: Iterable[int]) -> dict[int | str, dict[str, Any]]:
@@ -169,7 +159,7 @@ async def _answer_own_error(request: Request, error: Exception) -> JSONResponse:
     errors: Sequence[FieldError] = ()
     headers: dict[str, str] = {}
     told = told_within(error, request.app.state.settings.data_directory)
-    if isinstance(error, (ScenarioError, InvalidRequestError)):
+    if isinstance(error, ScenarioError):
         errors = error.errors
     elif isinstance(error, AnnotationError):
         errors = (FieldError(field=error.field, value=None, limit=None, message=told),)
