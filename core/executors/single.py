@@ -127,5 +127,5 @@ def _answer_of(
         elif message.kind is Kind.PROGRESS:
             progress(cast("float", message.unpack()))
         else:
-            process.note_done(0)
+            process.asked = None
             return message

@@ -14,7 +14,6 @@ import signal
 import subprocess
 import sys
 import threading
-from collections import deque
 from contextlib import suppress
 from queue import Empty, SimpleQueue
 from typing import BinaryIO, NamedTuple, cast
@@ -53,7 +52,7 @@ class WorkerProcess:
 
     Attributes:
         ready: Whether the kernel is loaded.
-        pending: Numbers of its tasks, in the order of execution.
+        asked: Request of its task; None if it is idle.
         events: Queue of its events.
     """
 
@@ -65,10 +64,8 @@ class WorkerProcess:
             limits: Its limits.
         """
         self.ready = False
-        self.pending: deque[int] = deque()
+        self.asked: Message | None = None
         self.events = events
-        self._round = 0
-        self._asked: list[Message] = []
         self._limits = limits
         self._at_task = AwakeClock()
         self._overran = False
@@ -84,43 +81,31 @@ class WorkerProcess:
         threading.Thread(target=self._listen, daemon=True).start()
 
     def do(self, asked: Message) -> None:
-        """Assigns it a task, to be executed after the previous ones."""
-        if not self.pending:
-            self._at_task = AwakeClock()
-        self.pending.append(asked.number)
-        self._round = asked.round
+        """Assigns it a task, which it is told once it is ready."""
+        self.asked = asked
+        self._at_task = AwakeClock()
         if self.ready:
             self._tell(asked)
-        else:
-            self._asked.append(asked)
 
     def note_ready(self) -> None:
-        """Records that it is ready, and sends it the tasks that were queued while it started."""
+        """Records that it is ready, and sends it the task that it was assigned meanwhile."""
         self.ready = True
-        self._at_task = AwakeClock()
-        for asked in self._asked:
-            self._tell(asked)
-        self._asked.clear()
-
-    def note_done(self, number: int) -> None:
-        """Records that it has finished a task."""
-        self.pending.remove(number)
-        self._at_task = AwakeClock()
+        if self.asked is not None:
+            self.do(self.asked)
 
     def end_if_overdue(self) -> None:
         """Kills it if a task exceeds the time limit; called regularly."""
         taken = self._at_task.read()
-        if self.ready and self.pending and taken > self._limits.task_seconds:
+        if self.ready and self.asked and taken > self._limits.task_seconds:
             self._overran = True
             self.kill()
 
     def stop(self) -> None:
-        """Requests cancellation of all its tasks, or discards them if none is sent."""
-        if self.ready:
-            self._tell(Message(Kind.STOP, self._round))
+        """Requests cancellation of its task, or discards a task that was not sent."""
+        if self.asked is not None and self.ready:
+            self._tell(Message(Kind.STOP, self.asked.round))
         else:
-            self._asked.clear()
-            self.pending.clear()
+            self.asked = None
 
     def close(self) -> None:
         """Closes its pipe of tasks, so that it exits immediately."""
