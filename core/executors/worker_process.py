@@ -81,7 +81,7 @@ class WorkerProcess:
         threading.Thread(target=self._listen, daemon=True).start()
 
     def do(self, asked: Message) -> None:
-        """Assigns it a task, which it is told once it is ready."""
+        """Assigns it a task, which is sent once it is ready."""
         self.asked = asked
         self._at_task = AwakeClock()
         if self.ready:

@@ -73,7 +73,7 @@ class FileCache:
         """Deletes all files, and keeps no more."""
         with self._lock:
             self._max_files = 0
-            self._make_room()
+            self._drop_oldest()
 
     def _open_known(self, tag: str) -> BinaryIO | None:
         """A cached file, if it still exists; temporary files may be deleted by the system."""
@@ -94,10 +94,10 @@ class FileCache:
             # Two requests may have created the same file; the later one is kept.
             self._drop(tag)
             self._files[tag] = path, os.fstat(file.fileno()).st_size
-            self._make_room()
+            self._drop_oldest()
         return file
 
-    def _make_room(self) -> None:
+    def _drop_oldest(self) -> None:
         while (
             sum(size for _, size in self._files.values()) > self._max_bytes
             or len(self._files) > self._max_files
