@@ -235,8 +235,7 @@ class Session:
 
     def _take(self, intent: Intent) -> None:
         for reducer in self._reducers:
-            if isinstance(intent, reducer.takes):
-                self._view = reducer.reduce(intent, self._view)
+            self._view = reducer.reduce(intent, self._view)
 
     def _workers(self) -> Iterator[Worker]:
         return chain.from_iterable(reducer.workers for reducer in self._reducers)

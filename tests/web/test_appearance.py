@@ -83,7 +83,6 @@ def test_the_panel_shows_what_is_chosen_and_sends_nothing_by_itself(
     panel.update(replace(view, appearance=Appearance(dark=True, force_scale=2.5, lenses=False)))
     assert (panel.dark.value, panel.force_scale.value, panel.lenses.value) == (True, 2.5, False)
     assert sent == []
-    panel.remove()
 
 
 def test_one_switch_asks_for_the_whole_look(viewer_server: ViewerServer, view: ViewState) -> None:

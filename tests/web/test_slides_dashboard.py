@@ -128,8 +128,6 @@ def test_the_scene_follows_body_and_fingertip(
         assert place[0] == pytest.approx(sample.object_pose[0], abs=1e-3)
         tip = nodes(viewer_server, "/contact0")["/contact0/tip"].position
         assert tip[0] == pytest.approx(-sample.slip[0, 0], abs=1e-3)
-    scene.remove()
-    assert nodes(viewer_server, "/slide") == {}
 
 
 def test_another_kind_of_scenario_replaces_the_scene(
@@ -140,7 +138,6 @@ def test_another_kind_of_scenario_replaces_the_scene(
         scene.show(each)
         scene.update(Sampler(each.trace).at(0.1))
         assert ("/slide/top/arrows" in nodes(viewer_server, "/slide")) == (each is run)
-    scene.remove()
 
 
 def test_charts_have_finite_lines_and_say_nothing_foreign(kind: Kind, run: RunResult) -> None:
@@ -200,7 +197,6 @@ def test_the_panel_offers_neither_laws_nor_patches(
     panel.update(view)
     assert panel.laws.content == ""
     assert panel.disturbances.options == kind.offered
-    panel.remove()
 
 
 def test_card_caption_and_events_speak_of_what_is_there(kind: Kind, run: RunResult) -> None:

@@ -128,7 +128,6 @@ def test_the_pad_of_a_soft_fingertip_is_a_disc_whose_hand_turns_with_it(
     scene.show(prism)
     scene.update(Sampler(prism.trace).at(DURING))
     assert viewer_server.scene.get_handle_by_name(pad_node) is None
-    scene.remove()
 
 
 def test_friction_has_a_square_in_the_pyramid_on_the_face(
@@ -147,7 +146,6 @@ def test_friction_has_a_square_in_the_pyramid_on_the_face(
     np.testing.assert_allclose(np.abs(across).max(axis=0), limit, rtol=2e-2)
     assert "friction pyramid" in caption_html(Shown(1, run, 0.01), None, 0.0)
     assert "friction cone" in caption_html(Shown(1, prism, 0.01), None, 0.0)
-    scene.remove()
 
 
 def test_a_run_in_the_plane_takes_the_place_of_one_in_space(
@@ -165,7 +163,6 @@ def test_a_run_in_the_plane_takes_the_place_of_one_in_space(
     assert viewer_server.scene.get_handle_by_name("/hand") is None
     assert node(viewer_server, "/pale-space").visible
     assert isinstance(prism.scenario, SpatialScenario)
-    scene.remove()
 
 
 def test_a_low_friction_patch_lies_on_its_face_while_it_is_there(
@@ -191,4 +188,3 @@ def test_a_low_friction_patch_lies_on_its_face_while_it_is_there(
     # The face ends 1 cm above the middle of the spot, right and up are its axes x and z.
     water = node(viewer_server, f"{on_face}/water").vertices
     assert water[:, 2].max() == pytest.approx(0.01) and water[:, 2].min() == pytest.approx(-0.02)
-    scene.remove()

@@ -26,8 +26,7 @@ class AppearancePanel:
 
     def __init__(self, gui: viser.GuiApi, appearance: Appearance, send: Send) -> None:
         self._send = send
-        self._folder = gui.add_folder("Picture", expand_by_default=False)
-        with self._folder:
+        with gui.add_folder("Picture", expand_by_default=False):
             self.dark = gui.add_checkbox(
                 "dark", appearance.dark, hint="Dark page and dark scene, for dim light."
             )
@@ -59,8 +58,8 @@ class AppearancePanel:
                 hint="Show only the view, the timeline, the outcome and one chart, in large type "
                 f"(key {keys_of(ToggleLecture())}). The other keys still work.",
             )
-        self._command = gui.add_command("Light or dark page", icon=viser.Icon.MOON)
-        self._command.on_trigger(lambda _: send(ToggleDark()))
+        command = gui.add_command("Light or dark page", icon=viser.Icon.MOON)
+        command.on_trigger(lambda _: send(ToggleDark()))
         for widget in (
             self.dark,
             self.force_scale,
@@ -78,11 +77,6 @@ class AppearancePanel:
         self.force_scale.value = appearance.force_scale
         self.cones.value, self.lenses.value = appearance.cones, appearance.lenses
         self.whole_hand.value, self.lecture.value = appearance.whole_hand, appearance.lecture
-
-    def remove(self) -> None:
-        """Removes all widgets."""
-        self._folder.remove()
-        self._command.remove()
 
     # In the viewer server's event loop, which preserves the order of events.
     async def _pass_on(self, event: viser.GuiEvent[Any]) -> None:

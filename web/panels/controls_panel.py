@@ -158,12 +158,6 @@ class ControlsPanel:
         """HTML below wrong fields."""
         return tuple(line.content for line in self._errors)
 
-    def remove(self) -> None:
-        """Removes all widgets."""
-        self._clear()
-        self._parts.remove()
-        self._search_box.remove()
-
     def _clear(self) -> None:
         self._tell_law(None)
         for line in self._errors:

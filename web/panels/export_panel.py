@@ -56,8 +56,7 @@ class ExportPanel:
     """
 
     def __init__(self, gui: viser.GuiApi, send: Send) -> None:
-        self._folder = gui.add_folder("Export", expand_by_default=False)
-        with self._folder:
+        with gui.add_folder("Export", expand_by_default=False):
             self._buttons = []
             for label, icon, hint, intent in _BUTTONS:
                 button = gui.add_button(label, icon=icon, hint=hint, disabled=True)
@@ -128,10 +127,6 @@ class ExportPanel:
         self._bar.value = 100.0 * exporting.share
         self._words.content = export_html(exporting, run_id)
         self._picture.content = picture_html(exporting)
-
-    def remove(self) -> None:
-        """Removes all widgets."""
-        self._folder.remove()
 
 
 def export_html(exporting: Exporting, run_id: str) -> str:

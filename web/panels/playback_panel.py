@@ -26,7 +26,7 @@ from slipgrasp.web.model.intents.playback import (
 )
 from slipgrasp.web.model.playback import PACED, SPEEDS, Playback, WindowChoice, whole_window
 from slipgrasp.web.model.view import Ghost, Shown, ViewState
-from slipgrasp.web.page.keys import KEYS, keys_of
+from slipgrasp.web.page.keys import KEYS, KeyCommand, keys_of
 from slipgrasp.web.page.markup import change_attribute, click_attribute
 from slipgrasp.web.panels.strip import clock_words, strip_html
 
@@ -56,7 +56,8 @@ class PlaybackPanel:
     def __init__(self, gui: viser.GuiApi, send: Send) -> None:
         self.strip = gui.add_html("")
         self.transport = gui.add_html("")
-        self._commands = [_add_command(gui, send, number) for number in range(len(KEYS))]
+        for row in KEYS:
+            _add_command(gui, send, row)
         self._drawn: tuple[object, ...] = ()
         self._controls: tuple[object, ...] = ()
 
@@ -79,21 +80,12 @@ class PlaybackPanel:
             self._controls = controls
             self.transport.content = transport_html(playback, choice)
 
-    def remove(self) -> None:
-        """Removes all widgets."""
-        self.strip.remove()
-        self.transport.remove()
-        for command in self._commands:
-            command.remove()
 
-
-def _add_command(gui: viser.GuiApi, send: Send, number: int) -> viser.CommandHandle:
+def _add_command(gui: viser.GuiApi, send: Send, row: KeyCommand) -> None:
     """An entry in the list of commands; the page's script handles its key."""
-    row = KEYS[number]
     description = f"Key: {keys_of(row.intent)}"
     command = gui.add_command(row.text, description=description, icon=row.icon)
     command.on_trigger(lambda _: send(row.intent))
-    return command
 
 
 def caption_html(shown: Shown, ghost: Ghost | None, time: float) -> str:

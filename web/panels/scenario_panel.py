@@ -115,13 +115,6 @@ class ScenarioPanel:
             self._listed = listed
             self.changes.content = listed_html(draft, view.ghost)
 
-    def remove(self) -> None:
-        """Removes all widgets."""
-        for element in (self.origin, self.steps, self.reach, self.note):
-            element.remove()
-        for element in (self.laws, self.disturbances, self.changes):
-            element.remove()
-
     def _connect(self) -> None:
         # In the viewer server's event loop, which keeps the order of events. Values that
         # the program sets have no client, and are ignored.

@@ -52,10 +52,6 @@ class SessionStatePanel:
         self._told, self._told_at = telling, now
         self.session_state.content = session_state_html(self._key, view)
 
-    def remove(self) -> None:
-        """Removes the element."""
-        self.session_state.remove()
-
 
 def session_state_html(key: str, view: ViewState) -> str:
     """The hidden element.

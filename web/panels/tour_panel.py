@@ -48,11 +48,6 @@ class TourPanel:
         moment = change_time(view.playback.time) if view.playback else 0.0
         self.control.show(view.draft.value_at(moment, self.control.key))
 
-    def remove(self) -> None:
-        """Removes all widgets."""
-        self._remove_control()
-        self.card.remove()
-
     def _build(self, stop: Stop | None, view: ViewState) -> None:
         self._remove_control()
         self.card.visible = stop is not None

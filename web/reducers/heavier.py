@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import ClassVar
 
 from slipgrasp.server.runs.service import RunService
 from slipgrasp.web.model.intents.heavier import AskHowHeavy, HowHeavyFound
@@ -20,8 +19,6 @@ class HeavierReducer(Reducer):
         service: Service that simulates.
         send: Accepts the answers.
     """
-
-    takes: ClassVar[tuple[type[Intent], ...]] = (AskHowHeavy, HowHeavyFound)
 
     def __init__(self, service: RunService, send: Send) -> None:
         self._service, self._send = service, send

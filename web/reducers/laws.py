@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import ClassVar
 
 from slipgrasp.server.runs.service import RunService
 from slipgrasp.web.charts.law_charts import LAWS_TAB
@@ -26,8 +25,6 @@ class LawsReducer(Reducer):
         service: Service that simulates.
         send: Accepts the runs.
     """
-
-    takes: ClassVar[tuple[type[Intent], ...]] = (LawRunFinished,)
 
     def __init__(self, service: RunService, send: Send) -> None:
         self._service, self._send = service, send

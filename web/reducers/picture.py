@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import ClassVar
 
 from slipgrasp.web.model.intents.intent import Intent
 from slipgrasp.web.model.intents.picture import (
@@ -26,16 +25,6 @@ class PictureReducer(Reducer):
     Args:
         camera: The viewer's camera.
     """
-
-    takes: ClassVar[tuple[type[Intent], ...]] = (
-        CameraMoved,
-        FrameHand,
-        MeasurePage,
-        RestoreLayout,
-        SetAppearance,
-        ToggleDark,
-        ToggleLecture,
-    )
 
     def __init__(self, camera: FrontCamera) -> None:
         self._camera = camera

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
-from typing import ClassVar
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.web.model.events import neighbouring_event_time, next_slip_time
@@ -51,20 +50,6 @@ class PlaybackReducer(Reducer):
             and would slow down sending.
     """
 
-    takes: ClassVar[tuple[type[Intent], ...]] = (
-        TogglePlay,
-        Seek,
-        Step,
-        JumpToEvent,
-        GoToNextSlip,
-        GoToEdge,
-        SetSpeed,
-        ChangeSpeed,
-        ChooseWindow,
-        ShowWindow,
-        Zoom,
-    )
-
     def __init__(self, pacer: FramePacer, is_behind: Callable[[], bool] = lambda: False) -> None:
         self._pacer = pacer
         self._is_behind = is_behind
@@ -79,6 +64,8 @@ class PlaybackReducer(Reducer):
         if playback.playing and not view.playback.playing:
             self._passed = None  # Time during a pause does not move it.
         choice = choice_after(view.choice, intent, view.playback, playback)
+        if playback is view.playback and choice is view.choice:
+            return view
         return replace(view, choice=choice, playback=playback)
 
     def pass_time(self, now: float, view: ViewState) -> ViewState:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import ClassVar
 
 from slipgrasp.web.model.intents.intent import Intent, Send
 from slipgrasp.web.model.intents.premises import FindPremises, PremisesFound
@@ -18,8 +17,6 @@ class PremisesReducer(Reducer):
     Args:
         send: Accepts the worker's answers.
     """
-
-    takes: ClassVar[tuple[type[Intent], ...]] = (FindPremises, PremisesFound)
 
     def __init__(self, send: Send) -> None:
         self._worker = PremisesWorker(send)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import ClassVar
 
 from slipgrasp.recordings.store.store import RecordingStore
 from slipgrasp.recordings.store.stored_run import StoredRun
@@ -61,21 +60,6 @@ class RecordingsReducer(Reducer):
         first: The recording to open first, if any.
     """
 
-    takes: ClassVar[tuple[type[Intent], ...]] = (
-        ListRecordings,
-        FilterRecordings,
-        ChooseRecording,
-        OpenRecording,
-        AnnotateRecording,
-        DeleteRecording,
-        RecordingsListed,
-        RecordingChanged,
-        RecordingRefused,
-        RecordingOpened,
-        RecordingUnreadable,
-        RunSaved,
-    )
-
     def __init__(
         self,
         store: RecordingStore,
@@ -109,7 +93,8 @@ class RecordingsReducer(Reducer):
                 self._list(view.run_list)
                 return _with_notice(view, Notice(what, message))
             case _:
-                return replace(view, run_list=self._changed(intent, view.run_list))
+                run_list = self._changed(intent, view.run_list)
+                return view if run_list is view.run_list else replace(view, run_list=run_list)
 
     def pass_time(self, now: float, view: ViewState) -> ViewState:
         """Queries the list again when due."""
@@ -147,6 +132,10 @@ class RecordingsReducer(Reducer):
             case RecordingChanged(run_id, stored):
                 if run_list.chosen_id == run_id:
                     run_list = _chosen(run_list, run_id if stored else "", stored)
+            case RunSaved():
+                pass
+            case _:
+                return run_list
         self._list(run_list)
         return run_list
 

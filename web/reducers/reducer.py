@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from typing import ClassVar
 
 from slipgrasp.web.model.intents.intent import Intent
 from slipgrasp.web.model.view import ViewState
@@ -17,11 +16,9 @@ class Reducer(ABC):
     A reducer has threads and clocks; everything on the screen is in the view.
 
     Attributes:
-        takes: Classes of intents that it handles; several reducers may handle the same class.
         workers: Its threads, which the session ends.
     """
 
-    takes: ClassVar[tuple[type[Intent], ...]]
     workers: Sequence[Worker] = ()
 
     def start(self, view: ViewState) -> ViewState:
@@ -30,7 +27,7 @@ class Reducer(ABC):
 
     @abstractmethod
     def reduce(self, intent: Intent, view: ViewState) -> ViewState:
-        """Handles an intent."""
+        """Handles an intent; returns the same view if it belongs to other reducers."""
 
     def pass_time(self, now: float, view: ViewState) -> ViewState:
         """Handles the passing of time; called at least as often as requested.

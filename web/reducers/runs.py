@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import ClassVar
 
 from slipgrasp.core.exceptions import ScenarioError
 from slipgrasp.core.scenario import Scenario
@@ -54,8 +53,6 @@ class RunReducer(Reducer):
         send: Accepts the worker's answers.
         simulates_first: Whether it starts with the run of the first draft.
     """
-
-    takes: ClassVar[tuple[type[Intent], ...]] = (RunFinished, RunRefused, RunSaved, SaveFailed)
 
     def __init__(
         self,

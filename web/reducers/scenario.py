@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from dataclasses import replace
-from typing import ClassVar
 
 import numpy as np
 
@@ -60,27 +59,6 @@ _DIGITS = 6
 class ScenarioReducer(Reducer):
     """Edits the draft; the reducer of runs notices a new draft and simulates it."""
 
-    takes: ClassVar[tuple[type[Intent], ...]] = (
-        SetParameter,
-        ChooseReach,
-        RemoveChange,
-        RemoveChanges,
-        RemoveDisturbance,
-        AddDisturbance,
-        DragObject,
-        LetGo,
-        ChoosePreset,
-        LoadScenario,
-        ResetScenario,
-        TryOut,
-        ChooseLaw,
-        Undo,
-        Redo,
-        EndComparison,
-        ToggleTour,
-        VisitStop,
-    )
-
     def reduce(self, intent: Intent, view: ViewState) -> ViewState:
         """Applies an intent to the draft."""
         if isinstance(intent, ChoosePreset | ResetScenario) and view.editing.file_errors:
@@ -117,11 +95,15 @@ class ScenarioReducer(Reducer):
                 return _dragged(view, force)
             case LetGo(force):
                 return _let_go(view, force)
-            case _:
+            case RemoveChange() | RemoveChanges() | RemoveDisturbance() | ResetScenario():
                 return _with_draft(view, _simplified(view.draft, intent))
+            case _:
+                return view
 
 
-def _simplified(draft: Draft, intent: Intent) -> Draft:
+def _simplified(
+    draft: Draft, intent: RemoveChange | RemoveChanges | RemoveDisturbance | ResetScenario
+) -> Draft:
     """The draft after a removal."""
     match intent:
         case RemoveChange(moment, key) if key == LAW:
@@ -134,8 +116,6 @@ def _simplified(draft: Draft, intent: Intent) -> Draft:
             return draft.without_changes()
         case ResetScenario():
             return draft.reset()
-        case _:
-            return draft
 
 
 def _disturbed(view: ViewState, intent: AddDisturbance) -> Draft:

@@ -205,12 +205,6 @@ class Scene:
         assert self._ghost is not None, "no ghost is shown"
         return self._ghost.name
 
-    def remove(self) -> None:
-        """Removes every node."""
-        self._remove_views()
-        if self._meshes is not None:
-            self._meshes.remove()
-
     def _remove_views(self) -> None:
         """Removes the nodes that depend on the object, too."""
         if self._ghost is not None:
