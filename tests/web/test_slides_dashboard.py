@@ -123,11 +123,11 @@ def test_the_scene_follows_body_and_fingertip(
         scene.update(sample, sampler.at(0.0))
         place = nodes(viewer_server, "/slide")["/slide/top"].position
         if kind.space is SUPPORT:
-            np.testing.assert_allclose(place[:2], sample.slip[0], atol=1e-3)
+            np.testing.assert_allclose(place[:2], sample.states.slip[0, 0], atol=1e-3)
             continue
-        assert place[0] == pytest.approx(sample.object_pose[0], abs=1e-3)
+        assert place[0] == pytest.approx(sample.states.object_pose[0, 0], abs=1e-3)
         tip = nodes(viewer_server, "/contact0")["/contact0/tip"].position
-        assert tip[0] == pytest.approx(-sample.slip[0, 0], abs=1e-3)
+        assert tip[0] == pytest.approx(-sample.states.slip[0, 0, 0], abs=1e-3)
 
 
 def test_another_kind_of_scenario_replaces_the_scene(

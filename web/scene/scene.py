@@ -36,14 +36,7 @@ from slipgrasp.web.scene.ghost_view import GhostView
 from slipgrasp.web.scene.layout import SceneLayout, lay_out
 from slipgrasp.web.scene.link_meshes import LinkMeshes
 from slipgrasp.web.scene.low_friction_patches import LowFrictionPatches, add_low_friction_patches
-from slipgrasp.web.scene.marks import (
-    MarkSizes,
-    RunFacts,
-    run_facts,
-    sizes_on_hand,
-    states_of,
-    trail_of,
-)
+from slipgrasp.web.scene.marks import MarkSizes, RunFacts, Trail, run_facts, sizes_on_hand
 from slipgrasp.web.scene.node_shape import shape_of
 from slipgrasp.web.scene.picking import Picking
 from slipgrasp.web.scene.push_view import PushView
@@ -182,14 +175,13 @@ class Scene:
         if self._views is None or self._run is None:
             return
         self._detail.begin_frame(moving=moving)
-        pale = None if self._ghost is None or ghost is None else states_of(ghost)
         with self._stage.atomic():
-            if self._ghost is not None and pale is not None:
-                self._ghost.update(pale)
+            if self._ghost is not None and ghost is not None:
+                self._ghost.update(ghost.states)
             self._close_ups.move(sample.time)
             self._views.update(sample, self._run)
             if self._meshes is not None:
-                self._meshes.update(states_of(sample))
+                self._meshes.update(sample.states)
             if self._low_friction_patches is not None:
                 self._low_friction_patches.update(sample.time)
 
@@ -278,11 +270,11 @@ class _Views:
 
     def update(self, sample: Sample, run: RunFacts) -> None:
         """Moves hand, object and the marks on them."""
-        states = states_of(sample)
+        states = sample.states
         self.hand.update(states)
         self.push.update(states.object_pose[0, :3], sample.external_wrench, run.full)
         for i, mark in enumerate(self.marks):
-            mark.update(states, i, run.full, run.believed(sample, i), trail_of(sample, i))
+            mark.update(states, i, run.full, run.believed(sample, i), Trail(sample.trails[i]))
 
 
 def _is_known(signal: Points) -> bool:
