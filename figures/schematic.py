@@ -14,7 +14,7 @@ from slipgrasp.core.scenario.chain import chain_points
 from slipgrasp.core.scenario.geometry import ContactFrame, contact_frame, outline
 from slipgrasp.figures.marks import Drawing, Frame, Point, new_drawing, unit
 from slipgrasp.figures.panels import finger_colour, lighter
-from slipgrasp.figures.style import PAGE_WIDTH, add_axes, new_figure, paint
+from slipgrasp.figures.style import PAGE_WIDTH, add_title, new_figure, paint
 from slipgrasp.recordings.palette import (
     CONE,
     GROUND,
@@ -67,9 +67,7 @@ def draw_schematic(scenario: PlanarScenario) -> Figure:
         (_HAND_WIDTH, width, "(b) object and contacts"),
     )
     for left, wide, text in places:
-        title = add_axes(figure, left, 1.5, wide, _TITLE)
-        title.set_axis_off()
-        title.text(2.0 / wide, 0.5, text, va="center", fontsize=9.5)
+        add_title(figure, text, left, 1.5, wide, _TITLE)
     top = 1.5 + _TITLE
     _draw_hand(figure, (0.0, top, _HAND_WIDTH, _HEIGHT - top), scenario)
     _draw_object(figure, (_HAND_WIDTH, top, width, _HEIGHT - top), scenario)
