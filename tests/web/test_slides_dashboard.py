@@ -11,14 +11,18 @@ import viser
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulator import simulate
-from slipgrasp.core.scenario.loading import load_scenario, parameter_definitions
+from slipgrasp.core.scenario.loading import (
+    all_preset_names,
+    load_scenario,
+    parameter_definitions,
+)
 from slipgrasp.core.scenario.space import RAIL, SUPPORT, Space
 from slipgrasp.recordings.compare.comparison import IncomparableError, compare
 from slipgrasp.server.viewer.server import ViewerServer
 from slipgrasp.web.charts.charts import charts_of
 from slipgrasp.web.charts.xy import xy_charts
 from slipgrasp.web.model.disturbances import DisturbanceKind
-from slipgrasp.web.model.draft import Draft, offered_presets
+from slipgrasp.web.model.draft import Draft
 from slipgrasp.web.model.events import events_of
 from slipgrasp.web.model.intents.scenario import AddDisturbance, ChooseLaw, DragObject, SetParameter
 from slipgrasp.web.model.parameter_groups import group_parameters, law_groups
@@ -108,7 +112,7 @@ def nodes(server: ViewerServer, part: str) -> dict[str, viser.SceneNodeHandle]:
 
 
 def test_presets_of_the_kind_are_offered(kind: Kind) -> None:
-    assert {kind.preset, kind.edited} <= set(offered_presets())
+    assert {kind.preset, kind.edited} <= set(all_preset_names())
 
 
 def test_the_scene_follows_body_and_fingertip(

@@ -24,6 +24,7 @@ from slipgrasp.core.scenario import (
 from slipgrasp.core.scenario.hand_files.meshes import HandMeshes
 from slipgrasp.core.scenario.spatial_geometry import friction_outline
 from slipgrasp.scene import parts, rotations, skeleton
+from slipgrasp.scene.sizes import sizes_of
 from slipgrasp.web.model.appearance import Appearance
 from slipgrasp.web.model.sampling import Sample
 from slipgrasp.web.model.surfaces import Surfaces, surfaces_for
@@ -312,7 +313,7 @@ def _make_views(
     hand = HandDrawer(
         scene, name, frames, entities, surfaces, detail, glass=look.glass, picking=picking
     )
-    body, sizes = hand.paths[skeleton.OBJECT], parts.sizes_of(scenario)
+    body, sizes = hand.paths[skeleton.OBJECT], sizes_of(scenario)
     inner = sizes.inner_radius
     marks = sizes_on_hand(inner, sizes.front)
     parent = hand.paths[skeleton.ROOTS[scenario.space]]
@@ -357,19 +358,7 @@ def _add_slide(
     height = skeleton.body_height(scenario)
     x, y, _ = scenario.motion.start
     size = _GRID_CELLS * height
-    scene.add_grid(
-        f"{plane}/floor",
-        width=size,
-        height=size,
-        cell_size=0.1,
-        cell_color=surfaces.ground,
-        cell_thickness=0.6,
-        section_size=0.5,
-        section_color=surfaces.ground,
-        section_thickness=1.0,
-        shadow_opacity=0.0,
-        position=(x, y, -height),
-    )
+    _add_grid(scene, f"{plane}/floor", (size, size), (0.1, 0.5), (x, y, -height), surfaces)
     place = np.array([x, y, height])
     return SlideView(scene, f"{plane}/slide", place, 2.0 * height, marks, detail)
 
@@ -381,19 +370,32 @@ def _add_floor(
     bases = np.array([finger.base for finger in scenario.fingers])
     low, high = bases.min(axis=0), bases.max(axis=0)
     middle, size = 0.5 * (low + high), high - low + 2.0 * _FLOOR_MARGIN
-    below = 2.9 * parts.sizes_of(scenario).link_radius
+    below = 2.9 * sizes_of(scenario).link_radius
+    place = (float(middle[0]), float(middle[1]), float(low[2]) - below)
+    _add_grid(scene, name, (float(size[0]), float(size[1])), (0.25, 1.0), place, surfaces)
+
+
+def _add_grid(
+    scene: viser.SceneApi,
+    name: str,
+    size: tuple[float, float],
+    cells: tuple[float, float],
+    place: tuple[float, float, float],
+    surfaces: Surfaces,
+) -> None:
+    """A horizontal grid with fine and coarse cells [m]."""
     scene.add_grid(
         name,
-        width=float(size[0]),
-        height=float(size[1]),
-        cell_size=0.25,
+        width=size[0],
+        height=size[1],
+        cell_size=cells[0],
         cell_color=surfaces.ground,
         cell_thickness=0.6,
-        section_size=1.0,
+        section_size=cells[1],
         section_color=surfaces.ground,
         section_thickness=1.0,
         shadow_opacity=0.0,
-        position=(float(middle[0]), float(middle[1]), float(low[2]) - below),
+        position=place,
     )
 
 
