@@ -64,7 +64,7 @@ class ExportReducer(Reducer):
         """Starts, cancels, or completes an export."""
         match intent:
             case CancelExport():
-                self._worker.close()
+                self._worker.cancel(view.exporting.number)
             case ExportMoved() | ExportFinished() | ExportFailed():
                 return replace(view, exporting=self._take_answer(intent, view.exporting))
             case ExportPicture() | ExportCharts() | ExportPage() | ExportClip() | ExportStill():

@@ -29,7 +29,6 @@ from slipgrasp.web.model.view import (
     ViewState,
     replays_of,
     show_replay,
-    with_status,
 )
 from slipgrasp.web.reducers.reducer import Reducer
 from slipgrasp.web.workers.library_worker import LibraryWorker
@@ -176,7 +175,7 @@ def _refused(view: ViewState, message: str) -> ViewState:
     """A recording could not be opened; the error is shown where it was requested."""
     view = _with_notice(view, Notice("Not opened", message))
     if view.shown is None:
-        return with_status(view, RunStatus(RunStage.UNREADABLE, (message,)))
+        return replace(view, status=RunStatus(RunStage.UNREADABLE, (message,)))
     return view
 
 

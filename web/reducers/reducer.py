@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from slipgrasp.web.model.intents.intent import Intent
 from slipgrasp.web.model.view import ViewState
-from slipgrasp.web.workers.worker import Worker
+from slipgrasp.web.workers.worker import QueueWorker
 
 
 class Reducer(ABC):
@@ -19,7 +19,7 @@ class Reducer(ABC):
         workers: Its threads, which the session ends.
     """
 
-    workers: Sequence[Worker] = ()
+    workers: Sequence[QueueWorker] = ()
 
     def start(self, view: ViewState) -> ViewState:
         """Returns the initial view."""
