@@ -356,8 +356,3 @@ def show_replay(view: ViewState, recording: Replay) -> ViewState:
     view = replace(view, ticket=ticket, draft=draft, editing=editing, replay=recording, ghost=None)
     shown = Shown(ticket, recording.result, 0.0, recording)
     return show(view, shown, RunStage.REPLAY, afresh=afresh)
-
-
-def with_status(view: ViewState, status: RunStatus) -> ViewState:
-    """Shows the status of the latest request."""
-    return replace(view, status=status)

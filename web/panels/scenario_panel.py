@@ -13,10 +13,11 @@ from slipgrasp.core.scenario import RAIL
 from slipgrasp.core.scenario.custom_laws import law_names
 from slipgrasp.core.scenario.law_choice import LAW
 from slipgrasp.core.scenario.laws import law_alias, law_label
+from slipgrasp.core.scenario.loading import all_preset_names
 from slipgrasp.web.charts.law_charts import law_run_words
 from slipgrasp.web.model.colours import tone
 from slipgrasp.web.model.disturbances import DisturbanceKind, disturbance_words, is_offered
-from slipgrasp.web.model.draft import Draft, TimedEdit, change_time, offered_presets
+from slipgrasp.web.model.draft import Draft, TimedEdit, change_time
 from slipgrasp.web.model.editing import Reach
 from slipgrasp.web.model.intents.compare import EndComparison
 from slipgrasp.web.model.intents.intent import Intent, Send
@@ -176,7 +177,7 @@ def _what_it_shows(draft: Draft) -> str:
 
 def _origins(*opened: str | None) -> tuple[str, ...]:
     """The scenarios to choose from: opened files, and the presets."""
-    presets = offered_presets()
+    presets = all_preset_names()
     return (*(name for name in dict.fromkeys(opened) if name and name not in presets), *presets)
 
 

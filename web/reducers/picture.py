@@ -31,6 +31,7 @@ class PictureReducer(Reducer):
 
     def reduce(self, intent: Intent, view: ViewState) -> ViewState:
         """Records the camera, resets it to the front, or changes the appearance."""
+        look = view.appearance
         match intent:
             case CameraMoved(position):
                 self._camera.report(position)
@@ -38,19 +39,15 @@ class PictureReducer(Reducer):
                 return self._fit(intent, view)
             case FrameHand(whole):
                 self._camera.frame()
-                return replace(view, appearance=replace(view.appearance, whole_hand=whole))
+                return replace(view, appearance=replace(look, whole_hand=whole))
             case RestoreLayout():
                 return replace(view, restored=view.restored + 1)
             case SetAppearance(appearance):
                 return replace(view, appearance=appearance.within_bounds())
             case ToggleDark():
-                return replace(
-                    view, appearance=replace(view.appearance, dark=not view.appearance.dark)
-                )
+                return replace(view, appearance=replace(look, dark=not look.dark))
             case ToggleLecture():
-                return replace(
-                    view, appearance=replace(view.appearance, lecture=not view.appearance.lecture)
-                )
+                return replace(view, appearance=replace(look, lecture=not look.lecture))
         return view
 
     def _fit(self, measured: MeasurePage, view: ViewState) -> ViewState:

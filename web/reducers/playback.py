@@ -134,28 +134,25 @@ def choice_after(
 
 def _put(playback: Playback, intent: Intent, result: RunResult) -> Playback:
     """The play head at the time of an intent."""
+    time: float | None = None
     match intent:
         case Seek(seconds) if math.isfinite(seconds):
-            return playback.reach(seconds, whole_window(result))
+            time = seconds
         case Step(direction):
-            time = neighbouring_time(result, playback.time, direction)
-            return playback.reach(time, whole_window(result))
+            time = neighbouring_time(result.trace.times, playback.time, direction)
         case JumpToEvent(direction):
             time = neighbouring_event_time(result, playback.time, direction)
-            return playback.reach(time, whole_window(result))
         case GoToNextSlip():
             time = next_slip_time(result, playback.time)
-            return playback if time is None else playback.reach(time, whole_window(result))
         case GoToEdge(direction):
-            return _at_edge(playback, direction, whole_window(result))
-        case _:
-            return playback
+            time = _edge_time(playback, direction, whole_window(result))
+    return playback if time is None else playback.reach(time, whole_window(result))
 
 
-def _at_edge(playback: Playback, direction: int, whole: TimeWindow) -> Playback:
-    """The play head at an edge of its window; already there, at that edge of the run."""
+def _edge_time(playback: Playback, direction: int, whole: TimeWindow) -> float:
+    """An edge of the window [s]; if the play head is there, that edge of the run."""
     edges = [window.end if direction > 0 else window.start for window in (playback.window, whole)]
-    return playback.reach(edges[playback.time == edges[0]], whole)
+    return edges[playback.time == edges[0]]
 
 
 def _with_window(
