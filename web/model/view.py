@@ -16,7 +16,7 @@ from slipgrasp.recordings.compare.comparison import Comparison
 from slipgrasp.recordings.compare.measured import Distances
 from slipgrasp.web.model.appearance import Appearance
 from slipgrasp.web.model.charts_view import ChartsView
-from slipgrasp.web.model.draft import Draft, error_words
+from slipgrasp.web.model.draft import Draft, change_time, error_words
 from slipgrasp.web.model.editing import Editing
 from slipgrasp.web.model.export import Exporting
 from slipgrasp.web.model.fit import FitView
@@ -272,6 +272,11 @@ class ViewState:
         """The stop of the tour on the screen; None if another preset is shown."""
         stop = None if self.tour is None else TOUR[self.tour]
         return stop if stop is not None and self.draft.origin == stop.preset else None
+
+    @property
+    def moment(self) -> float:
+        """The time of a change at the play head [s]."""
+        return change_time(self.playback.time) if self.playback else 0.0
 
     @property
     def offers_premises(self) -> bool:

@@ -82,15 +82,12 @@ def _gesture_model(made: type[Any], **kind: Any) -> type[_Gesture]:
     return create_model(made.__name__, __base__=_Gesture, **kind, **allowed)
 
 
-def _built(made: type[Any], gesture: _Gesture) -> Any:
-    """The dataclass of validated fields."""
-    values = {name: (hint, getattr(gesture, name)) for name, hint in get_type_hints(made).items()}
-    return made(
-        **{
-            name: _built(hint, value) if isinstance(value, _Gesture) else value
-            for name, (hint, value) in values.items()
-        }
-    )
+def _built(made: type[Any], value: Any) -> Any:
+    """The dataclass of validated fields; other values as they are."""
+    if not isinstance(value, _Gesture):
+        return value
+    hints = get_type_hints(made)
+    return made(**{name: _built(hint, getattr(value, name)) for name, hint in hints.items()})
 
 
 _MODELS = {

@@ -145,7 +145,7 @@ class ScenarioPanel:
         if not view.draft.base.space.has_hand:
             self._laws, self.laws.content = None, ""
             return
-        moment = change_time(view.playback.time) if view.playback else 0.0
+        moment = view.moment
         law = str(view.draft.value_at(moment, LAW))
         runs = view.laws.runs if view.laws.draft is view.draft else ()
         if (law, runs) != self._laws:
