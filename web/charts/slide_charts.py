@@ -50,7 +50,7 @@ def slide_charts(result: RunResult) -> tuple[Chart, ...]:
         margin_chart(
             (
                 "moments",
-                "Friction moment |M| and its limit at the present friction force",
+                "Friction moment |M| and its limit at the current friction force",
                 "mN m",
                 "Friction force and moment share one limit, the ellipsoid limit surface of the "
                 "contact; a contact without a radius has no friction moment.",

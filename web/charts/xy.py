@@ -100,7 +100,7 @@ def _slide_speed(trace: Trace) -> XyChart:
         "xy-slip",
         "Sliding speed against distance slid",
         "mm/s",
-        "Under friction alone, the speed falls with the square root of the remaining way.",
+        "Under friction alone, the speed falls with the square root of the remaining distance.",
         (Line("speed", "body", FINGERS[0], 1e3 * np.linalg.norm(trace.slip_velocity, axis=1)),),
     )
     return _speed_chart(chart, trace)
