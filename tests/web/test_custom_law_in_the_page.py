@@ -136,7 +136,6 @@ def test_the_controls_of_a_law_are_seen_while_it_is_the_law(
     assert not folder.visible
     assert not panel.control("controller.grip_force").input.visible
     assert panel.control(GRIP).value == 30.0
-    panel.remove()
 
 
 def test_a_recording_of_a_law_that_is_not_here_is_shown(
@@ -149,7 +148,6 @@ def test_a_recording_of_a_law_that_is_not_here_is_shown(
     panel = ControlsPanel(viewer_server.gui, lambda _: None)
     panel.update(view_at(0.0, draft))
     assert panel.control(LAW).value == "squeeze"
-    panel.remove()
     assert offers_of(result.scenario) == ()
     assert "law of this scenario is not available" in draft_html(StudyView())
 

@@ -170,6 +170,7 @@ def test_without_memory_no_file_is_made_and_the_page_says_so(store, ids, monkeyp
         answer = answers.get(timeout=PATIENCE)
     assert isinstance(answer, ExportFailed)
     assert "wait for memory" in answer.message
+    worker.close()
     worker.join(PATIENCE)
 
 
