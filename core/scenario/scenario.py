@@ -86,8 +86,7 @@ def need_hand(scenario: Scenario, what: str, instead: str) -> HandScenario:
     if isinstance(scenario, FreeScenario):
         field = scenario.space.name
         message = f"{what} needs a hand, but this is a body on a {field}; {instead}"
-        error = FieldError(field=field, value=None, limit="a hand", message=message)
-        raise ScenarioError([error])
+        raise ScenarioError([FieldError(field, None, "a hand", message)])
     return scenario
 
 
