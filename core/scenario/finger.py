@@ -4,11 +4,18 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from annotated_types import Ge, Le, Len
+from annotated_types import Interval, Len
 from pydantic.dataclasses import dataclass
 
 from slipgrasp.core.scenario.chain import NUM_PLANAR_JOINTS, Angle, Chain, PlanarJoint, about_z
-from slipgrasp.core.scenario.field_types import CONFIG, Coordinate, Face
+from slipgrasp.core.scenario.field_types import (
+    CONFIG,
+    Coordinate,
+    Face,
+    Fraction,
+    InertiaFraction,
+    Offset,
+)
 from slipgrasp.core.scenario.parameters import Quantity
 
 FingerKind = Annotated[
@@ -21,8 +28,7 @@ FingerKind = Annotated[
 ]
 SlidesMass = Annotated[
     float,
-    Ge(1e-3),
-    Le(1e3),
+    Interval(ge=1e-3, le=1e3),
     Quantity(
         "true mass that moves with the tip.",
         "kg",
@@ -31,12 +37,11 @@ SlidesMass = Annotated[
         used_by=("slides",),
     ),
 ]
-LinkMass = Annotated[float, Ge(1e-3), Le(1e3)]
-LinkLength = Annotated[float, Ge(1e-3), Le(1e2)]
+LinkMass = Annotated[float, Interval(ge=1e-3, le=1e3)]
+LinkLength = Annotated[float, Interval(ge=1e-3, le=1e2)]
 Friction = Annotated[
     float,
-    Ge(0.0),
-    Le(10.0),
+    Interval(ge=0.0, le=10.0),
     Quantity(
         "True Coulomb friction coefficient between fingertip and object.",
         "1",
@@ -46,8 +51,7 @@ Friction = Annotated[
 ]
 StaticFriction = Annotated[
     float | None,
-    Ge(0.0),
-    Le(10.0),
+    Interval(ge=0.0, le=10.0),
     Quantity(
         "True friction coefficient of a sticking fingertip, not smaller than friction (default: "
         "the same).",
@@ -58,8 +62,7 @@ StaticFriction = Annotated[
 ]
 JointDamping = Annotated[
     float,
-    Ge(0.0),
-    Le(1e3),
+    Interval(ge=0.0, le=1e3),
     Quantity(
         "Viscous friction of each joint: torque per joint velocity (for slides: N s/m); unknown to "
         "all laws.",
@@ -70,8 +73,7 @@ JointDamping = Annotated[
 ]
 JointFriction = Annotated[
     float,
-    Ge(0.0),
-    Le(1e3),
+    Interval(ge=0.0, le=1e3),
     Quantity(
         "Dry friction of each joint at high speed (for slides: N); at 0.01 rad/s (for slides: "
         "0.01 m/s) it is 71 % of this value; unknown to all laws.",
@@ -137,9 +139,7 @@ class FingerParameters:
         ),
     ]
     contact_offset: Annotated[
-        float,
-        Ge(-10.0),
-        Le(10.0),
+        Offset,
         Quantity(
             "Initial position of the fingertip along the face, from the centre of the face; on a "
             "circle along its arc.",
@@ -154,11 +154,11 @@ class FingerParameters:
         ),
     ] = "up"
     link_centre_fractions: Annotated[
-        tuple[Annotated[float, Ge(0.0), Le(1.0)], Annotated[float, Ge(0.0), Le(1.0)]],
+        tuple[Fraction, Fraction],
         Quantity("centre of mass of a link as a fraction of its length.", "1", used_by=("links",)),
     ] = (0.5, 0.5)
     link_inertia_fractions: Annotated[
-        tuple[Annotated[float, Ge(1e-6), Le(1.0)], Annotated[float, Ge(1e-6), Le(1.0)]],
+        tuple[InertiaFraction, InertiaFraction],
         Quantity(
             "inertia of a link about its centre of mass, divided by mass times length squared.",
             "1",

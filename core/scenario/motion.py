@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from annotated_types import Ge, Le, Len
+from annotated_types import Interval, Len
 from pydantic.dataclasses import dataclass
 
-from slipgrasp.core.scenario.field_types import CONFIG, Coordinate
+from slipgrasp.core.scenario.field_types import CONFIG, Angle, Coordinate
 from slipgrasp.core.scenario.parameters import Quantity
 
 MAX_SET_POINTS = 50
@@ -16,14 +16,15 @@ MAX_TABLE_ROWS = 250
 # Times closer than this are equal, such as 0.1 + 0.2 and 0.3 [s].
 SAME_TIME = 1e-12
 
-Angle = Annotated[float, Ge(-3.2), Le(3.2)]
-Acceleration = Annotated[float, Ge(-100.0), Le(100.0)]
-Time = Annotated[float, Ge(0.0), Le(600.0)]
-Amplitude = Annotated[float, Ge(-10.0), Le(10.0)]
+Acceleration = Annotated[float, Interval(ge=-100.0, le=100.0)]
+Time = Annotated[float, Interval(ge=0.0, le=600.0)]
+Amplitude = Annotated[float, Interval(ge=-10.0, le=10.0)]
 
 
-MoveTime = Annotated[float, Ge(0.0), Le(600.0), Quantity("Start of the motion.", "s")]
-MoveDuration = Annotated[float, Ge(1e-3), Le(600.0), Quantity("Duration of the motion.", "s")]
+MoveTime = Annotated[float, Interval(ge=0.0, le=600.0), Quantity("Start of the motion.", "s")]
+MoveDuration = Annotated[
+    float, Interval(ge=1e-3, le=600.0), Quantity("Duration of the motion.", "s")
+]
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
@@ -47,26 +48,22 @@ MotionKind = Annotated[
 ]
 AccelerationTime = Annotated[
     float,
-    Ge(0.0),
-    Le(1e3),
+    Interval(ge=0.0, le=1e3),
     Quantity("coast, circle, rotation, shake: duration of acceleration and of braking.", "s"),
 ]
 CoastTime = Annotated[
     float,
-    Ge(0.0),
-    Le(1e3),
+    Interval(ge=0.0, le=1e3),
     Quantity("duration of the motion at constant speed.", "s", used_by=("coast",)),
 ]
 Period = Annotated[
     float,
-    Ge(0.01),
-    Le(600.0),
+    Interval(ge=0.01, le=600.0),
     Quantity("time of one cycle at full speed.", "s", used_by=("circle", "rotation", "shake")),
 ]
 Cycles = Annotated[
     float,
-    Ge(1e-3),
-    Le(1e4),
+    Interval(ge=1e-3, le=1e4),
     Quantity("number of cycles.", "1", used_by=("circle", "rotation", "shake")),
 ]
 
@@ -94,14 +91,11 @@ class TrajectoryParameters:
     cycles: Cycles = 2.0
     radius: Annotated[
         float,
-        Ge(0.0),
-        Le(10.0),
+        Interval(ge=0.0, le=10.0),
         Quantity("radius of the circle, which starts at the bottom.", "m", used_by=("circle",)),
     ] = 0.05
     angle: Annotated[
-        float,
-        Ge(-3.2),
-        Le(3.2),
+        Angle,
         Quantity("angle at which the motion reverses.", "rad", used_by=("rotation",)),
     ] = 0.3
     amplitude: Annotated[

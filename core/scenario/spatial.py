@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import Annotated, Any, Literal
 
-from annotated_types import Ge, Le, Len
+from annotated_types import Interval, Len
 from pydantic.dataclasses import dataclass
 
 from slipgrasp.core.scenario.chain import (
@@ -33,7 +33,15 @@ from slipgrasp.core.scenario.common import (
     without_none,
 )
 from slipgrasp.core.scenario.controller import Estimate, SpatialController
-from slipgrasp.core.scenario.field_types import CONFIG, Coordinate
+from slipgrasp.core.scenario.field_types import (
+    CONFIG,
+    Angle,
+    Coordinate,
+    Fraction,
+    InertiaFraction,
+    Length,
+    Offset,
+)
 from slipgrasp.core.scenario.finger import (
     Friction,
     JointDamping,
@@ -43,14 +51,13 @@ from slipgrasp.core.scenario.finger import (
     SlidesMass,
     StaticFriction,
 )
-from slipgrasp.core.scenario.held_object import MAX_CORNERS, Corner, ObjectMass, Radius
+from slipgrasp.core.scenario.held_object import MAX_CORNERS, Corner, ObjectMass
 from slipgrasp.core.scenario.motion import (
     MAX_SET_POINTS,
     MAX_TABLE_ROWS,
     Acceleration,
     AccelerationTime,
     Amplitude,
-    Angle,
     CoastTime,
     Cycles,
     MotionKind,
@@ -62,7 +69,7 @@ from slipgrasp.core.scenario.motion import (
 from slipgrasp.core.scenario.numerics import Change, SpatialSimulation
 from slipgrasp.core.scenario.pads import PadPressure, PadRadius, eccentricity
 from slipgrasp.core.scenario.parameters import Quantity
-from slipgrasp.core.scenario.space import SPATIAL, Space
+from slipgrasp.core.scenario.space import SPATIAL
 from slipgrasp.core.scenario.world import (
     ActuationParameters,
     Force,
@@ -92,11 +99,9 @@ SpatialFace = Literal[
     "bottom",
 ]
 
-Inertia = Annotated[float, Ge(1e-6), Le(1e3)]
-Offset = Annotated[float, Ge(-10.0), Le(10.0)]
-Fraction = Annotated[float, Ge(0.0), Le(1.0)]
-Part = Annotated[float, Ge(-1.0), Le(1.0)]
-Moment = Annotated[float, Ge(-1e3), Le(1e3)]
+Inertia = Annotated[float, Interval(ge=1e-6, le=1e3)]
+Part = Annotated[float, Interval(ge=-1.0, le=1.0)]
+Moment = Annotated[float, Interval(ge=-1e3, le=1e3)]
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
@@ -114,15 +119,15 @@ class SpatialObject:
         ),
     ] = (0.13 / 12.0, 0.13 / 12.0, 0.08 / 12.0)
     half_width: Annotated[
-        float, Ge(1e-3), Le(10.0), Quantity("Half the width of a box along its x axis.", "m")
+        Length,
+        Quantity("Half the width of a box along its x axis.", "m"),
     ] = 0.1
     half_depth: Annotated[
-        float, Ge(1e-3), Le(10.0), Quantity("Half the depth of a box along its y axis.", "m")
+        Length,
+        Quantity("Half the depth of a box along its y axis.", "m"),
     ] = 0.1
     height: Annotated[
-        float,
-        Ge(1e-3),
-        Le(10.0),
+        Length,
         Quantity("Height along its z axis, half of it above the centre of mass.", "m"),
     ] = 0.3
     corners: Annotated[
@@ -141,7 +146,7 @@ class SpatialObject:
             "axis) or sphere.",
         ),
     ] = "prism"
-    radius: Annotated[Radius, Quantity("Radius of a cylinder or a sphere.", "m")] = 0.1
+    radius: Annotated[Length, Quantity("Radius of a cylinder or a sphere.", "m")] = 0.1
 
     @property
     def is_round(self) -> bool:
@@ -252,7 +257,7 @@ class SpatialFinger:
         Quantity("centre of mass of a link as a fraction of its length.", "1", used_by=("links",)),
     ] = (0.5, 0.5)
     link_inertia_fractions: Annotated[
-        tuple[Annotated[float, Ge(1e-6), Le(1.0)], Annotated[float, Ge(1e-6), Le(1.0)]],
+        tuple[InertiaFraction, InertiaFraction],
         Quantity(
             "inertia of a link about axes perpendicular to it through its centre of mass, divided "
             "by mass times length squared.",
@@ -316,8 +321,7 @@ class SpatialTrajectory:
     cycles: Cycles = 2.0
     radius: Annotated[
         float,
-        Ge(0.0),
-        Le(10.0),
+        Interval(ge=0.0, le=10.0),
         Quantity(
             "radius of the circle, which lies in the x-z plane and starts at its lowest point.",
             "m",
@@ -395,7 +399,9 @@ class SpatialPatch:
             "m",
         ),
     ] = (0.0, 0.0)
-    radius: Annotated[float, Ge(1e-4), Le(10.0), Quantity("Radius of the patch.", "m")] = 0.03
+    radius: Annotated[float, Interval(ge=1e-4, le=10.0), Quantity("Radius of the patch.", "m")] = (
+        0.03
+    )
     friction_factor: FrictionFactor = 0.6
     start_time: PatchStart = 0.0
     end_time: PatchEnd = None
@@ -426,10 +432,8 @@ class SpatialScenario:
     patches: Patches[SpatialPatch] = ()
     changes: Changes = ()
 
-    @property
-    def space(self) -> Space:
-        """Functions and constants that depend on the kind of hand."""
-        return SPATIAL
+    # Functions and constants that depend on the kind of hand.
+    space = SPATIAL
 
     @property
     def has_soft_fingers(self) -> bool:

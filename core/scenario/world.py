@@ -4,19 +4,18 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from annotated_types import Ge, Gt, Le
+from annotated_types import Interval
 from pydantic.dataclasses import dataclass
 
-from slipgrasp.core.scenario.field_types import CONFIG, Face
+from slipgrasp.core.scenario.field_types import CONFIG, Face, Offset
 from slipgrasp.core.scenario.parameters import Quantity
 
 MAX_PATCHES = 20
 
-Force = Annotated[float, Ge(-1e4), Le(1e4)]
+Force = Annotated[float, Interval(ge=-1e4, le=1e4)]
 FrictionFactor = Annotated[
     float,
-    Ge(0.0),
-    Le(10.0),
+    Interval(ge=0.0, le=10.0),
     Quantity(
         "Ratio of the friction on the patch to that of the fingertip elsewhere.",
         "1",
@@ -24,18 +23,19 @@ FrictionFactor = Annotated[
         changeable=True,
     ),
 ]
-PatchStart = Annotated[float, Ge(0.0), Le(600.0), Quantity("Time at which the patch appears.", "s")]
+PatchStart = Annotated[
+    float, Interval(ge=0.0, le=600.0), Quantity("Time at which the patch appears.", "s")
+]
 PatchEnd = Annotated[
     float | None,
-    Gt(0.0),
-    Le(600.0),
+    Interval(gt=0.0, le=600.0),
     Quantity("Time at which the patch disappears (default: never).", "s"),
 ]
-ForceError = Annotated[float, Ge(-1e3), Le(1e3)]
+ForceError = Annotated[float, Interval(ge=-1e3, le=1e3)]
 
 
-PulseTime = Annotated[float, Ge(0.0), Le(600.0), Quantity("Start time.", "s")]
-PulseDuration = Annotated[float, Ge(1e-4), Le(600.0), Quantity("Duration.", "s")]
+PulseTime = Annotated[float, Interval(ge=0.0, le=600.0), Quantity("Start time.", "s")]
+PulseDuration = Annotated[float, Interval(ge=1e-4, le=600.0), Quantity("Duration.", "s")]
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
@@ -48,7 +48,9 @@ class Pulse:
         tuple[Force, Force],
         Quantity("Force (x, y) on the centre of mass, in the inertial frame.", "N"),
     ] = (0.0, -5.0)
-    moment: Annotated[float, Ge(-1e3), Le(1e3), Quantity("Moment, counterclockwise.", "N m")] = 0.0
+    moment: Annotated[
+        float, Interval(ge=-1e3, le=1e3), Quantity("Moment, counterclockwise.", "N m")
+    ] = 0.0
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
@@ -57,13 +59,11 @@ class Patch:
 
     face: Annotated[Face, Quantity("Face of the patch.")]
     centre: Annotated[
-        float,
-        Ge(-10.0),
-        Le(10.0),
+        Offset,
         Quantity("Position of the centre along the face, from the centre of the face.", "m"),
     ] = 0.0
     half_length: Annotated[
-        float, Ge(1e-4), Le(10.0), Quantity("Half the length along the face.", "m")
+        float, Interval(ge=1e-4, le=10.0), Quantity("Half the length along the face.", "m")
     ] = 0.03
     friction_factor: FrictionFactor = 0.6
     start_time: PatchStart = 0.0
@@ -81,8 +81,7 @@ class SensingParameters:
 
     position_noise: Annotated[
         float,
-        Ge(0.0),
-        Le(0.1),
+        Interval(ge=0.0, le=0.1),
         Quantity(
             "Standard deviation of the noise on measured positions: of the object (angles in rad) "
             "and of the slip.",
@@ -93,8 +92,7 @@ class SensingParameters:
     ] = 0.0
     velocity_noise: Annotated[
         float,
-        Ge(0.0),
-        Le(10.0),
+        Interval(ge=0.0, le=10.0),
         Quantity(
             "Standard deviation of the noise on measured velocities (of angles in rad/s).",
             "m/s",
@@ -104,8 +102,7 @@ class SensingParameters:
     ] = 0.0
     acceleration_noise: Annotated[
         float,
-        Ge(0.0),
-        Le(1e3),
+        Interval(ge=0.0, le=1e3),
         Quantity(
             "Standard deviation of the noise on measured accelerations (of angles in rad/s²).",
             "m/s²",
@@ -123,8 +120,7 @@ class SensingParameters:
     ] = True
     acceleration_filter_time: Annotated[
         float,
-        Ge(0.0),
-        Le(1.0),
+        Interval(ge=0.0, le=1.0),
         Quantity(
             "Time constant of the filter of the differences.",
             "s",
@@ -151,8 +147,7 @@ class SensingParameters:
     ] = "threshold"
     slip_threshold: Annotated[
         float,
-        Ge(0.0),
-        Le(10.0),
+        Interval(ge=0.0, le=10.0),
         Quantity(
             "Slip velocity above which slip is detected.",
             "m/s",
@@ -162,8 +157,7 @@ class SensingParameters:
     ] = 0.005
     slip_delay: Annotated[
         float,
-        Ge(0.0),
-        Le(1.0),
+        Interval(ge=0.0, le=1.0),
         Quantity(
             "Duration of slip (or of sticking) until it is detected, if the detector is threshold.",
             "s",
@@ -173,8 +167,7 @@ class SensingParameters:
     ] = 0.002
     slip_delay_deviation: Annotated[
         float,
-        Ge(0.0),
-        Le(1.0),
+        Interval(ge=0.0, le=1.0),
         Quantity(
             "Standard deviation of slip_delay, which is random for every detection (at least 0 s).",
             "s",
@@ -184,8 +177,7 @@ class SensingParameters:
     ] = 0.0
     force_noise: Annotated[
         float,
-        Ge(0.0),
-        Le(1e3),
+        Interval(ge=0.0, le=1e3),
         Quantity(
             "Standard deviation of the noise on measured contact forces (input of custom laws).",
             "N",
@@ -204,8 +196,7 @@ class SensingParameters:
     ] = (0.0, 0.0)
     force_filter_time: Annotated[
         float,
-        Ge(0.0),
-        Le(1.0),
+        Interval(ge=0.0, le=1.0),
         Quantity(
             "Time constant of the low-pass filter of measured contact forces.",
             "s",
@@ -221,8 +212,7 @@ class ActuationParameters:
 
     torque_limit: Annotated[
         float | None,
-        Ge(1e-6),
-        Le(1e6),
+        Interval(ge=1e-6, le=1e6),
         Quantity(
             "Largest torque of a joint (for slides: force in N); no limit if omitted.",
             "N m",
@@ -231,8 +221,7 @@ class ActuationParameters:
     ] = None
     torque_rate_limit: Annotated[
         float | None,
-        Ge(1e-3),
-        Le(1e9),
+        Interval(ge=1e-3, le=1e9),
         Quantity(
             "Largest rate of change of a joint's torque (for slides: of its force in N/s); no "
             "limit if omitted.",
