@@ -12,6 +12,9 @@ from slipgrasp.cli.status import CommandError, ExitStatus
 if TYPE_CHECKING:
     from slipgrasp.core.scenario.parameters import Parameter
 
+NAME = "scenarios"
+HELP = "list presets and parameters, or print or write a scenario"
+DESCRIPTION = "List the presets, print a scenario, list its parameters, or write a new one."
 _FIRST_PRESET = "composite-case-2"
 
 
@@ -59,15 +62,8 @@ def _described(key: str, parameter: Parameter) -> str:
     return f"  {key}  ({parameter.limit})\n      {parameter.text}"
 
 
-def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Adds the command to the parser."""
-    description = "List the presets, print a scenario, list its parameters, or write a new one."
-    parser = commands.add_parser(
-        "scenarios",
-        help="list presets and parameters, or print or write a scenario",
-        description=description,
-    )
-    parser.set_defaults(execute=_list)
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the arguments of the command."""
     parts = parser.add_subparsers(metavar="COMMAND")
     show = parts.add_parser(
         "show",
@@ -110,6 +106,7 @@ def _add_new(parts: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
 
 
 def _write(arguments: argparse.Namespace) -> ExitStatus:
+    from slipgrasp.cli.arguments import write_new
     from slipgrasp.cli.scenario_template import commented
     from slipgrasp.core.scenario.field_errors import nearest
     from slipgrasp.core.scenario.loading import (
@@ -125,18 +122,13 @@ def _write(arguments: argparse.Namespace) -> ExitStatus:
     if preset not in all_preset_names():
         raise CommandError(f"no preset '{preset}'{nearest(preset, all_preset_names())}")
     parameters = settable_parameters(load_scenario(preset))
-    try:
-        with file.open("x", encoding="utf-8") as stream:
-            stream.write(commented(preset_text(preset), parameters, file.name))
-    except FileExistsError:
-        raise CommandError(f"'{file}' exists; choose another name") from None
-    except OSError as error:
-        raise CommandError(f"'{file}' cannot be written: {error.strerror}") from error
+    write_new(file, commented(preset_text(preset), parameters, file.name))
     print(f"Wrote {file}. Run it with: slipgrasp run {file}")
     return ExitStatus.COMPLETED
 
 
-def _list(arguments: argparse.Namespace) -> ExitStatus:
+def execute(arguments: argparse.Namespace) -> ExitStatus:
+    """Lists the presets."""
     from slipgrasp.core.scenario.loading import all_preset_names, load_scenario
 
     for name in all_preset_names():
