@@ -33,6 +33,7 @@ from slipgrasp.core.scenario.numerics import Change
 from slipgrasp.core.scenario.parameters import Quantity
 from slipgrasp.core.scenario.space import RAIL
 from slipgrasp.core.scenario.supported import SupportSimulation, WithoutHand
+from slipgrasp.core.scenario.world import Pulse
 
 Gain = Annotated[float, Interval(ge=0.0, le=1e6)]
 
@@ -279,8 +280,11 @@ class RailScenario(WithoutHand):
         mass = self.controller.mass_estimate
         return () if mass is None else (Estimate(parameter="object.mass", initial=mass),)
 
-    # Pulses; there are none.
-    pulses = ()
+    @property
+    def pulses(self) -> tuple[Pulse, ...]:
+        """Pulses; there are none."""
+        return ()
+
     # Whether a contact has a spin: never.
     has_soft_fingers = False
 

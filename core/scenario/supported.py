@@ -38,7 +38,7 @@ from slipgrasp.core.scenario.numerics import (
 )
 from slipgrasp.core.scenario.parameters import Quantity
 from slipgrasp.core.scenario.space import SUPPORT
-from slipgrasp.core.scenario.world import Pulse
+from slipgrasp.core.scenario.world import Patch, Pulse
 
 Speed = Annotated[float, Interval(ge=-1e3, le=1e3)]
 Coefficient = Annotated[float, Interval(ge=0.0, le=10.0)]
@@ -190,8 +190,11 @@ class WithoutHand:
 
     __slots__ = ()
 
-    # Friction is even.
-    patches = ()
+    @property
+    def patches(self) -> tuple[Patch, ...]:
+        """Friction is even."""
+        return ()
+
     # There are no prismatic joints.
     slides = ()
     # There are no prismatic joints.

@@ -6,11 +6,10 @@ import argparse
 import math
 import os
 import tomllib
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from slipgrasp.cli.scenarios import HelpWithParameters
 from slipgrasp.cli.status import CommandError, complain
 
 if TYPE_CHECKING:
@@ -32,9 +31,53 @@ def add_scenario(
         parser: The parser.
         accepted: Help for ``SCENARIO``.
     """
-    parser.add_argument("-h", "--help", action=HelpWithParameters)
+    parser.add_argument("-h", "--help", action=_HelpWithParameters)
     parser.add_argument("scenario", metavar="SCENARIO", help=accepted)
     add_changes(parser)
+
+
+class _HelpWithParameters(argparse.Action):
+    """``--help`` that also lists the parameters, whose definitions it imports only when used."""
+
+    def __init__(self, option_strings: Sequence[str], dest: str) -> None:
+        super().__init__(
+            option_strings, argparse.SUPPRESS, nargs=0, help="show this help message and exit"
+        )
+
+    def __call__(
+        self,
+        parser: argparse.ArgumentParser,
+        namespace: argparse.Namespace,
+        values: str | Sequence[Any] | None,
+        option_string: str | None = None,
+    ) -> None:
+        """Prints the help and ends the program."""
+        from slipgrasp.core.scenario import RAIL, SPATIAL, SUPPORT
+        from slipgrasp.core.scenario.field_errors import template_keys
+
+        print(parser.format_help())
+        planar = template_keys()
+        shown = {_described(key, parameter) for key, parameter in planar.items()}
+        print("parameters for --set (indices of lists start at 0):\n")
+        _print_parameters(planar)
+        for space, what in (
+            (SPATIAL, "spatial hands"),
+            (SUPPORT, "a body on a support"),
+            (RAIL, "a finger on a rail"),
+        ):
+            print(f"\nparameters of {what} that differ from these:\n")
+            own = template_keys(space).items()
+            _print_parameters({key: new for key, new in own if _described(key, new) not in shown})
+        parser.exit()
+
+
+def _print_parameters(parameters: Mapping[str, Parameter]) -> None:
+    for key, parameter in parameters.items():
+        print(_described(key, parameter))
+
+
+def _described(key: str, parameter: Parameter) -> str:
+    return f"  {key}  ({parameter.limit})\n      {parameter.text}"
 
 
 def add_changes(parser: argparse.ArgumentParser) -> None:
