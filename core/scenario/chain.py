@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from pydantic.dataclasses import dataclass
 
 from slipgrasp.core.scenario.field_types import CONFIG, Coordinate
-from slipgrasp.core.scenario.parameters import Quantity
+from slipgrasp.core.scenario.parameters import Quantity, changeable
 
 Floats = NDArray[np.float64]
 Part = Annotated[float, Interval(ge=-1.0, le=1.0)]
@@ -40,7 +40,7 @@ JointKind = Annotated[
 Mass = Annotated[
     float,
     Interval(ge=0.0, le=1e3),
-    Quantity("True mass of the link.", "kg", typical=(0.01, 3.0), changeable=True),
+    changeable("True mass of the link.", "kg", typical=(0.01, 3.0)),
 ]
 Minimum = Annotated[
     float | None,

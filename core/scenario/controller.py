@@ -11,7 +11,7 @@ from pydantic.dataclasses import dataclass
 from slipgrasp.core.scenario.custom_laws import LAW_NAME, PARAMETER_NAME, law_names
 from slipgrasp.core.scenario.field_types import CONFIG, MAX_FINGERS, FrozenMapping
 from slipgrasp.core.scenario.laws import CONTROL_LAWS, law_kind, law_label
-from slipgrasp.core.scenario.parameters import Quantity
+from slipgrasp.core.scenario.parameters import Quantity, changeable
 from slipgrasp.core.scenario.space import PLANAR
 
 # The whole scenario is checked for valid names, because a recording may have a custom law.
@@ -38,7 +38,7 @@ _SPATIAL = "x, y, z, rotation vector and the two slips of each contact"
 
 def _position_gain(coordinates: str) -> Quantity:
     text = f"K_p: one number for the object, or one per coordinate {coordinates}."
-    return Quantity(text, "1/s²", typical=(10.0, 400.0), changeable=True)
+    return changeable(text, "1/s²", typical=(10.0, 400.0))
 
 
 def _slip_position_gain(count: str) -> Quantity:
@@ -46,12 +46,12 @@ def _slip_position_gain(count: str) -> Quantity:
         "K_p of the slips, K_p2 of the appendix: pulls a slipping contact back to its initial "
         f"position, one number or {count} per contact; 0: only damps its velocity."
     )
-    return Quantity(text, "1/s²", typical=(0.0, 400.0), changeable=True)
+    return changeable(text, "1/s²", typical=(0.0, 400.0))
 
 
 def _velocity_gain(coordinates: str) -> Quantity:
     text = f"K_v: one number, or one per coordinate {coordinates}."
-    return Quantity(text, "1/s", typical=(2.0, 50.0), changeable=True)
+    return changeable(text, "1/s", typical=(2.0, 50.0))
 
 
 def _lyapunov_weight(coordinates: str) -> Quantity:
@@ -59,7 +59,7 @@ def _lyapunov_weight(coordinates: str) -> Quantity:
         "Q: weight of the errors in the Lyapunov function, a number times the identity or one per "
         f"coordinate {coordinates}."
     )
-    return Quantity(text, "1", typical=(1.0, 100.0), changeable=True)
+    return changeable(text, "1", typical=(1.0, 100.0))
 
 
 def _lyapunov_matrix(coordinates: str) -> Quantity:
@@ -72,9 +72,8 @@ def _lyapunov_matrix(coordinates: str) -> Quantity:
 
 def _distribution(choices: str) -> Quantity:
     text = f"How the contact forces produce the desired wrench: {choices}."
-    return Quantity(
+    return changeable(
         text,
-        changeable=True,
         used_by=tuple(law.kind for law in _LAWS if law.uses_friction),
     )
 
@@ -88,9 +87,8 @@ class Controller:
 
     kind: Annotated[
         LawKind,
-        Quantity(
+        changeable(
             _KIND,
-            changeable=True,
             choices=law_names,
         ),
     ] = "theorem-4"
@@ -103,64 +101,58 @@ class Controller:
     control_period: Annotated[
         float,
         Interval(ge=0.0, le=0.1),
-        Quantity(
+        changeable(
             "Time between control updates; 0 = continuous control, else at least 0.0001 s.",
             "s",
             typical=(0.0, 0.01),
-            changeable=True,
         ),
     ] = 0.001
     recognition_time: Annotated[
         float,
         Interval(ge=1e-5, le=0.1),
-        Quantity(
+        changeable(
             "Time for which continuous control keeps its assumed phase when no phase is "
             "consistent.",
             "s",
             typical=(0.0001, 0.01),
-            changeable=True,
             hands=(PLANAR,),
         ),
     ] = 0.001
     latency: Annotated[
         float,
         Interval(ge=0.0, le=0.05),
-        Quantity(
+        changeable(
             "Time from a measurement to the torque that follows from it (sampled control).",
             "s",
             typical=(0.0, 0.01),
-            changeable=True,
         ),
     ] = 0.0
     prediction: Annotated[
         bool,
-        Quantity(
+        changeable(
             "Whether the law computes its command for the state that its model predicts at the "
             "time at which the torque acts (after the latency) instead of for the measured state.",
-            changeable=True,
             used_by=tuple(law.kind for law in _LAWS),
         ),
     ] = False
     link_mass_ratio: Annotated[
         float,
         Interval(ge=0.1, le=10.0),
-        Quantity(
+        changeable(
             "Ratio of the link masses that the law assumes to the true ones; 1: no model error. "
             "Estimated link masses are not scaled.",
             "1",
             typical=(0.8, 1.2),
-            changeable=True,
         ),
     ] = 1.0
     link_length_ratio: Annotated[
         float,
         Interval(ge=0.5, le=2.0),
-        Quantity(
+        changeable(
             "Ratio of the link lengths that the law assumes to the true ones; 1: no model error. "
             "Joint angles are measured, Jacobians follow from the assumed lengths.",
             "1",
             typical=(0.8, 1.2),
-            changeable=True,
             hands=(PLANAR,),
         ),
     ] = 1.0
@@ -169,21 +161,19 @@ class Controller:
     velocity_gain: float | tuple[float, ...]
     adaptation_gain: Annotated[
         PositiveGain | tuple[PositiveGain, ...],
-        Quantity(
+        changeable(
             "Gamma: speed of adaptation, one number or one per unknown. It enters every law's "
             "recorded Lyapunov function.",
             "1",
             typical=(0.05, 10.0),
-            changeable=True,
             used_by=tuple(law.kind for law in _LAWS if law.follows_gradient),
         ),
     ] = 1.28
     lyapunov_weight: float | tuple[float, ...]
     grasp_force: Annotated[
         Literal["minimum", "none"],
-        Quantity(
+        changeable(
             "Internal force: minimum inside the estimated friction cones, or none (y = 0).",
-            changeable=True,
             used_by=tuple(law.kind for law in _LAWS if law.uses_friction),
         ),
     ] = "minimum"
@@ -191,177 +181,161 @@ class Controller:
     grip_safety: Annotated[
         float,
         Interval(ge=1.0, le=10.0),
-        Quantity(
+        changeable(
             "Factor by which the commanded force stays inside the estimated cones.",
             "1",
             typical=(1.0, 2.0),
-            changeable=True,
             used_by=tuple(law.kind for law in _LAWS if law.uses_friction),
         ),
     ] = 1.1
     minimum_normal_force: Annotated[
         float,
         Interval(ge=0.0, le=1e4),
-        Quantity(
+        changeable(
             "Smallest normal force that the grasp force leaves at a contact.",
             "N",
             typical=(0.0, 20.0),
-            changeable=True,
         ),
     ] = 1.0
     maximum_normal_force: Annotated[
         float | None,
         Interval(ge=1e-3, le=1e6),
-        Quantity(
+        changeable(
             "Largest normal force that a law commands at a contact; no limit if omitted.",
             "N",
             typical=(10.0, 200.0),
-            changeable=True,
         ),
     ] = None
     grip_force: Annotated[
         float,
         Interval(ge=0.0, le=1e4),
-        Quantity(
+        changeable(
             "initial normal force of the grip.",
             "N",
             typical=(5.0, 100.0),
-            changeable=True,
             used_by=tuple(law.kind for law in _LAWS if not law.uses_friction),
         ),
     ] = 30.0
     grip_rate: Annotated[
         float,
         Interval(ge=0.0, le=1e6),
-        Quantity(
+        changeable(
             "rate at which the grip force grows while a contact slips.",
             "N/s",
             typical=(50.0, 2000.0),
-            changeable=True,
             used_by=tuple(law.kind for law in _LAWS if law.reacts_to_slip),
         ),
     ] = 400.0
     jaw_stiffness: Annotated[
         float,
         Interval(ge=0.0, le=1e7),
-        Quantity(
+        changeable(
             "stiffness of a jaw's position relative to the arm, perpendicular to its closing "
             "direction; along it, stiffness of the common motion of the self-centring jaws.",
             "N/m",
             typical=(1000.0, 50000.0),
-            changeable=True,
             used_by=tuple(law.kind for law in _LAWS if law.holds_tips),
         ),
     ] = 10000.0
     jaw_damping: Annotated[
         float,
         Interval(ge=0.0, le=1e5),
-        Quantity(
+        changeable(
             "damping of a jaw's position.",
             "N s/m",
             typical=(10.0, 300.0),
-            changeable=True,
             used_by=tuple(law.kind for law in _LAWS if law.holds_tips),
         ),
     ] = 60.0
     force_rate: Annotated[
         float,
         Interval(ge=0.0, le=1e6),
-        Quantity(
+        changeable(
             "largest rate of change of the closing force.",
             "N/s",
             typical=(20.0, 1000.0),
-            changeable=True,
             used_by=tuple(law.kind for law in _LAWS if law.holds_tips),
         ),
     ] = 500.0
     force_bandwidth: Annotated[
         float,
         Interval(ge=0.01, le=1e4),
-        Quantity(
+        changeable(
             "bandwidth of the closing force, which follows the grip force as a first-order lag.",
             "Hz",
             typical=(1.0, 50.0),
-            changeable=True,
             used_by=tuple(law.kind for law in _LAWS if law.holds_tips),
         ),
     ] = 20.0
     slip_stop: Annotated[
         float,
         Interval(ge=0.0, le=100.0),
-        Quantity(
+        changeable(
             "K_f, commanded deceleration of a slipping contact in addition to K_v, which ends its "
             "slip.",
             "m/s²",
             typical=(0.0, 2.0),
-            changeable=True,
             used_by=tuple(law.kind for law in _LAWS if law.has_memory),
         ),
     ] = 1.0
     forgetting: Annotated[
         float,
         Interval(ge=0.5, le=1.0),
-        Quantity(
+        changeable(
             "forgetting factor of the estimator per 1 ms; 1: no forgetting.",
             "1",
             typical=(0.9, 1.0),
-            changeable=True,
             used_by=tuple(law.kind for law in _LAWS if law.has_memory),
         ),
     ] = 0.98
     probing: Annotated[
         float,
         Interval(ge=0.0, le=10.0),
-        Quantity(
+        changeable(
             "relative growth per second of the estimated friction of a contact that has not "
             "slipped yet, which reduces an excessive grip force; 0: no growth.",
             "1/s",
             typical=(0.0, 4.0),
-            changeable=True,
             used_by=tuple(law.kind for law in _LAWS if law.has_memory),
         ),
     ] = 0.0
     force_noise: Annotated[
         float,
         Interval(ge=1e-9, le=100.0),
-        Quantity(
+        changeable(
             "assumed standard deviation of the force errors.",
             "N",
             typical=(0.01, 1.0),
-            changeable=True,
             used_by=tuple(law.kind for law in _LAWS if law.has_memory),
         ),
     ] = 0.1
     velocity_noise: Annotated[
         float,
         Interval(ge=0.0, le=10.0),
-        Quantity(
+        changeable(
             "assumed standard deviation of the noise of measured velocities (of angles in rad/s); "
             "a value twice too high costs little, a value twice too low can lose the object.",
             "m/s",
             typical=(0.0, 0.01),
-            changeable=True,
             used_by=tuple(law.kind for law in _LAWS if law.has_memory),
         ),
     ] = 0.0
     initial_deviation: Annotated[
         PositiveGain | tuple[PositiveGain, ...] | None,
-        Quantity(
+        changeable(
             "assumed standard deviation of the errors of the initial estimates, one number or "
             "one per unknown (default: 3 for masses and friction, 0.1 for the inertia).",
             "",
-            changeable=True,
             used_by=tuple(law.kind for law in _LAWS if law.has_memory),
         ),
     ] = None
     estimate_norm_bound: Annotated[
         float,
         Interval(ge=1e-6, le=1e6),
-        Quantity(
+        changeable(
             "phi_0: norm of the estimates above which theorem-4 pulls them back.",
             "1",
             typical=(0.5, 5.0),
-            changeable=True,
         ),
     ] = 2.036
     lyapunov_matrix: tuple[tuple[float, ...], ...]
@@ -429,19 +403,18 @@ class Estimate:
     initial: Annotated[
         float,
         Interval(ge=-1e3, le=1e3),
-        Quantity(
+        changeable(
             "Initial estimate, in the unit of the parameter.",
             "",
-            changeable=True,
         ),
     ]
     minimum: Annotated[
         float | None,
         Interval(ge=-1e3, le=1e3),
-        Quantity("Smallest allowed estimate; no bound if omitted.", "", changeable=True),
+        changeable("Smallest allowed estimate; no bound if omitted.", ""),
     ] = None
     maximum: Annotated[
         float | None,
         Interval(ge=-1e3, le=1e3),
-        Quantity("Largest allowed estimate; no bound if omitted.", "", changeable=True),
+        changeable("Largest allowed estimate; no bound if omitted.", ""),
     ] = None

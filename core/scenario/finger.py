@@ -16,7 +16,7 @@ from slipgrasp.core.scenario.field_types import (
     InertiaFraction,
     Offset,
 )
-from slipgrasp.core.scenario.parameters import Quantity
+from slipgrasp.core.scenario.parameters import Quantity, changeable
 
 FingerKind = Annotated[
     Literal["links", "slides", "chain"],
@@ -29,11 +29,10 @@ FingerKind = Annotated[
 SlidesMass = Annotated[
     float,
     Interval(ge=1e-3, le=1e3),
-    Quantity(
+    changeable(
         "true mass that moves with the tip.",
         "kg",
         typical=(0.02, 2.0),
-        changeable=True,
         used_by=("slides",),
     ),
 ]
@@ -42,51 +41,47 @@ LinkLength = Annotated[float, Interval(ge=1e-3, le=1e2)]
 Friction = Annotated[
     float,
     Interval(ge=0.0, le=10.0),
-    Quantity(
+    changeable(
         "True Coulomb friction coefficient between fingertip and object.",
         "1",
         typical=(0.05, 1.0),
-        changeable=True,
     ),
 ]
 StaticFriction = Annotated[
     float | None,
     Interval(ge=0.0, le=10.0),
-    Quantity(
+    changeable(
         "True friction coefficient of a sticking fingertip, not smaller than friction (default: "
         "the same).",
         "1",
         typical=(0.05, 1.0),
-        changeable=True,
     ),
 ]
 JointDamping = Annotated[
     float,
     Interval(ge=0.0, le=1e3),
-    Quantity(
+    changeable(
         "Viscous friction of each joint: torque per joint velocity (for slides: N s/m); unknown to "
         "all laws.",
         "N m s",
         typical=(0.0, 1.0),
-        changeable=True,
     ),
 ]
 JointFriction = Annotated[
     float,
     Interval(ge=0.0, le=1e3),
-    Quantity(
+    changeable(
         "Dry friction of each joint at high speed (for slides: N); at 0.01 rad/s (for slides: "
         "0.01 m/s) it is 71 % of this value; unknown to all laws.",
         "N m",
         typical=(0.0, 1.0),
-        changeable=True,
     ),
 ]
 
 
 LinkMasses = Annotated[
     tuple[LinkMass, LinkMass],
-    Quantity("true mass of a link.", "kg", typical=(0.2, 3.0), changeable=True, used_by=("links",)),
+    changeable("true mass of a link.", "kg", typical=(0.2, 3.0), used_by=("links",)),
 ]
 LinkLengths = Annotated[
     tuple[LinkLength, LinkLength], Quantity("length of a link.", "m", used_by=("links",))

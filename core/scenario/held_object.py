@@ -9,7 +9,7 @@ from annotated_types import Interval, Len
 from pydantic.dataclasses import dataclass
 
 from slipgrasp.core.scenario.field_types import CONFIG, Length, Offset
-from slipgrasp.core.scenario.parameters import Quantity
+from slipgrasp.core.scenario.parameters import Quantity, changeable
 
 MAX_CORNERS = 12
 SIDES = ("left", "right", "bottom", "top")
@@ -21,7 +21,7 @@ Corner = tuple[Offset, Offset]
 ObjectMass = Annotated[
     float,
     Interval(ge=1e-3, le=1e3),
-    Quantity("True mass of the object.", "kg", typical=(0.2, 3.0), changeable=True),
+    changeable("True mass of the object.", "kg", typical=(0.2, 3.0)),
 ]
 
 
@@ -33,11 +33,10 @@ class ObjectParameters:
     inertia: Annotated[
         float,
         Interval(ge=1e-6, le=1e3),
-        Quantity(
+        changeable(
             "True moment of inertia of the object about its centre.",
             "kg m²",
             typical=(0.002, 0.05),
-            changeable=True,
         ),
     ] = 0.01042
     half_width: Annotated[

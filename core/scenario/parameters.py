@@ -10,7 +10,7 @@ import dataclasses
 import types
 import typing
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import cache
+from functools import cache, partial
 from typing import Any, Literal, cast
 
 from annotated_types import Interval
@@ -48,6 +48,9 @@ class Quantity:
     def sentence(self) -> str:
         """The sentence, preceded by the kinds that use the parameter."""
         return f"{', '.join(self.used_by)}: {self.text}" if self.used_by else self.text
+
+
+changeable = partial(Quantity, changeable=True)
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)

@@ -30,7 +30,7 @@ from slipgrasp.core.scenario.held_object import SIDES, ObjectMass
 from slipgrasp.core.scenario.laws import law_kind
 from slipgrasp.core.scenario.motion import MAX_SET_POINTS, MoveDuration, MoveTime
 from slipgrasp.core.scenario.numerics import Change
-from slipgrasp.core.scenario.parameters import Quantity
+from slipgrasp.core.scenario.parameters import Quantity, changeable
 from slipgrasp.core.scenario.space import RAIL
 from slipgrasp.core.scenario.supported import SupportSimulation, WithoutHand
 from slipgrasp.core.scenario.world import Pulse
@@ -75,21 +75,19 @@ class RailParameters:
     friction: Annotated[
         float,
         Interval(ge=0.0, le=10.0),
-        Quantity(
+        changeable(
             "Friction coefficient of the rail while the object slides.",
             "1",
             typical=(0.02, 0.5),
-            changeable=True,
         ),
     ] = 0.1
     static_friction: Annotated[
         float | None,
         Interval(ge=0.0, le=10.0),
-        Quantity(
+        changeable(
             "Friction coefficient of the rail while the object is at rest, not smaller than "
             "friction (default: the same).",
             "1",
-            changeable=True,
         ),
     ] = None
 
@@ -105,7 +103,7 @@ class RailFinger:
         tuple[
             Annotated[float, Interval(ge=1e-6, le=1e3)], Annotated[float, Interval(ge=1e-6, le=1e3)]
         ],
-        Quantity("Mass of a link.", "kg", typical=(0.2, 3.0), changeable=True),
+        changeable("Mass of a link.", "kg", typical=(0.2, 3.0)),
     ] = (1.0, 1.0)
     link_lengths: Annotated[tuple[LinkLength, LinkLength], Quantity("Length of a link.", "m")] = (
         1.0,
@@ -178,39 +176,32 @@ class RailController:
     kind: Annotated[
         Literal["theorem-3", "certainty-equivalence", "pd-gravity"],
         BeforeValidator(law_kind),
-        Quantity(
+        changeable(
             "Control law. theorem-3 (adaptive-mass): computed torque; the tracking error adapts "
             "the estimated mass while the fingertip sticks and the object slides. "
             "certainty-equivalence: the same with the initial estimate. pd-gravity: feedback, a "
             "constant normal force, and compensation of the links.",
-            changeable=True,
         ),
     ] = "certainty-equivalence"
-    position_gain: Annotated[
-        Gain, Quantity("K_p.", "1/s²", typical=(0.0, 400.0), changeable=True)
-    ] = 100.0
-    velocity_gain: Annotated[
-        Gain, Quantity("K_v.", "1/s", typical=(0.0, 50.0), changeable=True)
-    ] = 20.0
+    position_gain: Annotated[Gain, changeable("K_p.", "1/s²", typical=(0.0, 400.0))] = 100.0
+    velocity_gain: Annotated[Gain, changeable("K_v.", "1/s", typical=(0.0, 50.0))] = 20.0
     grip_force: Annotated[
         float,
         Interval(ge=0.0, le=1e4),
-        Quantity(
+        changeable(
             "Commanded normal force, to which the force along the rail is added.",
             "N",
             typical=(0.0, 50.0),
-            changeable=True,
         ),
     ] = 1.0
     minimum_normal_force: Annotated[
         float,
         Interval(ge=0.0, le=1e4),
-        Quantity(
+        changeable(
             "Smallest commanded normal force, so that the fingertip stays on the object; has no "
             "effect at an angle of pi/2.",
             "N",
             typical=(0.0, 20.0),
-            changeable=True,
         ),
     ] = 0.5
     mass_estimate: Annotated[
@@ -221,21 +212,19 @@ class RailController:
     adaptation_gain: Annotated[
         float,
         Interval(ge=1e-12, le=1e6),
-        Quantity(
+        changeable(
             "Gamma: speed of adaptation.",
             "1",
             typical=(1.0, 1000.0),
-            changeable=True,
             used_by=("theorem-3",),
         ),
     ] = 100.0
     lyapunov_weight: Annotated[
         Gain,
-        Quantity(
+        changeable(
             "Q: weight of the errors in the Lyapunov function.",
             "1",
             typical=(1.0, 100.0),
-            changeable=True,
             used_by=("theorem-3",),
         ),
     ] = 20.0

@@ -68,7 +68,7 @@ from slipgrasp.core.scenario.motion import (
 )
 from slipgrasp.core.scenario.numerics import Change, SpatialSimulation
 from slipgrasp.core.scenario.pads import PadPressure, PadRadius, eccentricity
-from slipgrasp.core.scenario.parameters import Quantity
+from slipgrasp.core.scenario.parameters import Quantity, changeable
 from slipgrasp.core.scenario.space import SPATIAL
 from slipgrasp.core.scenario.world import (
     ActuationParameters,
@@ -111,11 +111,10 @@ class SpatialObject:
     mass: ObjectMass = 1.0
     inertias: Annotated[
         tuple[Inertia, Inertia, Inertia],
-        Quantity(
+        changeable(
             "True principal moments of inertia of the object about its x, y and z axes.",
             "kg m²",
             typical=(0.002, 0.05),
-            changeable=True,
         ),
     ] = (0.13 / 12.0, 0.13 / 12.0, 0.08 / 12.0)
     half_width: Annotated[

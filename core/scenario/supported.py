@@ -36,7 +36,7 @@ from slipgrasp.core.scenario.numerics import (
     OutputRate,
     RelativeTolerance,
 )
-from slipgrasp.core.scenario.parameters import Quantity
+from slipgrasp.core.scenario.parameters import Quantity, changeable
 from slipgrasp.core.scenario.space import SUPPORT
 from slipgrasp.core.scenario.world import Patch, Pulse
 
@@ -57,11 +57,10 @@ class SupportedObject:
     inertia: Annotated[
         float,
         Interval(ge=1e-9, le=1e3),
-        Quantity(
+        changeable(
             "Moment of inertia of the body about the normal of the support.",
             "kg m²",
             typical=(1e-4, 5e-3),
-            changeable=True,
         ),
     ] = 6.773e-4
     half_width: Annotated[
@@ -105,40 +104,36 @@ class SupportParameters:
 
     friction: Annotated[
         Coefficient,
-        Quantity(
+        changeable(
             "Friction coefficient of the support while the body slides.",
             "1",
             typical=(0.05, 1.0),
-            changeable=True,
         ),
     ] = 0.21
     static_friction: Annotated[
         Coefficient | None,
-        Quantity(
+        changeable(
             "Friction coefficient while the body is at rest (default: that of sliding).",
             "1",
-            changeable=True,
         ),
     ] = None
     radius: Annotated[
         float,
         Interval(ge=0.0, le=1.0),
-        Quantity(
+        changeable(
             "Ratio of the largest friction moment about the normal to the largest friction force; "
             "0: the contact does not resist rotation.",
             "m",
             typical=(0.0, 0.1),
-            changeable=True,
         ),
     ] = 0.0
     incline: Annotated[
         float,
         Interval(ge=-1.5, le=1.5),
-        Quantity(
+        changeable(
             "Angle of the plane, which rises along x.",
             "rad",
             typical=(-0.5, 0.5),
-            changeable=True,
         ),
     ] = 0.0
 

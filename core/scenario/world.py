@@ -8,7 +8,7 @@ from annotated_types import Interval
 from pydantic.dataclasses import dataclass
 
 from slipgrasp.core.scenario.field_types import CONFIG, Face, Offset
-from slipgrasp.core.scenario.parameters import Quantity
+from slipgrasp.core.scenario.parameters import Quantity, changeable
 
 MAX_PATCHES = 20
 
@@ -16,11 +16,10 @@ Force = Annotated[float, Interval(ge=-1e4, le=1e4)]
 FrictionFactor = Annotated[
     float,
     Interval(ge=0.0, le=10.0),
-    Quantity(
+    changeable(
         "Ratio of the friction on the patch to that of the fingertip elsewhere.",
         "1",
         typical=(0.2, 1.5),
-        changeable=True,
     ),
 ]
 PatchStart = Annotated[
@@ -82,126 +81,113 @@ class SensingParameters:
     position_noise: Annotated[
         float,
         Interval(ge=0.0, le=0.1),
-        Quantity(
+        changeable(
             "Standard deviation of the noise on measured positions: of the object (angles in rad) "
             "and of the slip.",
             "m",
             typical=(0.0, 1e-4),
-            changeable=True,
         ),
     ] = 0.0
     velocity_noise: Annotated[
         float,
         Interval(ge=0.0, le=10.0),
-        Quantity(
+        changeable(
             "Standard deviation of the noise on measured velocities (of angles in rad/s).",
             "m/s",
             typical=(0.0, 0.01),
-            changeable=True,
         ),
     ] = 0.0
     acceleration_noise: Annotated[
         float,
         Interval(ge=0.0, le=1e3),
-        Quantity(
+        changeable(
             "Standard deviation of the noise on measured accelerations (of angles in rad/s²).",
             "m/s²",
             typical=(0.0, 1.0),
-            changeable=True,
         ),
     ] = 0.0
     true_accelerations: Annotated[
         bool,
-        Quantity(
+        changeable(
             "Whether accelerations are measured; otherwise they are filtered differences of the "
             "measured velocities.",
-            changeable=True,
         ),
     ] = True
     acceleration_filter_time: Annotated[
         float,
         Interval(ge=0.0, le=1.0),
-        Quantity(
+        changeable(
             "Time constant of the filter of the differences.",
             "s",
             typical=(0.001, 0.02),
-            changeable=True,
         ),
     ] = 0.006
     true_phases: Annotated[
         bool,
-        Quantity(
+        changeable(
             "Whether the controller knows which contacts slip; otherwise it detects slip from "
             "the measured slip velocity.",
-            changeable=True,
         ),
     ] = True
     slip_detector: Annotated[
         Literal["threshold", "cumulative-sum"],
-        Quantity(
+        changeable(
             "Detection of slip: by a velocity above the threshold for the duration of the delay, "
             "or by a cumulative sum of the velocities (Page's test), with a limit that follows "
             "from slip_threshold, slip_delay and controller.velocity_noise.",
-            changeable=True,
         ),
     ] = "threshold"
     slip_threshold: Annotated[
         float,
         Interval(ge=0.0, le=10.0),
-        Quantity(
+        changeable(
             "Slip velocity above which slip is detected.",
             "m/s",
             typical=(0.001, 0.02),
-            changeable=True,
         ),
     ] = 0.005
     slip_delay: Annotated[
         float,
         Interval(ge=0.0, le=1.0),
-        Quantity(
+        changeable(
             "Duration of slip (or of sticking) until it is detected, if the detector is threshold.",
             "s",
             typical=(0.0, 0.02),
-            changeable=True,
         ),
     ] = 0.002
     slip_delay_deviation: Annotated[
         float,
         Interval(ge=0.0, le=1.0),
-        Quantity(
+        changeable(
             "Standard deviation of slip_delay, which is random for every detection (at least 0 s).",
             "s",
             typical=(0.0, 0.01),
-            changeable=True,
         ),
     ] = 0.0
     force_noise: Annotated[
         float,
         Interval(ge=0.0, le=1e3),
-        Quantity(
+        changeable(
             "Standard deviation of the noise on measured contact forces (input of custom laws).",
             "N",
             typical=(0.0, 1.0),
-            changeable=True,
         ),
     ] = 0.0
     force_bias: Annotated[
         tuple[ForceError, ForceError],
-        Quantity(
+        changeable(
             "Constant error of measured contact forces: tangential and normal component.",
             "N",
             typical=(-5.0, 5.0),
-            changeable=True,
         ),
     ] = (0.0, 0.0)
     force_filter_time: Annotated[
         float,
         Interval(ge=0.0, le=1.0),
-        Quantity(
+        changeable(
             "Time constant of the low-pass filter of measured contact forces.",
             "s",
             typical=(0.0, 0.02),
-            changeable=True,
         ),
     ] = 0.0
 
@@ -213,19 +199,17 @@ class ActuationParameters:
     torque_limit: Annotated[
         float | None,
         Interval(ge=1e-6, le=1e6),
-        Quantity(
+        changeable(
             "Largest torque of a joint (for slides: force in N); no limit if omitted.",
             "N m",
-            changeable=True,
         ),
     ] = None
     torque_rate_limit: Annotated[
         float | None,
         Interval(ge=1e-3, le=1e9),
-        Quantity(
+        changeable(
             "Largest rate of change of a joint's torque (for slides: of its force in N/s); no "
             "limit if omitted.",
             "N m/s",
-            changeable=True,
         ),
     ] = None
