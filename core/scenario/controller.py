@@ -72,10 +72,7 @@ def _lyapunov_matrix(coordinates: str) -> Quantity:
 
 def _distribution(choices: str) -> Quantity:
     text = f"How the contact forces produce the desired wrench: {choices}."
-    return changeable(
-        text,
-        used_by=tuple(law.kind for law in _LAWS if law.uses_friction),
-    )
+    return changeable(text, used_by=tuple(law.kind for law in _LAWS if law.uses_friction))
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
@@ -85,13 +82,7 @@ class Controller:
     The types without a description are those of its subclasses, which bound them.
     """
 
-    kind: Annotated[
-        LawKind,
-        changeable(
-            _KIND,
-            choices=law_names,
-        ),
-    ] = "theorem-4"
+    kind: Annotated[LawKind, changeable(_KIND, choices=law_names)] = "theorem-4"
     # Parameters of a custom law, which declares them; missing ones have their declared defaults.
     parameters: Annotated[
         dict[Annotated[str, StringConstraints(pattern=PARAMETER_NAME)], float],
@@ -403,10 +394,7 @@ class Estimate:
     initial: Annotated[
         float,
         Interval(ge=-1e3, le=1e3),
-        changeable(
-            "Initial estimate, in the unit of the parameter.",
-            "",
-        ),
+        changeable("Initial estimate, in the unit of the parameter.", ""),
     ]
     minimum: Annotated[
         float | None,

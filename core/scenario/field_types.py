@@ -55,3 +55,21 @@ Face = Literal[
     "edge-10",
     "edge-11",
 ]
+
+# side-K of an object runs from corner K to the next one.
+SpatialFace = Literal[
+    "side-0",
+    "side-1",
+    "side-2",
+    "side-3",
+    "side-4",
+    "side-5",
+    "side-6",
+    "side-7",
+    "side-8",
+    "side-9",
+    "side-10",
+    "side-11",
+    "top",
+    "bottom",
+]

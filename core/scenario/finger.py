@@ -23,17 +23,14 @@ FingerKind = Annotated[
     Quantity(
         "Mechanism of the finger: links (revolute joints), slides (one along each axis, with one "
         "moving mass; joint positions are then in m and torques in N) or chain (two joints with "
-        "any positions and axes).",
+        "any positions and axes)."
     ),
 ]
 SlidesMass = Annotated[
     float,
     Interval(ge=1e-3, le=1e3),
     changeable(
-        "true mass that moves with the tip.",
-        "kg",
-        typical=(0.02, 2.0),
-        used_by=("slides",),
+        "true mass that moves with the tip.", "kg", typical=(0.02, 2.0), used_by=("slides",)
     ),
 ]
 LinkMass = Annotated[float, Interval(ge=1e-3, le=1e3)]
@@ -42,9 +39,7 @@ Friction = Annotated[
     float,
     Interval(ge=0.0, le=10.0),
     changeable(
-        "True Coulomb friction coefficient between fingertip and object.",
-        "1",
-        typical=(0.05, 1.0),
+        "True Coulomb friction coefficient between fingertip and object.", "1", typical=(0.05, 1.0)
     ),
 ]
 StaticFriction = Annotated[
@@ -110,10 +105,7 @@ class FingerParameters:
         ),
     ] = (0.0, 0.0)
     link_masses: LinkMasses = (1.0, 1.0)
-    link_lengths: LinkLengths = (
-        1.0,
-        1.0,
-    )
+    link_lengths: LinkLengths = (1.0, 1.0)
     base: Annotated[
         tuple[Coordinate, Coordinate],
         Quantity(
@@ -130,7 +122,7 @@ class FingerParameters:
         Face,
         Quantity(
             "Face that the fingertip touches: left, right, bottom or top of a rectangle or circle, "
-            "or edge-K of a polygon, from corner K to the next corner.",
+            "or edge-K of a polygon, from corner K to the next corner."
         ),
     ]
     contact_offset: Annotated[

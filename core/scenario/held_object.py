@@ -34,14 +34,11 @@ class ObjectParameters:
         float,
         Interval(ge=1e-6, le=1e3),
         changeable(
-            "True moment of inertia of the object about its centre.",
-            "kg m²",
-            typical=(0.002, 0.05),
+            "True moment of inertia of the object about its centre.", "kg m²", typical=(0.002, 0.05)
         ),
     ] = 0.01042
     half_width: Annotated[
-        Length,
-        Quantity("Distance of the left and right faces from the centre.", "m"),
+        Length, Quantity("Distance of the left and right faces from the centre.", "m")
     ] = 0.1
     face_half_length: Annotated[
         Length,
@@ -63,7 +60,7 @@ class ObjectParameters:
         Literal["polygon", "circle"],
         Quantity(
             "Outline of the object: polygon (a rectangle unless corners are given) or circle, "
-            "centred on the centre of mass.",
+            "centred on the centre of mass."
         ),
     ] = "polygon"
     radius: Annotated[Length, Quantity("Radius of a circle.", "m")] = 0.1

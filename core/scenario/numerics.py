@@ -19,12 +19,7 @@ Duration = Annotated[float, Interval(ge=1e-3, le=600.0), Quantity("Simulated tim
 OutputRate = Annotated[
     float, Interval(ge=1.0, le=1e4), Quantity("Rate at which the trace is stored.", "Hz")
 ]
-PlanarGravity = Annotated[
-    float, Interval(ge=0.0, le=100.0), Quantity("Gravitational acceleration along -y.", "m/s²")
-]
-SpatialGravity = Annotated[
-    float, Interval(ge=0.0, le=100.0), Quantity("Gravitational acceleration along -z.", "m/s²")
-]
+Gravity = Annotated[float, Interval(ge=0.0, le=100.0)]
 RelativeTolerance = Annotated[
     float, Interval(ge=1e-12, le=1e-3), Quantity("Relative error allowed in one step.", "1")
 ]
@@ -41,11 +36,6 @@ MaxSteps = Annotated[
     Interval(ge=1, le=100_000_000),
     Quantity("Number of steps after which a run ends with the outcome limit.", "1"),
 ]
-Seed = Annotated[
-    int,
-    Interval(ge=0, le=2**31 - 1),
-    Quantity("Seed of the sensor noise: equal seeds give equal runs.", "1"),
-]
 ChatterChanges = Annotated[
     int,
     Interval(ge=5, le=MAX_CHATTER_CHANGES),
@@ -55,13 +45,6 @@ ChatterWindow = Annotated[
     float,
     Interval(ge=1e-6, le=10.0),
     Quantity("Length of the chatter window; at most one period of sampled control.", "s"),
-]
-FrictionKind = Annotated[
-    Literal["cone", "pyramid"],
-    Quantity(
-        "Friction of a contact along its two tangents: cone (Coulomb's law) or pyramid (as in the "
-        "paper, with independent bounds for the two tangential forces).",
-    ),
 ]
 
 
@@ -79,33 +62,41 @@ class Change:
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
-class SimulationParameters:
-    """Duration, output, gravity and accuracy of the integration."""
+class Simulation:
+    """Duration, output, gravity and accuracy of the integration; subclasses describe gravity."""
 
     duration: Duration = 7.0
     output_rate: OutputRate = 200.0
-    gravity: PlanarGravity = 9.81
+    gravity: float
     relative_tolerance: RelativeTolerance = 1e-8
     absolute_tolerance: AbsoluteTolerance = 1e-10
     max_step: MaxStep = 0.1
     max_steps: MaxSteps = 5_000_000
-    seed: Seed = 0
+    seed: Annotated[
+        int,
+        Interval(ge=0, le=2**31 - 1),
+        Quantity("Seed of the sensor noise: equal seeds give equal runs.", "1"),
+    ] = 0
     chatter_changes: ChatterChanges = 100
     chatter_window: ChatterWindow = 0.15
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
-class SpatialSimulation:
+class SimulationParameters(Simulation):
+    """Duration, output, gravity and accuracy of the integration."""
+
+    gravity: Annotated[Gravity, Quantity("Gravitational acceleration along -y.", "m/s²")] = 9.81
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
+class SpatialSimulation(Simulation):
     """Duration, output, gravity, kind of friction and accuracy of the integration."""
 
-    duration: Duration = 7.0
-    output_rate: OutputRate = 200.0
-    gravity: SpatialGravity = 9.81
-    relative_tolerance: RelativeTolerance = 1e-8
-    absolute_tolerance: AbsoluteTolerance = 1e-10
-    max_step: MaxStep = 0.1
-    max_steps: MaxSteps = 5_000_000
-    seed: Seed = 0
-    chatter_changes: ChatterChanges = 100
-    chatter_window: ChatterWindow = 0.15
-    friction: FrictionKind = "cone"
+    gravity: Annotated[Gravity, Quantity("Gravitational acceleration along -z.", "m/s²")] = 9.81
+    friction: Annotated[
+        Literal["cone", "pyramid"],
+        Quantity(
+            "Friction of a contact along its two tangents: cone (Coulomb's law) or pyramid (as in "
+            "the paper, with independent bounds for the two tangential forces)."
+        ),
+    ] = "cone"

@@ -76,9 +76,7 @@ class RailParameters:
         float,
         Interval(ge=0.0, le=10.0),
         changeable(
-            "Friction coefficient of the rail while the object slides.",
-            "1",
-            typical=(0.02, 0.5),
+            "Friction coefficient of the rail while the object slides.", "1", typical=(0.02, 0.5)
         ),
     ] = 0.1
     static_friction: Annotated[
@@ -136,8 +134,7 @@ class RailFinger:
     link_inertia_fractions: Annotated[
         tuple[InertiaFraction, InertiaFraction],
         Quantity(
-            "Inertia of a link about its centre of mass, divided by mass times length squared.",
-            "1",
+            "Inertia of a link about its centre of mass, divided by mass times length squared.", "1"
         ),
     ] = (1.0 / 12.0, 1.0 / 12.0)
 
@@ -180,7 +177,7 @@ class RailController:
             "Control law. theorem-3 (adaptive-mass): computed torque; the tracking error adapts "
             "the estimated mass while the fingertip sticks and the object slides. "
             "certainty-equivalence: the same with the initial estimate. pd-gravity: feedback, a "
-            "constant normal force, and compensation of the links.",
+            "constant normal force, and compensation of the links."
         ),
     ] = "certainty-equivalence"
     position_gain: Annotated[Gain, changeable("K_p.", "1/s²", typical=(0.0, 400.0))] = 100.0
@@ -213,10 +210,7 @@ class RailController:
         float,
         Interval(ge=1e-12, le=1e6),
         changeable(
-            "Gamma: speed of adaptation.",
-            "1",
-            typical=(1.0, 1000.0),
-            used_by=("theorem-3",),
+            "Gamma: speed of adaptation.", "1", typical=(1.0, 1000.0), used_by=("theorem-3",)
         ),
     ] = 100.0
     lyapunov_weight: Annotated[

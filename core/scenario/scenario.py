@@ -9,7 +9,12 @@ from typing import TypeVar
 from slipgrasp.core.exceptions import FieldError, ScenarioError
 from slipgrasp.core.scenario.controller import ControllerParameters, SpatialController
 from slipgrasp.core.scenario.held_object import ObjectParameters
-from slipgrasp.core.scenario.motion import SetPoint, TrajectoryParameters
+from slipgrasp.core.scenario.motion import (
+    SetPoint,
+    SpatialSetPoint,
+    SpatialTrajectory,
+    TrajectoryParameters,
+)
 from slipgrasp.core.scenario.planar import PlanarScenario, full_planar_scenario
 from slipgrasp.core.scenario.rail import (
     RailObject,
@@ -19,22 +24,14 @@ from slipgrasp.core.scenario.rail import (
     full_rail_scenario,
 )
 from slipgrasp.core.scenario.space import PLANAR, RAIL, SPATIAL, SUPPORT, Space
-from slipgrasp.core.scenario.spatial import (
-    SpatialObject,
-    SpatialPatch,
-    SpatialPulse,
-    SpatialScenario,
-    SpatialSetPoint,
-    SpatialTrajectory,
-    full_spatial_scenario,
-)
+from slipgrasp.core.scenario.spatial import SpatialObject, SpatialScenario, full_spatial_scenario
 from slipgrasp.core.scenario.supported import (
     InitialMotion,
     SupportedObject,
     SupportScenario,
     full_support_scenario,
 )
-from slipgrasp.core.scenario.world import Patch, Pulse
+from slipgrasp.core.scenario.world import Patch, Pulse, SpatialPatch, SpatialPulse
 
 HandScenario = PlanarScenario | SpatialScenario
 FreeScenario = SupportScenario | RailScenario

@@ -15,13 +15,7 @@ from typing import Annotated, Any
 from annotated_types import Interval, Len
 from pydantic.dataclasses import dataclass
 
-from slipgrasp.core.scenario.common import (
-    Changes,
-    FrictionCone,
-    Pulses,
-    Title,
-    without_none,
-)
+from slipgrasp.core.scenario.common import Changes, FrictionCone, Pulses, Title, without_none
 from slipgrasp.core.scenario.controller import ControllerParameters
 from slipgrasp.core.scenario.field_types import CONFIG, Angle, Coordinate, Length
 from slipgrasp.core.scenario.held_object import MAX_CORNERS, SIDES, Corner, ObjectMass
@@ -31,6 +25,7 @@ from slipgrasp.core.scenario.numerics import (
     ChatterChanges,
     ChatterWindow,
     Duration,
+    Gravity,
     MaxStep,
     MaxSteps,
     OutputRate,
@@ -105,16 +100,13 @@ class SupportParameters:
     friction: Annotated[
         Coefficient,
         changeable(
-            "Friction coefficient of the support while the body slides.",
-            "1",
-            typical=(0.05, 1.0),
+            "Friction coefficient of the support while the body slides.", "1", typical=(0.05, 1.0)
         ),
     ] = 0.21
     static_friction: Annotated[
         Coefficient | None,
         changeable(
-            "Friction coefficient while the body is at rest (default: that of sliding).",
-            "1",
+            "Friction coefficient while the body is at rest (default: that of sliding).", "1"
         ),
     ] = None
     radius: Annotated[
@@ -130,11 +122,7 @@ class SupportParameters:
     incline: Annotated[
         float,
         Interval(ge=-1.5, le=1.5),
-        changeable(
-            "Angle of the plane, which rises along x.",
-            "rad",
-            typical=(-0.5, 0.5),
-        ),
+        changeable("Angle of the plane, which rises along x.", "rad", typical=(-0.5, 0.5)),
     ] = 0.0
 
     @property
@@ -166,9 +154,7 @@ class SupportSimulation:
 
     duration: Duration = 1.0
     output_rate: OutputRate = 200.0
-    gravity: Annotated[
-        float, Interval(ge=0.0, le=100.0), Quantity("Gravitational acceleration.", "m/s²")
-    ] = 9.81
+    gravity: Annotated[Gravity, Quantity("Gravitational acceleration.", "m/s²")] = 9.81
     relative_tolerance: RelativeTolerance = 1e-8
     absolute_tolerance: AbsoluteTolerance = 1e-10
     max_step: MaxStep = 0.1

@@ -7,12 +7,13 @@ from typing import Annotated, Literal
 from annotated_types import Interval
 from pydantic.dataclasses import dataclass
 
-from slipgrasp.core.scenario.field_types import CONFIG, Face, Offset
+from slipgrasp.core.scenario.field_types import CONFIG, Face, Offset, SpatialFace
 from slipgrasp.core.scenario.parameters import Quantity, changeable
 
 MAX_PATCHES = 20
 
 Force = Annotated[float, Interval(ge=-1e4, le=1e4)]
+Moment = Annotated[float, Interval(ge=-1e3, le=1e3)]
 FrictionFactor = Annotated[
     float,
     Interval(ge=0.0, le=10.0),
@@ -58,8 +59,7 @@ class Patch:
 
     face: Annotated[Face, Quantity("Face of the patch.")]
     centre: Annotated[
-        Offset,
-        Quantity("Position of the centre along the face, from the centre of the face.", "m"),
+        Offset, Quantity("Position of the centre along the face, from the centre of the face.", "m")
     ] = 0.0
     half_length: Annotated[
         float, Interval(ge=1e-4, le=10.0), Quantity("Half the length along the face.", "m")
@@ -72,6 +72,47 @@ class Patch:
     def place(self) -> tuple[str, float, float]:
         """Position and size of the patch: face, centre and half length [m]."""
         return self.face, self.centre, self.half_length
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
+class SpatialPulse:
+    """A constant force and moment on the object for a limited time."""
+
+    time: PulseTime
+    duration: PulseDuration = 0.05
+    force: Annotated[
+        tuple[Force, Force, Force],
+        Quantity("Force (x, y, z) on the centre of mass, in the inertial frame.", "N"),
+    ] = (0.0, 0.0, -5.0)
+    moment: Annotated[
+        tuple[Moment, Moment, Moment], Quantity("Moment (x, y, z), in the inertial frame.", "N m")
+    ] = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
+class SpatialPatch:
+    """A round patch of a face with different friction; may be temporary."""
+
+    face: Annotated[SpatialFace, Quantity("Face of the patch.")]
+    centre: Annotated[
+        tuple[Offset, Offset],
+        Quantity(
+            "Position of the centre along the two tangents of the face, from the centre of a side, "
+            "or from the axis on top and bottom.",
+            "m",
+        ),
+    ] = (0.0, 0.0)
+    radius: Annotated[float, Interval(ge=1e-4, le=10.0), Quantity("Radius of the patch.", "m")] = (
+        0.03
+    )
+    friction_factor: FrictionFactor = 0.6
+    start_time: PatchStart = 0.0
+    end_time: PatchEnd = None
+
+    @property
+    def place(self) -> tuple[str, tuple[float, float], float]:
+        """Position and size of the patch: face, centre and radius [m]."""
+        return self.face, self.centre, self.radius
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
@@ -110,23 +151,19 @@ class SensingParameters:
         bool,
         changeable(
             "Whether accelerations are measured; otherwise they are filtered differences of the "
-            "measured velocities.",
+            "measured velocities."
         ),
     ] = True
     acceleration_filter_time: Annotated[
         float,
         Interval(ge=0.0, le=1.0),
-        changeable(
-            "Time constant of the filter of the differences.",
-            "s",
-            typical=(0.001, 0.02),
-        ),
+        changeable("Time constant of the filter of the differences.", "s", typical=(0.001, 0.02)),
     ] = 0.006
     true_phases: Annotated[
         bool,
         changeable(
             "Whether the controller knows which contacts slip; otherwise it detects slip from "
-            "the measured slip velocity.",
+            "the measured slip velocity."
         ),
     ] = True
     slip_detector: Annotated[
@@ -134,17 +171,13 @@ class SensingParameters:
         changeable(
             "Detection of slip: by a velocity above the threshold for the duration of the delay, "
             "or by a cumulative sum of the velocities (Page's test), with a limit that follows "
-            "from slip_threshold, slip_delay and controller.velocity_noise.",
+            "from slip_threshold, slip_delay and controller.velocity_noise."
         ),
     ] = "threshold"
     slip_threshold: Annotated[
         float,
         Interval(ge=0.0, le=10.0),
-        changeable(
-            "Slip velocity above which slip is detected.",
-            "m/s",
-            typical=(0.001, 0.02),
-        ),
+        changeable("Slip velocity above which slip is detected.", "m/s", typical=(0.001, 0.02)),
     ] = 0.005
     slip_delay: Annotated[
         float,
@@ -200,8 +233,7 @@ class ActuationParameters:
         float | None,
         Interval(ge=1e-6, le=1e6),
         changeable(
-            "Largest torque of a joint (for slides: force in N); no limit if omitted.",
-            "N m",
+            "Largest torque of a joint (for slides: force in N); no limit if omitted.", "N m"
         ),
     ] = None
     torque_rate_limit: Annotated[
