@@ -12,21 +12,17 @@ from slipgrasp.core.scenario.held_object import ObjectParameters
 from slipgrasp.core.scenario.motion import (
     SetPoint,
     SpatialSetPoint,
-    SpatialTrajectory,
-    TrajectoryParameters,
 )
 from slipgrasp.core.scenario.planar import PlanarScenario, full_planar_scenario
 from slipgrasp.core.scenario.rail import (
     RailObject,
     RailScenario,
     RailSetPoint,
-    RailTrajectory,
     full_rail_scenario,
 )
 from slipgrasp.core.scenario.space import PLANAR, RAIL, SPATIAL, SUPPORT, Space
 from slipgrasp.core.scenario.spatial import SpatialObject, SpatialScenario, full_spatial_scenario
 from slipgrasp.core.scenario.supported import (
-    InitialMotion,
     SupportedObject,
     SupportScenario,
     full_support_scenario,
@@ -38,7 +34,6 @@ FreeScenario = SupportScenario | RailScenario
 Scenario = HandScenario | FreeScenario
 AnyScenario = TypeVar("AnyScenario", bound=Scenario)
 AnyObject = ObjectParameters | SpatialObject | SupportedObject | RailObject
-AnyTrajectory = TrajectoryParameters | SpatialTrajectory | InitialMotion | RailTrajectory
 AnySetPoint = SetPoint | SpatialSetPoint | RailSetPoint
 AnyController = ControllerParameters | SpatialController
 AnyPulse = Pulse | SpatialPulse

@@ -38,8 +38,6 @@ from slipgrasp.core.scenario.validation.world import (
     check_times,
 )
 
-__all__ = ["check_scenario"]
-
 _CONTROL = (
     check_trajectory,
     check_estimates,

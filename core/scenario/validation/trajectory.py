@@ -6,8 +6,8 @@ from collections.abc import Iterator, Sequence
 
 from slipgrasp.core.exceptions import FieldError
 from slipgrasp.core.scenario import HandScenario, TrajectoryParameters
-from slipgrasp.core.scenario.motion import SAME_TIME
-from slipgrasp.core.scenario.scenario import AnySetPoint, SpatialTrajectory
+from slipgrasp.core.scenario.motion import SAME_TIME, SpatialTrajectory
+from slipgrasp.core.scenario.scenario import AnySetPoint
 
 MIN_RAMP = 1e-3
 MIN_TABLE_STEP = 1e-3
