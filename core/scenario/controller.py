@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Annotated, Any, Literal
 
 from annotated_types import Interval, Len
@@ -30,6 +31,10 @@ Weight = Annotated[float, Interval(ge=-1e6, le=1e6)]
 _MAX_ROWS, _MOST_ROWS_SPATIAL = 2 * (3 + MAX_FINGERS), 2 * (6 + 2 * MAX_FINGERS)
 
 _LAWS = CONTROL_LAWS.values()
+_for_memory, _for_jaws, _for_friction = (
+    partial(changeable, used_by=tuple(law.kind for law in _LAWS if getattr(law, fact)))
+    for fact in ("has_memory", "holds_tips", "uses_friction")
+)
 _KIND = "Control law. " + " ".join(f"{law_label(law.kind)}: {law.summary}" for law in _LAWS)
 # Coordinates of the velocity error.
 _PLANAR = "x, y, theta and slip of each contact"
@@ -72,7 +77,7 @@ def _lyapunov_matrix(coordinates: str) -> Quantity:
 
 def _distribution(choices: str) -> Quantity:
     text = f"How the contact forces produce the desired wrench: {choices}."
-    return changeable(text, used_by=tuple(law.kind for law in _LAWS if law.uses_friction))
+    return _for_friction(text)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
@@ -163,20 +168,18 @@ class Controller:
     lyapunov_weight: float | tuple[float, ...]
     grasp_force: Annotated[
         Literal["minimum", "none"],
-        changeable(
-            "Internal force: minimum inside the estimated friction cones, or none (y = 0).",
-            used_by=tuple(law.kind for law in _LAWS if law.uses_friction),
+        _for_friction(
+            "Internal force: minimum inside the estimated friction cones, or none (y = 0)."
         ),
     ] = "minimum"
     distribution: Any
     grip_safety: Annotated[
         float,
         Interval(ge=1.0, le=10.0),
-        changeable(
+        _for_friction(
             "Factor by which the commanded force stays inside the estimated cones.",
             "1",
             typical=(1.0, 2.0),
-            used_by=tuple(law.kind for law in _LAWS if law.uses_friction),
         ),
     ] = 1.1
     minimum_normal_force: Annotated[
@@ -220,104 +223,82 @@ class Controller:
     jaw_stiffness: Annotated[
         float,
         Interval(ge=0.0, le=1e7),
-        changeable(
+        _for_jaws(
             "stiffness of a jaw's position relative to the arm, perpendicular to its closing "
             "direction; along it, stiffness of the common motion of the self-centring jaws.",
             "N/m",
             typical=(1000.0, 50000.0),
-            used_by=tuple(law.kind for law in _LAWS if law.holds_tips),
         ),
     ] = 10000.0
     jaw_damping: Annotated[
         float,
         Interval(ge=0.0, le=1e5),
-        changeable(
-            "damping of a jaw's position.",
-            "N s/m",
-            typical=(10.0, 300.0),
-            used_by=tuple(law.kind for law in _LAWS if law.holds_tips),
-        ),
+        _for_jaws("damping of a jaw's position.", "N s/m", typical=(10.0, 300.0)),
     ] = 60.0
     force_rate: Annotated[
         float,
         Interval(ge=0.0, le=1e6),
-        changeable(
-            "largest rate of change of the closing force.",
-            "N/s",
-            typical=(20.0, 1000.0),
-            used_by=tuple(law.kind for law in _LAWS if law.holds_tips),
-        ),
+        _for_jaws("largest rate of change of the closing force.", "N/s", typical=(20.0, 1000.0)),
     ] = 500.0
     force_bandwidth: Annotated[
         float,
         Interval(ge=0.01, le=1e4),
-        changeable(
+        _for_jaws(
             "bandwidth of the closing force, which follows the grip force as a first-order lag.",
             "Hz",
             typical=(1.0, 50.0),
-            used_by=tuple(law.kind for law in _LAWS if law.holds_tips),
         ),
     ] = 20.0
     slip_stop: Annotated[
         float,
         Interval(ge=0.0, le=100.0),
-        changeable(
+        _for_memory(
             "K_f, commanded deceleration of a slipping contact in addition to K_v, which ends its "
             "slip.",
             "m/s²",
             typical=(0.0, 2.0),
-            used_by=tuple(law.kind for law in _LAWS if law.has_memory),
         ),
     ] = 1.0
     forgetting: Annotated[
         float,
         Interval(ge=0.5, le=1.0),
-        changeable(
+        _for_memory(
             "forgetting factor of the estimator per 1 ms; 1: no forgetting.",
             "1",
             typical=(0.9, 1.0),
-            used_by=tuple(law.kind for law in _LAWS if law.has_memory),
         ),
     ] = 0.98
     probing: Annotated[
         float,
         Interval(ge=0.0, le=10.0),
-        changeable(
+        _for_memory(
             "relative growth per second of the estimated friction of a contact that has not "
             "slipped yet, which reduces an excessive grip force; 0: no growth.",
             "1/s",
             typical=(0.0, 4.0),
-            used_by=tuple(law.kind for law in _LAWS if law.has_memory),
         ),
     ] = 0.0
     force_noise: Annotated[
         float,
         Interval(ge=1e-9, le=100.0),
-        changeable(
-            "assumed standard deviation of the force errors.",
-            "N",
-            typical=(0.01, 1.0),
-            used_by=tuple(law.kind for law in _LAWS if law.has_memory),
-        ),
+        _for_memory("assumed standard deviation of the force errors.", "N", typical=(0.01, 1.0)),
     ] = 0.1
     velocity_noise: Annotated[
         float,
         Interval(ge=0.0, le=10.0),
-        changeable(
+        _for_memory(
             "assumed standard deviation of the noise of measured velocities (of angles in rad/s); "
             "a value twice too high costs little, a value twice too low can lose the object.",
             "m/s",
             typical=(0.0, 0.01),
-            used_by=tuple(law.kind for law in _LAWS if law.has_memory),
         ),
     ] = 0.0
     initial_deviation: Annotated[
         PositiveGain | tuple[PositiveGain, ...] | None,
-        changeable(
+        _for_memory(
             "assumed standard deviation of the errors of the initial estimates, one number or "
             "one per unknown (default: 3 for masses and friction, 0.1 for the inertia).",
             "",
-            used_by=tuple(law.kind for law in _LAWS if law.has_memory),
         ),
     ] = None
     estimate_norm_bound: Annotated[
