@@ -101,14 +101,11 @@ def _read_row(path: Path, index: int) -> tuple[Study, StudyRow]:
 
 
 def _keep(result: RunResult, output: Path | None, chosen: Path | None, *, force: bool) -> Path:
-    from slipgrasp.recordings.file.writer import write_recording
-
     if output is not None:
+        from slipgrasp.recordings.file.writer import write_recording
+
         write_recording(result, output, overwrite=force)
         return output
     store = store_in(chosen)
     store.prepare()
-    reservation = store.reserve()
-    write_recording(result, reservation.path)
-    store.register(reservation, result)
-    return reservation.path.absolute()
+    return store.save(result).path.absolute()
