@@ -49,7 +49,7 @@ def _position_gain(coordinates: str) -> Quantity:
 def _slip_position_gain(count: str) -> Quantity:
     text = (
         "K_p of the slips, K_p2 of the appendix: pulls a slipping contact back to its initial "
-        f"position, one number or {count} per contact; 0: only damps its velocity."
+        f"position, one number or {count} per contact; 0: only its velocity is damped."
     )
     return changeable(text, "1/s²", typical=(0.0, 400.0))
 
@@ -126,8 +126,9 @@ class Controller:
     prediction: Annotated[
         bool,
         changeable(
-            "Whether the law computes its command for the state that its model predicts at the "
-            "time at which the torque acts (after the latency) instead of for the measured state.",
+            "Whether the law computes its command for the state that its model predicts for the "
+            "time at which the torque acts (after the latency), instead of for the measured "
+            "state.",
             used_by=tuple(law.kind for law in _LAWS),
         ),
     ] = False
@@ -145,8 +146,8 @@ class Controller:
         float,
         Interval(ge=0.5, le=2.0),
         changeable(
-            "Ratio of the link lengths that the law assumes to the true ones; 1: no model error. "
-            "Joint angles are measured, Jacobians follow from the assumed lengths.",
+            "Ratio of the link lengths that the law assumes to the true ones; 1: no model "
+            "error. Joint angles are measured; Jacobians follow from the assumed lengths.",
             "1",
             typical=(0.8, 1.2),
             hands=(PLANAR,),
@@ -233,7 +234,9 @@ class Controller:
     jaw_damping: Annotated[
         float,
         Interval(ge=0.0, le=1e5),
-        _for_jaws("damping of a jaw's position.", "N s/m", typical=(10.0, 300.0)),
+        _for_jaws(
+            "damping of the motions that jaw_stiffness resists.", "N s/m", typical=(10.0, 300.0)
+        ),
     ] = 60.0
     force_rate: Annotated[
         float,
@@ -281,14 +284,16 @@ class Controller:
     force_noise: Annotated[
         float,
         Interval(ge=1e-9, le=100.0),
-        _for_memory("assumed standard deviation of the force errors.", "N", typical=(0.01, 1.0)),
+        _for_memory(
+            "assumed standard deviation of the errors of contact forces.", "N", typical=(0.01, 1.0)
+        ),
     ] = 0.1
     velocity_noise: Annotated[
         float,
         Interval(ge=0.0, le=10.0),
         _for_memory(
-            "assumed standard deviation of the noise of measured velocities (of angles in rad/s); "
-            "a value twice too high costs little, a value twice too low can lose the object.",
+            "assumed standard deviation of the noise of measured velocities (of angles in "
+            "rad/s); twice the true value costs little, half of it can lose the object.",
             "m/s",
             typical=(0.0, 0.01),
         ),

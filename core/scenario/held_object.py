@@ -77,7 +77,7 @@ class ObjectParameters:
             return self.radius, self.radius
         return self.half_width, self.face_half_length
 
-    # Thickness of the object perpendicular to its plane, which is unlimited [m].
+    # Half the thickness of the object perpendicular to its plane: infinite [m].
     half_height = math.inf
 
     @property

@@ -135,7 +135,7 @@ class SpatialSetPoint:
         tuple[Coordinate, Coordinate, Coordinate, Angle, Angle, Angle],
         Quantity(
             "Absolute position (x, y, z) at the end of the motion, and rotation vector from the "
-            "initial to the final attitude.",
+            "attitude of trajectory.start to the attitude there.",
             "m, m, m, rad, rad, rad",
         ),
     ]

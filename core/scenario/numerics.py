@@ -17,7 +17,7 @@ MAX_CHATTER_CHANGES = 10_000
 
 Duration = Annotated[float, Interval(ge=1e-3, le=600.0), Quantity("Simulated time.", "s")]
 OutputRate = Annotated[
-    float, Interval(ge=1.0, le=1e4), Quantity("Rate at which the trace is stored.", "Hz")
+    float, Interval(ge=1.0, le=1e4), Quantity("Rate of the samples in the trace.", "Hz")
 ]
 Gravity = Annotated[float, Interval(ge=0.0, le=100.0)]
 RelativeTolerance = Annotated[
@@ -44,7 +44,9 @@ ChatterChanges = Annotated[
 ChatterWindow = Annotated[
     float,
     Interval(ge=1e-6, le=10.0),
-    Quantity("Length of the chatter window; at most one period of sampled control.", "s"),
+    Quantity(
+        "Length of the chatter window; under sampled control at most one control period.", "s"
+    ),
 ]
 
 

@@ -176,8 +176,8 @@ class RailController:
         changeable(
             "Control law. theorem-3 (adaptive-mass): computed torque; the tracking error adapts "
             "the estimated mass while the fingertip sticks and the object slides. "
-            "certainty-equivalence: the same with the initial estimate. pd-gravity: feedback, a "
-            "constant normal force, and compensation of the links."
+            "certainty-equivalence: the same without adaptation. pd-gravity: feedback, a "
+            "constant normal force, and compensation of the links' weight."
         ),
     ] = "certainty-equivalence"
     position_gain: Annotated[Gain, changeable("K_p.", "1/s²", typical=(0.0, 400.0))] = 100.0

@@ -120,7 +120,7 @@ class SpatialObject:
 
     @property
     def half_height(self) -> float:
-        """Height along the z axis [m]."""
+        """Half the height along the z axis [m]."""
         return self.radius if self.shape == "sphere" else 0.5 * self.height
 
     @property
@@ -167,8 +167,8 @@ class SpatialFinger:
     base: Annotated[
         tuple[Coordinate, Coordinate, Coordinate],
         Quantity(
-            "Position (x, y, z) of the first joint (for slides: their origin; for a chain: the "
-            "frame of its base).",
+            "Position (x, y, z) of the first joint (for slides: of their origin; for a chain: "
+            "of the frame of its base).",
             "m",
         ),
     ]

@@ -157,7 +157,11 @@ class SensingParameters:
     acceleration_filter_time: Annotated[
         float,
         Interval(ge=0.0, le=1.0),
-        changeable("Time constant of the filter of the differences.", "s", typical=(0.001, 0.02)),
+        changeable(
+            "Time constant of the low-pass filter of the differences and of the torques.",
+            "s",
+            typical=(0.001, 0.02),
+        ),
     ] = 0.006
     true_phases: Annotated[
         bool,
@@ -183,7 +187,8 @@ class SensingParameters:
         float,
         Interval(ge=0.0, le=1.0),
         changeable(
-            "Duration of slip (or of sticking) until it is detected, if the detector is threshold.",
+            "threshold: duration of slip (or of sticking) until it is detected; cumulative-sum: "
+            "a quantity from which its limit follows.",
             "s",
             typical=(0.0, 0.02),
         ),

@@ -1,4 +1,4 @@
-"""``slipgrasp page``: one HTML file that simulates a scenario in a browser, without a network."""
+"""``slipgrasp page``: a live page, which simulates a scenario in a browser without a network."""
 
 from __future__ import annotations
 
@@ -21,15 +21,16 @@ if TYPE_CHECKING:
 RECORDING_SUFFIX = ".mcap"
 WHY = "why"
 NAME = "page"
-HELP = "write one HTML file that simulates a scenario in a browser"
+HELP = "write a live page: one HTML file that simulates a scenario"
 DESCRIPTION = (
-    "Write one HTML file that simulates a scenario in the browser: it needs no server, no "
-    "network and no installation, and shows the SHA-256 of its run, which 'slipgrasp run --json' "
-    "prints too. SCENARIO may also be a recording (FILE.mcap), whose scenario is simulated again, "
-    "or 'why': the page 'Why does my object slip?', which asks for five numbers of a gripper."
+    "Write a live page: one HTML file that simulates a scenario in a browser. It needs no "
+    "server, no network and no installation, and shows the SHA-256 of its run, which 'slipgrasp "
+    "run --json' prints too. SCENARIO can also be a recording (FILE.mcap), whose scenario is "
+    "simulated again, or 'why': the page 'Why does my object slip?', which asks for five "
+    "numbers of a gripper."
 )
 EPILOG = (
-    "The first use compiles the kernel to WebAssembly, which takes a minute and needs "
+    "The first use compiles the kernel to WebAssembly, which takes a minute or two and needs "
     "pip install 'slipgrasp[wasm]'. Exit status: 0 written, 2 bad input."
 )
 

@@ -24,9 +24,9 @@ if TYPE_CHECKING:
 NAME = "replay"
 HELP = "open a recording in the dashboard"
 DESCRIPTION = (
-    "Open a recording in the dashboard, and serve it until interrupted, by "
-    "default only to this machine. Nothing is simulated until a control is moved. The first "
-    "line of standard output is the URL."
+    "Open a recording in the dashboard, and serve it until interrupted, by default only on this "
+    "machine. Nothing is simulated until a control is moved. The first line of standard output "
+    "is the URL."
 )
 
 
@@ -36,7 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "recording",
         metavar="FILE.mcap|ID",
         help="the recording, or the id of a stored run; a file that is still being written is "
-        "shown up to its last sample",
+        "shown up to its last complete chunk",
     )
     add_port(parser, default=0)
     add_network(parser)

@@ -45,12 +45,17 @@ EPILOG = (
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
     add_scenario(parser)
-    parser.add_argument("--output", metavar="FILE.mcap", type=Path, help="file to write")
+    parser.add_argument(
+        "--output",
+        metavar="FILE.mcap",
+        type=Path,
+        help="file to write (default: a new run in the data folder)",
+    )
     parser.add_argument(
         "--page",
         metavar="FILE.html",
         type=Path,
-        help="also write an HTML file that simulates the scenario in a browser ('slipgrasp page')",
+        help="also write a live page of the scenario ('slipgrasp page')",
     )
     parser.add_argument("--force", action="store_true", help="replace existing files")
     parser.add_argument(

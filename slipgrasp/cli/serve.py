@@ -32,9 +32,8 @@ if TYPE_CHECKING:
 NAME = "serve"
 HELP = "serve the dashboard"
 DESCRIPTION = (
-    "Serve the dashboard at / and the REST interface at /api/v1 until "
-    "interrupted, by default only to this machine. The first line of standard output is the "
-    "URL."
+    "Serve the dashboard at / and the REST interface at /api/v1 until interrupted, by default "
+    "only on this machine. The first line of standard output is the URL."
 )
 
 
@@ -60,15 +59,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="NAME|FILE.py:Name",
         action="append",
         default=[],
-        help="custom law to offer to clients, which can choose no custom laws that are not "
-        "offered; may be repeated",
+        help="custom law that clients can choose in addition to the built-in laws; may be repeated",
     )
     parser.add_argument(
         "--hand",
         metavar="FILE.toml",
         type=Path,
-        help="file written by 'slipgrasp hands import', or a scenario file that names it: its "
-        "fingers are drawn with the meshes beside it; a scenario is opened first",
+        help="file written by 'slipgrasp hands import', whose fingers are drawn with the meshes "
+        "beside it, or a scenario file that names it, with which the dashboard starts",
     )
 
 

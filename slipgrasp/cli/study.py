@@ -32,7 +32,7 @@ DESCRIPTION = (
     "where the object is held. The same command continues an interrupted study."
 )
 EPILOG = (
-    "exit status: 0 every run has an outcome, 2 bad input, 4 interrupted, or disk failure "
+    "exit status: 0 every run has an outcome, 2 bad input, 4 interrupted or disk failure "
     "(finished runs are stored)"
 )
 
@@ -58,7 +58,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--workers",
         metavar="N",
         type=number_in(1, MAX_WORKERS, "a number of workers", of=int),
-        help="number of processes (default: one per processor)",
+        help="number of processes of the executors processes and dask (default: one per processor)",
     )
     parser.add_argument(
         "--estimate",

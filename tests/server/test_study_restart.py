@@ -162,6 +162,6 @@ def test_a_study_that_cannot_be_read_any_more_has_failed_and_harms_no_other(tmp_
         rows = client.get(f"/studies/{damaged['id']}/results")
         deleted = client.delete(f"/studies/{damaged['id']}")
 
-    assert told["state"] == "failed" and "it cannot go on" in told["message"]
+    assert told["state"] == "failed" and "it cannot continue" in told["message"]
     assert rows.status_code == 422 and part.name in rows.json()["detail"]
     assert deleted.status_code == 204 and not part.exists()

@@ -1,4 +1,4 @@
-"""State that the law predicts for the instant at which the present command takes effect.
+"""State that the law predicts for the instant at which the current command takes effect.
 
 With a latency, the torques until then are already commanded. The estimated model gives their
 effect: M~^ x'' = B~^ tau - h~^ at the measured state, integrated once and twice over the latency.

@@ -212,7 +212,7 @@ def select_phases(
         t: Time [s].
         state: State; slip velocities of contacts at rest count as zero.
         instant: 1 if the controller recognises each candidate phase at once, so that each is
-            tested under the torque for it; 0 to test all under the present torque.
+            tested under the torque for it; 0 to test all under the current torque.
         exhaustive: 1 to test all candidates, to detect ambiguity; 0 to stop if all free contacts
             may stick.
         work: Workspace; contains the last candidate tested on return.
