@@ -14,11 +14,12 @@ from slipgrasp.core.run.claims import contradictions_of
 from slipgrasp.core.run.simulation import Simulation
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.run.verdict import describe_run
+from slipgrasp.core.scenario import SPATIAL
 from slipgrasp.core.scenario.law_choice import with_law
 from slipgrasp.core.scenario.loading import (
     load_scenario,
+    preset_names,
     scenario_from_mapping,
-    spatial_preset_names,
     with_values,
 )
 from slipgrasp.core.trace.types import ContactPhase, Outcome
@@ -458,7 +459,7 @@ def test_a_quaternion_and_its_negative_give_the_same_run():
     assert np.array_equal(first.object_pose[:, 3:], -second.object_pose[:, 3:])
 
 
-@pytest.mark.parametrize("name", spatial_preset_names())
+@pytest.mark.parametrize("name", preset_names(SPATIAL))
 def test_a_run_claims_nothing_that_its_samples_do_not_say(name):
     scenario = load_scenario(name)
     pulses = [pulse.time for pulse in scenario.pulses]

@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 from slipgrasp.core.scenario import Patch, PlanarScenario, Scenario
 from slipgrasp.core.scenario.geometry import contact_frame, inner_radius
 from slipgrasp.core.scenario.scenario import FreeScenario, is_there
-from slipgrasp.core.scenario.spatial import SpatialPatch, SpatialScenario
+from slipgrasp.core.scenario.spatial import SpatialScenario
 from slipgrasp.core.scenario.spatial_geometry import edges_of, spatial_contact
+from slipgrasp.core.scenario.world import SpatialPatch
 from slipgrasp.recordings.palette import WATER
 from slipgrasp.scene import rotations
 from slipgrasp.scene.sizes import sizes_of
