@@ -55,14 +55,9 @@ class Choice(NamedTuple):
         return max(_effect(*pair) for pair in self.runs if pair is not None)
 
 
-def run(docs: Path | None = None) -> list[Table]:
-    """The table ``assumptions`` and its diagram, ordered by effect."""
-    choices = measure()
-    if docs is not None:
-        from benchmarks.charts import draw_assumptions, save
-
-        save(draw_assumptions(choices), docs / "images" / "assumptions.svg")
-    return [_tabulate(choices)]
+def run() -> list[Table]:
+    """The table ``assumptions``, ordered by effect."""
+    return [_tabulate(measure())]
 
 
 def measure() -> list[Choice]:

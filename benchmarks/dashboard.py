@@ -8,7 +8,6 @@ import tempfile
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -21,60 +20,44 @@ from benchmarks.timing import MILLISECONDS
 from slipgrasp.server.memory import LOOK_SECONDS
 
 PRESET, IN_SPACE = "paper-case-2", "spatial-prism"
-EDITS = 50
-VIEWERS = 20
-CONNECTS = 500
 _WARM_UP = 60
 _FIRST, _SETTLE, _WATCH = 3.0, 10.0, 15.0
-_AFTER_LAST = 3.0 * LOOK_SECONDS
 
 
 class Served(NamedTuple):
-    """A dashboard in a separate process."""
+    """A dashboard in a separate process, and the addresses of its page and websocket."""
 
     process: int
-    port: int
-
-    @property
-    def page(self) -> str:
-        """Address of its page."""
-        return f"http://127.0.0.1:{self.port}/"
-
-    @property
-    def socket(self) -> str:
-        """Address of its websocket."""
-        return f"ws://127.0.0.1:{self.port}/"
+    page: str
+    socket: str
 
 
-def run(_docs: Path | None = None) -> list[Table]:
+def run() -> list[Table]:
     """The tables ``dashboard-edits``, ``dashboard-viewers`` and ``dashboard-memory``."""
     return [tabulate_edits(), tabulate_viewers(), tabulate_memory()]
 
 
-def tabulate_edits(edits: int = EDITS) -> Table:
+def tabulate_edits(edits: int = 50) -> Table:
     """Time from a key press on a slider to the last message of its run.
 
     Args:
         edits: Number of edits.
     """
-    rows = [row for preset in (PRESET, IN_SPACE) for row in _edit_rows(preset, edits)]
+    rows = []
+    for preset in (PRESET, IN_SPACE):
+        with serve_dashboard(preset) as served:
+            come_and_go(served.socket, 1)
+            times = MILLISECONDS * np.array(measure_edits(served.page, edits))
+        for q in (50, 95):
+            cells = (f"{time:.0f}" for time in np.percentile(times, q, axis=0))
+            rows.append((f"{preset}, {q}th percentile", *cells))
     note = "Chromium, 1440 x 900, rendered without a graphics card."
     heads = (f"{edits} edits of the mass", "message in the page [ms]", "taken by the page [ms]")
     return Table("dashboard-edits", heads, tuple(rows), (note,))
 
 
-def _edit_rows(preset: str, edits: int) -> Iterator[tuple[str, ...]]:
-    with serve_dashboard(preset) as served:
-        come_and_go(served.socket, 1)
-        found = measure_edits(served.page, edits)
-    both = [e.arrived for e in found], [e.handled for e in found]
-    for q in (50, 95):
-        times = (f"{MILLISECONDS * np.percentile(times, q):.0f}" for times in both)
-        yield f"{preset}, {q}th percentile", *times
-
-
 def tabulate_viewers(
-    counts: tuple[int, ...] = (1, 5, VIEWERS), counts_in_space: tuple[int, ...] = (1, 5)
+    counts: tuple[int, ...] = (1, 5, 20), counts_in_space: tuple[int, ...] = (1, 5)
 ) -> Table:
     """Update rate, age and cost while viewers watch the playback of a run.
 
@@ -117,27 +100,24 @@ def _watch_row(served: Served, count: int) -> tuple[str, ...]:
     )
 
 
-def tabulate_memory(connects: int = CONNECTS) -> Table:
+def tabulate_memory(connects: int = 500) -> Table:
     """Memory after many viewers have connected and disconnected.
 
     Args:
         connects: Number of connections.
     """
+    memory = []
     with serve_dashboard() as served:
-        come_and_go(served.socket, _WARM_UP)
-        before = _memory_at_rest(served)
-        come_and_go(served.socket, connects)
-        after = _memory_at_rest(served)
+        for times in (_WARM_UP, connects):
+            come_and_go(served.socket, times)
+            time.sleep(3.0 * LOOK_SECONDS)
+            memory.append(memory_of(served.process))
+    before, after = memory
     rows = (
         (f"after {_WARM_UP} viewers that came and went", f"{before / 1e6:.0f}", ""),
         (f"after {connects} more", f"{after / 1e6:.0f}", f"{100 * (after / before - 1):+.1f} %"),
     )
     return Table("dashboard-memory", ("memory of the server", "MB", "change"), rows)
-
-
-def _memory_at_rest(served: Served) -> int:
-    time.sleep(_AFTER_LAST)
-    return memory_of(served.process)
 
 
 @contextmanager
@@ -157,7 +137,8 @@ def serve_dashboard(preset: str = PRESET) -> Iterator[Served]:
         assert process.stdin is not None
         assert process.stdout is not None
         try:
-            yield Served(process.pid, int(process.stdout.readline()))
+            place = f"127.0.0.1:{int(process.stdout.readline())}/"
+            yield Served(process.pid, f"http://{place}", f"ws://{place}")
         finally:
             process.stdin.close()
             process.wait()

@@ -14,9 +14,9 @@ from itertools import islice
 
 import numpy as np
 
-from benchmarks.robustness import COUNT, random_objects
+from benchmarks.robustness import COUNT
 from benchmarks.robustness_gains import GAINS, HANDS, Cell, scenarios_of
-from benchmarks.robustness_worlds import LAWS, WORLDS, load_published_laws
+from benchmarks.robustness_worlds import LAWS, WORLDS, load_published_laws, random_objects
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import scenario_to_toml
 

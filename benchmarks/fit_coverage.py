@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 
 import numpy as np
 
@@ -66,7 +65,7 @@ CASES = (
 )
 
 
-def run(_docs: Path | None = None, seed: int = SEED, twins: int = TWINS) -> list[Table]:
+def run(seed: int = SEED, twins: int = TWINS) -> list[Table]:
     """The table ``fit-coverage``."""
     rows: list[tuple[str, ...]] = []
     for case in CASES:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -49,7 +48,7 @@ CASES = (
 )
 
 
-def run(_docs: Path | None = None, seed: int = SEED, twins: int = TWINS) -> list[Table]:
+def run(seed: int = SEED, twins: int = TWINS) -> list[Table]:
     """The table ``fit-stick``."""
     rows: list[tuple[str, ...]] = []
     for case in CASES:

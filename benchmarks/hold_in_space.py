@@ -9,13 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from benchmarks.report import Table, format_share
-from benchmarks.robustness import FRICTION, MASS, SEED
+from benchmarks.robustness_worlds import FRICTION, MASS, SEED
 from slipgrasp.core.run.batch import simulate_many
 from slipgrasp.core.run.result import RunSummary
 from slipgrasp.core.scenario import Scenario
@@ -36,7 +35,7 @@ LAWS: dict[str, dict[str, Any]] = {
 TARGET = 0.99  # of the objects that the oracle holds
 
 
-def run(_docs: Path | None = None) -> list[Table]:
+def run() -> list[Table]:
     """The tables ``hold-in-space-ideal`` and ``hold-in-space-noisy``."""
     return [hold_in_world(world, COUNT) for world in WORLDS]
 

@@ -23,14 +23,14 @@ from slipgrasp.core.kernel.compilation.compiler import entered_by
 from slipgrasp.core.kernel.compilation.webassembly import build
 from slipgrasp.core.run.provenance import present_provenance
 from slipgrasp.core.scenario.space import SPATIAL
-from tests.ensure_programs import FLAGS, find_chromium
+from tests.ensure_programs import find_chromium
 
 NATIVE = "this processor"
 _DIGITS = 12
 _X86 = platform.machine() in ("x86_64", "AMD64")
 
 
-def run(_docs: Path | None = None) -> list[Table]:
+def run() -> list[Table]:
     """The tables ``portability``, ``preset-hashes`` and ``webassembly``."""
     hashes = {name: _hashes_under(values) for name, values in _code_variants().items()}
     with tempfile.TemporaryDirectory() as folder, _webassembly(Path(folder)) as engines:
@@ -109,14 +109,11 @@ def _webassembly(folder: Path) -> Iterator[dict[str, Engine]]:
     path = folder / "slipgrasp.wasm"
     build(path)
     engines: dict[str, Engine] = {"WebAssembly, wasmtime": TimedWasmtime(path)}
-    chromium = find_chromium()
-    if chromium is None:
+    if find_chromium() is None:
         yield engines
         return
-    from playwright.sync_api import sync_playwright
+    from benchmarks.browser import open_browser
 
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=chromium, args=list(FLAGS))
+    with open_browser() as browser:
         engines[f"WebAssembly, Chromium {browser.version}"] = Chromium(path, browser)
         yield engines
-        browser.close()

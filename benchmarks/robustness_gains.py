@@ -19,17 +19,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.robustness import SEED
-from benchmarks.robustness_hands import hand_of
 from benchmarks.robustness_worlds import (
     LATE,
     LAWS,
     PUBLISHED_LAWS,
+    SEED,
     WORLDS,
     Held,
+    hand_of,
     load_published_laws,
     run_object,
-    vary_objects,
+    runs_in_world,
 )
 from slipgrasp.core.scenario import Scenario
 
@@ -201,7 +201,7 @@ def scenarios_of(cell: Cell, gains: Gains, count: int, seed: int = SEED) -> Iter
     """
     tuned = {**set_gains(gains), "controller.prediction": cell.predicts}
     hand = hand_of(cell.fingers)
-    return vary_objects(hand, cell.law, cell.world, count, tuned=tuned, seed=seed)
+    return runs_in_world(hand, cell.law, cell.world, count, tuned=tuned, seed=seed)
 
 
 def measure_best(
@@ -232,23 +232,11 @@ def measure_best(
             held = sum(one.held for one in run(each, tuned, TUNING_SEED))
             chosen = each if held > max(tried) else chosen
             tried.append(held)
-    return report(run, chosen, tuple(tried), count)
-
-
-def report(run: Runs, chosen: Gains, tried: tuple[int, ...], count: int) -> Result:
-    """Runs the objects of the results with the chosen gains.
-
-    Args:
-        run: Runs objects, given gains, their number and the seed of their draw.
-        chosen: The gains.
-        tried: Number of objects of the tuning draw held with each.
-        count: Number of objects.
-    """
     runs = run(chosen, count, SEED)
     paths, safety = [each.path for each in runs], [each.safety for each in runs if each.held]
     return Result(
         chosen,
-        tried,
+        tuple(tried),
         len(runs),
         sum(each.held for each in runs),
         sum(each.kept for each in runs),

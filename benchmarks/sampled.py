@@ -5,8 +5,7 @@ The reference of each case is its run at the tightest tolerance with several ste
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import NamedTuple
+from functools import partial
 
 import numpy as np
 
@@ -19,11 +18,10 @@ from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 
-ROUNDS = 9
 PERIOD = 0.001  # [s]
 CASES = ("paper-case-1", "paper-case-2", "composite-case-2", "three-fingers")
 TOLERANCES = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11)
-CHOSEN, FIFTH = "order chosen", "order 5"
+METHODS = {"order chosen": (BS32, RK43, DOPRI5), "order 5": (DOPRI5,)}
 
 _TRUE = {
     "simulation.relative_tolerance": 1e-12,
@@ -32,38 +30,15 @@ _TRUE = {
 }
 
 
-class SampledPoint(NamedTuple):
-    """One integration method at one tolerance.
-
-    Attributes:
-        way: Name of the method.
-        case: The preset.
-        tolerance: Relative tolerance.
-        seconds: CPU time of the run [s].
-        pose: Largest error of the final object pose [m, rad].
-        event: Largest error of the time of a phase change [s].
-    """
-
-    way: str
-    case: str
-    tolerance: float
-    seconds: float
-    pose: float
-    event: float
+def run() -> list[Table]:
+    """The table ``sampled``."""
+    rows = tuple(row for case in CASES for row in measure(case))
+    heads = ("7 s at 1 kHz, tolerance", "CPU [ms]", "pose [m, rad]", "events [s]")
+    return [Table("sampled", heads, rows)]
 
 
-def run(docs: Path | None = None) -> list[Table]:
-    """The table ``sampled`` and its diagram."""
-    points = [point for case in CASES for point in measure(case)]
-    if docs is not None:
-        from benchmarks.charts import draw_sampled, save
-
-        save(draw_sampled(points), docs / "images" / "sampled-precision.svg")
-    return [_tabulate(points)]
-
-
-def measure(case: str, rounds: int = ROUNDS, duration: float = 7.0) -> list[SampledPoint]:
-    """All tolerances of one case, both methods in turns.
+def measure(case: str, rounds: int = 9, duration: float = 7.0) -> list[tuple[str, ...]]:
+    """Rows of all tolerances of one case, both methods in turns.
 
     Args:
         case: The preset.
@@ -72,20 +47,19 @@ def measure(case: str, rounds: int = ROUNDS, duration: float = 7.0) -> list[Samp
     """
     truth = simulate(_scenario(case, duration, _TRUE))
     works, errors = {}, {}
-    for way, methods in ((CHOSEN, (BS32, RK43, DOPRI5)), (FIFTH, (DOPRI5,))):
+    for way, methods in METHODS.items():
         for tolerance in TOLERANCES:
             values = {
                 "simulation.relative_tolerance": tolerance,
                 "simulation.absolute_tolerance": max(0.01 * tolerance, 1e-14),
             }
-            scenario = _scenario(case, duration, values)
-            name = f"{way} {tolerance:g}"
-            works[name] = lambda s=scenario, m=methods: _simulate_with(m, s)
-            errors[name] = way, tolerance, *_judge(works[name](), truth)
+            name = f"{case}, {way}, {tolerance:g}"
+            works[name] = partial(_simulate_with, methods, _scenario(case, duration, values))
+            errors[name] = _judge(works[name](), truth)
     seconds = median_seconds(works, rounds)
     return [
-        SampledPoint(way, case, tolerance, seconds[name], pose, event)
-        for name, (way, tolerance, pose, event) in errors.items()
+        (name, f"{MILLISECONDS * seconds[name]:.2f}", *(f"{error:.0e}" for error in found))
+        for name, found in errors.items()
     ]
 
 
@@ -107,22 +81,9 @@ def _simulate_with(methods: tuple[np.void, ...], scenario: Scenario) -> RunResul
 
 
 def _judge(result: RunResult, truth: RunResult) -> tuple[float, float]:
+    """Largest errors of the final object pose [m, rad] and of the time of a phase change [s]."""
     pose = float(np.abs(result.trace.object_pose[-1] - truth.trace.object_pose[-1]).max())
     if len(result.phase_changes) != len(truth.phase_changes):
         return pose, float("nan")
     pairs = zip(result.phase_changes, truth.phase_changes, strict=True)
     return pose, max(abs(one.time - other.time) for one, other in pairs)
-
-
-def _tabulate(points: list[SampledPoint]) -> Table:
-    heads = ("7 s at 1 kHz, tolerance", "CPU [ms]", "pose [m, rad]", "events [s]")
-    rows = tuple(
-        (
-            f"{point.case}, {point.way}, {point.tolerance:g}",
-            f"{MILLISECONDS * point.seconds:.2f}",
-            f"{point.pose:.0e}",
-            f"{point.event:.0e}",
-        )
-        for point in points
-    )
-    return Table("sampled", heads, rows)

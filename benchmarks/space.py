@@ -5,14 +5,13 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import numba
 
 from benchmarks.mujoco_replay import measure_differences
 from benchmarks.replay import DURATION, STEPS
-from benchmarks.report import Table, judge
+from benchmarks.report import Table, judge, met
 from benchmarks.speed import profile_runs, race_mujoco
 from benchmarks.timing import median_seconds
 from slipgrasp.core.kernel.compilation.records import Record
@@ -38,7 +37,7 @@ _CHAIN = 3.0  # target: chains over fingers in closed form
 _SOFT_MOMENTS = {"slipping": 0.002, "sticking": 0.5}  # [s]
 
 
-def run(_docs: Path | None = None) -> list[Table]:
+def run() -> list[Table]:
     """The tables ``space-speed``, ``-profile``, ``-units``, ``-soft``, ``-chain``, ``-mujoco``."""
     return [*measure_cost(), measure_units(), measure_soft(), measure_chain(), measure_motion()]
 
@@ -71,8 +70,8 @@ def measure_units(calls: int = CALLS) -> Table:
     found = {words: _time_units(moment, calls) for words, moment in _MOMENTS.items()}
     rows = tuple((part, *(f"{found[words][part]:.2f}" for words in found)) for part in _PARTS)
     worst = max(times["plant"] for times in found.values())
-    met = "met" if worst <= _EVALUATION else "missed"
-    note = f"The plant takes {worst:.2f} us at most; target {_EVALUATION:g} us: {met}."
+    outcome = met(worst <= _EVALUATION)
+    note = f"The plant takes {worst:.2f} us at most; target {_EVALUATION:g} us: {outcome}."
     return Table("space-units", (f"{CASE}, one call", *(f"{w} [us]" for w in found)), rows, (note,))
 
 
@@ -171,8 +170,7 @@ def _compare_plants(
         ratio = times[second] / times[first]
         rows.append((words, *(f"{1e6 * times[kind] / calls:.2f}" for kind in pair), f"{ratio:.2f}"))
         worst = max(worst, ratio)
-    met = "met" if worst <= target else "missed"
-    note = f"At most {worst:.2f} times as long; target {target:g}: {met}."
+    note = f"At most {worst:.2f} times as long; target {target:g}: {met(worst <= target)}."
     heads = ("the plant, three contacts", *(f"{kind} [us]" for kind in pair), "ratio")
     return Table(name, heads, tuple(rows), (note,))
 

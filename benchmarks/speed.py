@@ -5,7 +5,6 @@ from __future__ import annotations
 import statistics
 import time
 from collections.abc import Callable, Iterator, Mapping
-from pathlib import Path
 
 from benchmarks.mujoco_hold import STEP, hold_by_actuators, hold_by_numpy
 from benchmarks.report import Table, judge
@@ -26,7 +25,7 @@ _ENGINE = "MuJoCo, 1 ms, held by its own actuators"
 _WITH_NUMPY = "MuJoCo, 1 ms, a PD law in NumPy at every step"
 
 
-def run(_docs: Path | None = None) -> list[Table]:
+def run() -> list[Table]:
     """The tables ``speed`` and ``profile``."""
     return [compare_speed(), profile()]
 

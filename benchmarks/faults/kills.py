@@ -10,8 +10,8 @@ import sys
 import tempfile
 import time
 from contextlib import suppress
-from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import zstandard
 from mcap.exceptions import McapError
@@ -39,30 +39,13 @@ ATTEMPTS = 10
 POLL = 0.002
 
 
-@dataclass(frozen=True, slots=True)
-class Kills:
-    """Recordings of killed writers.
-
-    Attributes:
-        count: Number of processes killed during writing.
-        readable: Number of recordings of which every flushed sample was read.
-        fewest: Smallest number of samples left.
-        most: Largest number of samples left.
-    """
-
-    count: int
-    readable: int
-    fewest: int
-    most: int
-
-
 def long_scenario(duration: float = 600.0) -> Scenario:
     """A run that takes seconds to simulate and writes continuously [s]."""
     values = {"simulation.duration": duration, "simulation.max_steps": 100_000_000}
     return with_values(load_scenario("paper-case-1"), values)
 
 
-def kill_writers(count: int, seed: int, duration: float = 600.0) -> Kills:
+def kill_writers(count: int, seed: int, duration: float = 600.0) -> dict[str, Any]:
     """Kills processes at random moments between their first and their last chunk.
 
     Args:
@@ -70,28 +53,26 @@ def kill_writers(count: int, seed: int, duration: float = 600.0) -> Kills:
         seed: Seed of the moments.
         duration: Simulated time of the run [s].
 
+    Returns:
+        Numbers of recordings: the ``count``, and those whose flushed samples were all
+        ``readable``; ``fewest`` and ``most``, the numbers of samples.
+
     Raises:
         AssertionError: If a recording differs from the flushed samples.
     """
     whole = simulate(long_scenario(duration))
     source = random.Random(seed)
     with tempfile.TemporaryDirectory() as folder:
-        size = _size_of_whole(whole.scenario, Path(folder) / "whole.mcap")
-        left = []
+        file = Path(folder) / "whole.mcap"
+        record(whole.scenario, file)
+        size, left = size_of(file), []
         for i in range(count):
             part = _kill_writer(
                 Path(folder) / f"{i}.mcap", duration, source.uniform(0.02, 0.9) * size
             )
             left.append(_check_what_is_left(part, whole))
             part.unlink()
-    return Kills(count, len(left), min(left), max(left))
-
-
-def _size_of_whole(scenario: Scenario, path: Path) -> int:
-    record(scenario, path)
-    size = path.stat().st_size
-    path.unlink()
-    return size
+    return {"count": count, "readable": len(left), "fewest": min(left), "most": max(left)}
 
 
 def _kill_writer(path: Path, duration: float, at_size: float) -> Path:
@@ -113,14 +94,14 @@ def _is_killed_in_time(path: Path, duration: float, at_size: float) -> bool:
     command = [sys.executable, "-c", _WRITER, str(path), str(duration)]
     with subprocess.Popen(command) as writer:
         deadline = time.monotonic() + PATIENCE
-        while writer.poll() is None and _size_of(part) < at_size:
+        while writer.poll() is None and size_of(part) < at_size:
             assert time.monotonic() < deadline, "the writer does not write"
             time.sleep(POLL)
         writer.kill()
     return writer.returncode == -signal.SIGKILL and not path.exists()
 
 
-def _size_of(part: Path) -> int:
+def size_of(part: Path) -> int:
     """Its size [B]; 0 before it exists and after it has its final name."""
     try:
         return part.stat().st_size
