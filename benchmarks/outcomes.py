@@ -13,10 +13,10 @@ from __future__ import annotations
 
 import argparse
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from importlib import import_module
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 from benchmarks.outcome_checks import CHECKS, Check, Judgement, judge_run
 from benchmarks.outcome_truth import QUANTITIES, compare, measure_truth
@@ -33,7 +33,6 @@ from benchmarks.random_runs import (
 )
 from benchmarks.report import Table
 from slipgrasp.core.run.simulator import prepare_kernel
-from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import scenario_to_toml
 
 COUNT = 20_000
@@ -46,12 +45,8 @@ JUDGED_BY = {
 }
 
 
-class Judge(Protocol):
-    """A function that checks a run of a scenario."""
-
-    def __call__(self, scenario: Scenario, *, twice: bool) -> Judgement:
-        """See `benchmarks.outcome_checks.judge_run`."""
-        ...
+Judge = Callable[..., Judgement]
+"""A function like `benchmarks.outcome_checks.judge_run`."""
 
 
 class Campaign(NamedTuple):

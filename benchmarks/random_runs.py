@@ -20,7 +20,6 @@ AT_ENDS, ON_BOUNDS, ANYWHERE = "any, at the ends of ranges", "theorem 4, on its 
 IN_SPACE = "in space, at the ends of ranges"
 PAIRS, PAIRS_IN_SPACE = "everything, in pairs", "everything in space, in pairs"
 SOFT_GRASPS = "soft grasps"
-CHAINS = "chains in the plane"
 
 MAX_STEPS = 200_000
 MASS, FRICTION = (0.5, 2.0), (0.15, 0.6)
@@ -87,13 +86,6 @@ def _in_pairs(spatial: bool, seed: int, index: int) -> Scenario:
     return draw_in_pairs(seed, index, spatial=spatial).scenario
 
 
-def _chains(seed: int, index: int) -> Scenario:
-    """All settings of planar hands, in pairs, with chains in place of most fingers of links."""
-    from tests.core.drawn_chains import with_chains
-
-    return with_chains(_in_pairs(False, seed, index), f"{seed} {index}")
-
-
 def _drawn(at_ends: bool, seed: int, index: int) -> Scenario:
     """Any law, motion, outline, push, patch, imperfection; perhaps at the ends of ranges."""
     from tests.core.drawn_scenarios import AtEnds, draw_kind, draw_scenario
@@ -155,5 +147,4 @@ POPULATIONS: dict[str, Callable[[int, int], Scenario]] = {
     ANYWHERE: partial(_drawn, False),
     IN_SPACE: _in_space,
     SOFT_GRASPS: _soft_grasps,
-    CHAINS: _chains,
 }

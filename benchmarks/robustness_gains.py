@@ -1,17 +1,11 @@
 """Every law with its best tracking controller in every world, with and without prediction.
 
-    python -m benchmarks.robustness_gains CELLS.jsonl
-
-measures the cells missing from the file, and appends each one when it is finished; it may be
-stopped at any time, and several processes can share the work, each with a ``--part`` of it.
-
 Laws are compared with the gains that hold most objects of one draw (`TUNING_SEED`); the results are
 those of another draw, because the same objects would favour the chosen gains.
 """
 
 from __future__ import annotations
 
-import argparse
 import json
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -254,17 +248,3 @@ def set_gains(gains: Gains) -> dict[str, float]:
 def _merit(runs: Sequence[Held]) -> tuple[int, int, float]:
     slipped = round(float(np.mean([run.path for run in runs])), 5)  # rounding must not decide
     return sum(run.held for run in runs), sum(run.kept for run in runs), -slipped
-
-
-def main(arguments: Sequence[str] | None = None) -> None:
-    """Measures the cells missing from a file."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("cells", type=Path, help="JSON lines; made if it is not there")
-    parser.add_argument("--part", default="1/1", help="K/N: every N-th cell from the K-th (1/1)")
-    options = parser.parse_args(arguments)
-    part, parts = map(int, options.part.split("/"))
-    measure_cells(plan()[part - 1 :: parts], options.cells)
-
-
-if __name__ == "__main__":
-    main()

@@ -144,8 +144,7 @@ def test_the_run_behind_a_cell_is_the_one_that_was_counted(capsys, tmp_path):
     cell = Cell(2, "latency 30 ms", "plain grip", True)
     counted = [run_object(each) for each in scenarios_of(cell, (25.0, 10.0), 20)]
     number = next(k for k, run in enumerate(counted) if not run.held)
-    near = random_objects(20)[number, 1:] + 1e-6
-    words = [cell.world, cell.law, "--near", *map(str, near), "--gains", "25", "10", "--predicts"]
+    words = [cell.world, cell.law, "--number", str(number), "--gains", "25", "10", "--predicts"]
     dot.main(words)
     told = capsys.readouterr()
     assert told.err.startswith(f"object {number}: ")
