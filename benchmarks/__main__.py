@@ -40,7 +40,6 @@ PARTS = {
     "assumptions": "what each choice that the paper leaves open does in its two cases",
     "onset": "error of the onset of slip against its closed form",
     "work-precision": "accuracy against cost, beside MuJoCo and Drake",
-    "sampled": "accuracy against cost of sampled control",
     "faults": "recordings under kills, cuts, flipped bits, bombs and failing disks",
     "soak": "a service under mixed load for an hour; only if named",
     "long-runs": "memory of a service under the longest runs, a figure of two and readers",

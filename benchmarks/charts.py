@@ -83,20 +83,17 @@ def by_columns(rows: Rows) -> dict[str, list[list[float]]]:
     }
 
 
-def by_labels(rows: Rows, x: int, y: int, prefix: str = "") -> dict[str, list[list[float]]]:
-    """One curve per label in the first column that starts with a prefix.
+def by_labels(rows: Rows, x: int, y: int) -> dict[str, list[list[float]]]:
+    """One curve per label in the first column.
 
     Args:
         rows: The table.
         x: Column of x.
         y: Column of y.
-        prefix: Start of the labels, which is not part of the names.
     """
     curves: dict[str, list[list[float]]] = {}
-    for label, *row in rows[1:]:
-        if label.startswith(prefix):
-            points = curves.setdefault(label.removeprefix(prefix), [])
-            points.append([float(row[x - 1]), float(row[y - 1])])
+    for row in rows[1:]:
+        curves.setdefault(row[0], []).append([float(row[x]), float(row[y])])
     return curves
 
 
@@ -112,17 +109,6 @@ def draw_work_precision(rows: Rows) -> Figure:
     return draw_panels(
         [Panel(title, across, by_labels(rows, 2, y), axes) for y, title in titles.items()], 78.0
     )
-
-
-def draw_sampled(rows: Rows) -> Figure:
-    """Error of the final pose over CPU time, one panel per case."""
-    labelled = [rows[0], *([row[0].rpartition(", ")[0], *row[1:]] for row in rows[1:])]
-    cases = dict.fromkeys(row[0].partition(", ")[0] for row in labelled[1:])
-    panels = [
-        Panel(case, "CPU time [ms]", by_labels(labelled, 1, 2, f"{case}, "), {"yscale": "log"})
-        for case in cases
-    ]
-    return draw_panels(panels)
 
 
 def draw_scaling(durations: Rows, fingers: Rows) -> Figure:
@@ -252,7 +238,6 @@ DIAGRAMS = {
     "robustness-sweeps.png": Diagram(
         "robustness.md", ("robustness-noise", "robustness-latency"), draw_shares
     ),
-    "sampled-precision.svg": Diagram("benchmarks.md", ("sampled",), draw_sampled),
     "scaling.svg": Diagram("benchmarks.md", ("scaling-duration", "scaling-fingers"), draw_scaling),
     "work-precision.svg": Diagram("benchmarks.md", ("work-precision",), draw_work_precision),
 }

@@ -87,9 +87,8 @@ def run() -> list[Table]:
 
 def measure_switching(count: int = FEWER, tuned: int = TUNED) -> Series:
     """Latency with and without a torque that switches on the phase estimate; best gains."""
-    worlds = [{"controller.latency": latency} for latency in LATENCIES]
     return {
-        name: [_hold({**values, **world}, count, tuned) for world in worlds]
+        name: [_hold({**values, "controller.latency": t}, count, tuned) for t in LATENCIES]
         for name, values in SWITCHING.items()
     }
 
@@ -104,21 +103,21 @@ def measure_noise(count: int = COUNT) -> Series:
 
 def measure_hands(count: int = FEWER, tuned: int = TUNED) -> Series:
     """Both claims with more fingers, and with models that do not match."""
-    late = {"controller.latency": LATENCY}
-    found: dict[str, list[Result]] = {}
+    late, noisy = {"controller.latency": LATENCY}, noisy_motion(NOISE)
+    claims = [
+        (f"{1e3 * LATENCY:g} ms: {name}", {**SWITCHING[name], **late}, tuned)
+        for name in (SWITCHES, HOLDS)
+    ]
+    claims += [
+        (f"{1e3 * NOISE:g} mm/s: {name}", {**AWARE[name], **noisy}, 0)
+        for name in (UNAWARE_OF_NOISE, AWARE_OF_NOISE)
+    ]
+    found: dict[str, list[Result]] = {name: [] for name, _, _ in claims}
     for n, model in HANDS.values():
         base = load_scenario("composite-case-2") if n == 2 else hand_of(n)
         more = {**model, **(MORE_SETTINGS if n > 2 else {})}
-        for name in (SWITCHES, HOLDS):
-            values = {**SWITCHING[name], **more, **late}
-            found.setdefault(f"{1e3 * LATENCY:g} ms: {name}", []).append(
-                _hold(values, count, tuned, base)
-            )
-        for name in (UNAWARE_OF_NOISE, AWARE_OF_NOISE):
-            values = {**AWARE[name], **more, **noisy_motion(NOISE)}
-            found.setdefault(f"{1e3 * NOISE:g} mm/s: {name}", []).append(
-                _hold(values, count, base=base)
-            )
+        for name, values, tried in claims:
+            found[name].append(_hold({**values, **more}, count, tried, base))
     return found
 
 

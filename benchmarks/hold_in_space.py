@@ -20,7 +20,6 @@ from slipgrasp.core.run.result import RunSummary
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 
-COUNT = 1000
 DURATION = 1.0
 WORLDS = {"ideal": "spatial-composite", "noisy": "spatial-composite-noisy"}
 OFFSET = 0.02  # [m]
@@ -37,13 +36,10 @@ TARGET = 0.99  # of the objects that the oracle holds
 
 def run() -> list[Table]:
     """The tables ``hold-in-space-ideal`` and ``hold-in-space-noisy``."""
-    return [hold_in_world(world, COUNT) for world in WORLDS]
-
-
-def hold_in_world(world: str, count: int) -> Table:
-    """The random objects that each law holds in one of `WORLDS`."""
-    runs = {law: list(simulate_many(vary_objects(law, count, world))) for law in LAWS}
-    return tabulate(runs, world)
+    return [
+        tabulate({law: list(simulate_many(vary_objects(law, 1000, world))) for law in LAWS}, world)
+        for world in WORLDS
+    ]
 
 
 def vary_objects(law: str, count: int, world: str = "ideal") -> Iterator[Scenario]:

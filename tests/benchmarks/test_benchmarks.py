@@ -191,8 +191,8 @@ def test_diagrams_are_drawn_from_the_tables_of_their_pages(image):
 def test_curves_of_a_diagram_have_the_numbers_and_intervals_of_a_table():
     rows = [["latency [ms]", "a", "b"], ["0", "98.8 % (97.4–99.4), 25/30; 1/2", "1.5"]]
     assert by_columns(rows) == {"a": [[0.0, 98.8, 97.4, 99.4]], "b": [[0.0, 1.5]]}
-    rows = [["of", "s", "error"], ["case, one", "2", "1e-07"], ["other, one", "3", "2"]]
-    assert by_labels(rows, 1, 2, "case, ") == {"one": [[2.0, 1e-7]]}
+    rows = [["of", "s", "error"], ["one", "2", "1e-07"], ["other", "3", "2"]]
+    assert by_labels(rows, 1, 2) == {"one": [[2.0, 1e-7]], "other": [[3.0, 2.0]]}
 
 
 # Memory
