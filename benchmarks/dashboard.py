@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 import tempfile
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import NamedTuple
+from pathlib import Path
 
 import numpy as np
 
@@ -16,20 +14,13 @@ from benchmarks.dashboard_page import measure_edits
 from benchmarks.dashboard_viewers import come_and_go, watch
 from benchmarks.processes import memory_of, processor_time_of
 from benchmarks.report import Table
+from benchmarks.service import Service, serve
 from benchmarks.timing import MILLISECONDS
 from slipgrasp.server.memory import LOOK_SECONDS
 
 PRESET, IN_SPACE = "paper-case-2", "spatial-prism"
 _WARM_UP = 60
 _FIRST, _SETTLE, _WATCH = 3.0, 10.0, 15.0
-
-
-class Served(NamedTuple):
-    """A dashboard in a separate process, and the addresses of its page and websocket."""
-
-    process: int
-    page: str
-    socket: str
 
 
 def run() -> list[Table]:
@@ -47,7 +38,7 @@ def tabulate_edits(edits: int = 50) -> Table:
     for preset in (PRESET, IN_SPACE):
         with serve_dashboard(preset) as served:
             come_and_go(served.socket, 1)
-            times = MILLISECONDS * np.array(measure_edits(served.page, edits))
+            times = MILLISECONDS * np.array(measure_edits(served.url, edits))
         for q in (50, 95):
             cells = (f"{time:.0f}" for time in np.percentile(times, q, axis=0))
             rows.append((f"{preset}, {q}th percentile", *cells))
@@ -82,12 +73,12 @@ def tabulate_viewers(
     return Table("dashboard-viewers", heads, tuple(rows))
 
 
-def _watch_row(served: Served, count: int) -> tuple[str, ...]:
-    settle, before, memory = _SETTLE + 0.5 * count, memory_of(served.process), [0]
+def _watch_row(served: Service, count: int) -> tuple[str, ...]:
+    settle, before, memory = _SETTLE + 0.5 * count, memory_of(served.process.pid), [0]
 
     def look() -> float:
-        memory.append(memory_of(served.process))
-        return processor_time_of(served.process)
+        memory.append(memory_of(served.process.pid))
+        return processor_time_of(served.process.pid)
 
     seen, worked = watch(served.socket, count, settle, _WATCH, look)
     ages = np.concatenate([one.ages for one in seen])
@@ -111,7 +102,7 @@ def tabulate_memory(connects: int = 500) -> Table:
         for times in (_WARM_UP, connects):
             come_and_go(served.socket, times)
             time.sleep(3.0 * LOOK_SECONDS)
-            memory.append(memory_of(served.process))
+            memory.append(memory_of(served.process.pid))
     before, after = memory
     rows = (
         (f"after {_WARM_UP} viewers that came and went", f"{before / 1e6:.0f}", ""),
@@ -121,25 +112,12 @@ def tabulate_memory(connects: int = 500) -> Table:
 
 
 @contextmanager
-def serve_dashboard(preset: str = PRESET) -> Iterator[Served]:
+def serve_dashboard(preset: str = PRESET) -> Iterator[Service]:
     """A context with a dashboard that has a separate data folder.
 
     Args:
         preset: Initial preset.
     """
-    with tempfile.TemporaryDirectory() as folder:
-        process = subprocess.Popen(
-            [sys.executable, "-m", "benchmarks.dashboard_server", folder, preset],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            text=True,
-        )
-        assert process.stdin is not None
-        assert process.stdout is not None
-        try:
-            place = f"127.0.0.1:{int(process.stdout.readline())}/"
-            yield Served(process.pid, f"http://{place}", f"ws://{place}")
-        finally:
-            process.stdin.close()
-            process.wait()
-            process.stdout.close()
+    program = ("benchmarks.dashboard_server", preset)
+    with tempfile.TemporaryDirectory() as folder, serve(Path(folder), program) as service:
+        yield service

@@ -93,7 +93,7 @@ def tabulate_gestures() -> Table:
         with serve_dashboard(preset) as served, open_browser() as browser:
             come_and_go(served.socket, 1)
             page = new_page(browser)
-            open_dashboard(page, f"{served.page}?fixedDpr=0.5")
+            open_dashboard(page, f"{served.url}?fixedDpr=0.5")
             delays = measure_scrub(page, _SCRUBS)
             page.wait_for_timeout(_SETTLE_MS)
             rate, share = measure_pulling(page, MOVES)

@@ -49,7 +49,7 @@ def tabulate_opening(rounds: int = ROUNDS) -> Table:
     with serve_dashboard() as served:
         come_and_go(served.socket, 1)
         with open_browser() as browser:
-            both = [_open(browser, served.page) for _ in range(rounds)]
+            both = [_open(browser, served.url) for _ in range(rounds)]
         session = _bytes_of_session(served.socket)
     rows = []
     for name, opened in zip(("opened", "reloaded"), zip(*both, strict=True), strict=True):

@@ -3,25 +3,19 @@
 from __future__ import annotations
 
 import tempfile
-import threading
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import uvicorn
 
 from benchmarks.headless_viewer import HeadlessViewer, content_of, session_state
 from benchmarks.report import Table
+from benchmarks.service import serve
 from benchmarks.timing import MILLISECONDS
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.recordings.file.writer import write_recording
-from slipgrasp.server.app import server_config
-from slipgrasp.server.settings import Settings
-from slipgrasp.web.app import create_dashboard_app
 
 _FIRST_SEEK = 0.5
 
@@ -38,7 +32,11 @@ def run(seeks: int = 300, duration: float = 60.0) -> list[Table]:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "run.mcap"
         write_recording(result, path)
-        with _serving(Path(folder) / "data", path) as url, HeadlessViewer(url) as viewer:
+        program = ("slipgrasp", "replay", str(path))
+        with (
+            serve(Path(folder) / "data", program) as service,
+            HeadlessViewer(service.socket) as viewer,
+        ):
             _open_whole_run(viewer)
             opened, waits = viewer.bytes_received, _seek(viewer, seeks, duration)
             sent = (viewer.bytes_received - opened) / seeks
@@ -51,22 +49,6 @@ def run(seeks: int = 300, duration: float = 60.0) -> list[Table]:
     )
     heads = (f"seek in {duration:g} s of case I", "time [ms]")
     return [Table("replay-seek", heads, tuple(rows), (note,))]
-
-
-@contextmanager
-def _serving(folder: Path, recording: Path) -> Iterator[str]:
-    """A dashboard that opens a recording, and the address of its websocket."""
-    settings = Settings(data_directory=folder)
-    server = uvicorn.Server(server_config(create_dashboard_app(settings, recording), settings))
-    thread = threading.Thread(target=server.run)
-    thread.start()
-    try:
-        while not server.started:
-            time.sleep(0.01)
-        yield f"ws://127.0.0.1:{server.servers[0].sockets[0].getsockname()[1]}/"
-    finally:
-        server.should_exit = True
-        thread.join()
 
 
 def _open_whole_run(viewer: HeadlessViewer) -> None:

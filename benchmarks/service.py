@@ -8,7 +8,7 @@ import os
 import subprocess
 import sys
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -60,6 +60,11 @@ class Service(NamedTuple):
         parts = urlsplit(self.url)
         assert parts.hostname is not None and parts.port is not None
         return parts.hostname, parts.port
+
+    @property
+    def socket(self) -> str:
+        """URL of the dashboard's websocket."""
+        return self.url.replace("http", "ws", 1)
 
     def exchange(
         self, path: str, body: Body = None, prefer: str = "", keep: int | None = None
@@ -136,10 +141,20 @@ def exchange(
         connection.close()
 
 
-def start_service(folder: Path, environment: Mapping[str, str] | None = None) -> Service:
-    """A service on a folder that is ready; its process is the caller's to end."""
+def start_service(
+    folder: Path,
+    program: Sequence[str] = ("slipgrasp", "serve"),
+    environment: Mapping[str, str] | None = None,
+) -> Service:
+    """A service on a folder that is ready; its process is the caller's to end.
+
+    Args:
+        folder: Folder of its data, and of its log.
+        program: Main module with arguments; prints its URL first.
+        environment: Variables in addition to those of this process.
+    """
     folder.mkdir(exist_ok=True)
-    command = [sys.executable, "-m", "slipgrasp", "serve", "--port", "0", "--data-dir", str(folder)]
+    command = [sys.executable, "-m", *program, "--port", "0", "--data-dir", str(folder)]
     log = folder / "log.txt"
     with log.open("wb") as stream:
         process = subprocess.Popen(
@@ -154,9 +169,13 @@ def start_service(folder: Path, environment: Mapping[str, str] | None = None) ->
 
 
 @contextmanager
-def serve(folder: Path, environment: Mapping[str, str] | None = None) -> Iterator[Service]:
-    """A context with a service on a folder."""
-    service = start_service(folder, environment)
+def serve(
+    folder: Path,
+    program: Sequence[str] = ("slipgrasp", "serve"),
+    environment: Mapping[str, str] | None = None,
+) -> Iterator[Service]:
+    """A context with a service like that of `start_service`."""
+    service = start_service(folder, program, environment)
     with service.process:
         try:
             yield service

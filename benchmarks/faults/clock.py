@@ -61,7 +61,8 @@ def jump_while_serving(runs: int) -> dict[str, Any]:
     """
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        with serve(folder, {"LD_PRELOAD": str(_compile(folder))}) as service:
+        jumping = {"LD_PRELOAD": str(_compile(folder))}
+        with serve(folder, environment=jumping) as service:
             made = [service.run_after_end(service.ask("/runs", _run(i))["id"]) for i in range(runs)]
             study = service.ask("/studies", _study(runs))["id"]
             events = service.exchange(f"/studies/{study}/events").content

@@ -11,9 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.dashboard import Served, serve_dashboard
+from benchmarks.dashboard import serve_dashboard
 from benchmarks.dashboard_viewers import Watched, come_and_go, view
 from benchmarks.processes import processor_time_of
+from benchmarks.service import Service
 
 SETTLE_EACH, SETTLE = 0.5, 10.0
 
@@ -45,7 +46,7 @@ def mix_viewers(polite: int, rude: int, rounds: int, seconds: float, seed: int) 
 
 
 async def _mix(
-    served: Served, polite: int, rude: int, rounds: int, seconds: float, seed: int
+    served: Service, polite: int, rude: int, rounds: int, seconds: float, seed: int
 ) -> tuple[np.ndarray, np.ndarray]:
     """Updates of the well-behaved viewers, also per processor time, alone and with the others."""
     alone, beside, seen = [], [], [Watched() for _ in range(polite)]
@@ -74,11 +75,11 @@ async def _mix(
     return first, second
 
 
-async def _watch(served: Served, seen: Sequence[Watched], seconds: float) -> tuple[int, float]:
+async def _watch(served: Service, seen: Sequence[Watched], seconds: float) -> tuple[int, float]:
     """Number of updates of all viewers in some time, and processor time of the server [s]."""
     for one in seen:
         one.forget()
-    began = processor_time_of(served.process)
+    began = processor_time_of(served.process.pid)
     await asyncio.sleep(seconds)
-    work = processor_time_of(served.process) - began
+    work = processor_time_of(served.process.pid) - began
     return sum(len(one.arrivals) for one in seen), work

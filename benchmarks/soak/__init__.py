@@ -11,10 +11,10 @@ import tempfile
 import threading
 import time
 import traceback
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import Protocol
 
 import numpy as np
 
@@ -23,7 +23,7 @@ from benchmarks.service import serve
 from benchmarks.soak.asking import Tally
 from benchmarks.soak.observing import Sample, observe
 from benchmarks.soak.researcher import Researcher
-from benchmarks.soak.strangers import Loiterer, Prankster
+from benchmarks.soak.strangers import Loiterer, play_prank
 from benchmarks.soak.visitors import visit_until
 
 __all__ = ["Soak", "run", "soak"]
@@ -32,20 +32,10 @@ SPELL, REST = 280.0, 20.0
 PERIOD = 5.0
 SETTLED = 0.25
 RESEARCHERS = 2
-PAUSES = {Researcher: 0.5, Prankster: 0.5, Loiterer: 2.0}
+PAUSES = {"Researcher": 0.5, "Prankster": 0.5, "Loiterer": 2.0}
 """Mean time between two actions of each user [s]."""
 
 HOUR = 3600.0
-
-
-class Actor(Protocol):
-    """A user who performs actions successively."""
-
-    def act(self) -> None:
-        """Performs one action."""
-
-    def tidy_up(self) -> None:
-        """Releases its resources."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,9 +103,11 @@ def soak(seconds: float, seed: int, spell: float = SPELL, rest: float = REST) ->
 def _load(tally: Tally, seed: int, seconds: float) -> None:
     """Runs all users for some time; returns once all have left."""
     ended = threading.Event()
-    actors: list[Actor] = [Researcher(tally, seed + i) for i in range(RESEARCHERS)]
-    actors += [Prankster(tally, seed), Loiterer(tally, seed)]
-    threads = [threading.Thread(target=_act_until, args=(ended, a, tally, seed)) for a in actors]
+    researchers = [Researcher(tally, seed + i) for i in range(RESEARCHERS)]
+    loiterer, pranks = Loiterer(tally, seed), random.Random(seed)
+    users = [("Researcher", each.act) for each in researchers]
+    users += [("Loiterer", loiterer.act), ("Prankster", partial(play_prank, tally, pranks))]
+    threads = [threading.Thread(target=_act_until, args=(ended, *u, tally, seed)) for u in users]
     threads.append(threading.Thread(target=visit_until, args=(ended, tally, seed)))
     for thread in threads:
         thread.start()
@@ -123,16 +115,19 @@ def _load(tally: Tally, seed: int, seconds: float) -> None:
     ended.set()
     for thread in threads:
         thread.join()
+    for each in (*researchers, loiterer):
+        each.tidy_up()
 
 
-def _act_until(ended: threading.Event, actor: Actor, tally: Tally, seed: int) -> None:
-    source, kind = random.Random(seed), type(actor)
-    while not ended.wait(source.expovariate(1.0 / PAUSES[kind])):
+def _act_until(
+    ended: threading.Event, name: str, act: Callable[[], None], tally: Tally, seed: int
+) -> None:
+    source = random.Random(seed)
+    while not ended.wait(source.expovariate(1.0 / PAUSES[name])):
         try:
-            actor.act()
+            act()
         except Exception as error:  # Any error is caused by the service.
-            tally.blame(kind.__name__, f"{error!r} in {_place_of(error)}")
-    actor.tidy_up()
+            tally.blame(name, f"{error!r} in {_place_of(error)}")
 
 
 def _place_of(error: BaseException) -> str:

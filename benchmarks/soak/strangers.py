@@ -92,38 +92,28 @@ ABANDONED = (
 )
 
 
-class Prankster:
-    """Sends all listed invalid requests, in a seeded order.
+def play_prank(tally: Tally, source: random.Random) -> None:
+    """Sends an invalid request.
 
     Args:
-        tally: Sends and counts them.
-        seed: Seed of the requests.
+        tally: Sends and counts it.
+        source: Source of random numbers.
     """
+    prank = source.choice((*PRANKS, None))
+    if prank is None:
+        _leave_midway(tally, source.choice(ABANDONED))
+        return
+    method, _, path = source.choice(prank.requests).partition(" ")
+    body, headers = source.choice(prank.bodies), source.choice(prank.headers)
+    tally.ask(prank.kind, method, path, prank.expected, body, headers)
 
-    def __init__(self, tally: Tally, seed: int) -> None:
-        self._tally = tally
-        self._source = random.Random(seed)
 
-    def act(self) -> None:
-        """Sends an invalid request."""
-        draw = self._source.choice
-        prank = draw((*PRANKS, None))
-        if prank is None:
-            self._leave_midway(draw(ABANDONED))
-            return
-        method, _, path = draw(prank.requests).partition(" ")
-        body, headers = draw(prank.bodies), draw(prank.headers)
-        self._tally.ask(prank.kind, method, path, prank.expected, body, headers)
-
-    def tidy_up(self) -> None:
-        """Has no resources."""
-
-    def _leave_midway(self, request: str) -> None:
-        """Interrupts an upload, or does not wait for a response."""
-        host, port = self._tally.address
-        with socket.create_connection((host, port)) as connection:
-            connection.sendall(f"{request}Host: {host}:{port}\r\n\r\n".encode() + bytes(1000))
-        self._tally.note("left midway", "left")
+def _leave_midway(tally: Tally, request: str) -> None:
+    """Interrupts an upload, or does not wait for a response."""
+    host, port = tally.address
+    with socket.create_connection((host, port)) as connection:
+        connection.sendall(f"{request}Host: {host}:{port}\r\n\r\n".encode() + bytes(1000))
+    tally.note("left midway", "left")
 
 
 class _Way(NamedTuple):
