@@ -123,7 +123,9 @@ def draw_scaling(durations: Rows, fingers: Rows) -> Figure:
 
 def draw_shares(*tables: Rows) -> Figure:
     """Objects held over the first column of each table, with intervals."""
-    return draw_panels([Panel("held objects [%]", t[0][0], by_columns(t)) for t in tables], 70.0)
+    whole = {"ylim": (-3.0, 103.0)}
+    panels = [Panel("held objects [%]", t[0][0], by_columns(t), whole) for t in tables]
+    return draw_panels(panels, 70.0)
 
 
 def draw_assumptions(rows: Rows) -> Figure:
@@ -154,7 +156,7 @@ def draw_assumptions(rows: Rows) -> Figure:
 def draw_laws(*tables: Rows) -> Figure:
     """Objects held by every law in every world: tables without and with latency, by hand."""
     with paper_style():
-        figure = Figure((15.5, 9.0), layout="constrained")
+        figure = Figure((12.0, 7.2), layout="constrained")
         for k, axes in enumerate(figure.subplots(len(tables) // 2, 1)):
             axes.set_title(f"{k + 2} fingers", loc="left", pad=20.0)
             _draw_hand(axes, *tables[2 * k : 2 * k + 2])
@@ -206,13 +208,13 @@ def draw_success_maps(sides: np.ndarray, maps: Mapping[str, np.ndarray]) -> Figu
         extent = (sides[0], sides[-1], sides[0], sides[-1])
         limits = {"norm": "log", "vmin": 0.03, "vmax": 60.0}
         for axis, (law, values) in zip(axes, maps.items(), strict=True):
-            image = axis.imshow(values, origin="lower", extent=extent, cmap="viridis", **limits)
+            axis.imshow(values, origin="lower", extent=extent, cmap="viridis", **limits)
             axis.set_facecolor(_NOT_HELD)
             axis.set_title(f"{law}: {100.0 * np.isfinite(values).mean():.0f} % held")
             axis.set_xlabel("friction of the left fingertip")
         axes[0].set_ylabel("friction of the right fingertip")
         label = "slip path where held [mm]; grey: lost"
-        figure.colorbar(image, ax=axes, label=label, shrink=0.9)
+        figure.colorbar(axes[0].images[0], ax=axes, label=label, shrink=0.9)
         return figure
 
 

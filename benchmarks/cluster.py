@@ -3,24 +3,25 @@
 from __future__ import annotations
 
 import math
+import pickle
 import tempfile
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from benchmarks.report import Table
 from benchmarks.study import make_study, write_study
 from benchmarks.timing import MILLISECONDS, median_seconds
-from slipgrasp.core.executors import Executor, make_executor
+from slipgrasp.core.executors import Executor, Finished, make_executor
 from slipgrasp.core.executors.inline import InlineExecutor
 from slipgrasp.core.study.definition import MAX_RUNS, Study
 from slipgrasp.recordings.study.writer import RUNS_PER_CHUNK
 
 PAGE = "scaling.md"
-ONE_PROCESS, ONE_WORKER, DASK = "in one process", "1 worker process", "Dask, 2 workers"
+ONE_WORKER, DASK = "1 worker process", "Dask, 2 workers"
 CLUSTERS = (2, 16, 128, 1024)
 LARGE = 10**9
 
@@ -61,7 +62,7 @@ def measure_costs(count: int = 600, rounds: int = 3, empty: int = 1000) -> Costs
     """
     study = make_study(count)
     engines = {
-        ONE_PROCESS: InlineExecutor(),
+        "in one process": InlineExecutor(),
         ONE_WORKER: make_executor("processes", workers=1),
         "2 worker processes": make_executor("processes", workers=2),
         DASK: make_executor("dask", workers=2),
@@ -72,31 +73,31 @@ def measure_costs(count: int = 600, rounds: int = 3, empty: int = 1000) -> Costs
             engine.prepare()
         works = {name: partial(_size_of_study, study, each) for name, each in engines.items()}
         seconds = median_seconds(works, rounds, time.perf_counter)
-        worker, scheduler = costs_of_a_run(study, engines, rounds)
+        worker, scheduler, row = measure_costs_of_a_run(study, rounds)
         idle = {name: partial(_pass_tasks, each, empty) for name, each in engines.items()}
         passed = median_seconds(idle, rounds, time.perf_counter)
-        row = works[ONE_PROCESS]() / count
     rates = {name: count / own for name, own in seconds.items()}
     tasks = {name: empty / own for name, own in passed.items()}
     return Costs(worker, scheduler, rates, tasks, row)
 
 
-def costs_of_a_run(
-    study: Study, engines: Mapping[str, Executor], rounds: int
-) -> tuple[float, float]:
-    """CPU time of a run in its worker, and of this process, which schedules it [s].
+def measure_costs_of_a_run(study: Study, rounds: int) -> tuple[float, float, float]:
+    """CPU time of a run in its worker and in the scheduler [s], and its size in the file [B].
 
     Args:
         study: The study.
-        engines: Executors, in this process and with one worker.
         rounds: Number of timings of each.
     """
+    collector = _Collector()
+    size = _size_of_study(study, collector)
+    replay = _Replay(collector.packed)
     works = {
-        name: partial(_size_of_study, study, engines[name]) for name in (ONE_PROCESS, ONE_WORKER)
+        "all": partial(_size_of_study, study, collector),
+        "scheduler": partial(_size_of_study, study, replay),
     }
-    seconds = median_seconds(works, rounds, time.process_time)
-    scheduler = seconds[ONE_WORKER] / study.num_runs
-    return seconds[ONE_PROCESS] / study.num_runs - scheduler, scheduler
+    seconds = median_seconds(works, rounds)
+    worker = seconds["all"] - seconds["scheduler"]
+    return worker / study.num_runs, seconds["scheduler"] / study.num_runs, size / study.num_runs
 
 
 def project(costs: Costs) -> Table:
@@ -156,6 +157,44 @@ def _tabulate_engines(costs: Costs) -> Table:
     )
     heads = ("engine", "runs/s", "of 1 worker", "empty tasks/s")
     return Table("study-engines", heads, rows, page=PAGE)
+
+
+class _Replay(InlineExecutor):
+    """Yields results that were computed before, packed as a worker sends them."""
+
+    def __init__(self, packed: dict[int, bytes]) -> None:
+        self._packed = packed
+
+    def map(
+        self,
+        function: Callable[[Any, Callable[[], bool]], Any],
+        tasks: Iterable[Any],
+        *,
+        should_stop: Callable[[], bool],
+    ) -> Iterator[Finished[Any, Any]]:
+        """Yields the stored result of every task."""
+        for task in tasks:
+            pickle.dumps((function, task), pickle.HIGHEST_PROTOCOL)
+            yield Finished(task, pickle.loads(self._packed[task.first]))
+
+
+class _Collector(InlineExecutor):
+    """Retains the packed results."""
+
+    def __init__(self) -> None:
+        self.packed: dict[int, bytes] = {}
+
+    def map(
+        self,
+        function: Callable[[Any, Callable[[], bool]], Any],
+        tasks: Iterable[Any],
+        *,
+        should_stop: Callable[[], bool],
+    ) -> Iterator[Finished[Any, Any]]:
+        """Executes the tasks."""
+        for done in super().map(function, tasks, should_stop=should_stop):
+            self.packed[done.task.first] = pickle.dumps(done.result, pickle.HIGHEST_PROTOCOL)
+            yield done
 
 
 def _size_of_study(study: Study, executor: Executor) -> int:

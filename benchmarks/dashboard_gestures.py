@@ -90,13 +90,9 @@ def tabulate_gestures() -> Table:
     """Pictures while the object is pulled, and time from the timeline to the picture."""
     rows = []
     for preset in (FIRST_PRESET, IN_SPACE):
-        with serve_dashboard(preset) as served, open_browser() as browser:
+        with serve_dashboard(preset) as served:
             come_and_go(served.socket, 1)
-            page = new_page(browser)
-            open_dashboard(page, f"{served.url}?fixedDpr=0.5")
-            delays = measure_scrub(page, _SCRUBS)
-            page.wait_for_timeout(_SETTLE_MS)
-            rate, share = measure_pulling(page, MOVES)
+            (rate, share), delays = _measure_page(served.url)
         times = (f"{MILLISECONDS * np.percentile(delays, q):.0f}" for q in (50, 95))
         rows.append((preset, f"{rate:.1f}", f"{100.0 * share:.0f}", *times))
     heads = (
@@ -111,6 +107,16 @@ def tabulate_gestures() -> Table:
         "0.5 to 0.4 pixels per pixel of the page while the mouse is pressed."
     )
     return Table("dashboard-gestures", heads, tuple(rows), (note,))
+
+
+def _measure_page(url: str) -> tuple[tuple[float, float], list[float]]:
+    """Pictures while pulling, and times from the timeline to the picture [s]."""
+    with open_browser() as browser:
+        page = new_page(browser)
+        open_dashboard(page, f"{url}?fixedDpr=0.5")
+        delays = measure_scrub(page, _SCRUBS)
+        page.wait_for_timeout(_SETTLE_MS)
+        return measure_pulling(page, MOVES), delays
 
 
 def tabulate_drags(count: int = DRAGS, seed: int = 1) -> Table:

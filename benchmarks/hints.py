@@ -332,7 +332,7 @@ def tabulate_options(found: list[tuple[bool, dict[str, bool]]]) -> Table:
     tried = {was_held: Counter[str]() for was_held in (False, True)}
     changed = {was_held: Counter[str]() for was_held in (False, True)}
     for was_held, after in found:
-        tried[was_held].update(after)
+        tried[was_held].update(list(after))
         changed[was_held].update(name for name, holds in after.items() if holds != was_held)
     lost, saved = tried[False], changed[False]
     order = sorted(

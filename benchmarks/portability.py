@@ -50,7 +50,8 @@ def tabulate(hashes: dict[str, dict[str, str]]) -> Table:
     rows = []
     for case, value in first.items():
         own = value[:_DIGITS]
-        rows.append((case, own, *(_beside(value, other.get(case)) for other in others)))
+        found = (other.get(case, "–") for other in others)
+        rows.append((case, own, *("same" if f == value else f[:_DIGITS] for f in found)))
     different = sum(value != first[case] for other in others for case, value in other.items())
     total = sum(map(len, others))
     note = (
@@ -59,12 +60,6 @@ def tabulate(hashes: dict[str, dict[str, str]]) -> Table:
         f"{present_provenance().kernel}, in space {present_provenance(SPATIAL).kernel}."
     )
     return Table("portability", ("runs", *hashes), tuple(rows), (note,), PORTABILITY)
-
-
-def _beside(value: str, other: str | None) -> str:
-    if other is None:
-        return "–"
-    return "same" if other == value else other[:_DIGITS]
 
 
 def _code_variants() -> dict[str, dict[str, str]]:

@@ -44,26 +44,19 @@ def describe(result: Result) -> str:
 def _tabulate_hands(name: str, hands: Sequence[int], late: bool, found: Found) -> Table:
     sample = HANDS[hands[0]]
     worlds = [world for world in sample.worlds if (world in LATE) == late]
-    columns = [
-        (law, ahead)
+    rows = [(fingers, world) for fingers in hands for world in worlds]
+    labels = [f"{row[0]} fingers: {row[1]}" if len(hands) > 1 else row[1] for row in rows]
+    columns = {
+        f"{law}, predicts" if ahead else law: [found[Cell(*row, law, ahead)] for row in rows]
         for law in sample.laws
         for ahead in ((False, True) if late and can_predict(law, LATE[0]) else (False,))
-    ]
-    rows = tuple(
-        (
-            f"{fingers} fingers: {world}" if len(hands) > 1 else world,
-            *(describe(found[Cell(fingers, world, law, ahead)]) for law, ahead in columns),
-        )
-        for fingers in hands
-        for world in worlds
-    )
-    heads = ("world", *(f"{law}, predicts" if ahead else law for law, ahead in columns))
-    first = [found[Cell(hands[0], world, *column)] for world in worlds for column in columns]
-    shown = " or ".join(map(str, sorted({result.count for result in first})))
+    }
+    first = {result.count for results in columns.values() for result in results[: len(worlds)]}
     tuned = (sample.late if late else sample.prompt).tuned
-    note = _LEGEND.format(shown, tuned)
+    note = _LEGEND.format(" or ".join(map(str, sorted(first))), tuned)
     table = f"robustness-{name}-late" if late else f"robustness-{name}"
-    return Table(table, heads, rows, (note,), "robustness.md")
+    cells = {head: list(map(describe, results)) for head, results in columns.items()}
+    return table_of_columns(table, "world", labels, cells, (note,), "robustness.md")
 
 
 def _tabulate_how(found: Found) -> Table:

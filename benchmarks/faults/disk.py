@@ -157,7 +157,13 @@ def cut_the_power(
         looks.append(clock())
         return looks[-1]
 
-    written, synced = _watch_a_slow_run(_slow_scenario(duration), look)
+    values = {
+        "simulation.duration": duration,
+        "controller.control_period": 0.0001,
+        "simulation.max_steps": 100_000_000,
+    }
+    slow = with_values(load_scenario("paper-case-1"), values)
+    written, synced = _watch_a_slow_run(slow, look)
     source = random.Random(seed)
     losses = []
     for _ in range(moments):
@@ -169,15 +175,6 @@ def cut_the_power(
     longest = max(later - earlier for earlier, later in pairwise(looks))
     assert max(losses) <= recorder.SYNC_INTERVAL + recorder.FLUSH_INTERVAL + 2 * longest
     return {"moments": moments, "loss": max(losses)}
-
-
-def _slow_scenario(duration: float) -> Scenario:
-    values = {
-        "simulation.duration": duration,
-        "controller.control_period": 0.0001,
-        "simulation.max_steps": 100_000_000,
-    }
-    return with_values(load_scenario("paper-case-1"), values)
 
 
 def _watch_a_slow_run(

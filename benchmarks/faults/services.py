@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.faults.kills import size_of, wait_until
 from benchmarks.service import POLL, serve, start_service
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.recordings.file.atomic_file import part_of
@@ -25,7 +26,6 @@ from slipgrasp.recordings.file.recorder import record
 from slipgrasp.recordings.file.recovery import RECORDING_SUFFIX
 
 RUNS = 2
-PATIENCE = 120.0
 LONG_RUN = {
     "scenario": "paper-case-1",
     "set": {
@@ -78,10 +78,7 @@ def _kill_busy_service(folder: Path, at_size: float) -> None:
         clients = [threading.Thread(target=request_run) for _ in range(RUNS)]
         for client in clients:
             client.start()
-        deadline = time.monotonic() + PATIENCE
-        while sum(part.stat().st_size > at_size for part in folder.glob("*.part")) < RUNS:
-            assert time.monotonic() < deadline, "the runs are not recorded"
-            time.sleep(POLL)
+        wait_until(lambda: sum(size_of(p) > at_size for p in folder.glob("*.part")) == RUNS)
         service.process.kill()
     for client in clients:
         client.join()

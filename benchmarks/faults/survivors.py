@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import random
 import subprocess
-import sys
 import tempfile
 import time
 from collections import Counter
@@ -17,13 +16,12 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from benchmarks.faults.kills import size_of
+from benchmarks.faults.kills import PRESET, size_of, start_run, wait_until
 from benchmarks.service import POLL, start_service
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.recordings.file.reader import read_recording
 from slipgrasp.recordings.file.recovery import RECORDING_SUFFIX, recover_orphans
 
-PRESET = "paper-case-1"
 VALUES = {"simulation.duration": 60.0, "simulation.max_steps": 100_000_000}
 """A run that takes seconds, so that its file is flushed during the run and rewritten later."""
 
@@ -33,9 +31,6 @@ EACH_SERVICE = 5
 LAST_SECOND = 1.0
 NEARLY_WHOLE = 0.8
 """The fraction of a file shortly before the last second."""
-
-PATIENCE = 300.0
-SHORT_POLL = 0.001
 
 _Parts = Callable[[], list[Path]]
 _Aim = Callable[[_Parts], None]
@@ -81,18 +76,12 @@ class _Whole:
 
     def __init__(self, path: Path) -> None:
         began = time.monotonic()
-        process = _start(path)
-        _wait_until(path.exists)
+        process = start_run(path, VALUES)
+        wait_until(path.exists)
         self.seconds = time.monotonic() - began
         _kill(process)
         self.data = path.read_bytes()
         self.rows = read_recording(path).trace.to_rows()
-
-
-def _start(path: Path) -> subprocess.Popen[bytes]:
-    values = [word for key, value in VALUES.items() for word in ("--set", f"{key}={value}")]
-    command = [sys.executable, "-m", "slipgrasp", "run", PRESET, *values, "--output", str(path)]
-    return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
 
 def _kill(process: subprocess.Popen[Any]) -> None:
@@ -106,25 +95,18 @@ def _at_random(whole: _Whole, source: random.Random, _parts: _Parts) -> None:
 
 def _in_last_second(whole: _Whole, source: random.Random, parts: _Parts) -> None:
     """Waits until a file is nearly complete and longer, or is rewritten, or has its name."""
-    _wait_until(lambda: max(map(size_of, parts()), default=0) >= NEARLY_WHOLE * len(whole.data))
+    wait_until(lambda: max(map(size_of, parts()), default=0) >= NEARLY_WHOLE * len(whole.data))
     if source.random() < 0.5:
-        _wait_until(lambda: any(not path.name.endswith(".mcap.part") for path in parts()))
+        wait_until(lambda: any(not path.name.endswith(".mcap.part") for path in parts()))
     else:
         # Mostly early: less than a second is left once the file has this size.
         time.sleep(LAST_SECOND * source.random() ** 2)
 
 
-def _wait_until(holds: Callable[[], bool]) -> None:
-    deadline = time.monotonic() + PATIENCE
-    while not holds():
-        assert time.monotonic() < deadline, "the run is not recorded"
-        time.sleep(SHORT_POLL)
-
-
 def _kill_run(folder: Path, aim: _Aim) -> tuple[Path, bool]:
     """Kills a run; returns the recovered recording, and whether it had its name before."""
     path = folder / f"run{RECORDING_SUFFIX}"
-    process = _start(path)
+    process = start_run(path, VALUES)
     aim(lambda: list(folder.glob(f"{path.name}*")))
     _kill(process)
     was_named = path.exists()

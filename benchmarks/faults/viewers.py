@@ -41,7 +41,7 @@ def mix_viewers(polite: int, rude: int, rounds: int, seconds: float, seed: int) 
         come_and_go(served.socket, 1)
         alone, beside = asyncio.run(_mix(served, polite, rude, rounds, seconds, seed))
     updates, updates_per_work = beside / alone
-    kept, of_work = 100.0 * updates, 100.0 * updates_per_work
+    kept, of_work = 100.0 * float(updates), 100.0 * float(updates_per_work)
     return {"rude": rude, "all": polite + rude, "kept": kept, "of_work": of_work}
 
 

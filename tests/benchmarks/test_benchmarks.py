@@ -24,7 +24,7 @@ from benchmarks import (
 )
 from benchmarks.__main__ import main
 from benchmarks.charts import DIAGRAMS, by_columns, by_labels
-from benchmarks.cluster import ONE_PROCESS, ONE_WORKER, Costs, costs_of_a_run, project
+from benchmarks.cluster import Costs, measure_costs_of_a_run, project
 from benchmarks.hands import holding_hand
 from benchmarks.mujoco_hold import hold_by_actuators, hold_by_numpy
 from benchmarks.mujoco_replay import replay_in_mujoco, stepping
@@ -39,7 +39,6 @@ from benchmarks.work_precision import (
     measure_ours,
     oracle_difference,
 )
-from slipgrasp.core.executors import make_executor
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario
 from slipgrasp.core.trace.types import Outcome
@@ -367,10 +366,9 @@ def test_a_cluster_that_outruns_its_scheduler_needs_more_of_them():
 
 
 def test_cost_of_a_run_is_that_of_its_worker_and_that_of_its_scheduler():
-    engines = {ONE_PROCESS: make_executor("inline"), ONE_WORKER: make_executor(workers=1)}
-    with engines[ONE_WORKER]:
-        worker, scheduler = costs_of_a_run(make_study(40), engines, rounds=1)
+    worker, scheduler, row = measure_costs_of_a_run(make_study(40), rounds=1)
     assert worker > scheduler > 0.0
+    assert 100.0 < row < 2000.0
 
 
 # Robustness
