@@ -30,7 +30,7 @@ ROOT = Path(__file__).parents[1]
 PRESET = "paper-case-1"
 # Waits for the machine code, which another process has compiled since the first run.
 COMPILE = """
-from slipgrasp.core.kernel.compilation.shipped import shipped_file
+from slipgrasp.core.kernel.webassembly.shipped import shipped_file
 from slipgrasp.core.run.simulator import prepare_kernel
 assert shipped_file() is not None, "the wheel has no kernel of its sources"
 prepare_kernel(machine_code=True)
@@ -74,9 +74,9 @@ def build(folder: Path, commit: str) -> list[Path]:
     instant = subprocess.check_output(
         ["git", "log", "-1", "--format=%ct", commit], cwd=ROOT, text=True
     )
-    kernels = sources / "core" / "kernel" / "compilation" / "kernels"
+    kernels = sources / "core" / "kernel" / "webassembly" / "kernels"
     # As imported here: if that is not the commit, the wheel does not use it (check_installed).
-    tool("slipgrasp.core.kernel.compilation.webassembly", kernels)
+    tool("slipgrasp.core.kernel.webassembly.build", kernels)
     environment = {**os.environ, "SOURCE_DATE_EPOCH": instant.strip()}
     subprocess.run(
         [sys.executable, "-m", "build", "--outdir", str(folder / "dist"), str(sources)],

@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from slipgrasp.core.kernel.compilation.compiler import Unit, record_type
-from slipgrasp.core.kernel.compilation.foreign import Block, ForeignKernel, Span, Wasmtime
 from slipgrasp.core.kernel.compilation.records import Floats, Record
-from slipgrasp.core.kernel.compilation.webassembly import RECORDS
 from slipgrasp.core.kernel.loop.status import RUNNING
 from slipgrasp.core.kernel.planar.packing import whole_faces
 from slipgrasp.core.kernel.planar.rows import ROW
 from slipgrasp.core.kernel.planar.run import OUTLET, PROGRESS
+from slipgrasp.core.kernel.webassembly.build import RECORDS
+from slipgrasp.core.kernel.webassembly.foreign import Block, ForeignKernel, Span, Wasmtime
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page

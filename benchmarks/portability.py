@@ -20,7 +20,7 @@ from benchmarks.preset_hashes import tabulate_presets
 from benchmarks.report import PORTABILITY, Table
 from benchmarks.wasm_speed import compare_engines
 from slipgrasp.core.kernel.compilation.compiler import entered_by
-from slipgrasp.core.kernel.compilation.webassembly import build
+from slipgrasp.core.kernel.webassembly.build import build
 from slipgrasp.core.run.provenance import present_provenance
 from slipgrasp.core.scenario.space import SPATIAL
 from tests.ensure_programs import find_chromium

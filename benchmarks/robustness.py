@@ -160,7 +160,7 @@ def measure_start(count: int = COUNT, tuned: int = TUNED) -> Table:
     }
     note = (
         f"{count} objects, 1 s: held, with the 95 % interval; gains K_p/K_v, chosen on {tuned} "
-        "other objects but for the printed law, which has the paper's."
+        "other objects (printed law: the paper's)."
     )
     return table_of_columns("robustness-start", "law", rows, columns, (note,), PAGE)
 

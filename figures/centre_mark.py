@@ -18,7 +18,7 @@ _ORIGIN = (0.0, 0.0)
 
 
 class CentreMark:
-    """Moves and turns with the object.
+    """The symbol, which moves and turns with the object.
 
     Args:
         axes: The picture of the hand.

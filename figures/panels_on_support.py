@@ -12,7 +12,7 @@ _CONTACT = (0,)
 
 
 def motion_panels(result: RunResult) -> tuple[Panel, ...]:
-    """Displacement, turn and velocities of the body."""
+    """Displacement, rotation and velocities of the body."""
     trace = result.trace
     ways, speeds = 1e3 * trace.slip, trace.slip_velocity
     turn, rate = 1e3 * trace.spin[:, 0], trace.spin_velocity[:, 0]

@@ -72,7 +72,7 @@ def paper_style(overrides: Mapping[Any, Any] = MappingProxyType({})) -> Iterator
 
 
 def screen_style() -> AbstractContextManager[None]:
-    """The same for pictures of a hand, with the typeface of a screen."""
+    """A context with the style of pictures of a hand, in a typeface for screens."""
     return paper_style(_SCREEN)
 
 

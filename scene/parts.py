@@ -545,9 +545,9 @@ def _pad_hand(contact: Contact, pad: Pad, states: States) -> Values:
 
 
 def _first_touch(contact: Contact, i: int, front: Values, states: States) -> Values:
-    """The line from the initial contact point on the face to the present one, ``(n, k, 3)``.
+    """The line from the initial contact point on the face to the current one, ``(n, k, 3)``.
 
-    On a curved face along its arc, in the present contact frame.
+    On a curved face along its arc, in the current contact frame.
     """
     slips = states.slip[:, i]
     if not contact.is_curved:
@@ -560,7 +560,7 @@ def _first_touch(contact: Contact, i: int, front: Values, states: States) -> Val
 
 
 def _trail_phase(i: int, states: States) -> NDArray[np.int8]:
-    """The slip phase in the direction from the initial contact point to the present one."""
+    """The slip phase in the direction from the initial contact point to the current one."""
     slip = states.slip[:, i]
     if slip.shape[1] == 1:
         return np.sign(slip[:, 0]).astype(np.int8)

@@ -53,7 +53,7 @@ class Settings:
         memory_bytes: Memory for runs, recordings, figures and pages together, in addition to
             that of the service itself. None for 600 MB, or half of the machine's memory if less.
         token: The full token; if None, only users who need no token are admitted.
-        require_token: Whether everyone needs the token, also the user who runs this server.
+        require_token: Whether everyone needs the token, including the user who runs this server.
         root_path: Path of the server behind a proxy, such as ``/slipgrasp``; usually empty.
         public_urls: Other URLs of its pages, such as ``https://grasp.example``.
         retention: Rules for runs without name, tag or notes; by default all are retained.

@@ -26,6 +26,7 @@ FILES = (
     "benchmarks/elementary.py",
     "benchmarks/engines.py",
     "core/kernel/compilation/*.py",
+    "core/kernel/webassembly/*.py",
     "web/standalone/kernel.js",
 )
 

@@ -73,7 +73,7 @@ class Services:
         fits: Fits recordings, in the same queue.
         directory: All sessions by their keys.
         pacer: Shares the processor among playing sessions.
-        write_page: Writes a run as a page that simulates.
+        write_page: Writes a run as a live page.
         hand: The hand with which the dashboard was started.
     """
 

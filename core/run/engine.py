@@ -10,15 +10,15 @@ import numpy as np
 from slipgrasp.core.kernel.compilation.cache import IN_WEBASSEMBLY
 from slipgrasp.core.kernel.compilation.compiler import choose_backend, start_in
 from slipgrasp.core.kernel.compilation.records import Floats, Record
-from slipgrasp.core.kernel.compilation.shipped import enter_shipped, shipped_file
 from slipgrasp.core.kernel.planar import advance as kernel
 from slipgrasp.core.kernel.planar.run import last_row, make_run
 from slipgrasp.core.kernel.planar.state import StateParts, parts_of
+from slipgrasp.core.kernel.webassembly.shipped import enter_shipped, shipped_file
 from slipgrasp.core.run.schedule import Schedule, Timetable
 from slipgrasp.core.scenario import PLANAR, RAIL, SUPPORT, Change, PlanarScenario, Scenario, Space
 
 if IN_WEBASSEMBLY:
-    from slipgrasp.core.kernel.compilation.webassembly import in_wasmtime
+    from slipgrasp.core.kernel.webassembly.build import in_wasmtime
 
     choose_backend(in_wasmtime)
 elif shipped_file() is not None:
@@ -42,7 +42,7 @@ class Engine(Protocol):
     outlet: Any
 
     def pack(self) -> Any:
-        """The constants of the present segment."""
+        """The constants of the current segment."""
         ...
 
     def advance(self, model: Record, *, first: bool, same_ticks: bool, max_steps: int) -> int:
@@ -100,7 +100,7 @@ class PlanarEngine:
         self._start = self.run.step.start  # a view, which is costly to create
 
     def pack(self) -> Any:
-        """The constants of the present segment."""
+        """The constants of the current segment."""
         return self._schedule.pack()
 
     def advance(self, model: Record, *, first: bool, same_ticks: bool, max_steps: int) -> int:

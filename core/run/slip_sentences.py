@@ -54,7 +54,7 @@ def _describe_pivots(spins: Sequence[float]) -> str:
 
 
 def describe_causes(result: RunResult) -> Iterator[str]:
-    """The contacts that began to slip with each of two pushes, and after the first such change."""
+    """Fingertips that began to slip with the first two such pushes, and after the first change."""
     every = _onsets(result)
     pushes = sorted(result.scenario.pulses, key=lambda push: push.time)
     yield from islice(filter(None, (_push_words(result, push, every) for push in pushes)), _PUSHES)
@@ -70,7 +70,7 @@ def describe_causes(result: RunResult) -> Iterator[str]:
 
 
 def _push_words(result: RunResult, push: AnyPulse, onsets: Sequence[PhaseChange]) -> str:
-    """Who began to slip during a push, or else as it ended; empty if nobody did."""
+    """Fingertips that began to slip during a push, or else at its end; empty if none did."""
     start, end = push.time, push.time + push.duration
     when = milliseconds(start)
     if start == 0.0 and (first := [c for c in onsets if c.time == start]):
@@ -164,7 +164,7 @@ def describe_grip_force(result: RunResult) -> Iterator[str]:
 
 
 def describe_first_force(result: RunResult) -> str:
-    """A clause on the first normal force that is smallest beside that needed at the end.
+    """Describes, as a clause, the first normal force that is most below the one needed at the end.
 
     Empty if no fingertip pressed with clearly less, or if the run does not end at rest.
     """

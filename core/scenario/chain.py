@@ -22,9 +22,9 @@ UnitInertia = Annotated[float, Ge(-100.0), Le(100.0)]
 Attitude = tuple[Part, Part, Part, Part]
 
 NUM_JOINTS = 3
-"""Number of independent joints in space."""
+"""Number of independent joints of a spatial chain."""
 NUM_PLANAR_JOINTS = 2
-"""Number of joints in the plane."""
+"""Number of joints of a planar chain."""
 MAX_LINKS = 6
 """Largest number of joints of a chain, including coupled joints."""
 
@@ -118,7 +118,7 @@ class ChainJoint:
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
 class PlanarJoint:
-    """A joint of a chain in the plane, about z or along an axis, and the link behind it."""
+    """A joint of a planar chain, about z or along an axis, and the link behind it."""
 
     kind: JointKind = "revolute"
     place: Annotated[
@@ -164,7 +164,7 @@ class PlanarJoint:
 
 
 class Chain(NamedTuple):
-    """A chain in space, of a spatial finger or of a planar one in the x-y plane.
+    """A chain of a spatial finger, or of a planar finger in the x-y plane of space.
 
     Attributes:
         base: Position of its base [m].

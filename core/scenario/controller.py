@@ -83,8 +83,8 @@ Latency = Annotated[
 Prediction = Annotated[
     bool,
     Quantity(
-        "Whether the law computes its command for the state that its model predicts at the time "
-        "at which the torque acts (after the latency) instead of for the measured state.",
+        "Whether the law computes its command for the state that its model predicts for the time "
+        "at which the torque acts (after the latency), instead of for the measured state.",
         changeable=True,
         used_by=tuple(law.kind for law in _LAWS),
     ),
@@ -107,7 +107,7 @@ LinkLengthRatio = Annotated[
     Le(2.0),
     Quantity(
         "Ratio of the link lengths that the law assumes to the true ones; 1: no model error. "
-        "Joint angles are measured, Jacobians follow from the assumed lengths.",
+        "Joint angles are measured; Jacobians follow from the assumed lengths.",
         "1",
         typical=(0.8, 1.2),
         changeable=True,
@@ -136,7 +136,7 @@ PlanarSlipPositionGain = Annotated[
     Gain | tuple[Gain, ...],
     Quantity(
         "K_p of the slips, K_p2 of the appendix: pulls a slipping contact back to its initial "
-        "position, one number or one per contact; 0: only damps its velocity.",
+        "position, one number or one per contact; 0: only its velocity is damped.",
         "1/s²",
         typical=(0.0, 400.0),
         changeable=True,
@@ -146,7 +146,7 @@ SpatialSlipPositionGain = Annotated[
     Gain | tuple[Gain, ...],
     Quantity(
         "K_p of the slips, K_p2 of the appendix: pulls a slipping contact back to its initial "
-        "position, one number or two per contact; 0: only damps its velocity.",
+        "position, one number or two per contact; 0: only its velocity is damped.",
         "1/s²",
         typical=(0.0, 400.0),
         changeable=True,
@@ -306,7 +306,7 @@ JawDamping = Annotated[
     Ge(0.0),
     Le(1e5),
     Quantity(
-        "damping of a jaw's position.",
+        "damping of the motions that jaw_stiffness resists.",
         "N s/m",
         typical=(10.0, 300.0),
         changeable=True,
@@ -380,7 +380,7 @@ ForceNoise = Annotated[
     Ge(1e-9),
     Le(100.0),
     Quantity(
-        "assumed standard deviation of the force errors.",
+        "assumed standard deviation of the errors of contact forces.",
         "N",
         typical=(0.01, 1.0),
         changeable=True,
@@ -392,8 +392,8 @@ VelocityNoise = Annotated[
     Ge(0.0),
     Le(10.0),
     Quantity(
-        "assumed standard deviation of the noise of measured velocities (of angles in rad/s); a "
-        "value twice too high costs little, a value twice too low can lose the object.",
+        "assumed standard deviation of the noise of measured velocities (of angles in rad/s); "
+        "twice the true value costs little, half of it can lose the object.",
         "m/s",
         typical=(0.0, 0.01),
         changeable=True,

@@ -15,7 +15,7 @@ LAW_NAME = r"^[a-z][a-z0-9_-]{0,59}$"
 PARAMETER_NAME = r"^[a-z][a-z0-9_]{0,39}$"
 
 INTERFACE_VERSION = 3
-"""Names of inputs and outputs of a law (docs/laws.md)."""
+"""Version of the inputs and outputs of a law (docs/laws.md)."""
 
 OUTSIDE = "outside"
 """Name of the law of a run whose torques are set externally (`Simulation.ticks`)."""

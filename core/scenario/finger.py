@@ -120,8 +120,8 @@ class FingerParameters:
     base: Annotated[
         tuple[Coordinate, Coordinate],
         Quantity(
-            "Position (x, y) of the first joint (for slides: their origin; for a chain: the frame "
-            "of its base).",
+            "Position (x, y) of the first joint (for slides: of their origin; for a chain: of the "
+            "frame of its base).",
             "m",
         ),
     ]

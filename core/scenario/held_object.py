@@ -92,7 +92,7 @@ class ObjectParameters:
 
     @property
     def half_height(self) -> float:
-        """Thickness of the object perpendicular to its plane, which is unlimited [m]."""
+        """Half the thickness of the object perpendicular to its plane: infinite [m]."""
         return math.inf
 
     @property

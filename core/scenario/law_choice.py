@@ -149,7 +149,7 @@ def describe_settings(changes: Sequence[SettingChange]) -> str:
 
 
 def _apart_from_laws(scenario: Scenario) -> Iterator[Change]:
-    """The timed changes without those of the law and of settings at the same times."""
+    """The timed changes without those of the law and of its settings at the same times."""
     times = {change.time for change in scenario.changes if change.parameter == LAW}
     own = {LAW, *law_keys(scenario)}
     for change in scenario.changes:

@@ -48,7 +48,7 @@ class LawReference:
 
     Attributes:
         identity: Required name, version and digest.
-        origin: Origin of the law.
+        origin: Where to find the law.
         source: Text of its file; None for an installed package.
     """
 

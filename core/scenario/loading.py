@@ -212,7 +212,7 @@ def parameter_definitions(scenario: Scenario | None = None) -> dict[str, Paramet
 
 @lru_cache(maxsize=16)
 def _described(scenario: Scenario) -> dict[str, Parameter]:
-    """Cached, because it takes milliseconds and a page needs it often."""
+    """The parameters of a scenario, cached because a page needs them often."""
     return describe(scenario)
 
 

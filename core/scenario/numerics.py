@@ -16,9 +16,7 @@ MAX_CHATTER_CHANGES = 10_000
 
 
 Duration = Annotated[float, Ge(1e-3), Le(600.0), Quantity("Simulated time.", "s")]
-OutputRate = Annotated[
-    float, Ge(1.0), Le(1e4), Quantity("Rate at which the trace is stored.", "Hz")
-]
+OutputRate = Annotated[float, Ge(1.0), Le(1e4), Quantity("Rate of the samples in the trace.", "Hz")]
 PlanarGravity = Annotated[
     float, Ge(0.0), Le(100.0), Quantity("Gravitational acceleration along -y.", "m/s²")
 ]
@@ -54,7 +52,9 @@ ChatterWindow = Annotated[
     float,
     Ge(1e-6),
     Le(10.0),
-    Quantity("Length of the chatter window; at most one period of sampled control.", "s"),
+    Quantity(
+        "Length of the chatter window; under sampled control at most one control period.", "s"
+    ),
 ]
 FrictionKind = Annotated[
     Literal["cone", "pyramid"],

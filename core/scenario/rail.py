@@ -193,8 +193,8 @@ class RailController:
         Quantity(
             "Control law. theorem-3 (adaptive-mass): computed torque; the tracking error adapts "
             "the estimated mass while the fingertip sticks and the object slides. "
-            "certainty-equivalence: the same with the initial estimate. pd-gravity: feedback, a "
-            "constant normal force, and compensation of the links.",
+            "certainty-equivalence: the same without adaptation. pd-gravity: feedback, a constant "
+            "normal force, and compensation of the links' weight.",
             changeable=True,
         ),
     ] = "certainty-equivalence"

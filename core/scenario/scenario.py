@@ -101,7 +101,7 @@ def without_events(scenario: AnyScenario) -> AnyScenario:
 
 
 def space_of(mapping: Mapping[str, object]) -> Space:
-    """The kind of scenario in plain values: a support, a rail, or a hand in plane or space."""
+    """The kind of scenario in plain values: a support, a rail, or a planar or spatial hand."""
     if "support" in mapping:
         return SUPPORT
     if "rail" in mapping:

@@ -157,7 +157,7 @@ class SpatialObject:
 
     @property
     def half_height(self) -> float:
-        """Height along the z axis [m]."""
+        """Half the height along the z axis [m]."""
         return self.radius if self.shape == "sphere" else 0.5 * self.height
 
     @property
@@ -213,8 +213,8 @@ class SpatialFinger:
     base: Annotated[
         tuple[Coordinate, Coordinate, Coordinate],
         Quantity(
-            "Position (x, y, z) of the first joint (for slides: their origin; for a chain: the "
-            "frame of its base).",
+            "Position (x, y, z) of the first joint (for slides: of their origin; for a chain: of "
+            "the frame of its base).",
             "m",
         ),
     ]
@@ -282,7 +282,7 @@ class SpatialSetPoint:
         tuple[Coordinate, Coordinate, Coordinate, Angle, Angle, Angle],
         Quantity(
             "Absolute position (x, y, z) at the end of the motion, and rotation vector from the "
-            "initial to the final attitude.",
+            "attitude of trajectory.start to the attitude there.",
             "m, m, m, rad, rad, rad",
         ),
     ]

@@ -201,13 +201,13 @@ class SupportSimulation:
 
 
 class WithoutHand:
-    """What a scenario without a hand lacks."""
+    """Properties of a hand, with their values in a scenario without one."""
 
     __slots__ = ()
 
     @property
     def patches(self) -> tuple[Patch, ...]:
-        """Friction is even."""
+        """Patches; there are none."""
         return ()
 
     @property

@@ -17,7 +17,7 @@ from slipgrasp.core.scenario.scenario import FreeScenario
 def check_changes(
     scenario: Scenario, apply: Callable[[Scenario, Mapping[str, object]], Scenario]
 ) -> None:
-    """Each timed change must name a changeable parameter and give it an allowed value.
+    """Checks that each timed change names a changeable parameter and gives it an allowed value.
 
     Args:
         scenario: The scenario.

@@ -126,7 +126,7 @@ class SensingParameters:
         Ge(0.0),
         Le(1.0),
         Quantity(
-            "Time constant of the filter of the differences.",
+            "Time constant of the low-pass filter of the differences and of the torques.",
             "s",
             typical=(0.001, 0.02),
             changeable=True,
@@ -165,7 +165,8 @@ class SensingParameters:
         Ge(0.0),
         Le(1.0),
         Quantity(
-            "Duration of slip (or of sticking) until it is detected, if the detector is threshold.",
+            "threshold: duration of slip (or of sticking) until it is detected; cumulative-sum: "
+            "a quantity from which its limit follows.",
             "s",
             typical=(0.0, 0.02),
             changeable=True,

@@ -77,7 +77,7 @@ class _Ending:
     Attributes:
         outcome: Its outcome.
         code: Code of its reason.
-        explain: Description: a sentence with placeholders (`_blanks`), or a function if the text
+        explain: Description: a sentence with placeholders (`end_blanks`), or a function if the text
             depends on more.
         hint: Returns the suggestion.
         of_one_contact: Whether a single contact or finger is responsible.
@@ -171,7 +171,7 @@ def hint_for(reason: Reason, start: HandScenario, present: HandScenario, last: T
     """The hint for a reason, with its options; only its text if the reason has an unknown code.
 
     Args:
-        reason: Reason of an early end.
+        reason: Reason for an early end.
         start: Initial parameters.
         present: Final parameters.
         last: Last row of the trace; empty if a run ended before its first one.
@@ -187,7 +187,7 @@ def describe_circumstances(
     """Further causes of an ending that the controller could not prevent, as clauses.
 
     Args:
-        reason: Reason of an early end; its message in a recording does not change.
+        reason: Reason for an early end; its message in a recording does not change.
         start: Initial parameters.
         present: Final parameters.
         last: Last row of the trace; empty if a run ended before its first one.
@@ -285,7 +285,7 @@ def _explain_left_edge(end: _End, scenario: SpatialScenario) -> _Finding:
     face, shape = scenario.fingers[end.contact].face, scenario.object.shape
     where = f"edge {number} of {face}"
     if shape == "sphere":
-        where = "the sphere, nearly to the point opposite of where it began"
+        where = "the sphere, nearly to the point opposite its start"
     elif shape == "cylinder":
         where = "the end of the cylinder" if face.startswith("side") else f"the rim of {face}"
     return _Finding(f"the {end.finger_name} fingertip slid over {where}", distance, 0.0)
@@ -368,7 +368,7 @@ def _explain_turn(end: _End) -> _Finding:
 def _explain_stiffness(end: _End) -> _Finding:
     condition = float(end.last.estimated_inertia_condition[0])
     message = (
-        "the closed loop is too stiff: its average step became shorter than 1 microsecond, "
+        "the closed loop is too stiff: its average step became too short, "
         "while the controller's estimate of the reduced inertia has the condition "
         f"number {condition:.2g},"
     )

@@ -138,7 +138,7 @@ class ResultTable:
         if outcome is not None:
             known = tuple(Outcome)
             if outcome not in known:
-                raise QueryError(outcome, f"'{outcome[:80]}' is no outcome", known)
+                raise QueryError(outcome, f"'{outcome[:80]}' is not an outcome", known)
             words = self._stores["outcome"].take(range(count))
             chosen = np.array([i for i in range(count) if words[i] == outcome], dtype=np.intp)
         if held is not None:
@@ -160,7 +160,7 @@ class ResultTable:
         for column in self.columns:
             if column.name == name:
                 return column
-        raise QueryError(name, f"'{name[:80]}' is no column of the results", self.column_names)
+        raise QueryError(name, f"'{name[:80]}' is not a column of the results", self.column_names)
 
     def numbers(self, name: str, count: int | None = None) -> NDArray[np.float64]:
         """A column as numbers, NaN for others, shape ``(rows,)``; read-only.

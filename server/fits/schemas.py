@@ -157,7 +157,7 @@ class FitPublic(BaseModel):
     stage: str = Field(description="current stage; empty unless the fit runs")
     share: float = Field(description="completed fraction of the stage, 0 to 1")
     evaluations: int = Field(description="number of different runs so far, without those of twins")
-    message: str = Field(description="reason of a failure; otherwise empty")
+    message: str = Field(description="reason for a failure; otherwise empty")
     links: dict[str, str]
 
     @classmethod

@@ -128,7 +128,7 @@ def _authorities(names: Sequence[str], port: int) -> tuple[str, ...]:
 
 
 def is_foreign(sites: Sequence[str]) -> bool:
-    """Whether ``Sec-Fetch-Site`` names another page; old browsers and programs do not send it.
+    """Whether ``Sec-Fetch-Site`` names another site; old browsers and programs do not send it.
 
     Args:
         sites: Values of all such headers.

@@ -117,7 +117,7 @@ class FileCache:
         return Path(self._folder.name)
 
     def _keep(self, tag: str, path: Path, size: int) -> None:
-        """Two requests may have created the same file; the later one is kept."""
+        """Adds a file; if two requests created the same one, the later one is kept."""
         self._drop(tag)
         self._files[tag] = path, size
         while self._is_too_large():

@@ -36,7 +36,7 @@ async def stream_events(
     stopping: asyncio.Event,
     slots: EventSlots,
 ) -> Response:
-    """The events of a job as an answer.
+    """The events of a job as a response.
 
     Args:
         look: Returns the progress of the job.

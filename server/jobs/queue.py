@@ -79,7 +79,7 @@ class JobQueue:
             self._end(job)
 
     def forget(self, job_id: str) -> None:
-        """Removes a failed study that is deleted."""
+        """Removes a failed job that is deleted."""
         with self._lock:
             self._jobs.pop(job_id, None)
 

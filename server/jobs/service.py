@@ -286,8 +286,8 @@ class JobService(ABC, Generic[StoredT, StatusT]):
                 try:
                     live = self._continued(stored)
                 except RecordingError as error:
-                    _logger.error("%s %s cannot go on: %s", self.noun, stored.id, error)
-                    self._broken[stored.id] = f"it cannot go on: {error}"
+                    _logger.error("%s %s cannot continue: %s", self.noun, stored.id, error)
+                    self._broken[stored.id] = f"it cannot continue: {error}"
                 else:
                     self._queue.add(live)
         finally:

@@ -129,7 +129,7 @@ async def stream_fit_events(
 
 @router.post("/{fit_id}/cancel", status_code=202, responses=ProblemPublic.responses((404,)))
 def cancel_fit(fit_id: str, service: FitServiceDep) -> FitPublic:
-    """Stop a fit soon; it has no report. An ended fit is not changed."""
+    """Stop a fit, which then has no report. An ended fit is not changed."""
     return FitPublic.from_status(service.cancel(fit_id))
 
 

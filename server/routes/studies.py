@@ -45,7 +45,7 @@ async def create_study(
     response: Response,
     idempotency_key: IdempotencyKey = "",
 ) -> StudyPublic:
-    """Create a study: the server checks every run, and simulates them in turn."""
+    """Create a study: the server checks all of its runs, and queues it."""
 
     def create() -> StudyPublic:
         make_study = partial(read_study, body, settings.max_study_runs)

@@ -103,7 +103,7 @@ class PhaseChangePublic(PhaseChangeDocument):
 
 
 class ReasonPublic(BaseModel):
-    """Reason of an early end."""
+    """Reason for an early end."""
 
     code: str
     message: str

@@ -124,7 +124,7 @@ class RunService:
 
     @property
     def kernel_is_ready(self) -> bool:
-        """Whether the kernel is loaded; the first compilation takes some seconds."""
+        """Whether the kernel is loaded; compiling it for the first time can take minutes."""
         return self._kernel_ready.is_set()
 
     @property

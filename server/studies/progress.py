@@ -31,7 +31,7 @@ class StudyStatus:
         rate: Recent number of runs per second; None unless it is running [1/s].
         time_left: Estimated remaining time; None if unknown [s].
         estimate: Its estimated cost; None once it has ended.
-        message: Reason of an early end; empty otherwise.
+        message: Reason for an early end; empty otherwise.
         warnings: Warnings at its creation.
     """
 

@@ -19,7 +19,7 @@ from slipgrasp.server.exceptions import ResultNotFoundError, ServiceBusyError, S
 
 MAX_AT_ONCE = 2
 WALL_LIMIT = 120.0
-"""Limit of computing time of one run [s], longer than in a study, for slower machines."""
+"""Limit of elapsed time of one run [s], longer than in a study, for slower machines."""
 
 
 class StudyRecorder:

@@ -89,7 +89,7 @@ class StudyEstimatePublic(BaseModel):
     model_config = ConfigDict(from_attributes=True)
 
     runs: int = Field(description="number of runs")
-    seconds: float = Field(description="computing time with all workers [s]")
+    seconds: float = Field(description="elapsed time with all workers [s]")
     bytes: int = Field(description="largest size on disk")
     warnings: list[str] = Field(default=[], description="possible obstacles")
 
@@ -116,7 +116,7 @@ class StudyPublic(BaseModel):
     rate: float | None = Field(description="recently finished runs per second; null while it waits")
     time_left: float | None = Field(description="remaining time, if known [s]")
     estimate: StudyEstimatePublic | None = Field(description="null once it has ended")
-    message: str = Field(description="reason of a failure or cancellation; otherwise empty")
+    message: str = Field(description="reason for a failure or cancellation; otherwise empty")
     warnings: list[str]
     links: dict[str, str]
 
@@ -280,7 +280,7 @@ class StudyComparisonPublic(BaseModel):
 
     @classmethod
     def from_comparison(cls, comparison: CombinationComparison | None) -> Self:
-        """Converts the comparison to the response; None if nothing is crossed."""
+        """Converts the comparison to the response; empty if nothing is crossed."""
         if comparison is None:
             return cls(keys=[], combinations=[], pairs=[])
         return cls.model_validate(comparison)

@@ -21,8 +21,9 @@ _SIGNALS = "signals"
 DESCRIPTION = (
     "Draw the schematic of a scenario (the paper's Fig. 4), and the tracking errors and slips, the "
     "estimates, and the joint torques and contact forces of its run (Fig. 5-7 for case I, 8-10 for "
-    "case II). Shading shows the phases of the contacts. For a spatial hand, the slips in the "
-    "planes of the faces replace the schematic."
+    "case II). Coloured lanes show the phases of the contacts. For a spatial hand, the slips in "
+    "the planes of the faces replace the schematic. Runs of theorem-3 and theorem-4 with constant "
+    "parameters also get a figure of the assumptions of the theorems."
 )
 EPILOG = (
     "The command replaces its earlier figures; it replaces other files only with --force. A run "

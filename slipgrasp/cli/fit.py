@@ -30,12 +30,13 @@ if TYPE_CHECKING:
 DESCRIPTION = (
     "Find parameters of a scenario from a recording or a table of measured data (docs/fit.md). "
     "Searches start from many points; a profile of each parameter gives its 95 % interval, or "
-    "shows that the data do not bound it. Every run is stored as a run of a study, and a report is "
-    "written to the same folder as JSON and HTML. The same command continues an interrupted fit."
+    "shows that the data do not bound it. The runs, except those of twins, are stored as a study; "
+    "a report is written to the same folder as JSON and HTML. The same command continues an "
+    "interrupted fit."
 )
 EPILOG = (
-    "exit status: 0 fitted, 1 fitted, but the residuals are larger than the noise, 2 bad input, "
-    "4 interrupted, or disk failure (repeat the command to continue)"
+    "exit status: 0 fitted, 1 fitted with residuals larger than the noise, 2 bad input, "
+    "4 interrupted or disk failure (repeat the command to continue)"
 )
 
 
@@ -91,7 +92,7 @@ def _add_search(parser: argparse.ArgumentParser) -> None:
         "--nuisance",
         metavar="delay,force_bias",
         default="",
-        help="errors of the measurement to estimate with the parameters",
+        help="measurement errors to estimate as well: a delay, a constant error of each force",
     )
     parser.add_argument(
         "--held-out",
@@ -109,7 +110,11 @@ def _add_search(parser: argparse.ArgumentParser) -> None:
         "repeated",
     )
     parser.add_argument(
-        "--starts", metavar="N", type=int, default=20, help="number of starts (default: 20)"
+        "--starts",
+        metavar="N",
+        type=int,
+        default=20,
+        help="number of points from which the search starts (default: 20)",
     )
     parser.add_argument(
         "--twins",

@@ -90,8 +90,9 @@ def _add_options(command: argparse.ArgumentParser) -> None:
         metavar=_COUPLING,
         action="append",
         default=[],
-        help="a joint that follows another one: its position is RATIO times that of LEADER, "
-        "plus OFFSET; like mimic joints of a URDF file and joint equalities of an MJCF file",
+        help="let a joint follow another one, as mimic joints of a URDF file and joint equalities "
+        "of an MJCF file do: its position is RATIO times that of LEADER, plus OFFSET; may be "
+        "repeated",
     )
     command.add_argument(
         "--packages",
@@ -100,7 +101,7 @@ def _add_options(command: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         help="folder of the packages that the URDF file names with package://, in addition to all "
-        "folders that contain it; may be repeated",
+        "folders above that file; may be repeated",
     )
 
 

@@ -41,9 +41,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         arguments: Arguments after the program's name; those of this process if None.
 
     Returns:
-        The exit status: 0 completed, 1 two runs differ or there is no
-        margin, 2 bad input, 3 ended early by physics,
-        4 any other early end.
+        The exit status: 0 completed, 1 different, no margin, or residuals larger than the noise,
+        2 bad input, 3 ended early by physics, 4 any other early end.
     """
     _replace_what_the_terminal_cannot_show()
     try:

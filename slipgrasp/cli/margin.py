@@ -22,12 +22,12 @@ if TYPE_CHECKING:
 
 DESCRIPTION = (
     "Find the boundary of the range of a parameter over which the grasp holds the object. The "
-    "command simulates both ends of the range and values between them, then bisects, and stores "
+    "command simulates the values --from and --to and some between them, then bisects, and stores "
     "the recordings of the runs on both sides of the boundary."
 )
 EPILOG = (
     "exit status: 0 found, 1 held at both ends or at neither (nothing saved), 2 bad input, "
-    "4 interrupted, or disk failure"
+    "4 interrupted or disk failure"
 )
 HELD, LOST = "held.mcap", "lost.mcap"
 _VISIBLE_TURN = 0.5  # [°]
@@ -72,7 +72,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         metavar="METRES",
         type=_number,
         default=math.inf,
-        help="slip on any fingertip above which the object counts as not held, such as 0.001 "
+        help="slip of any fingertip above which the object counts as not held, such as 0.001 "
         "(default: any slip that ends is allowed); rotation of the object is not limited",
     )
     parser.add_argument(

@@ -1,4 +1,4 @@
-"""``slipgrasp page``: one HTML file that simulates a scenario in a browser, without a network."""
+"""``slipgrasp page``: a live page, which simulates a scenario in a browser without a network."""
 
 from __future__ import annotations
 
@@ -21,13 +21,14 @@ if TYPE_CHECKING:
 RECORDING_SUFFIX = ".mcap"
 WHY = "why"
 DESCRIPTION = (
-    "Write one HTML file that simulates a scenario in the browser: it needs no server, no "
-    "network and no installation, and shows the SHA-256 of its run, which 'slipgrasp run --json' "
-    "prints too. SCENARIO may also be a recording (FILE.mcap), whose scenario is simulated again, "
-    "or 'why': the page 'Why does my object slip?', which asks for five numbers of a gripper."
+    "Write a live page: one HTML file that simulates a scenario in a browser. It needs no server, "
+    "no network and no installation, and shows the SHA-256 of its run, which 'slipgrasp run "
+    "--json' prints too. SCENARIO can also be a recording (FILE.mcap), whose scenario is simulated "
+    "again, or 'why': the page 'Why does my object slip?', which asks for five numbers of a "
+    "gripper."
 )
 EPILOG = (
-    "The first use compiles the kernel to WebAssembly, which takes a minute and needs "
+    "The first use compiles the kernel to WebAssembly, which takes a minute or two and needs "
     "pip install 'slipgrasp[wasm]'. Exit status: 0 written, 2 bad input."
 )
 
@@ -36,7 +37,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     """Adds the command to the parser."""
     parser = commands.add_parser(
         "page",
-        help="write one HTML file that simulates a scenario in a browser",
+        help="write a live page: one HTML file that simulates a scenario",
         description=DESCRIPTION,
         epilog=EPILOG,
         add_help=False,

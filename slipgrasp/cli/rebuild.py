@@ -19,7 +19,7 @@ DESCRIPTION = (
     "Simulate one run of a study again, check it against the hash in the study, and store it as a "
     "recording."
 )
-EPILOG = "exit status: 0 equal, and stored, 1 different from the study (nothing saved), 2 bad input"
+EPILOG = "exit status: 0 equal (stored), 1 different from the study (nothing saved), 2 bad input"
 
 
 def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:

@@ -9,8 +9,8 @@ from slipgrasp.cli.progress import Progress
 from slipgrasp.cli.status import ExitStatus
 
 DESCRIPTION = (
-    "Copy the content of a damaged or unfinished recording, up to its first missing or damaged "
-    "byte, to a complete recording with the outcome 'recovered'. The original is not changed."
+    "Write the intact beginning of a damaged or unfinished recording as a complete recording. Its "
+    "outcome is 'recovered', unless only the index was missing. The original is not changed."
 )
 EPILOG = "exit status: 0 recovered, 2 nothing to recover"
 

@@ -27,14 +27,14 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         "replay",
         help="open a recording in the dashboard",
         description="Open a recording in the dashboard, and serve it until interrupted, by "
-        "default only to this machine. Nothing is simulated until a control is moved. The first "
+        "default only on this machine. Nothing is simulated until a control is moved. The first "
         "line of standard output is the URL.",
     )
     parser.add_argument(
         "recording",
         metavar="FILE.mcap|ID",
         help="the recording, or the id of a stored run; a file that is still being written is "
-        "shown up to its last sample",
+        "shown up to its last complete chunk",
     )
     add_port(parser, default=0)
     add_network(parser)

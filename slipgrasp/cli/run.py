@@ -48,12 +48,17 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         add_help=False,
     )
     add_scenario(parser)
-    parser.add_argument("--output", metavar="FILE.mcap", type=Path, help="file to write")
+    parser.add_argument(
+        "--output",
+        metavar="FILE.mcap",
+        type=Path,
+        help="file to write (default: a new run in the data folder)",
+    )
     parser.add_argument(
         "--page",
         metavar="FILE.html",
         type=Path,
-        help="also write an HTML file that simulates the scenario in a browser ('slipgrasp page')",
+        help="also write a live page of the scenario ('slipgrasp page')",
     )
     parser.add_argument("--force", action="store_true", help="replace existing files")
     parser.add_argument(

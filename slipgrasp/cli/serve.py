@@ -35,7 +35,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         "serve",
         help="serve the dashboard",
         description="Serve the dashboard at / and the REST interface at /api/v1 until "
-        "interrupted, by default only to this machine. The first line of standard output is the "
+        "interrupted, by default only on this machine. The first line of standard output is the "
         "URL.",
     )
     add_port(parser)
@@ -58,15 +58,14 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         metavar="NAME|FILE.py:Name",
         action="append",
         default=[],
-        help="custom law to offer to clients, which can choose no custom laws that are not "
-        "offered; may be repeated",
+        help="custom law that clients can choose in addition to the built-in laws; may be repeated",
     )
     parser.add_argument(
         "--hand",
         metavar="FILE.toml",
         type=Path,
-        help="file written by 'slipgrasp hands import', or a scenario file that names it: its "
-        "fingers are drawn with the meshes beside it; a scenario is opened first",
+        help="file written by 'slipgrasp hands import', whose fingers are drawn with the meshes "
+        "beside it, or a scenario file that names it, with which the dashboard starts",
     )
     parser.set_defaults(execute=_execute)
 

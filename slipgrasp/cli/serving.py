@@ -53,7 +53,8 @@ def add_network(parser: argparse.ArgumentParser) -> None:
         metavar="ADDRESS",
         default=HOST,
         help="address to listen on; for all but 127.0.0.1, ::1 and localhost, all users need the "
-        f"token in the printed link, or in SLIPGRASP_TOKEN (default: {HOST})",
+        "token in the printed link, or in SLIPGRASP_TOKEN; 0.0.0.0 and :: also need --public-url "
+        f"(default: {HOST})",
     )
     parser.add_argument(
         "--public-url",
@@ -122,7 +123,7 @@ def add_metrics(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--metrics",
         action="store_true",
-        help="serve metrics for Prometheus at /metrics; needs slipgrasp[metrics]",
+        help="serve metrics for Prometheus at /metrics; needs pip install 'slipgrasp[metrics]'",
     )
 
 

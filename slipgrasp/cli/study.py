@@ -30,7 +30,7 @@ DESCRIPTION = (
     "where the object is held. The same command continues an interrupted study."
 )
 EPILOG = (
-    "exit status: 0 every run has an outcome, 2 bad input, 4 interrupted, or disk failure "
+    "exit status: 0 every run has an outcome, 2 bad input, 4 interrupted or disk failure "
     "(finished runs are stored)"
 )
 
@@ -62,7 +62,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         "--workers",
         metavar="N",
         type=_workers,
-        help="number of processes (default: one per processor)",
+        help="number of processes of the executors processes and dask (default: one per processor)",
     )
     parser.add_argument(
         "--estimate",

@@ -24,7 +24,10 @@ DESCRIPTION = (
     "are used, so that the law is not needed. A run that was stopped early is compared up to its "
     "last sample."
 )
-EPILOG = "exit status: 0 equal, or nothing to verify, 1 different, 2 cannot be read or simulated"
+EPILOG = (
+    "exit status: 0 equal, or nothing to verify, 1 different or altered, 2 cannot be read or "
+    "simulated"
+)
 
 
 def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:

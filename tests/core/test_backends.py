@@ -9,8 +9,8 @@ import pytest
 
 from benchmarks.portable_runs import run_hash
 from slipgrasp.core.kernel.compilation.compiler import entered_by
-from slipgrasp.core.kernel.compilation.foreign import Wasmtime
-from slipgrasp.core.kernel.compilation.webassembly import kept_file
+from slipgrasp.core.kernel.webassembly.build import kept_file
+from slipgrasp.core.kernel.webassembly.foreign import Wasmtime
 from slipgrasp.core.run.simulation import Simulation
 from slipgrasp.core.run.simulator import prepare_kernel, simulate
 from slipgrasp.core.scenario.loading import (
@@ -60,7 +60,7 @@ def test_runs_that_take_turns_keep_their_rows(wasmtime):
 
 
 SHOW_HASH = """
-from slipgrasp.core.kernel.compilation import foreign
+from slipgrasp.core.kernel.webassembly import foreign
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario
 calls = []

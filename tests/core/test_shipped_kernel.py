@@ -11,8 +11,8 @@ import pytest
 
 from slipgrasp.core.kernel.compilation.cache import code_path
 from slipgrasp.core.kernel.compilation.compiler import all_units, kept_code, prepare_units
-from slipgrasp.core.kernel.compilation.shipped import sources_digest
-from slipgrasp.core.kernel.compilation.webassembly import kept_file
+from slipgrasp.core.kernel.webassembly.build import kept_file
+from slipgrasp.core.kernel.webassembly.shipped import sources_digest
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario
 from tests.waiting import wait_until
@@ -23,7 +23,7 @@ LAW = Path(__file__).parents[2] / "examples" / "laws" / "pd_gravity.py"
 BEGIN = """
 import json, sys, time
 from pathlib import Path
-from slipgrasp.core.kernel.compilation import shipped
+from slipgrasp.core.kernel.webassembly import shipped
 shipped.FOLDER = Path(sys.argv[1])
 from slipgrasp.core.kernel.compilation.compiler import all_units, kept_code
 from slipgrasp.core.run.simulation import Simulation

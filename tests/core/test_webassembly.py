@@ -8,10 +8,10 @@ import pytest
 from benchmarks.engines import Chromium
 from benchmarks.portable_runs import run_hash
 from slipgrasp.core.kernel.compilation.compiler import entered_by
-from slipgrasp.core.kernel.compilation.foreign import Wasmtime
-from slipgrasp.core.kernel.compilation.webassembly import build
 from slipgrasp.core.kernel.planar.model import MODEL
 from slipgrasp.core.kernel.planar.packing import make_table
+from slipgrasp.core.kernel.webassembly.build import build
+from slipgrasp.core.kernel.webassembly.foreign import Wasmtime
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.scenario.table import TABLE, place_of

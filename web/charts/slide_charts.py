@@ -51,7 +51,7 @@ def slide_charts(result: RunResult) -> tuple[Chart, ...]:
         ),
         Chart(
             "moments",
-            "Friction moment |M| and its limit at the present friction force",
+            "Friction moment |M| and its limit at the current friction force",
             "mN m",
             "Friction force and moment share one limit, the ellipsoid limit surface of the "
             "contact; a contact without a radius has no friction moment.",
@@ -91,7 +91,7 @@ def motion_charts(result: RunResult) -> tuple[Chart, ...]:
             "turn-rate",
             "Angular velocity",
             "rad/s",
-            "Rate of the turn about the normal of the support.",
+            "Angular velocity about the normal of the support.",
             (Line("turn-rate", "ω", FINGERS[2], velocity[:, 2]),),
         ),
     )

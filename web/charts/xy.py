@@ -21,7 +21,7 @@ from slipgrasp.web.charts.chosen import choosable, chosen_charts
 Values = NDArray[np.float64]
 
 XY_TAB = "XY"
-_BEFORE = "A force outside is the one that stick would have needed just before a slip."
+_BEFORE = "A force outside is the force that stick would have needed just before a slip."
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -93,7 +93,7 @@ def _slide_speed(trace: Trace) -> XyChart:
             "xy-slip",
             "Sliding speed against distance slid",
             "mm/s",
-            "Under friction alone, the speed falls with the square root of the remaining way.",
+            "Under friction alone, the speed falls with the square root of the remaining distance.",
             (Line("speed", "body", FINGERS[0], speed),),
             least=LEAST_LENGTH,
         ),
@@ -167,7 +167,7 @@ def _friction_shares(trace: Trace, scenario: Scenario) -> XyChart:
             "xy-disc",
             f"Friction over μFₙ in its {scenario.friction_cone}, x upwards",
             "1",
-            "The friction on the object divided by its present limit, in the axes of slip. "
+            "The friction on the object divided by its current limit, in the axes of slip. "
             f"In stick it is inside the {where}. {_BEFORE}",
             tuple(_fingers(scenario.finger_names, share[:, :, 0])),
         ),

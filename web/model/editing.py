@@ -22,7 +22,7 @@ class Turn(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class History:
-    """Drafts before and after the present one; the oldest are forgotten.
+    """Drafts before and after the current one; the oldest are forgotten.
 
     Attributes:
         past: Earlier drafts, the latest last.
@@ -33,7 +33,7 @@ class History:
     future: tuple[Draft, ...] = ()
 
     def with_past(self, present: Draft) -> History:
-        """The history after a new draft follows the present one."""
+        """The history after a new draft follows the current one."""
         return History((*self.past, present)[-_REMEMBERED:])
 
     def undo(self, present: Draft) -> Turn | None:

@@ -135,7 +135,7 @@ def neighbouring_event_time(result: RunResult, time: float, direction: int) -> f
 
     Args:
         result: The run.
-        time: Present time [s].
+        time: Current time [s].
         direction: 1 or -1; after the last event the result is the end of the run, before the first
             event its start.
     """
@@ -153,7 +153,7 @@ def next_slip_time(result: RunResult, time: float) -> float | None:
 
     Args:
         result: The run.
-        time: Present time [s].
+        time: Current time [s].
     """
     times = [event.time for event in _phase_events(result) if event.kind is EventKind.SLIP]
     later = [each for each in times if each > time]
@@ -243,7 +243,7 @@ def _disturbances(result: RunResult) -> Iterator[RunEvent]:
 
 
 def _end_of(result: RunResult) -> RunEvent:
-    """The end of the run, with the reason of an early end."""
+    """The end of the run, with the reason for an early end."""
     if result.reason is not None:
         return RunEvent(result.end_time, EventKind.END, f"the run ends: {result.reason.message}")
     completed = result.outcome is Outcome.COMPLETED

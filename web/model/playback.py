@@ -148,7 +148,7 @@ def window_of(result: RunResult, choice: WindowChoice, present: TimeWindow) -> T
     Args:
         result: The run.
         choice: The choice.
-        present: The present time range; a close-up stays there as far as possible.
+        present: The current time range; a close-up stays there as far as possible.
     """
     whole = whole_window(result)
     if choice is WindowChoice.SLIP:

@@ -158,7 +158,7 @@ def _may_vary(parameter: Parameter) -> bool:
 
 
 def _is_left_out(parameter: Parameter) -> bool:
-    """Whether it is an optional number with a known default range."""
+    """Whether it is an omitted optional number with a typical range."""
     is_number = parameter.kind == "number" and parameter.typical is not None
     return is_number and parameter.value is None
 

@@ -218,7 +218,8 @@ class ViewState:
         run_list: The list of stored runs.
         comparing: The comparison of the run on the screen and the ghost.
         replay: The recording that was opened last, to which the user can return.
-        from_file: The scenario of the file that was opened last, without edits, likewise.
+        from_file: The scenario of the file that was opened last, without edits; the user can
+            return to it too.
         notice: A message across all panels; empty if there is none.
         charts: The user's settings of the charts.
         laws: Runs with every law, while their tab is visible.
@@ -234,7 +235,7 @@ class ViewState:
         fit: The fit on the screen.
         premises: The assumptions of the theorems for a run, once requested.
         tour: Index of the last stop of the tour; None outside the tour.
-        drag: The present drag of the object; None without one.
+        drag: The current drag of the object; None without one.
     """
 
     draft: Draft
@@ -274,7 +275,7 @@ class ViewState:
 
     @property
     def offers_premises(self) -> bool:
-        """Whether the theorems apply to the run on the screen, and were not requested yet."""
+        """Whether the theorems apply to the run on the screen, which is short enough and new."""
         if self.shown is None or not has_premises(self.shown.result.scenario):
             return False
         asked = self.premises is not None and self.premises.ticket == self.shown.ticket
@@ -308,7 +309,7 @@ def show(view: ViewState, shown: Shown, stage: RunStage, *, afresh: bool) -> Vie
     """Puts a run on the screen.
 
     Args:
-        view: The present screen.
+        view: The current screen.
         shown: The run.
         stage: The stage of its request.
         afresh: Whether it is unrelated to the previous run, so that the play head returns to the

@@ -139,7 +139,7 @@ def _hand_signs(scenario: Scenario) -> Iterator[tuple[str, str, str]]:
 
 
 def _disturbance_signs(scenario: Scenario) -> Iterator[tuple[str, str, str]]:
-    """Symbol, colour and name of a kind of event."""
+    """Symbol, colour and name of each kind of disturbance in a scenario."""
     if scenario.patches:
         yield "≈", _legible(WATER), "low-friction patch"
     if scenario.pulses:

@@ -48,7 +48,7 @@ _ACTING = "Act at the play head. Push: a short force on the object, initially 5 
 _POURING = "Pour: mass and inertia grow by half. Each can be edited below, and undone."
 _DISTURBING = (
     f"{_ACTING}. Wet patch: less friction from then on below the selected finger, or else below "
-    f"the one nearest to slip. {_POURING}"
+    f"the one nearest to slipping. {_POURING}"
 )
 _DISTURBING_SLIDES = f"{_ACTING} in the view from above. {_POURING}"
 _REACHES: dict[str, Reach] = {reach.value: reach for reach in Reach}

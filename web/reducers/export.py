@@ -44,7 +44,7 @@ class ExportReducer(Reducer):
         recordings: Memory for drawing runs.
         send: Accepts the answers of its thread.
         deliver: Sends a file to the user.
-        write_page: Writes a run as a page that simulates.
+        write_page: Writes a run as a live page.
     """
 
     takes: ClassVar[tuple[type[Intent], ...]] = (
@@ -151,7 +151,7 @@ class ExportReducer(Reducer):
 
 
 def _charts_file(view: ViewState, shown: Shown) -> bytes:
-    """Draws the present charts."""
+    """Draws the current charts."""
     # Deferred, because matplotlib takes a second to load and most sessions do not need it.
     from slipgrasp.web.charts.figure import ChartsHeading, charts_svg
 

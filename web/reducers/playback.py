@@ -109,7 +109,7 @@ def moved(playback: Playback, intent: Intent, result: RunResult) -> Playback:
     """The play head after an intent; the same object if the intent does not concern it.
 
     Args:
-        playback: The present play head.
+        playback: The current play head.
         intent: The intent; times and names come from a browser.
         result: The run on the screen.
     """
@@ -135,7 +135,7 @@ def choice_after(
     """The choice of the time range after an intent.
 
     Args:
-        choice: The present choice.
+        choice: The current choice.
         intent: The intent.
         before: The previous play head.
         after: The new play head.

@@ -126,7 +126,7 @@ class RecordingsReducer(Reducer):
         return max(self._interval - since, 0.0)
 
     def _changed(self, intent: Intent, run_list: RunList) -> RunList:
-        """The present list; a newer one is requested if necessary."""
+        """The current list; a newer one is requested if necessary."""
         match intent:
             case ListRecordings(page):
                 run_list = replace(run_list, page=page)
@@ -160,7 +160,7 @@ class RecordingsReducer(Reducer):
 
 
 def _listed(run_list: RunList, found: RecordingsListed) -> RunList:
-    """The present list; reports if the selected run was deleted."""
+    """The current list; reports if the selected run was deleted."""
     if run_list.chosen_id and run_list.chosen_id == found.chosen_id:
         is_gone = found.chosen is None
         notice = Notice("Gone", f"run {run_list.chosen_id} is no longer stored")

@@ -113,7 +113,7 @@ class RunReducer(Reducer):
         return _POLL_INTERVAL if busy else None
 
     def expects_answer(self, now: float) -> bool:
-        """Most runs take some milliseconds; a frame without the result would only delay it."""
+        """Whether a run was requested just now: a frame without its result would delay that."""
         return self._waiting_since is not None and now - self._waiting_since < _SHORT_RUN
 
     def _is_patient(self, now: float) -> bool:

@@ -163,7 +163,7 @@ class ContactView:
         self._open(states.friction[0, i], believed)
 
     def show_cone(self, visible: bool) -> None:
-        """Whether the friction cone is drawn."""
+        """Shows or hides the friction cone."""
         self._cone.visible = visible
 
     def _raised(self, points: NDArray[np.floating], depth: float = 0.0) -> NDArray[np.float32]:

@@ -79,7 +79,7 @@ class GhostView:
         self._follow_links.follow(points.reshape(self._count, -1, 3))
 
     def show(self, visible: bool) -> None:
-        """Whether it is drawn."""
+        """Shows or hides it."""
         self._root.visible = visible
 
     def remove(self) -> None:

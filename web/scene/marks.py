@@ -40,7 +40,7 @@ class Trail(NamedTuple):
     Attributes:
         path: For a spatial hand in order; for a planar one its ends and, between them, the initial
             contact point: shape ``(k, d - 1)``.
-        tip: Its present position, shape ``(d - 1,)``.
+        tip: Its current position, shape ``(d - 1,)``.
     """
 
     path: Points

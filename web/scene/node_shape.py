@@ -1,4 +1,4 @@
-"""What decides whether the nodes of a scenario can draw another one."""
+"""Properties that decide whether the nodes of one scenario can draw another."""
 
 from __future__ import annotations
 

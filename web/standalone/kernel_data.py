@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from slipgrasp.core.exceptions import SlipgraspError
 from slipgrasp.core.kernel.compilation.records import Record
-from slipgrasp.core.kernel.compilation.webassembly import ADVANCE, SPATIAL_ADVANCE, kept_file
 from slipgrasp.core.kernel.loop.status import REACHED
+from slipgrasp.core.kernel.webassembly.build import ADVANCE, SPATIAL_ADVANCE, kept_file
 from slipgrasp.core.run.engine import engine_of, make_engine
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.schedule import Schedule, Timetable

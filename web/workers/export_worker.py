@@ -48,7 +48,7 @@ class ExportWorker(Worker):
         self._thread.start()
 
     def close(self) -> None:
-        """Cancels the present export; this also sends a result."""
+        """Cancels the current export; this also sends a result."""
         self._cancelled.set()
 
     def join(self, timeout: float) -> None:

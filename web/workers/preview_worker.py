@@ -68,7 +68,7 @@ class PreviewWorker(Worker):
             self._wake.notify()
 
     def close(self) -> None:
-        """Cancels the present run; runs to be stored are still saved."""
+        """Cancels the current run; runs to be stored are still saved."""
         with self._wake:
             self._closed = True
             self._wake.notify()

@@ -68,7 +68,7 @@ class QueueWorker(Worker):
                 self._thread.start()
 
     def close(self) -> None:
-        """Ends the thread after the present and all mandatory tasks."""
+        """Ends the thread after the current and all mandatory tasks."""
         with self._wake:
             self._closed = True
             self._waiting = {key: w for key, w in self._waiting.items() if w.must}

@@ -1,1 +1,1 @@
-"""Compilation of the kernel: records, compiler, cache, fingerprints, WebAssembly."""
+"""Compilation of the kernel: records, compiler, cache, fingerprints."""

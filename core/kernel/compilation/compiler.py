@@ -9,7 +9,7 @@ the one or two units in which it is inlined, a change of a docstring recompiles 
 With the environment variable SLIPGRASP_KERNEL=python nothing is compiled: Python runs the kernel,
 thousands of times slower but with the same bits, for debuggers and coverage reports. With
 SLIPGRASP_KERNEL=webassembly wasmtime runs it. If an installation has the kernel as WebAssembly
-(`slipgrasp.core.kernel.compilation.shipped`), runs start on it while another process compiles.
+(`slipgrasp.core.kernel.webassembly.shipped`), runs start on it while another process compiles.
 """
 
 from __future__ import annotations

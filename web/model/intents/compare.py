@@ -16,7 +16,7 @@ class CompareRuns(LatestIntent):
     """Requests an overlay of two runs; their ids are not validated yet.
 
     Attributes:
-        a: Run to show; empty to keep the present one.
+        a: Run to show; empty to keep the current one.
         b: Ghost; empty for none.
     """
 
@@ -40,7 +40,7 @@ class RunsOpened(Intent):
 
     Attributes:
         number: Number of the request.
-        a: Run to show; None to keep the present one.
+        a: Run to show; None to keep the current one.
         b: The ghost.
     """
 

@@ -10,17 +10,17 @@ from slipgrasp.web.model.intents.intent import Intent, LatestIntent
 
 @dataclass(frozen=True, slots=True)
 class ExportPicture(Intent):
-    """Requests an image of the present scene."""
+    """Requests an image of the current scene."""
 
 
 @dataclass(frozen=True, slots=True)
 class ExportCharts(Intent):
-    """Requests a drawing of the present charts."""
+    """Requests a drawing of the current charts."""
 
 
 @dataclass(frozen=True, slots=True)
 class ExportClip(Intent):
-    """Requests an animation of the present time range at the present speed.
+    """Requests an animation of the current time range at the current speed.
 
     Attributes:
         name: Format of the file.
@@ -48,7 +48,7 @@ class ExportStill(Intent):
 
 @dataclass(frozen=True, slots=True)
 class ExportPage(Intent):
-    """Requests to export the displayed scenario as a page that simulates it."""
+    """Requests to export the displayed scenario as a live page."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -96,7 +96,7 @@ class RecordingsListed(Intent):
         runs: Runs of the page.
         recent: The newest runs, regardless of the filter.
         chosen_id: The selected run, empty for none.
-        chosen: Its present description; None if it was deleted.
+        chosen: Its current description; None if it was deleted.
         elapsed: Duration of the query [s].
     """
 
@@ -115,7 +115,7 @@ class RecordingChanged(Intent):
 
     Attributes:
         run_id: The run.
-        stored: Its present description; None if it was deleted.
+        stored: Its current description; None if it was deleted.
     """
 
     run_id: str

@@ -135,7 +135,7 @@ class StudyMoved(Intent):
         number: Number of the request to follow it.
         status: The study.
         behind: Number of studies before it.
-        picture: Its map; None if the present one is up to date.
+        picture: Its map; None if the current one is up to date.
         has_map: Whether it can have a map.
     """
 

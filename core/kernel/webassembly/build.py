@@ -1,11 +1,11 @@
 """The kernel as one WebAssembly file: the units' own LLVM IR, lowered to wasm32 and linked.
 
-    python -m slipgrasp.core.kernel.compilation.webassembly build/slipgrasp.wasm
+    python -m slipgrasp.core.kernel.webassembly.build build/slipgrasp.wasm
 
 The file imports nothing; docs/webassembly.md describes its exports and the layout of its memory,
 as does the file itself, as JSON in its section ``slipgrasp``. Linking needs the extra ``wasm``.
 With a folder instead of a file, the units of all hands are written for the folder of
-`slipgrasp.core.kernel.compilation.shipped`; with ``first`` or ``last`` they are only compiled into
+`slipgrasp.core.kernel.webassembly.shipped`; with ``first`` or ``last`` they are only compiled into
 the cache, from that end, for this processor and WebAssembly.
 """
 
@@ -27,13 +27,13 @@ from llvmlite import binding
 from slipgrasp.core.exceptions import SlipgraspError
 from slipgrasp.core.kernel.compilation.cache import code_path, read_code, write_code
 from slipgrasp.core.kernel.compilation.compiler import Unit, all_units, only_compile
-from slipgrasp.core.kernel.compilation.foreign import Wasmtime
-from slipgrasp.core.kernel.compilation.shipped import sources_digest
 from slipgrasp.core.kernel.loop.status import LEFT_FACE, REACHED, RUNNING
 from slipgrasp.core.kernel.planar import advance as _all_that_is_called  # noqa: F401
 from slipgrasp.core.kernel.planar.model import MODEL
 from slipgrasp.core.kernel.planar.packing import STRETCH
 from slipgrasp.core.kernel.planar.run import OUTLET, PROGRESS
+from slipgrasp.core.kernel.webassembly.foreign import Wasmtime
+from slipgrasp.core.kernel.webassembly.shipped import sources_digest
 from slipgrasp.core.scenario.table import TABLE, choice_fields, places
 from slipgrasp.core.trace.signals import SIGNALS
 

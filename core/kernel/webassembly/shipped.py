@@ -28,7 +28,7 @@ def shipped_file() -> Path | None:
 @cache
 def enter_shipped() -> Enter:
     """Returns the functions that execute units in this file."""
-    from slipgrasp.core.kernel.compilation.foreign import Wasmtime
+    from slipgrasp.core.kernel.webassembly.foreign import Wasmtime
 
     path = shipped_file()
     assert path is not None, "a file that was there at the start"

@@ -1,0 +1,1 @@
+"""The kernel as WebAssembly: building the file, running it, and the file in wheels."""
