@@ -141,13 +141,10 @@ class _Telling:
 
     def __init__(self, results: StudyResults, keys: tuple[str, ...], names: ParameterNames) -> None:
         self.names, self._space = names, results.study.base.space
-        count = results.num_rows
-        self._columns = [
-            (names.words(key), names.unit(key), results.values(key, 0, count)) for key in keys
-        ]
-        self._ends = results.numbers("end_time", count)
+        self._columns = [(names.words(key), names.unit(key), results.values(key)) for key in keys]
+        self._ends = results.numbers("end_time")
         paths = [f"slip_path_{finger}" for finger in range(len(results.study.base.fingers))]
-        self._slips = np.array([results.numbers(path, count) for path in paths]).max(axis=0)
+        self._slips = np.array([results.numbers(path) for path in paths]).max(axis=0)
 
     def line(self, index: int, way: int) -> str:
         """The description of a run with a given outcome."""
