@@ -137,7 +137,8 @@ class ColumnValues:
         if self._convert is not None:
             return self.numbers(len(self._values))
         values = [None if value is None else _sort_key(value) for value in self._values]
-        ranks = {key: rank for rank, key in enumerate(sorted({*values} - {None}))}
+        known = sorted({*filter(None, values)})
+        ranks: dict[Any, float] = {key: rank for rank, key in enumerate(known)}
         return np.array([ranks.get(key, math.nan) for key in values])
 
 
