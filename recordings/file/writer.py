@@ -11,7 +11,7 @@ from types import TracebackType
 from typing import BinaryIO, Self
 
 import numpy as np
-from mcap.records import Channel, Schema
+from mcap.records import Schema
 from numpy.typing import NDArray
 
 from slipgrasp.core.run.provenance import Provenance, present_provenance
@@ -288,16 +288,8 @@ class RecordingWriter:
     def _register(
         self, number: int, topic: str, name: str, schema: bytes, metadata: dict[str, str]
     ) -> None:
-        self._container.add_schema(Schema(id=number, name=name, encoding="protobuf", data=schema))
-        self._container.add_channel(
-            Channel(
-                id=number,
-                topic=topic,
-                message_encoding="protobuf",
-                schema_id=number,
-                metadata=metadata,
-            )
-        )
+        described = Schema(id=number, name=name, encoding="protobuf", data=schema)
+        self._container.add_topic(topic, described, metadata)
         self._channels[topic] = number
 
     def _write_chunk(self, rows: NDArray[np.float64]) -> None:

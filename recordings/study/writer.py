@@ -15,12 +15,11 @@ from contextlib import suppress
 from itertools import chain, islice
 from pathlib import Path
 from types import TracebackType
-from typing import BinaryIO, Self
+from typing import Self
 
 import numpy as np
 from mcap.opcode import Opcode
 
-from slipgrasp.core.file_lock import try_lock
 from slipgrasp.core.run.provenance import program_version
 from slipgrasp.core.study.definition import Study
 from slipgrasp.recordings.exceptions import (
@@ -28,7 +27,7 @@ from slipgrasp.recordings.exceptions import (
     RecordingExistsError,
     RecordingWriteError,
 )
-from slipgrasp.recordings.file.atomic_file import atomic_file, part_of, sync_folder
+from slipgrasp.recordings.file.atomic_file import atomic_file, open_locked, part_of, sync_folder
 from slipgrasp.recordings.file.container import MESSAGE_HEAD, ChannelBlock, McapContainer
 from slipgrasp.recordings.file.documents import STUDY_PROFILE
 from slipgrasp.recordings.study.documents import (
@@ -38,9 +37,8 @@ from slipgrasp.recordings.study.documents import (
     STUDY_START,
     STUDY_STOP,
     StudyEnd,
+    add_rows_topic,
     definition_document,
-    rows_channel,
-    rows_schema,
     start_document,
     stop_document,
 )
@@ -90,7 +88,7 @@ class StudyWriter:
         if not self._overwrite and self._path.exists():
             raise RecordingExistsError(self._path)
         try:
-            self._stream = _open_locked(self._part)
+            self._stream = open_locked(self._part, "another study is writing it")
             is_new = os.fstat(self._stream.fileno()).st_size == 0
             try:
                 self._begin()
@@ -209,8 +207,7 @@ class StudyWriter:
         self._container = McapContainer(self._stream, profile=STUDY_PROFILE, library=library)
         self._container.add_metadata(STUDY_START, start)
         self._container.add_attachment(DEFINITION, "application/json", definition)
-        self._container.add_schema(rows_schema())
-        self._container.add_channel(rows_channel())
+        add_rows_topic(self._container)
 
     def _add(self, payloads: Sequence[bytes]) -> None:
         self._is_regular &= self.num_rows % RUNS_PER_CHUNK == 0
@@ -236,16 +233,3 @@ class StudyWriter:
 
     def _failed(self, error: OSError) -> RecordingWriteError:
         return RecordingWriteError(self._path, error.strerror or type(error).__name__)
-
-
-def _open_locked(part: Path) -> BinaryIO:
-    flags = os.O_RDWR | os.O_CREAT | getattr(os, "O_BINARY", 0)
-    stream = os.fdopen(os.open(part, flags, 0o666), "r+b")
-    try:
-        if not try_lock(stream):
-            stream.close()
-            raise RecordingBusyError(part, "another study is writing it")
-    except OSError:
-        # Without locks in the file system, only one service per folder prevents conflicts.
-        pass
-    return stream
