@@ -16,8 +16,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from tempfile import TemporaryFile
 from threading import Lock
-from types import TracebackType
-from typing import Self
+from typing import Any, Self
 
 import platformdirs
 
@@ -374,13 +373,8 @@ class Upload:
         self._stream = self._stack.enter_context(file)
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        self._stack.__exit__(kind, error, traceback)
+    def __exit__(self, *error: Any) -> None:
+        self._stack.__exit__(*error)
 
     def write(self, piece: bytes) -> None:
         """Receives the next bytes.
