@@ -14,7 +14,7 @@ from slipgrasp.core.scenario.law_choice import with_law
 from slipgrasp.core.scenario.loading import scenario_from_mapping
 from slipgrasp.core.study.cost import StudyCost
 from slipgrasp.core.study.definition import KeptRecordings, Study
-from slipgrasp.core.study.loading import study_from_mapping
+from slipgrasp.core.study.loading import check_members, study_from_mapping
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.recordings.study.result_columns import ResultColumn
 from slipgrasp.recordings.study.results import StudyResults
@@ -223,19 +223,11 @@ def check_some_runs(study: Study) -> None:
     """Creates and validates the first runs of a study, and some of the others.
 
     Raises:
-        ScenarioError: With the index of the first wrong run.
+        ScenarioError: With the index of the first run of each kind of error.
     """
     step = max(1, 2 * study.num_runs // CHECKED_RUNS)
-    for index in (*range(min(CHECKED_RUNS // 2, study.num_runs)), *range(0, study.num_runs, step)):
-        try:
-            study.scenario_of(index)
-        except ScenarioError as error:
-            raise ScenarioError([_of_run(index, finding) for finding in error.errors]) from error
-
-
-def _of_run(index: int, finding: FieldError) -> FieldError:
-    field, message = f"runs.{index}.{finding.field}", f"run {index}: {finding.message}"
-    return replace(finding, field=field, message=message)
+    first = range(min(CHECKED_RUNS // 2, study.num_runs))
+    check_members(study, runs=(*first, *range(0, study.num_runs, step)))
 
 
 def _find_base(base: Any, kind: Any) -> Scenario:
