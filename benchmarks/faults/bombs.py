@@ -40,7 +40,7 @@ from slipgrasp.recordings.file.documents import (
     start_document,
     stop_document,
 )
-from slipgrasp.recordings.file.foxglove import FrameClock
+from slipgrasp.recordings.file.foxglove.layouts import FrameClock
 from slipgrasp.recordings.file.reader import read_recording, read_unfinished
 
 _READER = """

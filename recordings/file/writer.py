@@ -40,7 +40,7 @@ from slipgrasp.recordings.file.documents import (
     start_document,
     stop_document,
 )
-from slipgrasp.recordings.file.foxglove import (
+from slipgrasp.recordings.file.foxglove.layouts import (
     DISPLAY_RATE,
     DisplayLayout,
     FrameClock,

@@ -15,7 +15,6 @@ from slipgrasp.server.budget import MemoryBudget
 from slipgrasp.server.exceptions import InvalidRequestError, printable
 from slipgrasp.server.fits.need import check_values, need_of
 from slipgrasp.server.fits.progress import FitStatus, LiveFit
-from slipgrasp.server.jobs.job import Job
 from slipgrasp.server.jobs.queue import JobQueue
 from slipgrasp.server.jobs.service import JobService
 from slipgrasp.server.request_keys import UNKEYED, KeyedRequest
@@ -95,10 +94,6 @@ class FitService(JobService[StoredFit, FitStatus]):
 
     def _ended_status(self, stored: StoredFit, finding: str) -> FitStatus:
         return FitStatus.of(stored, finding)
-
-    def _live_status(self, live: Job) -> FitStatus:
-        assert isinstance(live, LiveFit)
-        return live.status()
 
     def _continued(self, stored: StoredFit) -> LiveFit:
         return LiveFit(stored, self.store, self._memory)

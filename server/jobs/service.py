@@ -9,7 +9,7 @@ import logging
 import threading
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from typing import ClassVar, Generic, TypeVar
+from typing import ClassVar, Generic, TypeVar, cast
 
 from slipgrasp.recordings.exceptions import RecordingError
 from slipgrasp.recordings.store.job_store import JobStore, StoredJob
@@ -73,10 +73,6 @@ class JobService(ABC, Generic[StoredT, StatusT]):
             stored: The job.
             finding: Reason why it cannot continue; empty if it can, or has ended.
         """
-
-    @abstractmethod
-    def _live_status(self, live: Job) -> StatusT:
-        """Progress of a job that waits, runs or has failed."""
 
     @abstractmethod
     def _continued(self, stored: StoredT) -> Job:
@@ -204,6 +200,10 @@ class JobService(ABC, Generic[StoredT, StatusT]):
             live = make(checked)
             self._queue.add(live)
         return self._live_status(live)
+
+    def _live_status(self, live: Job) -> StatusT:
+        """Progress of a job of `live_type` that waits, runs or has failed."""
+        return cast(StatusT, live.status())
 
     def _all_live(self) -> dict[str, Job]:
         found = self._queue.all()

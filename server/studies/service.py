@@ -21,7 +21,6 @@ from slipgrasp.recordings.store.stored_run import StoredRun
 from slipgrasp.recordings.study.results import StudyResults, read_results
 from slipgrasp.recordings.study.study_store import StoredStudy, StudyStore
 from slipgrasp.server.addresses import study_path
-from slipgrasp.server.jobs.job import Job
 from slipgrasp.server.jobs.queue import JobQueue
 from slipgrasp.server.jobs.service import JobService
 from slipgrasp.server.request_keys import UNKEYED, KeyedRequest
@@ -161,10 +160,6 @@ class StudyService(JobService[StoredStudy, StudyStatus]):
 
     def _ended_status(self, stored: StoredStudy, finding: str) -> StudyStatus:
         return StudyStatus.of(stored, finding)
-
-    def _live_status(self, live: Job) -> StudyStatus:
-        assert isinstance(live, LiveStudy)
-        return live.status()
 
     def _continued(self, stored: StoredStudy) -> LiveStudy:
         # The file may have rows whose writing was not confirmed.
