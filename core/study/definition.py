@@ -18,7 +18,6 @@ from pydantic import BaseModel, ConfigDict, Field
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.chosen_laws import kinds_in
 from slipgrasp.core.scenario.custom_laws import LAW, CustomLaw, LawIdentity, custom_law
-from slipgrasp.core.scenario.field_types import CONFIG
 from slipgrasp.core.scenario.loading import with_values
 from slipgrasp.core.study.sampling import unit_samples
 
@@ -90,7 +89,7 @@ class Axis:
 class Sampling(BaseModel):
     """Selection of the runs."""
 
-    model_config = ConfigDict(**CONFIG, frozen=True)
+    model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False, frozen=True)
 
     method: Annotated[
         Method,

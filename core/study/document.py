@@ -60,7 +60,9 @@ class AxisDocument(BaseModel):
 class StudyDocument(BaseModel):
     """A base scenario, its variations, and the recordings to store."""
 
-    model_config = ConfigDict(**CONFIG, json_schema_extra={"example": _EXAMPLE})
+    model_config = ConfigDict(
+        extra="forbid", strict=True, allow_inf_nan=False, json_schema_extra={"example": _EXAMPLE}
+    )
 
     title: Annotated[str, Field(max_length=200, description="description of the study")] = ""
     base: Annotated[
