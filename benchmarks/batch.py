@@ -80,4 +80,4 @@ def _outcomes(scenarios: list[Scenario]) -> str:
     """The outcomes of the runs; those that end early are cheaper."""
     outcomes = Counter(summary.outcome for summary in simulate_many(scenarios, threads=THREADS))
     counts = ", ".join(f"{number} {outcome.value}" for outcome, number in outcomes.items())
-    return f"How our runs ended: {counts}."
+    return f"Outcomes of our runs: {counts}."

@@ -81,8 +81,8 @@ def run(_docs: Path | None = None, count: int = POINTS, names: Sequence[str] = (
         rows.append((name, function.points, *own.cells, *peer.cells))
     heads = ("function", "points", "largest [ulp]", "not nearest", "numpy [ulp]", "not nearest")
     note = (
-        f"{count} random points each; `inverse_normal` beside scipy's `ndtri`. numpy and scipy "
-        "call what they were built with for this processor."
+        f"{count} random points each; `inverse_normal` is compared with scipy's `ndtri`. numpy and "
+        "scipy call the libraries of their builds for this processor."
     )
     return [Table("elementary", heads, tuple(rows), (note,), "portability.md")]
 

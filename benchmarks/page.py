@@ -1,4 +1,4 @@
-"""The page that simulates, in Chromium: size, time to the first image, sliders, and a map."""
+"""Live pages in Chromium: size, time to the first image, sliders, and a map."""
 
 from __future__ import annotations
 

@@ -37,7 +37,7 @@ def measure_start(count: int = COUNT, tuned: int = TUNED) -> Table:
     cells = tuple((name, *_describe_row(law, each, tuned, count)) for name, law, each in rows)
     note = (
         f"{count} objects, 1 s: held, with the 95 % interval; gains K_p/K_v, chosen on {tuned} "
-        "other objects but for the printed law, which has the paper's."
+        "other objects (printed law: the paper's)."
     )
     heads = ("law", *(f"{world} world" for world in WORLDS))
     return Table("robustness-start", heads, cells, (note,), "robustness.md")

@@ -97,7 +97,7 @@ def _tabulate_how(found: Found) -> Table:
     )
     note = (
         "Two fingers, with prediction where a law has it: slip path of all runs, median/worst "
-        "[mm]; at the end, the least mu F_n over |F_x| of both contacts, median of the held."
+        "[mm]; at the end, the least mu F_n / |F_x| of both contacts, median of the held objects."
     )
     return Table("robustness-how", ("law", *_HOW_WORLDS), rows, (note,), "robustness.md")
 

@@ -47,8 +47,8 @@ def compare_engines(engines: Mapping[str, Engine], path: Path, rounds: int = ROU
         rows.append((words, *cells))
     content = path.read_bytes()
     note = (
-        f"Packing, stepping and copying rows, least of {rounds} in turns [ms], and in brackets "
-        f"over native code. The file has {len(content) / 1e3:.0f} kB, "
+        f"Packing, stepping and copying rows: least of {rounds} times in turns [ms], in brackets "
+        f"relative to native code. The file has {len(content) / 1e3:.0f} kB, "
         f"{len(gzip.compress(content)) / 1e3:.0f} kB compressed."
     )
     return Table("webassembly", ("run", NATIVE, *engines), tuple(rows), (note,), PORTABILITY)

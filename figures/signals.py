@@ -81,7 +81,7 @@ def draw_signals(
 
 
 def _heading(title: str | None, run: RunResult, second: _Second | None) -> list[str]:
-    """The lines above a figure: its title, and which run is which."""
+    """The lines above a figure: its title, and the names of the runs."""
     size = LONGEST_TITLE if title is None else len(title.strip())
     if not 1 <= size <= LONGEST_TITLE:
         message = f"title has {size} characters; allowed: 1 to {LONGEST_TITLE}"
@@ -94,7 +94,7 @@ def _heading(title: str | None, run: RunResult, second: _Second | None) -> list[
 
 
 class _Second(NamedTuple):
-    """What is drawn over a run."""
+    """A second run or measured data, drawn over a run."""
 
     run: RunResult
     name: str

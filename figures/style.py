@@ -72,7 +72,7 @@ def paper_style(overrides: Mapping[Any, Any] = MappingProxyType({})) -> Iterator
 
 
 def screen_style() -> AbstractContextManager[None]:
-    """The same for pictures of a hand, with the typeface of a screen."""
+    """A context with the style of pictures of a hand, in a typeface for screens."""
     return paper_style(_SCREEN)
 
 
@@ -97,6 +97,21 @@ def add_axes(figure: Figure, left: float, top: float, width: float, height: floa
             height / page_height,
         )
     )
+
+
+def add_box(figure: Figure, left: float, top: float, width: float, height: float) -> Axes:
+    """The same without lines and numbers, for text, keys and pictures."""
+    axes = add_axes(figure, left, top, width, height)
+    axes.set_axis_off()
+    return axes
+
+
+def add_title(
+    figure: Figure, text: str, left: float, top: float, width: float, height: float
+) -> None:
+    """Writes the title of a part of the page at the left of a box [mm]."""
+    box = add_box(figure, left, top, width, height)
+    box.text(2.0 / width, 0.5, text, va="center", fontsize=9.5)
 
 
 def paint(colour: Rgb) -> tuple[float, float, float]:

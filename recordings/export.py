@@ -58,7 +58,7 @@ class ExportFormat:
         is_still: Whether it is a still.
         description: Its description in the REST interface, which offers data formats.
         is_text: Whether it can be shown in a terminal, and written without seeking.
-        is_listed: Whether the page's list of runs offers it.
+        is_listed: Whether the dashboard's list of runs offers it.
         package: An optional package that it needs; empty if none.
     """
 

@@ -69,5 +69,5 @@ OUTCOMES: dict[Outcome, Rgb] = {
 }
 """Runs of a study that do not hold the object, by outcome.
 
-Those that completed still slip, have only just stopped, exceed a limit, or are too short to tell.
+Those that completed still slip, have only just stopped, exceed a limit, or are too short to judge.
 """

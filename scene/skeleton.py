@@ -134,17 +134,17 @@ class Contact(NamedTuple):
 
 
 def base_frame(finger: int) -> str:
-    """The frame at the first joint of a finger."""
+    """Name of the frame at the first joint of a finger."""
     return f"finger_{finger}/base"
 
 
 def link_frame(finger: int, link: int) -> str:
-    """The frame at the start of a link, x along it."""
+    """Name of the frame at the start of a link, x along it."""
     return f"finger_{finger}/link_{link}"
 
 
 def tip_frame(finger: int) -> str:
-    """The frame at the end of a finger, x along its last link."""
+    """Name of the frame at the end of a finger, x along its last link."""
     return f"finger_{finger}/tip"
 
 
@@ -155,7 +155,7 @@ def finger_of(frame: str) -> int | None:
 
 
 def contact_name(contact: int) -> str:
-    """The frame on the face that a fingertip touches."""
+    """Name of the frame on the face that a fingertip touches."""
     return f"contact_{contact}"
 
 

@@ -19,7 +19,7 @@ from slipgrasp.core.scenario.chosen_laws import diagnostics_of
 from slipgrasp.core.trace.signals import TraceShape
 from slipgrasp.recordings.export import ROWS_PER_GROUP
 from slipgrasp.recordings.file.size import RecordingSize, size_of_run
-from slipgrasp.server.exceptions import MemoryBusyError, MemoryHeldError, MemoryLimitError
+from slipgrasp.server.exceptions import MemoryLimitError, ServiceBusyError
 
 DEFAULT_BYTES = 600_000_000
 SHARE_OF_MACHINE = 0.5
@@ -59,7 +59,7 @@ GROUP_COST = 8.0
 """Peak memory of writing a table, per byte of the rows that are written together."""
 
 PAGE_BYTES = 60_000_000
-"""Memory for writing a page that simulates [bytes]."""
+"""Memory for writing a live page [bytes]."""
 
 READ_COST = 2.3
 DIFF_COST = 2.0
@@ -89,7 +89,7 @@ class Need:
 
     @classmethod
     def to_keep_run(cls, scenario: Scenario) -> Need:
-        """Simulating a run whose samples stay in memory, as the dashboard does."""
+        """Need of simulating a run whose samples stay in memory, as the dashboard does."""
         samples = scenario.simulation.duration * scenario.simulation.output_rate
         period = scenario.controller.control_period
         ticks = scenario.simulation.duration / period if period > 0.0 else 0.0
@@ -111,12 +111,12 @@ class Need:
 
     @classmethod
     def to_record_run(cls) -> Need:
-        """Simulating a run whose samples are written to its file at once."""
+        """Need of simulating a run whose samples are written to its file at once."""
         return cls(RECORDED_RUN_BYTES, "a run")
 
     @classmethod
     def to_open(cls, size: RecordingSize) -> Need:
-        """Reading a whole recording for a page."""
+        """Need of reading a whole recording for a page."""
         return cls(
             _unpacked(READ_COST * size.num_bytes),
             "this recording",
@@ -125,12 +125,12 @@ class Need:
 
     @classmethod
     def to_read_numbers(cls, count: int) -> Need:
-        """Reading measured data."""
+        """Need of reading measured data."""
         return cls(_unpacked(READ_COST * NUMBER_BYTES * count), "this recording")
 
     @classmethod
     def to_read_signals(cls, size: RecordingSize, num_columns: int, share: float) -> Need:
-        """Reading some columns of a part of a recording.
+        """Need of reading some columns of a part of a recording.
 
         Args:
             size: The recording.
@@ -146,7 +146,7 @@ class Need:
 
     @classmethod
     def to_compare(cls, *sizes: RecordingSize) -> Need:
-        """Comparing recordings sample by sample."""
+        """Need of comparing recordings sample by sample."""
         return cls(
             _unpacked(DIFF_COST * sum(size.num_bytes for size in sizes)),
             "this comparison",
@@ -155,7 +155,7 @@ class Need:
 
     @classmethod
     def to_draw(cls, *sizes: RecordingSize) -> Need:
-        """Drawing overlaid recordings; for long ones, the samples that a figure needs."""
+        """Need of drawing overlaid recordings; of long ones only the samples that are drawn."""
         drawn = sum(
             size.num_bytes * min(1.0, MOST_DRAWN_WHOLE / max(size.samples, 1)) for size in sizes
         )
@@ -163,7 +163,7 @@ class Need:
 
     @classmethod
     def to_export(cls, size: RecordingSize) -> Need:
-        """Writing all samples in another format."""
+        """Need of writing all samples in another format."""
         return cls(
             _unpacked(TABLE_COST * size.num_bytes),
             "this table",
@@ -173,23 +173,23 @@ class Need:
 
     @classmethod
     def to_export_long(cls, size: RecordingSize) -> Need:
-        """Writing all samples in another format while reading them."""
+        """Need of writing all samples in another format while reading them."""
         group = replace(size, samples=ROWS_PER_GROUP, ticks=0)
         return cls(_unpacked(GROUP_COST * group.num_bytes), "this table")
 
     @classmethod
     def to_work_on(cls, *runs: RunResult) -> Need:
-        """Comparing or drawing runs that are in memory."""
+        """Need of comparing or drawing runs that are in memory."""
         return cls(round(WORK_COST * sum(map(size_of_run, runs))), "this work")
 
     @classmethod
     def to_write_page(cls, run: RunResult) -> Need:
-        """Writing a page that simulates the scenario of a run that is in memory."""
+        """Need of writing a live page of a run that is in memory."""
         return cls(PAGE_BYTES + cls.to_work_on(run).num_bytes, "this page")
 
     @classmethod
     def for_rows(cls, count: int) -> Need:
-        """Runs of a study in a map, a summary or a part of a table."""
+        """Need of runs of a study in a map, a summary or a part of a table."""
         return cls(ROW_COST * count, "this map or table")
 
 
@@ -200,7 +200,7 @@ def default_limit() -> int:
 
 
 class Lease:
-    """Memory that a job has; see `MemoryBudget.reserve`."""
+    """Memory reserved for a job; see `MemoryBudget.reserve`."""
 
     def __init__(self, budget: MemoryBudget, num_bytes: int) -> None:
         self._budget = budget
@@ -266,7 +266,7 @@ class MemoryBudget:
 
         Raises:
             MemoryLimitError: If it needs more than the limit.
-            MemoryBusyError: If the memory stays in use for some time, or too many jobs wait.
+            ServiceBusyError: If the memory stays in use for some time, or too many jobs wait.
         """
         turn = self._ask(need, is_patient=give_up is not None)
         lease = Lease(self, need.num_bytes)
@@ -314,8 +314,8 @@ class MemoryBudget:
 
         Raises:
             MemoryLimitError: If it needs more than the limit.
-            MemoryBusyError: As in `reserve`.
-            MemoryHeldError: If pages hold too much; the job does not wait for them.
+            ServiceBusyError: As in `reserve`, or if pages hold too much; the job does not wait for
+                them.
         """
         self.check(need)
         most = round(HELD_SHARE * self.limit)
@@ -325,7 +325,11 @@ class MemoryBudget:
         # A single page may use everything.
         held = self._held - soon_free
         if held > 0 and need.num_bytes > most - held:
-            raise MemoryHeldError(need.num_bytes, held, most)
+            raise ServiceBusyError(
+                f"no memory available: it needs {-(-need.num_bytes // 10**6)} MB, and open pages "
+                f"use {held // 10**6} of {most // 10**6} MB; close another page, end a comparison "
+                "or choose a short run"
+            )
         with self.reserve(need) as lease:
             yield lease
 
@@ -373,8 +377,8 @@ class MemoryBudget:
                 self._left -= wanted
                 turn.set_result(None)
 
-    def _busy(self) -> MemoryBusyError:
-        return MemoryBusyError(len(self._waiting))
+    def _busy(self) -> ServiceBusyError:
+        return ServiceBusyError(f"{len(self._waiting)} others wait for memory")
 
 
 def _unpacked(num_bytes: float) -> int:

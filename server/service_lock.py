@@ -45,7 +45,7 @@ def make_private(folder: Path) -> None:
 
 
 def _is_ours(folder: Path) -> bool:
-    """Whether a folder is new, or was created for recordings."""
+    """Whether a folder is empty, or contains recordings or the lock of a service."""
     with os.scandir(folder) as entries:
         names = [entry.name for entry in entries]
     return not names or LOCK_NAME in names or any(name.endswith(".mcap") for name in names)

@@ -58,7 +58,7 @@ class Tokens:
 
     @property
     def read_only(self) -> str:
-        """The token of an audience."""
+        """The read-only token."""
         return _derived(self.full, "read-only token")
 
     def right_of(self, token: str) -> Right:

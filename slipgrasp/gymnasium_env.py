@@ -40,7 +40,7 @@ def tracking_reward(tick: Tick) -> float:
 
 
 class GraspEnv(gymnasium.Env[np.ndarray, np.ndarray]):
-    """A run with one control tick per step.
+    """A run of a planar hand with one control tick per step.
 
     An episode is truncated at the duration of the scenario, and terminated if the run ends early,
     for example because a fingertip separates; ``info["reason"]`` gives the reason.
@@ -61,7 +61,7 @@ class GraspEnv(gymnasium.Env[np.ndarray, np.ndarray]):
         """Creates an environment; `reset` starts the first episode.
 
         Args:
-            scenario: Scenario with sampled control; its law is not used.
+            scenario: Planar hand with sampled control; its law is not used.
             largest_torque: Bound of the actions [N m].
             reward: Returns the reward of a tick; at the end of an episode, of its last tick.
         """

@@ -1,4 +1,4 @@
-"""Runs in notebooks: the page that simulates, as the output of a cell."""
+"""Runs in notebooks: a live page as the output of a cell."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class ShownPage:
 def show(
     shown: Scenario | RunResult, *, controls: Sequence[str] | None = None, height: int = HEIGHT
 ) -> ShownPage:
-    """Shows a scenario or a run in a notebook, such as Jupyter or marimo, as a page that simulates.
+    """Shows a scenario or a run in a notebook, such as Jupyter or marimo, as a live page.
 
     Args:
         shown: A scenario, which is simulated, or a run.

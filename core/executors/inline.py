@@ -26,7 +26,7 @@ class InlineExecutor(Executor):
     num_workers = 1
 
     def prepare(self, should_stop: ShouldStop = never) -> float:
-        """Loads the kernel."""
+        """Loads the kernel; returns the time taken [s]."""
         from slipgrasp.core.run.simulator import prepare_kernel
 
         started = time.perf_counter()

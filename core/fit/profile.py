@@ -25,7 +25,7 @@ _GROWTH = 2.0
 _LEAST_STEP = 2e-4
 _LARGEST_STEP = 0.2
 BETTER = 0.1
-"""Fall of chi-squared below a minimum from which another one is lower."""
+"""Difference of chi-squared from which another minimum counts as lower."""
 
 
 class Minimise(Protocol):

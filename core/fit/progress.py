@@ -16,7 +16,7 @@ class FitProgress:
     """The progress of a fit.
 
     Attributes:
-        stage: Present stage, in a few words.
+        stage: Current stage, in a few words.
         share: Completed fraction of the stage, 0 to 1.
         evaluations: Number of different runs so far, without those of twins.
         best: Values of the best run so far, by key; empty until the first search has ended.

@@ -1,4 +1,4 @@
-"""Checks of a finished run against its samples: ending, phase changes, metrics.
+"""Checks of a finished run against its samples: ending, phase changes, slips, metrics.
 
 A run that was just computed always agrees; a file may have been altered, or written by an older
 program that ended runs differently.
@@ -24,7 +24,7 @@ ROUNDING = 1e-9
 """Relative difference of two sums over the same rows in a different order."""
 
 LEAST_SLIP = 1e-9
-"""Slips with a smaller difference are equal [m]; computed ones are accurate to 1e-15."""
+"""Slips that differ by less are equal [m]; computed ones are accurate to 1e-15."""
 
 PATH_ROUNDING = 1e-3
 """Largest excess of the distance between two samples over the integrated path."""

@@ -42,7 +42,7 @@ class Computation:
 
         Args:
             scenario: Scenario to simulate.
-            keep_trace: Whether to store the trace; without it only `summary` is available.
+            keep_trace: Whether to store the trace, without which a run only has a summary.
 
         Raises:
             ScenarioError: If the scenario cannot be simulated.
@@ -100,7 +100,7 @@ class Computation:
         return min(1.0, self.time / self.scenario.simulation.duration)
 
     def advance(self) -> None:
-        """Advances by one chunk of at most about 50 ms of computing time."""
+        """Advances by one chunk, which takes at most about 50 ms."""
         if self.finished:
             return
         status = self._engine.advance(
@@ -159,7 +159,7 @@ class Computation:
         self._run.begun = 0
 
     def _pack(self) -> Record:
-        """Constants of the present segment."""
+        """Constants of the current segment."""
         model, present = self._engine.pack(), self._timetable.present
         model.num_diagnostics = len(self.shape.diagnostics)
         if self._replays_all:
@@ -189,7 +189,7 @@ class Computation:
             return
         contact = int(self._run.concerned)
         last = Trace.from_rows(self.shape, self._last_row())
-        # From the last row, because the present state may not be finite.
+        # From the last row, because the current state may not be finite.
         self.outcome, self._reason = describe_end(
             status, contact, self.scenario, self._timetable.present, last, float(last.times[0])
         )

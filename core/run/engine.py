@@ -42,7 +42,7 @@ class Engine(Protocol):
     outlet: Any
 
     def pack(self) -> Any:
-        """The constants of the present segment."""
+        """The constants of the current segment."""
         ...
 
     def advance(self, model: Record, *, first: bool, same_ticks: bool, max_steps: int) -> int:
@@ -100,7 +100,7 @@ class PlanarEngine:
         self._start = self.run.step.start  # a view, which is costly to create
 
     def pack(self) -> Any:
-        """The constants of the present segment."""
+        """The constants of the current segment."""
         return self._schedule.pack()
 
     def advance(self, model: Record, *, first: bool, same_ticks: bool, max_steps: int) -> int:

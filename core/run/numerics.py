@@ -32,8 +32,8 @@ from slipgrasp.core.scenario.space import Space
 
 PORTABLE = "numerics-"
 
-# Names of earlier versions with different code and equal bits, by the present name: recordings with
-# these verify bit for bit. An entry applies to the present name only and must be removed with the
+# Names of earlier versions with different code and equal bits, by the current name: recordings with
+# these verify bit for bit. An entry applies to the current name only and must be removed with the
 # next change of the code; before adding one, compare the hashes of `python -m benchmarks
 # portability` (docs/portability.md).
 SAME_BITS: dict[str, tuple[str, ...]] = {}
@@ -52,7 +52,7 @@ def same_bits(recorded: str, present: str) -> bool:
 
 @cache
 def numerics_name(space: Space) -> str:
-    """Name of the present numerics; cached on disk until a source changes.
+    """Name of the current numerics; cached on disk until a source changes.
 
     Args:
         space: Kind of hand; each kind has separate code.
@@ -69,7 +69,7 @@ def numerics_name(space: Space) -> str:
 
 
 def compute_name(space: Space) -> str:
-    """Computes the name of the present numerics from the code."""
+    """Computes the name of the current numerics from the code."""
     digest = hashlib.blake2b(digest_size=_DIGEST_BYTES)
     for line in normal_form(space).lines:
         digest.update(f"{line}\n".encode())

@@ -17,7 +17,7 @@ class Provenance:
 
     Attributes:
         program: Version of the program.
-        kernel: Name of the numerics: after `PORTABLE`, a digest of the code that determines the
+        kernel: Name of the numerics: `PORTABLE` and a digest of the code that determines the
             bits, independent of processor, compiler and libraries. Recordings before format 5 have
             a digest of the machine code, or nothing.
         law: The custom law that commanded the torques, None for a built-in one.
@@ -33,7 +33,7 @@ class Provenance:
         return self.kernel.startswith(PORTABLE)
 
     def has_bits_of(self, present: Provenance) -> bool:
-        """True if runs of the present numerics are equal to the last bit."""
+        """True if runs of both numerics are equal to the last bit."""
         return same_bits(self.kernel, present.kernel)
 
 

@@ -22,7 +22,7 @@ class RailEngine:
         self.run, self.outlet = make_run(scenario, keeps_rows=keeps_rows)
 
     def pack(self) -> Any:
-        """The constants of the present segment."""
+        """The constants of the current segment."""
         return pack_model(self.timetable.present)
 
     def advance(self, model: Record, *, first: bool, same_ticks: bool, max_steps: int) -> int:
@@ -42,7 +42,7 @@ class RailEngine:
         return self.timetable.end_stretch()
 
     def cross_edge(self, contact: int) -> bool:
-        """The face has no patches: its edge is its end."""
+        """Returns False: without patches, the only edge of the face is its end."""
         return False
 
     @property

@@ -29,7 +29,7 @@ class RunSummary:
     Attributes:
         scenario: Simulated scenario.
         outcome: Outcome of the run.
-        reason: Reason of an early end.
+        reason: Reason for an early end.
         end_time: Simulation time reached [s].
         estimates: Final estimates by dotted key of the unknown.
         metrics: Figures of merit.
@@ -54,7 +54,7 @@ class RunResult:
         trace: Signals over time.
         phase_changes: Transitions of every contact between stick and slip, in time order.
         outcome: Outcome of the run.
-        reason: Reason of an early end.
+        reason: Reason for an early end.
         warnings: Warnings about the run.
         metrics: Figures of merit.
         provenance: Program, numerics and law that computed the run.

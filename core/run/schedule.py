@@ -55,12 +55,12 @@ class Timetable(Generic[AnyScenario]):
 
     @property
     def stretch_end(self) -> float:
-        """Latest end of the present segment [s]."""
+        """Latest end of the current segment [s]."""
         return self._ends[0]
 
     @property
     def is_last(self) -> bool:
-        """True if the present segment is the last."""
+        """True if the current segment is the last."""
         return len(self._ends) == 1
 
     def end_stretch(self) -> list[Change]:
@@ -82,7 +82,7 @@ class Schedule(Timetable[PlanarScenario]):
     """The segments of a run of a planar hand, whose fingertips may cross edges of patches.
 
     Attributes:
-        table: The present scenario as a table of numbers.
+        table: The current scenario as a table of numbers.
     """
 
     def __init__(self, scenario: PlanarScenario) -> None:
@@ -94,7 +94,7 @@ class Schedule(Timetable[PlanarScenario]):
         self._lay_patches(np.zeros(n), np.zeros(n))
 
     def pack(self) -> Record:
-        """The constants of the present segment, for the kernel."""
+        """The constants of the current segment, for the kernel."""
         stretch = whole_faces()
         stretch.load += self.load()
         if self.present.patches:
@@ -105,7 +105,7 @@ class Schedule(Timetable[PlanarScenario]):
         return pack_model(self.table, stretch)
 
     def load(self) -> Floats:
-        """Force and moment of the active pulses in the present segment [N, N, N m]."""
+        """Force and moment of the active pulses in the current segment [N, N, N m]."""
         load = np.zeros(3)
         for pulse in self.present.pulses:
             if is_acting(pulse, self.begin):
@@ -152,7 +152,7 @@ class Schedule(Timetable[PlanarScenario]):
         return True
 
     def _lay_patches(self, slips: Floats, velocities: Floats) -> None:
-        """Divides the faces at the present patches, and locates every fingertip."""
+        """Divides the faces at the current patches, and locates every fingertip."""
         body = self.present.object
         patches = [patch for patch in self.present.patches if is_there(patch, self.begin)]
         for i, finger in enumerate(self.present.fingers):
@@ -203,7 +203,7 @@ def segments_of(
     Args:
         body: The object.
         finger: The finger.
-        patches: The present patches; those on other faces are ignored.
+        patches: The current patches; those on other faces are ignored.
     """
     frame = contact_frame(body, finger)
     spans = [_span(patch, finger) for patch in patches if patch.face == finger.face]

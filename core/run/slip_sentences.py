@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario.scenario import AnyPulse
 from slipgrasp.core.trace.types import ContactPhase, Outcome, PhaseChange
-from slipgrasp.core.words.phrases import joined, length_words, milliseconds
+from slipgrasp.core.words.phrases import joined, length_words, milliseconds, sentence, some_of
 
 Values = NDArray[np.float64]
 
@@ -20,6 +20,7 @@ _SOON = 0.05
 """Longest time from a change to a slip that may be due to it [s]."""
 _LEAST_FORCE = 1e-3  # [N]
 _CLEARLY_MORE = 1.2
+_TIP = "fingertip"
 _PUSHES = 2
 """Largest number of pushes whose slips are named."""
 
@@ -33,7 +34,7 @@ def describe_slips(result: RunResult) -> str:
     slipped = [i for i, path in enumerate(paths) if path > 0.0 or has_slipped[i]]
     if not slipped:
         return f"No fingertip slipped{_describe_least_margin(result)}."
-    who = _fingertips([names[i] for i in slipped], len(names))
+    who = some_of([names[i] for i in slipped], len(names), _TIP)
     lengths = {names[i]: length_words(paths[i]) for i in slipped}
     if len(set(lengths.values())) == 1:
         slips = f"by {lengths[names[slipped[0]]]}"
@@ -41,7 +42,7 @@ def describe_slips(result: RunResult) -> str:
         slips = f"({', '.join(f'{name}: {length}' for name, length in lengths.items())})"
     pivots = _describe_pivots([spins[i] for i in slipped])
     facts = (f"slipped {slips}", pivots, _describe_end_of_slip(result))
-    return f"{who} {joined([fact for fact in facts if fact])}."
+    return sentence(f"{who} {joined([fact for fact in facts if fact])}")
 
 
 def _describe_pivots(spins: Sequence[float]) -> str:
@@ -54,7 +55,7 @@ def _describe_pivots(spins: Sequence[float]) -> str:
 
 
 def describe_causes(result: RunResult) -> Iterator[str]:
-    """The contacts that began to slip with each of two pushes, and after the first such change."""
+    """Fingertips that began to slip with the first two such pushes, and after the first change."""
     every = _onsets(result)
     pushes = sorted(result.scenario.pulses, key=lambda push: push.time)
     yield from islice(filter(None, (_push_words(result, push, every) for push in pushes)), _PUSHES)
@@ -70,7 +71,7 @@ def describe_causes(result: RunResult) -> Iterator[str]:
 
 
 def _push_words(result: RunResult, push: AnyPulse, onsets: Sequence[PhaseChange]) -> str:
-    """Who began to slip during a push, or else as it ended; empty if nobody did."""
+    """Fingertips that began to slip during a push, or else at its end; empty if none did."""
     start, end = push.time, push.time + push.duration
     when = milliseconds(start)
     if start == 0.0 and (first := [c for c in onsets if c.time == start]):
@@ -93,17 +94,7 @@ def _onsets(result: RunResult) -> list[PhaseChange]:
 def _tips_of(result: RunResult, changes: Sequence[PhaseChange]) -> str:
     """The fingertips of some phase changes, within a sentence."""
     names = result.scenario.finger_names
-    who = _fingertips([names[i] for i in sorted({c.contact for c in changes})], len(names))
-    return f"{who[:1].lower()}{who[1:]}"
-
-
-def _fingertips(names: Sequence[str], total: int) -> str:
-    """Names of some of the fingertips, as the subject of a sentence."""
-    if len(names) == 1:
-        return f"The {names[0]} fingertip"
-    if len(names) == total:
-        return "Both fingertips" if total == 2 else "All fingertips"
-    return f"The {joined(names)} fingertips"
+    return some_of([names[i] for i in sorted({c.contact for c in changes})], len(names), _TIP)
 
 
 def _describe_end_of_slip(result: RunResult) -> str:
@@ -164,7 +155,7 @@ def describe_grip_force(result: RunResult) -> Iterator[str]:
 
 
 def describe_first_force(result: RunResult) -> str:
-    """A clause on the first normal force that is smallest beside that needed at the end.
+    """Describes, as a clause, the first normal force that is most below the one needed at the end.
 
     Empty if no fingertip pressed with clearly less, or if the run does not end at rest.
     """

@@ -26,7 +26,7 @@ class SpatialEngine:
         self.run, self.outlet = make_run(scenario, keeps_rows=keeps_rows)
 
     def pack(self) -> Any:
-        """The constants of the present segment."""
+        """The constants of the current segment."""
         present, load = self.timetable.present, [0.0] * 6
         for pulse in present.pulses:
             if is_acting(pulse, self.timetable.begin):

@@ -26,7 +26,7 @@ class SpatialSchedule(Timetable[SpatialScenario]):
         self._lay_patches(rest, rest)
 
     def surfaces(self) -> list[Surface]:
-        """Friction factors of the fingertips during the present segment."""
+        """Friction factors of the fingertips during the current segment."""
         return [self._surface(i, sides) for i, sides in enumerate(self._sides)]
 
     def pass_instant(self, slips: Sequence[Point], velocities: Sequence[Point]) -> list[Change]:

@@ -31,7 +31,7 @@ class Tick:
         self.seen: Any = None
 
     def arrive(self) -> Tick:
-        """Moves the object to the present tick."""
+        """Moves the object to the current tick."""
         self.seen = self._look()
         return self
 

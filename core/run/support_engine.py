@@ -24,7 +24,7 @@ class SupportEngine:
         self.run, self.outlet = make_run(scenario, keeps_rows=keeps_rows)
 
     def pack(self) -> Any:
-        """The constants of the present segment."""
+        """The constants of the current segment."""
         present, load = self.timetable.present, [0.0] * 3
         for pulse in present.pulses:
             if is_acting(pulse, self.timetable.begin):
@@ -49,12 +49,12 @@ class SupportEngine:
         return self.timetable.end_stretch()
 
     def cross_edge(self, contact: int) -> bool:
-        """The support has no edges."""
+        """Returns False; never called, because the support has no edges."""
         return False
 
     @property
     def estimates(self) -> Floats:
-        """Nothing is estimated."""
+        """An empty array: nothing is estimated."""
         return np.empty(0)
 
     def last_row(self, model: Record) -> Floats:

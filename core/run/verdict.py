@@ -141,7 +141,7 @@ def _describe_slide(result: RunResult) -> Verdict:
 
 
 def _describe_reason(result: RunResult, reason: Reason) -> str:
-    """The reason of an early end, with possible causes in delays and the law."""
+    """The reason for an early end, with possible causes in delays and the law."""
     start = of_hand(result.scenario)
     present = of_hand(scenario_at(start, result.end_time))
     more = describe_circumstances(reason, start, present, result.trace[-1:])

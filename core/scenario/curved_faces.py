@@ -1,4 +1,4 @@
-"""Contact points and their frames on flat and curved faces (docs/model.md, Round objects).
+"""Contact points and their frames on flat and curved faces (docs/space.md, Round objects).
 
 A face has a curvature kappa [1/m] along each tangent: all are 0 (flat), one is nonzero (a circle,
 the side of a cylinder), or two are equal and nonzero (a sphere). The inward normal n points to the

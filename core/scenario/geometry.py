@@ -22,7 +22,7 @@ class ContactFrame(NamedTuple):
         anchor: Contact point at zero slip (x, y) [m].
         tangent: Unit vector of positive slip; the normal is the tangent rotated by -90 degrees.
         normal: Unit vector into the object.
-        slip_minimum: Slip at which the fingertip passes the end of the face [m]; none on a circle.
+        slip_minimum: Slip at which the fingertip passes one end of the face [m]; none on a circle.
         slip_maximum: Slip at which it passes the other end [m].
         curvature: Curvature of the face, 0 if it is straight [1/m].
     """

@@ -210,7 +210,7 @@ def facts_read_for(hand: Space) -> tuple[str, ...]:
 
 
 def is_computed_for(law: ControlLaw, hand: Space) -> bool:
-    """Whether the kernel of a kind of hand uses all facts of a law."""
+    """Whether the kernel of a kind of hand supports a law: unused facts have their defaults."""
     return all(
         getattr(law, each.name) == each.default
         for each in fields(law)

@@ -1,4 +1,4 @@
-"""Joint positions of a chain of two joints in the plane, in closed form (docs/model.md, Chains)."""
+"""Joint positions of a planar chain in closed form (docs/model.md, Finger dynamics)."""
 
 from __future__ import annotations
 

@@ -111,7 +111,7 @@ def _check_axes(
 
 
 def _check_overlaps(document: StudyDocument, base: Scenario) -> Iterator[FieldError]:
-    """Two keys that set one parameter would leave unused values in the results."""
+    """Yields errors for keys that set the same parameter, which would leave values unused."""
     yield from _conflicts(base, "set", document.set, {})
     for index, run in enumerate(document.runs):
         yield from _conflicts(base, f"runs.{index}", run, {})
@@ -144,7 +144,7 @@ def _overlapping(key: str, taken: Mapping[str, str]) -> str | None:
 
 
 def _unknown(base: Scenario, field: str, key: str, axis: AxisDocument) -> Iterator[FieldError]:
-    """A key that only some bases have, such as a list of gains, is checked by its first value."""
+    """Checks a key that only some bases have, such as a list of gains, with its first value."""
     value = axis.values[0] if axis.values else axis.min
     try:
         with_values(base, {key: plain_value(value)})

@@ -23,7 +23,7 @@ class StudyCost:
 
     Attributes:
         runs: Number of runs.
-        seconds: Computing time with all workers [s].
+        seconds: Elapsed time with all workers [s].
         bytes: Size on disk [bytes], if every allowed recording is stored.
     """
 
@@ -56,7 +56,7 @@ def estimate_cost(study: Study, num_workers: int) -> StudyCost:
 
 
 def _time_of(study: Study, index: int) -> float:
-    """The duration of a run [s]; None if it is invalid, which is reported elsewhere."""
+    """Elapsed time of a whole run, extrapolated [s]; 0 if it is invalid, reported elsewhere."""
     try:
         simulation = Simulation(study.scenario_of(index))
     except ScenarioError:

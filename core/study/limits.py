@@ -32,7 +32,7 @@ def components(name: str, known: Mapping[str, object]) -> list[str]:
 
 
 def check_limits(limits: Mapping[str, float], base: Scenario) -> Iterator[FieldError]:
-    """Yields an error for every limit of what is not a metric with numbers.
+    """Yields an error for every limit whose name is not that of a numeric metric.
 
     Args:
         limits: Limits by name of a metric or of a component.

@@ -40,8 +40,8 @@ class Margin:
         lost_at: Value at which it is not.
         held: The run at ``held_at``.
         lost: The run at ``lost_at``.
-        others: Further boundaries in the range, coarsely, in order of distance from this one; empty
-            if there is only one.
+        others: Further boundaries in the range, located coarsely, the nearest first; empty if there
+            is only one.
         runs: Number of runs.
     """
 

@@ -99,7 +99,7 @@ class PhaseChange:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reason:
-    """Reason of an early end of a run.
+    """Reason for the early end of a run.
 
     Attributes:
         code: Stable word for programs.

@@ -1,6 +1,6 @@
 """Suggestions: only settings that the control law uses and that are not already made.
 
-A hint is a list of options. Each option names parameters by their dotted keys, with the present
+A hint is a list of options. Each option names parameters by their dotted keys, with the current
 value if a larger or smaller one is suggested. If no option remains, the hint names changes outside
 the controller.
 """

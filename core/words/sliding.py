@@ -47,11 +47,11 @@ def _explain(status: int, scenario: FreeScenario, contact: int) -> tuple[str, st
         INCONSISTENT: "no phases of fingertip and rail are consistent",
         LEFT_FACE: "the fingertip slid off its face",
         NOT_FINITE: "a quantity is no longer finite",
-        PAINLEVE: "friction prevents a solution for the accelerations (Painleve's paradox)",
+        PAINLEVE: "friction prevents a solution for the accelerations (Painlevé's paradox)",
         SEPARATED: lifts if contact > 0 else "the fingertip came off the object",
         SINGULAR: "the finger became straight or folded",
         STEP_UNDERFLOW: "no step of the integration is small enough",
-        STIFF: "the average step became shorter than 1 nanosecond",
+        STIFF: "the equations are too stiff: the average step became too short",
     }[status]
     return message, _HINTS.get(status, _OTHER_TOLERANCE)
 
@@ -59,7 +59,7 @@ def _explain(status: int, scenario: FreeScenario, contact: int) -> tuple[str, st
 def reason_of_slide(
     status: int, code: str, scenario: FreeScenario, t: float, contact: int = -1
 ) -> Reason:
-    """The reason of an early end.
+    """The reason for an early end.
 
     Args:
         status: Status of the kernel.

@@ -8,8 +8,8 @@ from slipgrasp.core.trace.types import RunWarning
 _COUNTED = (
     (
         "multiple_phases",
-        "the forces allowed several combinations of stick and slip; the one with most sticking "
-        "contacts was taken",
+        "the forces allowed several combinations of stick and slip; the one with the most "
+        "sticking contacts was taken",
     ),
     (
         "recognition_hold",

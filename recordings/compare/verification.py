@@ -41,7 +41,7 @@ class Verification:
             `slipgrasp.recordings.compare.reproduction` applied.
         replayed: Whether recorded commands of a custom law were used instead of its code.
         whole: Whether the whole run was compared; one that was stopped early (stopped, limit of
-            computing time, failed, recovered) is compared up to its recorded end.
+            elapsed time, failed, recovered) is compared up to its recorded end.
         num_samples: Number of compared samples.
         end_time: Recorded simulation time [s].
         unaltered: Whether the hashes in the file agree with its content.

@@ -168,7 +168,7 @@ def stop_document(
         result: The run.
         counts: Messages of each topic.
         documents: Hash of the documents at the start.
-        state: Hash of samples and phase changes.
+        state: Hash of samples, phase changes and ticks.
 
     Raises:
         ValueError: If a number is not finite.

@@ -24,7 +24,7 @@ from slipgrasp.core.words.interruptions import describe_stop, describe_worker_de
 from slipgrasp.recordings.file.recorder import failed_by_disk, record
 
 _PATIENCE = 5.0
-"""Additional time for the process beyond the computing time of a run [s]."""
+"""Additional time for the process beyond the elapsed time of a run [s]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

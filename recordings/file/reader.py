@@ -143,7 +143,7 @@ def read_back(
 
 
 def read_unfinished(path: str | PathLike[str]) -> Unfinished:
-    """Reads a file up to its first missing or damaged byte.
+    """Reads a file as far as it is valid.
 
     It may still be written, or be unfinished because its process was killed.
 

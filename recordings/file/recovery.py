@@ -48,7 +48,7 @@ class Recovered:
 
 
 def recover(source: Path, output: Path, *, overwrite: bool = False) -> Recovered:
-    """Copies a file up to its first missing or damaged byte to a complete recording.
+    """Writes the valid beginning of a file as a complete recording.
 
     Args:
         source: The damaged or unfinished file; it is not changed.

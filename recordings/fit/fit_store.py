@@ -160,7 +160,7 @@ class FitStore(JobStore[StoredFit]):
         try:
             report = json.loads(path.read_bytes())
         except (OSError, ValueError) as error:
-            raise DamagedRecordingError(path.name, "it is no report of a fit") from error
+            raise DamagedRecordingError(path.name, "it is not the report of a fit") from error
         return report
 
     def find_complete(self, fit_id: str) -> FitEnd | None:

@@ -56,7 +56,7 @@ CHECK_BYTES = 1 << 24
 
 READ_SECONDS = 30.0
 READ_SECONDS_PER_BYTE = 1e-6
-"""Time limit for reading an upload; a slow machine needs a tenth of it."""
+"""Time limits for reading an upload [s] and per byte [s]; a slow machine needs a tenth."""
 PROBE_BYTES = 4096
 
 _logger = logging.getLogger(__name__)

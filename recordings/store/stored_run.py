@@ -52,7 +52,7 @@ class StoredRun:
 
     @property
     def display_name(self) -> str:
-        """Display name: the user's name, else the preset and the differences from it."""
+        """Display name: the user's name, else the preset with the differences, else the id."""
         return self.name or self.summary.get("name", "") or self.id
 
     def file_name(self, ending: str) -> str:

@@ -55,10 +55,10 @@ def rebuild(
         study: The study.
         row: One of its rows.
         should_stop: Called every few milliseconds; True stops the simulation.
-        wall_limit: Limit of computing time [s]; none if None.
+        wall_limit: Limit of elapsed time [s]; none if None.
 
     Raises:
-        RebuildError: If the run differs, was never simulated, ended by its computing time, or takes
+        RebuildError: If the run differs, was never simulated, ended by its elapsed time, or takes
             too long.
         Cancelled: If it was stopped.
     """
@@ -66,7 +66,7 @@ def rebuild(
         raise RebuildError(f"run {row.index} was never simulated: its worker died")
     if row.outcome is Outcome.LIMIT and row.reason is not None and row.reason.code == WALL_TIME:
         raise RebuildError(
-            f"run {row.index} reached its limit of computing time after {row.end_time:.4g} s of "
+            f"run {row.index} reached its limit of elapsed time after {row.end_time:.4g} s of "
             "simulated time, which is not reproducible; simulate its values as a new run"
         )
     _check_laws(study, row)
@@ -76,7 +76,7 @@ def rebuild(
         raise Cancelled
     if result.reason is not None and result.reason.code == WALL_TIME:
         raise RebuildError(
-            f"run {row.index} takes more than {wall_limit:g} s of computing time; use "
+            f"run {row.index} takes more than {wall_limit:g} s of elapsed time; use "
             "'slipgrasp rebuild' on the command line, which has no limit"
         )
     if state_hash(result) != row.state_hash:

@@ -136,7 +136,7 @@ class ResultTable:
         if outcome is not None:
             known = tuple(Outcome)
             if outcome not in known:
-                raise QueryError(outcome, f"'{outcome[:80]}' is no outcome", known)
+                raise QueryError(outcome, f"'{outcome[:80]}' is not an outcome", known)
             chosen = np.flatnonzero([word == outcome for word in self.values("outcome")])
         if held is not None:
             same = (self.numbers("held") == 1.0) == held
@@ -158,7 +158,7 @@ class ResultTable:
         for column in self.columns:
             if column.name == name:
                 return column
-        raise QueryError(name, f"'{name[:80]}' is no column of the results", self.column_names)
+        raise QueryError(name, f"'{name[:80]}' is not a column of the results", self.column_names)
 
     def numbers(self, name: str) -> NDArray[np.float64]:
         """A column as numbers, NaN for others, shape ``(rows,)``."""

@@ -140,7 +140,7 @@ class _OrderedRows:
 
     @property
     def message(self) -> str:
-        """A message about the study."""
+        """The number of recordings that could not be stored, as text; empty if none."""
         return f"{self._not_kept} recordings could not be stored" if self._not_kept else ""
 
     def take(self, runs: list[StudyRun]) -> None:

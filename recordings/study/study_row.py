@@ -36,11 +36,11 @@ class StudyRow:
         index: Index of the run, from 0.
         values: Values that it sets in the base, by dotted key.
         outcome: Outcome of the run.
-        reason: Reason of an early end.
+        reason: Reason for an early end.
         end_time: Simulation time reached [s].
         metrics: Metrics; empty if it could not be simulated.
-        state_hash: Hash of its samples and phase changes (`slipgrasp.recordings.file.state_hash`);
-            empty if it could not be simulated.
+        state_hash: Hash of its samples, phase changes and ticks
+            (`slipgrasp.recordings.file.state_hash`); empty if it could not be simulated.
         kernel: Name of the numerics that computed it (`slipgrasp.core.run.provenance`).
         recording: Id of its recording, None if there is none.
     """

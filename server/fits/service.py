@@ -35,6 +35,7 @@ class FitService(JobService[StoredFit, FitStatus]):
     noun = "fit"
     path_of = fit_path
     live_type = LiveFit
+    ended_status = FitStatus.of
 
     def __init__(
         self,
@@ -91,9 +92,6 @@ class FitService(JobService[StoredFit, FitStatus]):
             problem, _ = request.read(runs)
             check_values(problem)
         return request
-
-    def _ended_status(self, stored: StoredFit, finding: str) -> FitStatus:
-        return FitStatus.of(stored, finding)
 
     def _continued(self, stored: StoredFit) -> LiveFit:
         return LiveFit(stored, self.store, self._memory)

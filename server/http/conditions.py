@@ -49,7 +49,7 @@ def is_known(tag: str, if_none_match: str | None) -> bool:
     """Whether the client already has the current version.
 
     Args:
-        tag: Present ``ETag``.
+        tag: Current ``ETag``.
         if_none_match: Value of the header ``If-None-Match``.
     """
     if if_none_match is None:

@@ -108,5 +108,5 @@ def _pairs(query: str) -> list[tuple[str, str]]:
 
 
 def _cookie_name(port: int) -> str:
-    """Browsers send the cookies of all ports of a machine to each of them."""
+    """Name of the cookie of a port, because browsers send cookies to all ports of a machine."""
     return f"slipgrasp_{port}"

@@ -15,10 +15,10 @@ _REFERENCE = "#/components/schemas/{model}"
 _VALIDATION_ERRORS = ("HTTPValidationError", "ValidationError")
 
 _TAGS = {
-    "runs": "Simulate a scenario; search, change and download what was recorded.",
-    "studies": "Many runs from one request, and what came out of them.",
-    "fits": "Parameters of a scenario from a recording, with intervals.",
-    "recordings": "Recordings that come from elsewhere.",
+    "runs": "Simulate a scenario; search, change and download recorded runs.",
+    "studies": "Many runs from one request, and their results.",
+    "fits": "Parameters of a scenario from a recording, with their intervals.",
+    "recordings": "Recordings made elsewhere.",
     "diff": "Differences between two runs.",
     "scenarios": "Presets and parameters.",
     "health": "State and load of the service.",

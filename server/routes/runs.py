@@ -122,8 +122,8 @@ async def read_run(
 ) -> Response:
     """A run without its signals; use its `ETag` for conditional changes.
 
-    For a run that has not ended, the response is 202; with `Prefer: wait=10`, that takes up to 10
-    s, and is the run itself if it ends meanwhile.
+    For a run that has not ended, the response is 202; with `Prefer: wait=10`, the server first
+    waits up to 10 s, and returns the run itself if it ends meanwhile.
     """
     found = await run_in_threadpool(service.look_up, run_id)
     if isinstance(found, PendingRun) and preference.applied:

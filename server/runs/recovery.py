@@ -54,7 +54,7 @@ class RunRecovery:
         self.is_done = threading.Event()
 
     def start(self) -> None:
-        """Starts with the runs of a killed service."""
+        """Starts to recover the runs of a killed service."""
         left = unfinished_files(self._folder)
         self._store.discard_unfinished(left)
         delete_orphaned_copies(left)

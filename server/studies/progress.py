@@ -31,7 +31,7 @@ class StudyStatus:
         rate: Recent number of runs per second; None unless it is running [1/s].
         time_left: Estimated remaining time; None if unknown [s].
         estimate: Its estimated cost; None once it has ended.
-        message: Reason of an early end; empty otherwise.
+        message: Reason for an early end; empty otherwise.
         warnings: Warnings at its creation.
     """
 
@@ -85,7 +85,7 @@ class _Pace:
         return (count - before) / max(now - then, 1e-3)
 
 
-class LiveStudy(Job):
+class LiveStudy(Job[StudyStatus]):
     """A study from its creation, or the service's start, to its end.
 
     Args:

@@ -29,15 +29,6 @@ CHECKED_RUNS = 100
 Column = Annotated[str, Field(max_length=120)]
 
 
-class StudiesQuery(BaseModel):
-    """Pagination of studies."""
-
-    model_config = ConfigDict(extra="forbid")
-
-    limit: Limit = 100
-    offset: Offset = 0
-
-
 class ResultsQuery(BaseModel):
     """Filter and pagination of results."""
 
@@ -88,7 +79,7 @@ class StudyEstimatePublic(BaseModel):
     model_config = ConfigDict(from_attributes=True)
 
     runs: int = Field(description="number of runs")
-    seconds: float = Field(description="computing time with all workers [s]")
+    seconds: float = Field(description="elapsed time with all workers [s]")
     bytes: int = Field(description="largest size on disk")
     warnings: list[str] = Field(default=[], description="possible obstacles")
 
@@ -115,7 +106,7 @@ class StudyPublic(BaseModel):
     rate: float | None = Field(description="recently finished runs per second; null while it waits")
     time_left: float | None = Field(description="remaining time, if known [s]")
     estimate: StudyEstimatePublic | None = Field(description="null once it has ended")
-    message: str = Field(description="reason of a failure or cancellation; otherwise empty")
+    message: str = Field(description="reason for a failure or cancellation; otherwise empty")
     warnings: list[str]
     links: dict[str, str]
 

@@ -47,6 +47,7 @@ class StudyService(JobService[StoredStudy, StudyStatus]):
     noun = "study"
     path_of = study_path
     live_type = LiveStudy
+    ended_status = StudyStatus.of
 
     def __init__(
         self,
@@ -58,7 +59,7 @@ class StudyService(JobService[StoredStudy, StudyStatus]):
         super().__init__(store, queue or JobQueue(settings), settings, is_ending)
         self.store = store
         self._runner = StudyRunner(store, settings)
-        self._recorder = StudyRecorder(store, settings.retry_after, is_ending)
+        self._recorder = StudyRecorder(store, is_ending)
         self._opening = threading.Lock()
         self._opened: OrderedDict[str, StudyResults] = OrderedDict()
 
@@ -116,12 +117,6 @@ class StudyService(JobService[StoredStudy, StudyStatus]):
         )
         return LiveStudy(stored, StudyResults(study), self._runner, cost, warnings)
 
-    def find_live(self, study_id: str) -> LiveStudy | None:
-        """A study that waits, runs, or has failed; None otherwise."""
-        live = self._find_live(study_id)
-        assert live is None or isinstance(live, LiveStudy)
-        return live
-
     def results(self, study_id: str) -> StudyResults:
         """The rows of a study, which grow as long as it runs.
 
@@ -129,8 +124,8 @@ class StudyService(JobService[StoredStudy, StudyStatus]):
             StudyNotFoundError: If it does not exist.
             RecordingError: If its file is damaged.
         """
-        live = self.find_live(study_id)
-        if live is not None:
+        live = self._find_live(study_id)
+        if isinstance(live, LiveStudy):
             return live.results
         # Two requests at once would read the file twice.
         with self._opening:
@@ -157,9 +152,6 @@ class StudyService(JobService[StoredStudy, StudyStatus]):
         """The recording of a run, and whether it was created now; see `StudyRecorder.record`."""
         results = self.results(study_id)
         return self._recorder.record(self.status(study_id).stored, results, index)
-
-    def _ended_status(self, stored: StoredStudy, finding: str) -> StudyStatus:
-        return StudyStatus.of(stored, finding)
 
     def _continued(self, stored: StoredStudy) -> LiveStudy:
         # The file may have rows whose writing was not confirmed.

@@ -1,4 +1,4 @@
-"""The page of viser, taken apart.
+"""The page of viser, divided into separate files.
 
 viser packs its page into one file, whose script unpacks the rest at each load. With separate files,
 a browser compiles the script while it arrives, caches the result, and requests only changed files.

@@ -27,26 +27,23 @@ if TYPE_CHECKING:
     from slipgrasp.core.fit.report import FitReport, FittedParameter
     from slipgrasp.core.scenario import Scenario
 
+NAME = "fit"
+HELP = "find parameters from measured data, with intervals"
 DESCRIPTION = (
     "Find parameters of a scenario from a recording or a table of measured data (docs/fit.md). "
     "Searches start from many points; a profile of each parameter gives its 95 % interval, or "
-    "shows that the data do not bound it. Every run is stored as a run of a study, and a report is "
-    "written to the same folder as JSON and HTML. The same command continues an interrupted fit."
+    "shows that the data do not bound it. The runs, except those of twins, are stored as a study; "
+    "a report is written to the same folder as JSON and HTML. The same command continues an "
+    "interrupted fit."
 )
 EPILOG = (
-    "exit status: 0 fitted, 1 fitted, but the residuals are larger than the noise, 2 bad input, "
-    "4 interrupted, or disk failure (repeat the command to continue)"
+    "exit status: 0 fitted, 1 fitted with residuals larger than the noise, 2 bad input, "
+    "4 interrupted or disk failure (repeat the command to continue)"
 )
 
 
-def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Adds the command to the parser."""
-    parser = commands.add_parser(
-        "fit",
-        help="find parameters from measured data, with intervals",
-        description=DESCRIPTION,
-        epilog=EPILOG,
-    )
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the arguments of the command."""
     parser.add_argument(
         "data",
         metavar="DATA.csv|FILE.mcap|ID",
@@ -82,7 +79,6 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     parser.add_argument("--json", action="store_true", help="print the report as one JSON object")
     add_map(parser)
     add_data_directory(parser)
-    parser.set_defaults(execute=_execute)
 
 
 def _add_search(parser: argparse.ArgumentParser) -> None:
@@ -91,7 +87,7 @@ def _add_search(parser: argparse.ArgumentParser) -> None:
         "--nuisance",
         metavar="delay,force_bias",
         default="",
-        help="errors of the measurement to estimate with the parameters",
+        help="measurement errors to estimate as well: a delay, a constant error of each force",
     )
     parser.add_argument(
         "--held-out",
@@ -109,7 +105,11 @@ def _add_search(parser: argparse.ArgumentParser) -> None:
         "repeated",
     )
     parser.add_argument(
-        "--starts", metavar="N", type=int, default=20, help="number of starts (default: 20)"
+        "--starts",
+        metavar="N",
+        type=int,
+        default=20,
+        help="number of points from which the search starts (default: 20)",
     )
     parser.add_argument(
         "--twins",
@@ -122,7 +122,8 @@ def _add_search(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seed", metavar="N", type=int, default=0, help="seed of starts and twins")
 
 
-def _execute(arguments: argparse.Namespace) -> ExitStatus:
+def execute(arguments: argparse.Namespace) -> ExitStatus:
+    """Executes the command."""
     with Progress("reading the data"):
         scenario = read_scenario(arguments)
         with _naming_options():

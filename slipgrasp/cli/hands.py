@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from slipgrasp.cli.arguments import write_new
 from slipgrasp.cli.status import CommandError, ExitStatus, complain
 
 if TYPE_CHECKING:
@@ -20,6 +21,9 @@ if TYPE_CHECKING:
     )
     from slipgrasp.core.scenario.hand_files.visuals import Visuals
 
+NAME = "hands"
+HELP = "make the fingers of a scenario from the URDF or MJCF file of a hand"
+DESCRIPTION = "Make the fingers of a scenario from the URDF or MJCF file of a hand."
 _MOST_BYTES = 10_000_000
 _COUPLING = "JOINT=LEADER,RATIO[,OFFSET]"
 _USE = """\
@@ -30,10 +34,8 @@ with its face and friction.
 """
 
 
-def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Adds the command to the parser."""
-    text = "the fingers of a scenario from the URDF or MJCF file of a hand"
-    parser = commands.add_parser("hands", help=f"make {text}", description=f"Make {text}.")
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the arguments of the command."""
     parts = parser.add_subparsers(metavar="COMMAND", required=True)
     command = parts.add_parser(
         "import",
@@ -64,7 +66,6 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         "--output", metavar="FILE.toml", type=Path, required=True, help="file to write"
     )
     _add_options(command)
-    command.set_defaults(execute=_import)
 
 
 def _add_options(command: argparse.ArgumentParser) -> None:
@@ -90,8 +91,9 @@ def _add_options(command: argparse.ArgumentParser) -> None:
         metavar=_COUPLING,
         action="append",
         default=[],
-        help="a joint that follows another one: its position is RATIO times that of LEADER, "
-        "plus OFFSET; like mimic joints of a URDF file and joint equalities of an MJCF file",
+        help="let a joint follow another one, as mimic joints of a URDF file and joint equalities "
+        "of an MJCF file do: its position is RATIO times that of LEADER, plus OFFSET; may be "
+        "repeated",
     )
     command.add_argument(
         "--packages",
@@ -100,11 +102,12 @@ def _add_options(command: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         help="folder of the packages that the URDF file names with package://, in addition to all "
-        "folders that contain it; may be repeated",
+        "folders above that file; may be repeated",
     )
 
 
-def _import(arguments: argparse.Namespace) -> ExitStatus:
+def execute(arguments: argparse.Namespace) -> ExitStatus:
+    """Executes the command."""
     import numpy as np
 
     from slipgrasp.core.scenario.hand_files.description import Description, pose_of
@@ -117,13 +120,7 @@ def _import(arguments: argparse.Namespace) -> ExitStatus:
         text = _hand_toml(arguments, fingers, base)
     else:
         text = _scenario_toml(arguments.scenario, fingers, base)
-    try:
-        with arguments.output.open("x", encoding="utf-8") as stream:
-            stream.write(text)
-    except FileExistsError:
-        raise CommandError(f"'{arguments.output}' exists; choose another name") from None
-    except OSError as error:
-        raise CommandError(f"'{arguments.output}' cannot be written: {error.strerror}") from error
+    write_new(arguments.output, text)
     _report(arguments, hand, fingers)
     _write_meshes(arguments, hand, fingers)
     return ExitStatus.COMPLETED

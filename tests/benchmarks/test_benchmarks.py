@@ -146,7 +146,7 @@ def test_batches_of_both_sides_are_compared_over_completed_runs():
     assert ratios[0] == 1.0
     # Rates are printed as whole numbers, ratios to a tenth.
     assert ratios[1] == pytest.approx(rates[1] / rates[0], rel=0.1, abs=0.1)
-    assert table.notes[-1] == "How our runs ended: 5 completed."
+    assert table.notes[-1] == "Outcomes of our runs: 5 completed."
 
 
 # Scaling and memory

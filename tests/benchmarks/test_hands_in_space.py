@@ -12,7 +12,7 @@ from benchmarks.random_runs import IN_SPACE, PAIRS_IN_SPACE, draw
 from slipgrasp.core.run.batch import simulate_many
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
-from slipgrasp.core.scenario.spatial import SpatialPatch
+from slipgrasp.core.scenario.world import SpatialPatch
 from slipgrasp.core.trace.types import Outcome, Reason
 from tests.core.drawn_hands_in_space import draw_hand_in_space
 from tests.core.drawn_scenarios import AtEnds
@@ -46,7 +46,7 @@ def missed(run):
 
 
 def test_random_hands_in_space_end_truly():
-    drawn = (draw(PAIRS_IN_SPACE, SEED, index) for index in range(30))
+    drawn = (draw(PAIRS_IN_SPACE, SEED, index) for index in range(20))
     judgements = [judge_in_space(run, twice=index % 2 == 0) for index, run in enumerate(drawn)]
     assert not {index: j for index, j in enumerate(judgements) if j.missed}
     assert len({judgement.outcome for judgement in judgements}) >= 3

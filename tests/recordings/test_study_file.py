@@ -123,7 +123,7 @@ def test_a_run_that_its_computing_time_ended_is_not_rebuilt(finished: Path) -> N
     row = replace(
         read_rows(finished)[3], outcome=Outcome.LIMIT, reason=describe_wall_limit(0.02, 60.0)
     )
-    with pytest.raises(RebuildError, match="run 3 reached its limit of computing time"):
+    with pytest.raises(RebuildError, match="run 3 reached its limit of elapsed time"):
         rebuild(make_study(), row)
 
 
@@ -132,7 +132,7 @@ def test_rebuilding_can_be_given_up(finished: Path) -> None:
     row = replace(read_rows(finished)[3], values={})
     with pytest.raises(Cancelled):
         rebuild(study, row, should_stop=lambda: True)
-    with pytest.raises(RebuildError, match="run 3 takes more than 0 s of computing time"):
+    with pytest.raises(RebuildError, match="run 3 takes more than 0 s of elapsed time"):
         rebuild(study, row, wall_limit=0.0)
 
 

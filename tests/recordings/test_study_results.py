@@ -125,8 +125,8 @@ def test_rows_are_chosen_by_outcome_and_by_whether_they_hold(results):
 @pytest.mark.parametrize(
     ("asked", "finding"),
     [
-        ({"sort": "-mass"}, "'mass' is no column"),
-        ({"outcome": "lost"}, "'lost' is no outcome"),
+        ({"sort": "-mass"}, "'mass' is not a column"),
+        ({"outcome": "lost"}, "'lost' is not an outcome"),
     ],
 )
 def test_what_there_is_not_is_refused_with_what_there_is(results, asked, finding):

@@ -41,7 +41,7 @@ _RADIUS = 9
 
 
 def draw_map(results: StudyResults) -> MapPicture | None:
-    """The present map of a study; None if no two numeric parameters vary.
+    """The current map of a study; None if no two numeric parameters vary.
 
     Args:
         results: The results; they may grow meanwhile.

@@ -21,7 +21,7 @@ class Exporting:
 
     Attributes:
         number: Number of the export in the session.
-        busy_with: Present activity; empty if there is none.
+        busy_with: Current activity; empty if there is none.
         share: Completed fraction, 0 to 1.
         message: Result of the last export.
         is_failure: Whether it failed.

@@ -1,4 +1,4 @@
-"""The profiles of a fit: as far as they are while it runs, with estimates once it is complete."""
+"""The profiles of a fit: preliminary while it runs, with estimates once it is complete."""
 
 from __future__ import annotations
 

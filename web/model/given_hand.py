@@ -9,7 +9,7 @@ from slipgrasp.web.model.draft import Draft
 
 
 class GivenHand(NamedTuple):
-    """A hand from files; it has no name of a file.
+    """A hand from files, whose names are not stored.
 
     Attributes:
         draft: The scenario of new sessions; None for the first preset.

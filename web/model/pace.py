@@ -81,7 +81,7 @@ def pace_of(result: RunResult) -> Pace:
 
 
 def is_even(result: RunResult, start: float, end: float) -> bool:
-    """Whether slips fill so much of a window that one speed is sufficient."""
+    """Whether one speed suffices: without slip, or if slips fill most of a window."""
     slips = _slips_of(result)
     inside = sum(max(min(b, end) - max(a, start), 0.0) for a, b in slips)
     return not slips or inside >= _EVENLY * (end - start)

@@ -32,7 +32,7 @@ class Picture:
     covered: int = 0
 
     def is_covered_alike(self, other: Picture) -> bool:
-        """Whether the size differs, or the strip is some lines higher."""
+        """Whether the size is equal, and the strip is at most some lines higher than the other."""
         same_size = (self.width, self.height) == (other.width, other.height)
         return same_size and 0 <= self.covered - other.covered <= _FEW_LINES
 

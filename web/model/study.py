@@ -29,7 +29,7 @@ class Followed:
     Attributes:
         status: Its progress.
         behind: Number of studies before it, if it waits.
-        picture: Its present map; None if there is none yet.
+        picture: Its current map; None if there is none yet.
         has_map: Whether it can have one.
     """
 
@@ -52,7 +52,7 @@ class StudyRun:
         study_id: The study.
         index: The run.
         run_id: Id of its recording; empty while it is being created, or after a failure.
-        message: Reason of a failure.
+        message: Reason for a failure.
     """
 
     study_id: str

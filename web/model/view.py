@@ -16,7 +16,7 @@ from slipgrasp.recordings.compare.comparison import Comparison
 from slipgrasp.recordings.compare.measured import Distances
 from slipgrasp.web.model.appearance import Appearance
 from slipgrasp.web.model.charts_view import ChartsView
-from slipgrasp.web.model.draft import Draft, error_words
+from slipgrasp.web.model.draft import Draft, change_time, error_words
 from slipgrasp.web.model.editing import Editing
 from slipgrasp.web.model.export import Exporting
 from slipgrasp.web.model.fit import FitView
@@ -218,7 +218,8 @@ class ViewState:
         run_list: The list of stored runs.
         comparing: The comparison of the run on the screen and the ghost.
         replay: The recording that was opened last, to which the user can return.
-        from_file: The scenario of the file that was opened last, without edits, likewise.
+        from_file: The scenario of the file that was opened last, without edits; the user can
+            return to it too.
         notice: A message across all panels; empty if there is none.
         charts: The user's settings of the charts.
         laws: Runs with every law, while their tab is visible.
@@ -234,7 +235,7 @@ class ViewState:
         fit: The fit on the screen.
         premises: The assumptions of the theorems for a run, once requested.
         tour: Index of the last stop of the tour; None outside the tour.
-        drag: The present drag of the object; None without one.
+        drag: The current drag of the object; None without one.
     """
 
     draft: Draft
@@ -273,8 +274,13 @@ class ViewState:
         return stop if stop is not None and self.draft.origin == stop.preset else None
 
     @property
+    def moment(self) -> float:
+        """The time of a change at the play head [s]."""
+        return change_time(self.playback.time) if self.playback else 0.0
+
+    @property
     def offers_premises(self) -> bool:
-        """Whether the theorems apply to the run on the screen, and were not requested yet."""
+        """Whether the theorems apply to the run on the screen, which is short enough and new."""
         if self.shown is None or not has_premises(self.shown.result.scenario):
             return False
         asked = self.premises is not None and self.premises.ticket == self.shown.ticket
@@ -308,7 +314,7 @@ def show(view: ViewState, shown: Shown, stage: RunStage, *, afresh: bool) -> Vie
     """Puts a run on the screen.
 
     Args:
-        view: The present screen.
+        view: The current screen.
         shown: The run.
         stage: The stage of its request.
         afresh: Whether it is unrelated to the previous run, so that the play head returns to the
@@ -355,8 +361,3 @@ def show_replay(view: ViewState, recording: Replay) -> ViewState:
     view = replace(view, ticket=ticket, draft=draft, editing=editing, replay=recording, ghost=None)
     shown = Shown(ticket, recording.result, 0.0, recording)
     return show(view, shown, RunStage.REPLAY, afresh=afresh)
-
-
-def with_status(view: ViewState, status: RunStatus) -> ViewState:
-    """Shows the status of the latest request."""
-    return replace(view, status=status)

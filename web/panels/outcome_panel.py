@@ -70,12 +70,6 @@ class OutcomePanel:
             self._space = space
             self._welcome.content = welcome_html(space)
 
-    def remove(self) -> None:
-        """Removes all widgets."""
-        self._welcome.remove()
-        self._card.remove()
-        self._busy.remove()
-
 
 def welcome_html(space: Space = PLANAR) -> str:
     """A short introduction for new users; the page's script hides it for others.
@@ -219,7 +213,7 @@ def _hint_html(
         title = "Tried" if tried is not None and tried.count else "Try"
         return _paragraph(f"<b>{title}:</b> {told}") if told else ""
     rows = "".join(_tried_html(each, scenario) for each in tried.helpful)
-    # The effects beside the buttons tell how near, and how much slip.
+    # The effects beside the buttons show the distance from the target, and the slip.
     is_told = tried.hint.purpose and tried.hint.goal is not Goal.NEARER
     purpose = f" {tried.hint.purpose}" if is_told else ""
     rest = in_page_words(str(tried.hint.rest), scenario)

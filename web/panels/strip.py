@@ -196,7 +196,7 @@ def _mark_html(events: Sequence[RunEvent], window: TimeWindow) -> str:
 
 
 def _click_of(event: RunEvent) -> str:
-    """Moves the play head to an event, and selects what happens there."""
+    """Attribute of an event: a click moves the play head there and selects its part."""
     selected = (Select(event.part),) if event.part else ()
     return click_attribute(Seek(event.time), *selected)
 

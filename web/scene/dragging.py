@@ -46,7 +46,7 @@ class ObjectDrag:
         self._newtons_per_metre = 0.0
 
     def follow(self, dragged: Draggable) -> None:
-        """Listens to the present node of the object."""
+        """Listens to the current node of the object."""
         if self._dragged is None or self._dragged.node is not dragged.node:
             dragged.node.on_drag("left")(self._hear)
         self._dragged = dragged
@@ -56,7 +56,7 @@ class ObjectDrag:
         if self._dragged is None:
             return
         if event.phase == "start":
-            # Later events contain the present position of the held point: the object may still
+            # Later events contain the current position of the held point: the object may still
             # move.
             self._held_at = np.array(event.start_position)
             # The arrows of the run that the drag causes may have another scale.

@@ -1,1 +1,1 @@
-"""A page that simulates: one HTML file with kernel, scene and charts."""
+"""Live pages: one HTML file with kernel, scene and charts."""

@@ -71,7 +71,7 @@ def write_page(
     command: str = "",
     share: Share = str,
 ) -> None:
-    """Writes a page that simulates the scenario of a run.
+    """Writes a live page, which simulates the scenario of a run.
 
     Args:
         result: The run that the page shows initially.

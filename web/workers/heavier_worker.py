@@ -17,7 +17,7 @@ from slipgrasp.web.workers.simulating_worker import SimulatingWorker
 MASS = "object.mass"
 _STEP = 1.1
 _MOST = 100.0
-"""Largest mass tried, relative to the present mass."""
+"""Largest mass tried, relative to the current mass."""
 _HALVINGS = 6
 _PATIENCE = 20.0
 

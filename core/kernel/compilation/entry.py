@@ -106,15 +106,15 @@ def _entry_module(context: Any, description: Any, name: str) -> ir.Module:
 
 
 def _unroll_loops(*, unrolled: bool) -> None:
-    """LLVM has this setting for the whole process only."""
+    """Sets whether LLVM unrolls loops: a setting of the whole process."""
     binding.set_option("slipgrasp", f"-unroll-runtime={str(unrolled).lower()}")
 
 
 @contextmanager
 def _without_code_of_parts(context: Any) -> Iterator[None]:
-    """Numba also generates machine code of each inlined function, which is never called.
+    """A context in which numba generates no machine code of inlined functions: it is never called.
 
-    It needs an object for it, marked as not callable.
+    Numba needs an object in its place, marked as not callable.
     """
     before = context.get_executable
 
@@ -132,7 +132,7 @@ def _without_code_of_parts(context: Any) -> Iterator[None]:
 
 @contextmanager
 def _without_vectors() -> Iterator[None]:
-    """Numba has this setting globally only."""
+    """A context in which numba vectorises no loops: a global setting."""
     settings: Any = config
     before = settings.LOOP_VECTORIZE
     settings.LOOP_VECTORIZE = 0

@@ -74,7 +74,7 @@ def make_take_row(prefix: str, law: Layout, memory: Layout) -> Any:
 
 @compiled
 def _multiply_covariance(count: int, memory: Record) -> float:
-    """Writes P Y^T of the present row to ``gain``; returns Y P Y^T."""
+    """Writes P Y^T of the current row to ``gain``; returns Y P Y^T."""
     spread = 0.0
     for j in range(count):
         total = 0.0

@@ -55,7 +55,7 @@ def make_advance(
 
     Args:
         layouts: Records of this kind of hand.
-        emit: Appends a row for the present state.
+        emit: Appends a row for the current state.
         emit_end: Appends the row at the end of the segment.
         emit_due: Appends the rows at output times up to now.
         begin: Starts a segment of constant parameters; returns a status.

@@ -40,7 +40,7 @@ def motion_layout(num_coordinates: int) -> Layout:
 
 @compiled
 def pass_breaks(motion: Record, discrete: Record, t: float) -> None:
-    """Advances the present segment of the desired motion to time ``t``.
+    """Advances the current segment of the desired motion to time ``t``.
 
     Breaks after ``t`` within rounding count as passed, because times of ticks and breaks are sums.
     """

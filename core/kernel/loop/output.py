@@ -25,7 +25,7 @@ def make_output(
 
     Returns:
         Functions that evaluate a state, store the evaluated row, write a row with another time,
-        write such a row or end the run, write the present state, write the rows that are due, and,
+        write such a row or end the run, write the current state, write the rows that are due, and,
         for Python, return the last row of a run without a trace.
     """
     prefix, model_type, state_type, discrete_type, run_type, outlet_type = layouts
@@ -103,12 +103,12 @@ def make_output(
 
     @compiled
     def emit(model: Record, run: Record, outlet: Record, discrete: Record) -> None:
-        """Appends a row for the present state and time."""
+        """Appends a row for the current state and time."""
         emit_or_end(model, run, outlet, discrete, run.now, run.step.start, run.now)
 
     @compiled
     def emit_due(model: Record, run: Record, outlet: Record) -> None:
-        """Writes the rows that are due at the present state.
+        """Writes the rows that are due at the current state.
 
         Called before the next step, while the evaluation of the state is still available.
         """

@@ -46,7 +46,7 @@ def slip_states_layout(state: Layout, discrete: Layout, row: Layout, work: Layou
         ("next", np.int64),  # index of the next instant at that spacing
         ("since", np.int64),  # number of rows in the buffer when storing began
         ("phases", np.int64, (MAX_FINGERS,)),  # in that time
-        ("seen", np.int64, (MAX_FINGERS,)),  # earlier rows of the present slip, per contact
+        ("seen", np.int64, (MAX_FINGERS,)),  # earlier rows of the current slip, per contact
         ("added", np.int64),  # rows in the whole run
         ("count", np.int64),
         ("instants", np.int64, (MAX_SLIP_STATES,)),
@@ -62,8 +62,8 @@ def progress_layout(parts: Sequence[tuple[str, Layout]], num_joints: int) -> Lay
     """Layout of the complete state of a run, without the output buffers.
 
     Args:
-        parts: Records of the kind of hand by name: ``step``, whose start is the present state,
-            ``discrete``, ``old``, the discrete state before the present jump, and others.
+        parts: Records of the kind of hand by name: ``step``, whose start is the current state,
+            ``discrete``, ``old``, the discrete state before the current jump, and others.
         num_joints: Number of joints of a finger.
     """
     fields = [
@@ -82,11 +82,11 @@ def progress_layout(parts: Sequence[tuple[str, Layout]], num_joints: int) -> Lay
         ("steps", np.int64),
         ("stalls", np.int64),  # consecutive events without progress in time
         ("concerned", np.int64),  # contact or finger of the last event, -1 if none
-        ("fired", np.int64),  # 1 if the present step ends at an event, 2 before a pole
+        ("fired", np.int64),  # 1 if the current step ends at an event, 2 before a pole
         ("lost", np.int64),  # 1 after a row of the trace had a number that is not finite
         ("pace_time", np.float64),  # time of the last check of step sizes [s]
         ("pace_steps", np.int64),  # and number of steps then
-        ("begun", np.int64),  # 1 after the start of the present segment
+        ("begun", np.int64),  # 1 after the start of the current segment
         ("num_changes", np.int64),  # in the buffer
         ("all_changes", np.int64),
         ("turns", np.int64),  # stops followed by slip in another direction

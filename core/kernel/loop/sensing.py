@@ -80,7 +80,7 @@ def trust(model: Record, senses: Record) -> float:
 
 @compiled
 def trust_in_contact(model: Record, senses: Record, now: float, i: int) -> float:
-    """Fraction of the filtered force of contact ``i`` that is from its present phase, 0 to 1."""
+    """Fraction of the filtered force of contact ``i`` that is from its current phase, 0 to 1."""
     if model.sensors.true_accelerations == 1:
         return 1.0
     if model.sensors.filter_time == 0.0:

@@ -105,7 +105,7 @@ def _follow(model: Record, run: Record, outlet: Record, h: float, sample: Any, c
 
 @compiled
 def _wanted_rows(model: Record, slip: Record) -> int:
-    """Number of rows that the present slips need from the first stored state on."""
+    """Number of rows that the current slips need from the first stored state on."""
     seen = LEAST_ROWS
     for i in range(model.num_fingers):
         if slip.phases[i] != 0:

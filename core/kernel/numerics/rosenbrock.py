@@ -1,4 +1,4 @@
-"""Linearly implicit Runge-Kutta method ROS34PW2, whose order does not need an exact Jacobian.
+"""Linearly implicit Runge-Kutta method ROS34PW2, whose order does not depend on an exact Jacobian.
 
 (I - h gamma J) k_i = f(y + h sum alpha_ij k_j) + h J sum gamma_ij k_j, of order 3 with an embedded
 method of order 2. Reference: Rang and Angermann, New Rosenbrock W-methods of order 3 for partial

@@ -1,4 +1,4 @@
-"""Fingers that are chains of two joints in the plane (docs/model.md, Chains).
+"""Fingers that are chains of two joints in the plane (docs/model.md, Finger dynamics).
 
 The frames of the links are turned so that the inverse kinematics is that of two links, of a slide
 on a link, of a link on a slide, or of two slides. Vectors are in world axes unless their frame is
@@ -141,7 +141,7 @@ def drift_of(chain: Record, lever: Lever, rate1: float, rate2: float) -> tuple[f
 
 @compiled
 def chain_margin(chain: Record, pose: Posture, squared: float) -> float:
-    """Sin^2 minus its minimum or, if smaller, the distance of a joint to a limit [rad, m]."""
+    """Squared sine minus its minimum or, if smaller, a joint's distance to a limit [rad, m]."""
     least = squared - square(LEAST_SINE)
     return min(least, limit_margin(chain, pose)) if chain.limited == 1 else least
 

@@ -1,4 +1,4 @@
-"""Controllability by the joint torques in the present phase: rank and range of B~ (Eq. 18).
+"""Controllability by the joint torques in the current phase: rank and range of B~ (Eq. 18).
 
 J_c is invertible, so B~ = [W; -D] J_c^-T has the same range as G = [W; -D of the slipping
 contacts], with the true friction.

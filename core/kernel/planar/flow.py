@@ -8,11 +8,11 @@ from numba import types
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import Floats, Record
 from slipgrasp.core.kernel.loop.links import combine_links, joint_friction_power
-from slipgrasp.core.kernel.numerics.linear import factor, solve
 from slipgrasp.core.kernel.planar.dynamics import (
     add_joint_friction,
     update_unit_dynamics,
 )
+from slipgrasp.core.kernel.planar.inertia import factor, solve
 from slipgrasp.core.kernel.planar.kinematics import (
     mistake_lengths,
     to_contact_frame,
@@ -157,7 +157,7 @@ def solve_plant(model: Record, discrete: Record, work: Record) -> None:
 
 @compiled
 def _update_factors(model: Record, discrete: Record, work: Record) -> None:
-    """Computes M~, its factors and h~ in the present phases, unless ``work`` contains them."""
+    """Computes M~, its factors and h~ in the current phases, unless ``work`` contains them."""
     n, kin, truth, current = model.num_fingers, work.kin, model.truth, work.current
     if current.factors == 1 and _agree(current.phases, discrete.phases, n):
         return
@@ -173,7 +173,7 @@ def _update_factors(model: Record, discrete: Record, work: Record) -> None:
 def flow(
     model: Record, discrete: Record, t: float, state: Record, derivative: Record, work: Record
 ) -> None:
-    """Writes the derivative of the state in the present phases, under either kind of control."""
+    """Writes the derivative of the state in the current phases, under either kind of control."""
     n = model.num_fingers
     p = model.num_unknowns
     update_mechanics(model, state, work)

@@ -41,7 +41,7 @@ MAX_GUARDS = GUARDS["values"].shape[0]
 
 @compiled
 def friction_margin(model: Record, discrete: Record, work: Record, i: int) -> float:
-    """Mu F_n - |F_x| of contact i [N], positive inside the cone."""
+    """Friction margin mu F_n - |F_x| of contact i [N], positive inside the cone."""
     return present_friction(model, discrete, i) * work.forces[i, 1] - abs(work.forces[i, 0])
 
 

@@ -146,7 +146,7 @@ _count_extremes = make_count_extremes(LAYOUTS, PER_CONTACT, _count_ways, value_i
 
 @compiled_apart(types.void, MODEL, PROGRESS, types.float64)
 def count_step(model: Record, run: Record, h: float) -> None:
-    """Adds the step of size ``h`` from the present state to the metrics.
+    """Adds the step of size ``h`` from the current state to the metrics.
 
     If the law jumps at the end, the extremes are counted up to just before the jump.
     """

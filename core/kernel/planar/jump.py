@@ -107,7 +107,7 @@ def _nearly_singular(model: Record, run: Record) -> int:
 
 @compiled
 def set_first_slope(model: Record, run: Record) -> None:
-    """Computes the first slope under the present torque and evaluates ``work`` at this state."""
+    """Computes the first slope under the current torque and evaluates ``work`` at this state."""
     step, selection = run.step, run.selection
     if selection.selected == 0:
         flow(model, run.discrete, run.now, step.start, step.slopes[0], run.work)

@@ -1,4 +1,4 @@
-"""Planar kinematics of fingers and contacts (docs/model.md, Contact geometry).
+"""Planar kinematics of fingers and contacts (docs/model.md, Contact).
 
 A finger on slides has J = 1; its tip position replaces the directions of links. The positions of
 prismatic joints of a chain replace cosine and sine of q2.

@@ -1,4 +1,4 @@
-"""Common functions of the control laws (docs/model.md, Controller).
+"""Common functions of the control laws (docs/model.md, Controllers).
 
 A law receives the state, the estimated phases and the estimates. It receives the masses and
 friction of the plant only in a copy in which estimates replace the unknown parameters.
@@ -58,9 +58,9 @@ def believe(law: Record, truth: Record, unknowns: Record, state: Record, believe
 def demand_acceleration(
     law: Record, motion: Record, piece: int, t: float, state: Record, belief: Integers, room: Record
 ) -> None:
-    """V = x''_des + K_v e' + K_p e, with 0 for contacts in estimated stick.
+    """Computes v = x''_des + K_v e' + K_p e, with 0 for contacts in estimated stick.
 
-    The desired slip of a sticking contact is its present slip, so its e is 0. Slipping contacts
+    The desired slip of a sticking contact is its current slip, so its e is 0. Slipping contacts
     are also decelerated by up to ``slip_stop``, so that their slip ends in finite time (composite
     law; 0 in the others).
     """

@@ -16,7 +16,7 @@ from slipgrasp.core.kernel.planar.state import count_coordinates, slip_coordinat
 
 @compiled
 def cone_normal(kin: Record, i: int, phase: int, friction: float) -> tuple[float, float]:
-    """Delta of contact ``i``: F is on its cone if delta . F = 0; zero in stick."""
+    """Vector delta of contact ``i``: F is on its cone if delta . F = 0; zero in stick."""
     if phase == 0:
         return 0.0, 0.0
     tx, ty = kin.tangents[i, 0], kin.tangents[i, 1]

@@ -9,9 +9,9 @@ from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Integers, Record
 from slipgrasp.core.kernel.loop.friction import has_static_excess
 from slipgrasp.core.kernel.loop.guards import FORCE_BAND
-from slipgrasp.core.kernel.numerics.linear import solve
 from slipgrasp.core.kernel.planar.flow import flow
 from slipgrasp.core.kernel.planar.guards import friction_margin
+from slipgrasp.core.kernel.planar.inertia import solve
 from slipgrasp.core.kernel.planar.model import MODEL
 from slipgrasp.core.kernel.planar.state import (
     STATE,
@@ -212,7 +212,7 @@ def select_phases(
         t: Time [s].
         state: State; slip velocities of contacts at rest count as zero.
         instant: 1 if the controller recognises each candidate phase at once, so that each is
-            tested under the torque for it; 0 to test all under the present torque.
+            tested under the torque for it; 0 to test all under the current torque.
         exhaustive: 1 to test all candidates, to detect ambiguity; 0 to stop if all free contacts
             may stick.
         work: Workspace; contains the last candidate tested on return.

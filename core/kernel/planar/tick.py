@@ -64,7 +64,7 @@ def _limit_of(model: Record, i: int, joint: int) -> float:
 def leave_ticks(model: Record, run: Record) -> None:
     """Switches to continuous control: discards held and waiting torques and filter states.
 
-    The estimates are first advanced to the present time.
+    The estimates are first advanced to the current time.
     """
     _advance_estimates(model, run, run.now - run.last_tick)
     run.acting = 0

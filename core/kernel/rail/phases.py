@@ -70,7 +70,7 @@ def _search(
     Args:
         model: Constants of the run.
         discrete: Phases; output.
-        state: Present state.
+        state: Current state.
         work: Torque of the law at this state.
         first: Phase of the fingertip if it is known, else ``_ANY``.
         second: Phase of the rail, likewise.
@@ -103,7 +103,7 @@ def rail_select(
         model: Constants of the run.
         discrete: Phases; output.
         old: Phases before the jump, with the forces of this state in ``work``.
-        state: Present state; velocities that count as rest are set to 0 in stick.
+        state: Current state; velocities that count as rest are set to 0 in stick.
         work: The closed loop, evaluated at this state.
         fired: Bits of the contacts whose phase ends here; -1 if the force may have jumped.
 

@@ -224,7 +224,7 @@ _count_extremes = make_count_extremes(LAYOUTS, PER_CONTACT, compiled(_count_ways
 
 @compiled_apart(types.void, MODEL, PROGRESS, types.float64)
 def rail_count(model: Record, run: Record, h: float) -> None:
-    """Adds the step of size ``h`` from the present state to the metrics."""
+    """Adds the step of size ``h`` from the current state to the metrics."""
     add_step(model, run.discrete, run.step, run.now, h, run.tally)
     _count_extremes(model, run, h)
     run.step.efforts[0] = run.step.efforts[method_of(model, run.step).last]

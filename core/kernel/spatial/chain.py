@@ -160,7 +160,7 @@ def solve_chain(
 
 @compiled
 def renew_seed(positions: Floats, now: Record, seed: Record) -> None:
-    """Sets the seed to the present coordinates of a chain."""
+    """Sets the seed to the current coordinates of a chain."""
     for k in range(3):
         seed.positions[k], seed.tip[k] = positions[k], now.tip[k]
         for c in range(3):

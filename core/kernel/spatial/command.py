@@ -1,4 +1,4 @@
-"""Commanded torque of the control laws for spatial hands (docs/space.md, Distribution).
+"""Commanded torque of the control laws for spatial hands (docs/space.md, The controller).
 
 A model-based law commands tau_i = J_i^T (C_i F^_i + f^_i): the force f^ that the estimated finger
 needs for the desired acceleration, and contact forces F^ that produce the desired wrench. With the

@@ -83,7 +83,7 @@ def spatial_phases(model: Record, discrete: Record, state: Record, work: Record)
 
 @compiled_apart(types.void, MODEL, DISCRETE, STATE, WORKSPACE)
 def spatial_plant(model: Record, discrete: Record, state: Record, work: Record) -> None:
-    """Computes kinematics, accelerations and contact forces of a state under the present torque."""
+    """Computes kinematics, accelerations and contact forces of a state under the current torque."""
     work.at_start = 0
     update_kinematics(model.hand, discrete.seeds, state, work.kin)
     update_tip_dynamics(model.hand, model.truth, work.kin, work.dynamics)
@@ -95,7 +95,7 @@ def spatial_plant(model: Record, discrete: Record, state: Record, work: Record) 
 
 @compiled
 def flow(model: Record, discrete: Record, state: Record, derivative: Record, work: Record) -> None:
-    """Computes the derivative of the state in the present phases."""
+    """Computes the derivative of the state in the current phases."""
     spatial_plant(model, discrete, state, work)
     set_derivative(model, state, derivative, work)
 

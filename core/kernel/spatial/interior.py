@@ -83,6 +83,6 @@ _count_extremes = make_count_extremes(LAYOUTS, PER_CONTACT, _count_ways, value_i
 
 @compiled_apart(types.void, MODEL, PROGRESS, types.float64)
 def spatial_count(model: Record, run: Record, h: float) -> None:
-    """Adds the step of size ``h`` from the present state, up to its event, to the metrics."""
+    """Adds the step of size ``h`` from the current state, up to its event, to the metrics."""
     add_step(model, run.discrete, run.step, run.work, run.tally, run.now, h)
     _count_extremes(model, run, h)

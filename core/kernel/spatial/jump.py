@@ -44,7 +44,7 @@ def forget_leaving(model: Record, run: Record) -> None:
 
 @compiled
 def settle(model: Record, run: Record) -> int:
-    """Selects phases for the present torque; returns a status."""
+    """Selects phases for the current torque; returns a status."""
     verdict = spatial_select(model, run.discrete, run.step.start, run.work, run.selection)
     for _ in range(run.selection.restarts):
         warn(run, RESTARTS)

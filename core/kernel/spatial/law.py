@@ -1,4 +1,4 @@
-"""Common functions of the control laws for spatial hands (docs/space.md, Controller).
+"""Common functions of the control laws for spatial hands (docs/space.md, The controller).
 
 The attitude error is the rotation vector rho of R = exp(rho) R_des. In these coordinates e, e' and
 the demand are those of the paper: e_theta = -rho, omega = A(rho) rho' + exp(rho) omega_des.

@@ -1,4 +1,4 @@
-"""State that the law predicts for the instant at which the present command takes effect.
+"""State that the law predicts for the instant at which the current command takes effect.
 
 As for planar hands (`slipgrasp.core.kernel.planar.prediction`), the accelerations of the estimated
 model at the measured state, under the torques already commanded, are integrated once and twice over

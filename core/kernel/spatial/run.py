@@ -128,7 +128,7 @@ _, _, emit_as_of, _, _emit, emit_due, last_row = make_output(
 
 @compiled
 def emit(model: Record, run: Record, outlet: Record, discrete: Record) -> None:
-    """Appends a row for the present state and time."""
+    """Appends a row for the current state and time."""
     run.work.at_start = 0
     _emit(model, run, outlet, discrete)
 

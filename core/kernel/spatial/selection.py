@@ -339,7 +339,7 @@ def _take_way(model: Record, discrete: Record, room: Record, i: int, way: int) -
 def spatial_answer(
     model: Record, discrete: Record, work: Record, room: Record, first: int, starts: int
 ) -> int:
-    """Solves the contact problem for the present bounds, and sets phases and directions.
+    """Solves the contact problem for the current bounds, and sets phases and directions.
 
     The arguments are those of `solve_contacts`.
     """
@@ -497,7 +497,7 @@ def _let_slip_or_rest(
 def spatial_select(
     model: Record, discrete: Record, state: Record, work: Record, room: Record
 ) -> int:
-    """Selects the phases for the present torque, and evaluates ``work`` in them.
+    """Selects the phases for the current torque, and evaluates ``work`` in them.
 
     Args:
         model: Constants of the run.

@@ -115,7 +115,7 @@ def measure_forces(model: Record, senses: Record, work: Record) -> None:
 
 @compiled
 def _draw(model: Record, senses: Record, k: int) -> float:
-    """Noise number ``k`` of the present tick: the first of pair k of the planar stream."""
+    """Noise number ``k`` of the current tick: the first of pair k of the planar stream."""
     return draw_number(model.sensors.seed, STATE_NOISE, k, senses.num_ticks)
 
 

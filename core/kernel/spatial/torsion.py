@@ -11,7 +11,12 @@ from numba import types
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import Floats, Record
 from slipgrasp.core.kernel.spatial.model import MODEL
-from slipgrasp.core.kernel.spatial.state import STATE, slip_velocity_at, velocity_at
+from slipgrasp.core.kernel.spatial.state import (
+    STATE,
+    slip_coordinate,
+    slip_velocity_at,
+    velocity_at,
+)
 from slipgrasp.core.kernel.spatial.torsion_contacts import spatial_soft_newton
 from slipgrasp.core.kernel.spatial.torsion_equations import move_tip, spatial_mobility
 from slipgrasp.core.kernel.spatial.torsion_layout import FREE, MOVING, NORMAL, ROWS, STUCK, TURN
@@ -133,7 +138,7 @@ def _hold_amounts(torsion: Record, share: float) -> None:
 
 @compiled_apart(types.void, MODEL, DISCRETE, STATE, WORKSPACE)
 def spatial_soft_phases(model: Record, discrete: Record, state: Record, work: Record) -> None:
-    """Computes accelerations and contact forces in the present phases and directions ``gamma``."""
+    """Computes accelerations and contact forces in the current phases and directions ``gamma``."""
     torsion = work.torsion
     prepare_pads(model, state, work)
     work.system.determinant = assemble_phases(model, discrete, work.gamma, work)
@@ -208,7 +213,7 @@ def spatial_begin_slips(
         model: Constants of the run.
         discrete: Phases.
         state: State, with the velocities.
-        work: Moments in stick in the present phases, and initial forces of Newton's method; slip
+        work: Moments in stick in the current phases, and initial forces of Newton's method; slip
             directions are set opposite to the forces, shorter than 1 for contacts at rest.
         h: Short time [s].
         at_once: 1 if friction of slips in progress opposes their present velocities.
@@ -250,7 +255,7 @@ def spatial_begin_at_once(model: Record, discrete: Record, state: Record, work: 
         model: Constants of the run.
         discrete: Phases; the directions are changed.
         state: State, with the velocities.
-        work: Values in the present phases; afterwards in the new directions.
+        work: Values in the current phases; afterwards in the new directions.
     """
     found = begins_slip(model, discrete)
     for i in range(model.num_fingers):
@@ -435,7 +440,7 @@ def take_forces(model: Record, discrete: Record, work: Record) -> None:
 def respond_to_tip_force(model: Record, discrete: Record, work: Record, i: int, axis: int) -> None:
     """Computes the change of the accelerations per tip force of finger ``i``, in ``responding``.
 
-    ``work`` must contain the factored equations of the present phases, and the modes.
+    ``work`` must contain the factored equations of the current phases, and the modes.
     """
     n, torsion = model.num_fingers, work.torsion
     x, y, z = (1.0 if axis == 0 else 0.0), (1.0 if axis == 1 else 0.0), (1.0 if axis == 2 else 0.0)
@@ -461,4 +466,4 @@ def respond_to_tip_force(model: Record, discrete: Record, work: Record, i: int, 
             _, dx, dy, dz = slip_forces(work, torsion.motion, j, own * x, own * y, own * z)
         for tangent in range(2):
             moved = along_tangent(work.kin, j, tangent, dx, dy, dz)
-            torsion.responding[6 + 2 * j + tangent] = moved
+            torsion.responding[slip_coordinate(j, tangent)] = moved

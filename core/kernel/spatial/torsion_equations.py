@@ -2,7 +2,7 @@
 
 Spin is not a coordinate of the hand: psi' = n . (omega_f - omega) is a function of the velocities
 of object and slips. The equations are therefore solved for the contact forces (docs/space.md,
-Torsion),
+Soft fingertips),
 
     w = (s_x'', s_y'', e psi'', gap'') = G F + c,     F = (F_x, F_y, F_tau / e, F_n),
 

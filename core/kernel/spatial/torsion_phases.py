@@ -56,7 +56,7 @@ def prepare_pads(model: Record, state: Record, work: Record) -> None:
 
 @compiled
 def assemble_phases(model: Record, discrete: Record, gamma: Floats, work: Record) -> float:
-    """Factors Sigma of the present phases.
+    """Factors Sigma of the current phases.
 
     Args:
         model: Constants of the run.
@@ -147,7 +147,7 @@ def along_normal(kin: Record, i: int, x: float, y: float, z: float) -> float:
 
 @compiled
 def load_phases(model: Record, discrete: Record, state: Record, work: Record) -> None:
-    """Computes the right side in the present phases, without moments in stick."""
+    """Computes the right side in the current phases, without moments in stick."""
     kin, dynamics, torsion = work.kin, work.dynamics, work.torsion
     object_bias(state, work.system, model.truth, model.hand.gravity, work.column)
     for k in range(6):

@@ -1,4 +1,4 @@
-"""Distribution of undetermined moments among contacts (docs/space.md, Undetermined moments).
+"""Distribution of undetermined moments among contacts (docs/space.md, Soft fingertips).
 
 The moments oppose the spin of their mode and are the smallest without spin. If a contact would
 exceed its friction, other contacts take over as much of its moment as they can hold: with the

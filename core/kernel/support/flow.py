@@ -68,7 +68,7 @@ def load_size(model: Record) -> float:
 
 @compiled
 def _mass_of(model: Record, part: int) -> float:
-    """Mass that a component of f accelerates: of u_tau, I / c² [kg]."""
+    """Mass that a component of f accelerates: I / c² for u_tau [kg]."""
     radius = model.hand.radius
     if part == 2 and radius > 0.0:
         return model.truth.inertia / (radius * radius)

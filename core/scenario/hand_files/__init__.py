@@ -1,1 +1,1 @@
-"""Hands as files describe them: fingers of a scenario are made of their links and joints."""
+"""Hands in URDF and MJCF files, converted to the fingers of a scenario."""

@@ -60,7 +60,7 @@ class Body(NamedTuple):
     inertia: Floats
 
     def seen_from(self, pose: Pose) -> Body:
-        """The body in the frame in which its own has a pose."""
+        """The body in another frame, given the pose of its own frame in that."""
         turned = pose.turn @ self.inertia @ pose.turn.T
         return Body(self.mass, pose.place + pose.turn @ self.centre, turned)
 
@@ -114,7 +114,7 @@ class ImportedFinger:
     Attributes:
         joints: Its chain.
         tip: Position of the tip in the frame of the last link [m].
-        parts: Poses of the links of the file that were merged to each link, by name.
+        parts: Poses of the links of the file that were merged into each link, by name.
     """
 
     joints: tuple[ChainJoint, ...]

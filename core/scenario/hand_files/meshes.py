@@ -30,7 +30,7 @@ Chain = tuple[Sequence[ChainJoint], Sequence[float]]
 
 
 class Mesh(NamedTuple):
-    """Triangles between vertices ``(v, 3)`` [m], indices ``(f, 3)``; of any number."""
+    """Triangles between vertices ``(v, 3)`` [m], with indices ``(f, 3)``."""
 
     vertices: NDArray[np.floating]
     faces: NDArray[np.uint32]
@@ -42,8 +42,8 @@ class HandMeshes:
 
     Attributes:
         chains: The numbers of its fingers that determine their geometry, as JSON.
-        base: What is fixed to its base, in the frame of the base.
-        links: For each finger, what moves with each link, in the frame of the link.
+        base: Mesh fixed to its base, in the frame of the base.
+        links: For each finger, the mesh that moves with each link, in the frame of the link.
     """
 
     chains: str

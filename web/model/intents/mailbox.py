@@ -26,7 +26,7 @@ def coalesce(intents: Sequence[Intent]) -> list[Intent]:
         else:
             seen.add(subject)
         if isinstance(intent, SetParameter):
-            seen.discard(Seek)  # It acts at the present play head.
+            seen.discard(Seek)  # It acts at the current play head.
         kept.append(intent)
     return kept[::-1]
 

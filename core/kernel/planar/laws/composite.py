@@ -55,7 +55,7 @@ def learn(model: Record, discrete: Record, state: Record, work: Record, memory: 
     Args:
         model: Constants of the run.
         discrete: Discrete state, with the estimated phases.
-        state: State, with the present estimates.
+        state: State, with the current estimates.
         work: Evaluated at the measured state, with acceleration and applied torque.
         memory: Covariance of the estimates; updated.
     """

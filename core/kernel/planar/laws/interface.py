@@ -75,7 +75,7 @@ def adapt_at_tick(
         model: Constants of the run.
         discrete: State of the controller, including the additional grip of the grip reflex.
         state: Measured state.
-        work: Evaluated at that state with the present torque; the rates are written to it.
+        work: Evaluated at that state with the current torque; the rates are written to it.
         memory: Memory of the law, if any.
     """
     if model.law.facts.has_memory:
