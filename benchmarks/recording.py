@@ -9,7 +9,7 @@ from benchmarks.report import Table, met
 from benchmarks.timing import MILLISECONDS, median_seconds
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
-from slipgrasp.recordings.file.foxglove import DISPLAY_RATE, FrameClock
+from slipgrasp.recordings.file.foxglove.layouts import DISPLAY_RATE, FrameClock
 from slipgrasp.recordings.file.reader import read_recording
 from slipgrasp.recordings.file.recorder import record
 from slipgrasp.recordings.file.state_hash import state_hash

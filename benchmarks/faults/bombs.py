@@ -16,7 +16,7 @@ from typing import BinaryIO
 import numpy as np
 import zstandard
 from mcap.opcode import Opcode
-from mcap.records import Channel, Schema
+from mcap.records import Schema
 from numpy.typing import NDArray
 
 from benchmarks.faults.damage import small_run
@@ -39,7 +39,7 @@ from slipgrasp.recordings.file.documents import (
     start_document,
     stop_document,
 )
-from slipgrasp.recordings.file.foxglove import FrameClock
+from slipgrasp.recordings.file.foxglove.layouts import FrameClock
 from slipgrasp.recordings.file.reader import read_recording, read_unfinished
 
 _READER = """
@@ -105,10 +105,7 @@ def _wide_window(_bomb: Bomb) -> bytes:
 
 
 def _foreign_messages(bomb: Bomb) -> bytes:
-    bomb.container.add_schema(Schema(id=1, name="x", encoding="", data=b""))
-    bomb.container.add_channel(
-        Channel(id=FOREIGN, topic="/x", message_encoding="", schema_id=1, metadata={})
-    )
+    bomb.container.add_topic("/x", Schema(id=FOREIGN, name="x", encoding="", data=b""), {})
     message = _MESSAGE.pack(Opcode.MESSAGE, _MESSAGE.size - _RECORD.size, FOREIGN, 0, 0, 0)
     return _chunk(message * (CHUNK // len(message)), level=1) * 200
 
@@ -161,15 +158,8 @@ def _finish_run(
     documents = documents_hash(bomb.start, scenario)
     chunks = ChunkWriter(container, run.trace.shape, documents, (), FrameClock(0.0))
     for layout in chunks.layouts.values():
-        container.add_channel(
-            Channel(
-                id=layout.channel,
-                topic=layout.topic.name,
-                message_encoding="protobuf",
-                schema_id=0,
-                metadata={},
-            )
-        )
+        schema = Schema(id=layout.channel, name="", encoding="protobuf", data=b"")
+        container.add_topic(layout.topic.name, schema, {})
     ticks = run.ticks.to_rows()
     chunks.write(run.trace.to_rows(), run.phase_changes, ticks)
     for _ in range(repeats):

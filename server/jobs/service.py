@@ -9,9 +9,10 @@ import logging
 import threading
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from typing import Any, ClassVar, Generic, Protocol, TypeVar
+from typing import Any, ClassVar, Generic, TypeVar
 
 from slipgrasp.recordings.exceptions import RecordingError
+from slipgrasp.recordings.store.job_store import JobStore, StoredJob
 from slipgrasp.server.exceptions import (
     IdempotencyKeyReusedError,
     JobEndedError,
@@ -29,51 +30,8 @@ MAX_CHECKS = 4
 _logger = logging.getLogger(__name__)
 
 
-class StoredJob(Protocol):
-    """A job in its store."""
-
-    @property
-    def id(self) -> str:
-        """Id of the job."""
-        ...
-
-    @property
-    def request_digest(self) -> str:
-        """Digest of the request that created it."""
-        ...
-
-    @property
-    def finding(self) -> str:
-        """Reason why it cannot be read; empty if it can."""
-        ...
-
-
 StoredT = TypeVar("StoredT", bound=StoredJob)
 CheckedT = TypeVar("CheckedT")
-
-
-class JobStore(Protocol[StoredT]):
-    """Store of jobs."""
-
-    def get(self, job_id: str, /) -> StoredT:
-        """One job by its id."""
-        ...
-
-    def list(self, offset: int, limit: int | None) -> tuple[list[StoredT], int]:
-        """Jobs, newest first, and their number."""
-        ...
-
-    def find_by_key(self, idempotency_key: str, /) -> StoredT | None:
-        """The job that was requested with a key."""
-        ...
-
-    def unfinished(self) -> list[StoredT]:
-        """Jobs that can be continued, oldest first."""
-        ...
-
-    def delete(self, job_id: str, /) -> None:
-        """Removes a job."""
-        ...
 
 
 class JobService(ABC, Generic[StoredT, StatusT]):

@@ -141,7 +141,7 @@ def _simulate(
     scenario: Scenario, place: _Place, display_rate: float | None
 ) -> tuple[RunResult, Path | None]:
     """Simulates and records; if the disk fails, the result is still printed, with a warning."""
-    from slipgrasp.recordings.file.foxglove import DISPLAY_RATE
+    from slipgrasp.recordings.file.foxglove.layouts import DISPLAY_RATE
     from slipgrasp.recordings.file.recorder import record
 
     load_simulation(scenario)
